@@ -1,0 +1,211 @@
+//! What every process is told before the mission begins: the canonical scenario brief.
+//!
+//! It holds nothing of the truth beyond what an orbital survey would give. The seed is not in it: a
+//! planner that knew the seed could foresee every slip.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Cell, Grid, Name, RunId};
+
+/// Which reading of the model the mission follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Profile {
+    /// Sakamoto & Kunii 2023 reproduced to the letter.
+    #[serde(rename = "paper-2023")]
+    Paper2023,
+    /// The same world, our planners' choices.
+    #[serde(rename = "hopper")]
+    Hopper,
+}
+
+impl Profile {
+    /// Every profile.
+    pub const ALL: [Profile; 2] = [Profile::Paper2023, Profile::Hopper];
+
+    /// The profile's name in scenarios and on the command line.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Profile::Paper2023 => "paper-2023",
+            Profile::Hopper => "hopper",
+        }
+    }
+
+    /// The code on the wire.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Profile::Paper2023 => 1,
+            Profile::Hopper => 2,
+        }
+    }
+
+    /// The profile of a wire code, if there is one.
+    #[must_use]
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|profile| profile.code() == code)
+    }
+}
+
+impl std::fmt::Display for Profile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+impl std::str::FromStr for Profile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|profile| profile.as_str() == text)
+            .ok_or_else(|| format!("a profile is paper-2023 or hopper, got {text:?}"))
+    }
+}
+
+/// A closed interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Range {
+    /// Lower end.
+    pub min: f64,
+    /// Upper end, not below the lower.
+    pub max: f64,
+}
+
+impl Range {
+    /// Where `value` lies between the ends: 0 at the lower, 1 at the upper, beyond outside; 0 on an empty range.
+    #[must_use]
+    pub fn normalise(&self, value: f64) -> f64 {
+        let width = self.max - self.min;
+        if width > 0.0 { (value - self.min) / width } else { 0.0 }
+    }
+}
+
+/// Weights of the payoff r = w1·S + w2·I + w3·D (P23 eq. 3).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Weights {
+    /// w1, of safety S.
+    pub safety: f64,
+    /// w2, of information gain I.
+    pub information: f64,
+    /// w3, of the distance penalty D.
+    pub distance: f64,
+}
+
+/// The remaining constants of the payoff.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Payoff {
+    /// Payoff of the goal, which absorbs.
+    pub goal: f64,
+    /// Discount γ per period, in (0, 1).
+    pub discount: f64,
+    /// The soil term T on sand in S = −|∇h| − T (P23 eq. 4).
+    pub sand_term: f64,
+}
+
+/// What is known of the whole map beforehand: ranges for min–max normalisation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Priors {
+    /// Range of S = −|∇h| − T.
+    pub safety: Range,
+    /// Range of I = h, metres.
+    pub height_m: Range,
+}
+
+/// How hops scatter on one soil, on the flat (P23 section IV).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SoilMotion {
+    /// Probability of the intended landing.
+    pub intended: f64,
+    /// Probability of staying stuck whatever the slope.
+    pub stuck: f64,
+    /// Probability of slipping one hop to the left; the same to the right.
+    pub sideways: f64,
+    /// Flights per intended hop: 1, or 2 half hops on sand.
+    pub flights: u32,
+}
+
+/// Parameters of the motion-uncertainty form and of the flight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionParameters {
+    /// Scatter on hard ground.
+    pub hard: SoilMotion,
+    /// Scatter on sand.
+    pub sand: SoilMotion,
+    /// Slope at which a hop no longer gets anywhere, radians; π/6 in the papers.
+    pub slope_limit_rad: f64,
+    /// Launch angle above the horizontal, radians; π/4 in P23.
+    pub launch_angle_rad: f64,
+    /// Surface gravity, m/s².
+    pub gravity_mps2: f64,
+}
+
+/// Where the observed map takes its gradients from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientSource {
+    /// The sensor measures the true slope of each seen cell.
+    Measured,
+    /// Differences of heights over seen cells only.
+    SeenDifferences,
+}
+
+/// The elevation-dependent sensor: radius = gain · (h + offset), clamped (P23 section IV).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorParameters {
+    /// Metres of radius per metre of height; 2 in P23.
+    pub gain: f64,
+    /// Height added before the gain, metres; 1 in P23.
+    pub offset_m: f64,
+    /// Smallest radius, metres; at least one hop, so that the neighbours are always seen.
+    pub radius_min_m: f64,
+    /// Largest radius, metres.
+    pub radius_max_m: f64,
+    /// Where gradients come from.
+    pub gradient: GradientSource,
+}
+
+/// When the mission is over, and how long a decision may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Steps (the paper's count) after which the mission is a deadlock.
+    pub steps_max: u64,
+    /// Budget of one decision, landing to commit, nanoseconds.
+    pub decision_budget_ns: u64,
+}
+
+/// The canonical brief.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Brief {
+    /// The run it belongs to.
+    pub run: RunId,
+    /// Name of the scenario.
+    pub scenario: Name,
+    /// SHA-256 over the resolved scenario and its terrain.
+    pub scenario_hash: [u8; 32],
+    /// Reading of the model.
+    pub profile: Profile,
+    /// Robots of the mission, numbered from 0.
+    pub robots: u16,
+    /// The lattice.
+    pub grid: Grid,
+    /// Absolute elevation of height 0, metres.
+    pub datum_m: f64,
+    /// Where the hopper starts.
+    pub start: Cell,
+    /// Where it shall go.
+    pub goal: Cell,
+    /// Payoff weights.
+    pub weights: Weights,
+    /// Payoff constants.
+    pub payoff: Payoff,
+    /// Orbital prior.
+    pub priors: Priors,
+    /// Motion model.
+    pub motion: MotionParameters,
+    /// Sensor model.
+    pub sensor: SensorParameters,
+    /// Limits.
+    pub limits: Limits,
+}

@@ -1,0 +1,40 @@
+//! What a planner tells the hopper to do.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Action, Decision, Incarnation, MonotonicNs, Name, RobotId, RunId, Term};
+
+/// One command, repeated until the state moves on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Command {
+    /// The run it is meant for.
+    pub run: RunId,
+    /// The robot.
+    pub robot: RobotId,
+    /// The decision it answers.
+    pub decision: Decision,
+    /// The term it speaks for: the current one, or current + 1 to take over.
+    pub term: Term,
+    /// What to do.
+    pub action: Action,
+    /// [`crate::ObservedMap::observation`] of the map it was decided on.
+    pub observation: u64,
+    /// Algorithm of the planner.
+    pub planner: Name,
+    /// Life of the planner.
+    pub incarnation: Incarnation,
+    /// Process of the planner; 0 in lockstep.
+    pub pid: u32,
+    /// Work done, in the planner's own units (sweeps, expansions).
+    pub work: u64,
+    /// Whether a budget cut the work short.
+    pub cut: bool,
+    /// When perception had sensed.
+    pub sensed: MonotonicNs,
+    /// When perception published the map.
+    pub map_published: MonotonicNs,
+    /// When planning began.
+    pub planning_started: MonotonicNs,
+    /// When planning ended.
+    pub planning_ended: MonotonicNs,
+}

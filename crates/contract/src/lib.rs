@@ -1,0 +1,51 @@
+//! The vocabulary that Hopper's processes share.
+//!
+//! Two layers, never mixed. The *domain* types in this crate's modules are what engines compute
+//! with: plain structs in the field's own terms, SI units last in each name. The *wire* types in
+//! [`wire`] are what crosses shared memory: integers and floats only, so that no byte pattern a
+//! rogue process writes can be undefined behaviour. The only way from wire to domain is `TryFrom`,
+//! which refuses with a named reason.
+//!
+//! No I/O, no clock, no middleware in here.
+
+pub mod action;
+pub mod brief;
+pub mod command;
+pub mod digest;
+pub mod grid;
+pub mod ground;
+pub mod heartbeat;
+pub mod identity;
+pub mod limits;
+pub mod map;
+pub mod name;
+pub mod outcome;
+pub mod past;
+pub mod policy;
+pub mod record;
+pub mod refusal;
+pub mod service;
+pub mod state;
+pub mod timing;
+pub mod wire;
+
+pub use action::{Action, Direction};
+pub use brief::{
+    Brief, GradientSource, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
+    SoilMotion, Weights,
+};
+pub use command::Command;
+pub use digest::Digest;
+pub use grid::{Cell, Grid};
+pub use ground::{Ground, Soil};
+pub use heartbeat::Heartbeat;
+pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RunId, Term};
+pub use map::ObservedMap;
+pub use name::Name;
+pub use outcome::{Branch, Flight, Outcome, Status};
+pub use past::{PastPage, PastRequest};
+pub use policy::{Policy, PolicyCell};
+pub use record::Record;
+pub use refusal::{Refusal, RefusalCounts};
+pub use state::{Pose, State};
+pub use timing::{MonotonicNs, Stage, Timing};

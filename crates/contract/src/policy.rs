@@ -1,0 +1,31 @@
+//! A planner's policy, for the eye.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Action, Decision, Name, RobotId, RunId};
+
+/// What a planner would do at one cell, and what it expects from there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PolicyCell {
+    /// Best action; hold where none is defined.
+    pub action: Action,
+    /// Value, in units of payoff.
+    pub value: f64,
+}
+
+/// The policy behind one decision.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Policy {
+    /// The run.
+    pub run: RunId,
+    /// The robot.
+    pub robot: RobotId,
+    /// The decision it was made for.
+    pub decision: Decision,
+    /// Algorithm that made it.
+    pub planner: Name,
+    /// Residual max |V − TV| of an independent last sweep, in units of payoff.
+    pub residual: f64,
+    /// Cells in index order.
+    pub cells: Vec<PolicyCell>,
+}

@@ -1,0 +1,61 @@
+//! One executed decision, as the journal keeps it and the past serves it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Action, Decision, Digest, Leader, MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status, Timing,
+};
+
+/// One executed decision.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The robot.
+    pub robot: RobotId,
+    /// The decision, counted from 0.
+    pub decision: Decision,
+    /// Who commanded, under which term.
+    pub leader: Leader,
+    /// What was commanded.
+    pub action: Action,
+    /// Fingerprint of the map it was decided on.
+    pub observation: u64,
+    /// Work the planner did.
+    pub work: u64,
+    /// Whether a budget cut that work short.
+    pub cut: bool,
+    /// What became of it.
+    pub outcome: Outcome,
+    /// Pose afterwards.
+    pub pose: Pose,
+    /// Steps afterwards, in the paper's count.
+    pub steps: u64,
+    /// Status afterwards.
+    pub status: Status,
+    /// Timing of this decision, `committed` as it stood when the record was written.
+    pub timing: Timing,
+    /// Digest before this decision.
+    pub previous: Digest,
+    /// Digest after it: [`Digest::chain`].
+    pub digest: Digest,
+}
+
+impl Record {
+    /// The state this record leads to.
+    #[must_use]
+    pub fn state_after(&self, run: RunId, landed: MonotonicNs, published: MonotonicNs) -> State {
+        State {
+            run,
+            robot: self.robot,
+            decision: self.decision.next(),
+            steps: self.steps,
+            status: self.status,
+            leader: self.leader,
+            pose: self.pose,
+            last: Some(self.outcome),
+            digest: self.digest,
+            landed,
+            published,
+            last_timing: self.timing,
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Why a message was not acted upon.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Decision, RunId, Term};
+
+/// A refusal says what was needed and what was got.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "reason", rename_all = "snake_case")]
+pub enum Refusal {
+    /// Meant for another run.
+    #[error("needs run {need}, got run {got}")]
+    WrongRun {
+        /// Run in force.
+        need: RunId,
+        /// Run of the message.
+        got: RunId,
+    },
+    /// Meant for a robot the mission has not.
+    #[error("needs robot below {robots}, got {got}")]
+    WrongRobot {
+        /// Robots of the mission.
+        robots: u16,
+        /// Robot of the message.
+        got: u32,
+    },
+    /// The decision was taken before; its outcome stands.
+    #[error("decision {got} is taken, {need} is due")]
+    RepeatedDecision {
+        /// Decision due.
+        need: Decision,
+        /// Decision of the message.
+        got: Decision,
+    },
+    /// The decision is not due yet.
+    #[error("decision {got} is not due, {need} is")]
+    FutureDecision {
+        /// Decision due.
+        need: Decision,
+        /// Decision of the message.
+        got: Decision,
+    },
+    /// The term has passed.
+    #[error("term {got} has passed, {need} is in force")]
+    StaleTerm {
+        /// Term in force.
+        need: Term,
+        /// Term of the message.
+        got: Term,
+    },
+    /// The term leaps ahead.
+    #[error("term {got} leaps ahead of {need}, which is in force")]
+    FutureTerm {
+        /// Term in force.
+        need: Term,
+        /// Term of the message.
+        got: Term,
+    },
+    /// The term is in force, but another planner holds it.
+    #[error("term {term} is held by another planner")]
+    NotLeader {
+        /// Term in force.
+        term: Term,
+    },
+    /// The mission is over.
+    #[error("the mission is over")]
+    MissionOver,
+    /// A hop is being executed; the answer will be the next state.
+    #[error("decision {decision} is being executed")]
+    Busy {
+        /// Decision under way.
+        decision: Decision,
+    },
+    /// A field is out of range.
+    #[error("field {field} needs {need}, got {got}")]
+    Malformed {
+        /// The field.
+        field: String,
+        /// What it needs.
+        need: String,
+        /// What it got.
+        got: String,
+    },
+}
+
+impl Refusal {
+    /// A field out of range.
+    #[must_use]
+    pub fn malformed(field: &str, need: &str, got: impl std::fmt::Display) -> Self {
+        Self::Malformed { field: field.into(), need: need.into(), got: got.to_string() }
+    }
+
+    /// The reason's name, under which it is counted.
+    #[must_use]
+    pub fn reason(&self) -> &'static str {
+        match self {
+            Refusal::WrongRun { .. } => "wrong_run",
+            Refusal::WrongRobot { .. } => "wrong_robot",
+            Refusal::RepeatedDecision { .. } => "repeated_decision",
+            Refusal::FutureDecision { .. } => "future_decision",
+            Refusal::StaleTerm { .. } => "stale_term",
+            Refusal::FutureTerm { .. } => "future_term",
+            Refusal::NotLeader { .. } => "not_leader",
+            Refusal::MissionOver => "mission_over",
+            Refusal::Busy { .. } => "busy",
+            Refusal::Malformed { .. } => "malformed",
+        }
+    }
+}
+
+/// How often each reason came up.
+#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct RefusalCounts(pub BTreeMap<String, u64>);
+
+impl RefusalCounts {
+    /// Counts one more refusal.
+    pub fn count(&mut self, refusal: &Refusal) {
+        *self.0.entry(refusal.reason().into()).or_default() += 1;
+    }
+
+    /// How often `reason` came up.
+    #[must_use]
+    pub fn of(&self, reason: &str) -> u64 {
+        self.0.get(reason).copied().unwrap_or(0)
+    }
+}

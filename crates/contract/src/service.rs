@@ -1,0 +1,85 @@
+//! Names and qualities of service: one function per service, since the first creator fixes them.
+
+use crate::RobotId;
+
+/// How a publish-subscribe service is opened; the same numbers whoever comes first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// Service name.
+    pub name: String,
+    /// Most publishers at once.
+    pub max_publishers: usize,
+    /// Most subscribers at once.
+    pub max_subscribers: usize,
+    /// Samples a late subscriber gets.
+    pub history: usize,
+    /// Samples a subscriber's queue holds before the oldest gives way.
+    pub buffer: usize,
+    /// Samples a subscriber may hold at once.
+    pub borrowed: usize,
+    /// Whether an event service of the same name wakes the readers.
+    pub event: bool,
+}
+
+/// Most nodes (processes, live or not yet cleaned up) on any service.
+pub const NODES_MAX: usize = 24;
+
+fn topic(name: impl Into<String>) -> Topic {
+    Topic {
+        name: name.into(),
+        max_publishers: 1,
+        max_subscribers: 8,
+        history: 1,
+        buffer: 1,
+        borrowed: 1,
+        event: false,
+    }
+}
+
+/// `truth/terrain`: written by hopper-sim; perception and monitor only may read it.
+#[must_use]
+pub fn truth() -> Topic {
+    Topic { max_subscribers: 4, ..topic("truth/terrain") }
+}
+
+/// `hop/brief`: written by hopper-sim.
+#[must_use]
+pub fn brief() -> Topic {
+    Topic { max_subscribers: 16, ..topic("hop/brief") }
+}
+
+/// `hop/rN/state`: written by hopper-sim; wakes perception.
+#[must_use]
+pub fn state(robot: RobotId) -> Topic {
+    Topic { max_subscribers: 16, buffer: 64, event: true, ..topic(format!("hop/r{robot}/state")) }
+}
+
+/// `hop/rN/map`: written by perception; wakes planners.
+#[must_use]
+pub fn map(robot: RobotId) -> Topic {
+    Topic { event: true, ..topic(format!("hop/r{robot}/map")) }
+}
+
+/// `hop/rN/command`: written by planners; hopper-sim the only reader that acts.
+#[must_use]
+pub fn command(robot: RobotId) -> Topic {
+    Topic { max_publishers: 8, history: 0, buffer: 16, event: true, ..topic(format!("hop/r{robot}/command")) }
+}
+
+/// `hop/rN/policy`: written by planners while someone listens.
+#[must_use]
+pub fn policy(robot: RobotId) -> Topic {
+    Topic { max_publishers: 8, max_subscribers: 4, ..topic(format!("hop/r{robot}/policy")) }
+}
+
+/// `hop/heartbeat`: written by everyone.
+#[must_use]
+pub fn heartbeat() -> Topic {
+    Topic { max_publishers: 16, max_subscribers: 16, buffer: 16, ..topic("hop/heartbeat") }
+}
+
+/// `hop/past`: request-response, served by hopper-sim.
+pub const PAST: &str = "hop/past";
+
+/// Most clients of [`PAST`] at once.
+pub const PAST_CLIENTS_MAX: usize = 16;

@@ -1,0 +1,43 @@
+//! Where the mission stands, as hopper-sim tells everyone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Cell, Decision, Digest, Leader, MonotonicNs, Outcome, RobotId, RunId, Status, Timing};
+
+/// Where the hopper is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Its cell; outside the grid once it has left the map.
+    pub cell: Cell,
+    /// Height of the ground under it above the datum, metres.
+    pub height_m: f64,
+}
+
+/// The state at one decision.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// The run.
+    pub run: RunId,
+    /// The robot.
+    pub robot: RobotId,
+    /// The decision that is due; equals the number of commands executed.
+    pub decision: Decision,
+    /// Steps so far, in the paper's count.
+    pub steps: u64,
+    /// How the mission stands.
+    pub status: Status,
+    /// Who commands.
+    pub leader: Leader,
+    /// Where the hopper is.
+    pub pose: Pose,
+    /// What became of the last command; `None` at decision 0.
+    pub last: Option<Outcome>,
+    /// Chained digest of everything executed so far.
+    pub digest: Digest,
+    /// When the hopper came to rest here.
+    pub landed: MonotonicNs,
+    /// When this message was published.
+    pub published: MonotonicNs,
+    /// Timing of the last decision; zero at decision 0.
+    pub last_timing: Timing,
+}

@@ -1,0 +1,250 @@
+//! `hop/brief`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
+};
+use crate::limits::{DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::{
+    Brief, Cell, GradientSource, Grid, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
+    Refusal, SensorParameters, SoilMotion, Weights,
+};
+
+/// Scatter of hops on one soil.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SoilMotionV1 {
+    /// Probability of the intended landing on the flat.
+    pub intended: f64,
+    /// Probability of staying stuck.
+    pub stuck: f64,
+    /// Probability of a slip to either side.
+    pub sideways: f64,
+    /// Flights per intended hop, 1 or 2.
+    pub flights: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The canonical brief.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct BriefV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Name of the scenario, zero-padded ASCII.
+    pub scenario: [u8; Name::BYTES],
+    /// SHA-256 over the resolved scenario and its terrain.
+    pub scenario_hash: [u8; 32],
+    /// [`Profile::code`].
+    pub profile: u32,
+    /// Robots of the mission.
+    pub robots: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Cells that one hop spans.
+    pub hop_cells: u32,
+    /// 1 measured, 2 differences over seen cells.
+    pub gradient_source: u32,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Absolute elevation of height 0, metres.
+    pub datum_m: f64,
+    /// Start (x, y), cells.
+    pub start: [i32; 2],
+    /// Goal (x, y), cells.
+    pub goal: [i32; 2],
+    /// Weights w1, w2, w3.
+    pub weights: [f64; 3],
+    /// Payoff of the goal.
+    pub payoff_goal: f64,
+    /// Discount γ, in (0, 1).
+    pub discount: f64,
+    /// Soil term T on sand.
+    pub sand_term: f64,
+    /// Range of S, lower end first.
+    pub safety_range: [f64; 2],
+    /// Range of I, metres, lower end first.
+    pub height_range_m: [f64; 2],
+    /// Scatter on hard ground.
+    pub hard: SoilMotionV1,
+    /// Scatter on sand.
+    pub sand: SoilMotionV1,
+    /// Slope limit, radians.
+    pub slope_limit_rad: f64,
+    /// Launch angle, radians.
+    pub launch_angle_rad: f64,
+    /// Gravity, m/s².
+    pub gravity_mps2: f64,
+    /// Sensor gain, m/m.
+    pub sensor_gain: f64,
+    /// Sensor offset, metres.
+    pub sensor_offset_m: f64,
+    /// Sensing radius, metres, smallest first.
+    pub sensor_radius_m: [f64; 2],
+    /// Steps after which the mission is a deadlock.
+    pub steps_max: u64,
+    /// Budget of a decision, nanoseconds.
+    pub decision_budget_ns: u64,
+}
+
+const _: () = assert!(size_of::<SoilMotionV1>() == 32);
+const _: () = assert!(size_of::<BriefV1>() == 352);
+
+impl Wire for BriefV1 {
+    const NAME: &'static str = "hop.Brief.v1";
+}
+
+impl From<&SoilMotion> for SoilMotionV1 {
+    fn from(motion: &SoilMotion) -> Self {
+        Self {
+            intended: motion.intended,
+            stuck: motion.stuck,
+            sideways: motion.sideways,
+            flights: motion.flights,
+            reserved: 0,
+        }
+    }
+}
+
+impl TryFrom<&SoilMotionV1> for SoilMotion {
+    type Error = Refusal;
+
+    fn try_from(wire: &SoilMotionV1) -> Result<Self, Refusal> {
+        let sum = wire.intended + wire.stuck + 2.0 * wire.sideways;
+        float("motion.sum", sum, 1.0 - 1e-9, 1.0 + 1e-9)?;
+        if !(1..=2).contains(&wire.flights) {
+            return Err(Refusal::malformed("motion.flights", "1 or 2", wire.flights));
+        }
+        Ok(Self {
+            intended: float("motion.intended", wire.intended, 0.0, 1.0)?,
+            stuck: float("motion.stuck", wire.stuck, 0.0, 1.0)?,
+            sideways: float("motion.sideways", wire.sideways, 0.0, 0.5)?,
+            flights: wire.flights,
+        })
+    }
+}
+
+impl From<&Brief> for BriefV1 {
+    fn from(brief: &Brief) -> Self {
+        Self {
+            run: run_to_wire(brief.run),
+            scenario: brief.scenario.bytes(),
+            scenario_hash: brief.scenario_hash,
+            profile: brief.profile.code(),
+            robots: u32::from(brief.robots),
+            width: brief.grid.width,
+            height: brief.grid.height,
+            hop_cells: brief.grid.hop_cells,
+            gradient_source: match brief.sensor.gradient {
+                GradientSource::Measured => 1,
+                GradientSource::SeenDifferences => 2,
+            },
+            cell_size_m: brief.grid.cell_size_m,
+            datum_m: brief.datum_m,
+            start: cell_to_wire(brief.start),
+            goal: cell_to_wire(brief.goal),
+            weights: [brief.weights.safety, brief.weights.information, brief.weights.distance],
+            payoff_goal: brief.payoff.goal,
+            discount: brief.payoff.discount,
+            sand_term: brief.payoff.sand_term,
+            safety_range: [brief.priors.safety.min, brief.priors.safety.max],
+            height_range_m: [brief.priors.height_m.min, brief.priors.height_m.max],
+            hard: (&brief.motion.hard).into(),
+            sand: (&brief.motion.sand).into(),
+            slope_limit_rad: brief.motion.slope_limit_rad,
+            launch_angle_rad: brief.motion.launch_angle_rad,
+            gravity_mps2: brief.motion.gravity_mps2,
+            sensor_gain: brief.sensor.gain,
+            sensor_offset_m: brief.sensor.offset_m,
+            sensor_radius_m: [brief.sensor.radius_min_m, brief.sensor.radius_max_m],
+            steps_max: brief.limits.steps_max,
+            decision_budget_ns: brief.limits.decision_budget_ns,
+        }
+    }
+}
+
+impl TryFrom<&BriefV1> for Brief {
+    type Error = Refusal;
+
+    fn try_from(wire: &BriefV1) -> Result<Self, Refusal> {
+        let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
+            .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
+        let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
+            let cell = cell_from_wire(field, cell)?;
+            if grid.contains(cell) {
+                Ok(cell)
+            } else {
+                Err(Refusal::malformed(field, "a cell on the grid", cell))
+            }
+        };
+        let payoff = |field: &str, value| float(field, value, -PAYOFF_MAX, PAYOFF_MAX);
+        let range = |field: &str, [min, max]: [f64; 2]| -> Result<Range, Refusal> {
+            Ok(Range { min: length(field, min)?, max: float(field, max, min, LENGTH_MAX_M)? })
+        };
+        let robots = u16::try_from(wire.robots).ok().filter(|&robots| robots > 0);
+        Ok(Self {
+            run: run_from_wire(wire.run),
+            scenario: name_from_wire("brief.scenario", wire.scenario)?,
+            scenario_hash: wire.scenario_hash,
+            profile: tag("brief.profile", wire.profile, Profile::from_code)?,
+            robots: robots.ok_or_else(|| Refusal::malformed("brief.robots", "1 to 65535", wire.robots))?,
+            grid,
+            datum_m: length("brief.datum_m", wire.datum_m)?,
+            start: on_grid("brief.start", wire.start)?,
+            goal: on_grid("brief.goal", wire.goal)?,
+            weights: Weights {
+                safety: payoff("brief.weights.safety", wire.weights[0])?,
+                information: payoff("brief.weights.information", wire.weights[1])?,
+                distance: payoff("brief.weights.distance", wire.weights[2])?,
+            },
+            payoff: Payoff {
+                goal: payoff("brief.payoff.goal", wire.payoff_goal)?,
+                discount: float("brief.payoff.discount", wire.discount, 0.01, 0.9999)?,
+                sand_term: payoff("brief.payoff.sand_term", wire.sand_term)?,
+            },
+            priors: Priors {
+                safety: range("brief.priors.safety", wire.safety_range)?,
+                height_m: range("brief.priors.height_m", wire.height_range_m)?,
+            },
+            motion: MotionParameters {
+                hard: (&wire.hard).try_into()?,
+                sand: (&wire.sand).try_into()?,
+                slope_limit_rad: float("brief.slope_limit_rad", wire.slope_limit_rad, 0.01, 1.57)?,
+                launch_angle_rad: float("brief.launch_angle_rad", wire.launch_angle_rad, 0.01, 1.56)?,
+                gravity_mps2: float("brief.gravity_mps2", wire.gravity_mps2, 1.0e-4, 100.0)?,
+            },
+            sensor: SensorParameters {
+                gain: float("brief.sensor.gain", wire.sensor_gain, 0.0, 1.0e6)?,
+                offset_m: length("brief.sensor.offset_m", wire.sensor_offset_m)?,
+                radius_min_m: float("brief.sensor.radius_min_m", wire.sensor_radius_m[0], 0.0, LENGTH_MAX_M)?,
+                radius_max_m: float(
+                    "brief.sensor.radius_max_m",
+                    wire.sensor_radius_m[1],
+                    wire.sensor_radius_m[0],
+                    LENGTH_MAX_M,
+                )?,
+                gradient: tag("brief.gradient_source", wire.gradient_source, |code| match code {
+                    1 => Some(GradientSource::Measured),
+                    2 => Some(GradientSource::SeenDifferences),
+                    _ => None,
+                })?,
+            },
+            limits: Limits {
+                steps_max: if (1..=DECISIONS_MAX).contains(&wire.steps_max) {
+                    wire.steps_max
+                } else {
+                    return Err(Refusal::malformed(
+                        "brief.steps_max",
+                        &format!("1 to {DECISIONS_MAX}"),
+                        wire.steps_max,
+                    ));
+                },
+                decision_budget_ns: wire.decision_budget_ns,
+            },
+        })
+    }
+}

@@ -1,0 +1,76 @@
+//! `hop/heartbeat`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Wire, name_from_wire, run_from_wire, run_to_wire, tag};
+use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, Role, Status};
+
+/// One beat.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct HeartbeatV1 {
+    /// Run last seen, high half first; zero for none.
+    pub run: [u64; 2],
+    /// Life of the process, not zero.
+    pub incarnation: u64,
+    /// Beats of this life.
+    pub counter: u64,
+    /// Decision last seen.
+    pub decision: u64,
+    /// [`Role::code`].
+    pub role: u32,
+    /// [`Status::code`] last seen.
+    pub status: u32,
+    /// Process.
+    pub pid: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Version of the build, zero-padded ASCII.
+    pub version: [u8; Name::BYTES],
+    /// Algorithm of a planner, zero-padded ASCII.
+    pub planner: [u8; Name::BYTES],
+}
+
+const _: () = assert!(size_of::<HeartbeatV1>() == 120);
+
+impl Wire for HeartbeatV1 {
+    const NAME: &'static str = "hop.Heartbeat.v1";
+}
+
+impl From<&Heartbeat> for HeartbeatV1 {
+    fn from(beat: &Heartbeat) -> Self {
+        Self {
+            run: run_to_wire(beat.run),
+            incarnation: beat.incarnation.0,
+            counter: beat.counter,
+            decision: beat.decision.0,
+            role: beat.role.code(),
+            status: beat.status.code(),
+            pid: beat.pid,
+            reserved: 0,
+            version: beat.version.bytes(),
+            planner: beat.planner.bytes(),
+        }
+    }
+}
+
+impl TryFrom<&HeartbeatV1> for Heartbeat {
+    type Error = Refusal;
+
+    fn try_from(wire: &HeartbeatV1) -> Result<Self, Refusal> {
+        if wire.incarnation == 0 {
+            return Err(Refusal::malformed("heartbeat.incarnation", "not zero", 0));
+        }
+        Ok(Self {
+            role: tag("heartbeat.role", wire.role, Role::from_code)?,
+            incarnation: Incarnation(wire.incarnation),
+            pid: wire.pid,
+            version: name_from_wire("heartbeat.version", wire.version)?,
+            planner: name_from_wire("heartbeat.planner", wire.planner)?,
+            counter: wire.counter,
+            run: run_from_wire(wire.run),
+            decision: Decision(wire.decision),
+            status: tag("heartbeat.status", wire.status, Status::from_code)?,
+        })
+    }
+}

@@ -1,0 +1,77 @@
+//! Header of `hop/rN/map`; the payload is one [`super::GroundV1`] per cell.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{GroundV1, Wire, robot_from_wire, run_from_wire, run_to_wire};
+use crate::{Decision, Grid, Ground, MonotonicNs, ObservedMap, Refusal};
+
+/// What the map covers and when it was made.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MapHeaderV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Decisions folded in: 0 for none, else the last decision + 1.
+    pub folded: u64,
+    /// Publications of this perception process.
+    pub sequence: u64,
+    /// Pose folded in, monotonic nanoseconds.
+    pub sensed_ns: u64,
+    /// Published, monotonic nanoseconds.
+    pub published_ns: u64,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Cells that one hop spans.
+    pub hop_cells: u32,
+    /// Robot.
+    pub robot: u32,
+}
+
+const _: () = assert!(size_of::<MapHeaderV1>() == 72);
+
+impl Wire for MapHeaderV1 {
+    const NAME: &'static str = "hop.MapHeader.v1";
+}
+
+impl From<&ObservedMap> for MapHeaderV1 {
+    fn from(map: &ObservedMap) -> Self {
+        Self {
+            run: run_to_wire(map.run),
+            folded: map.through.map_or(0, |decision| decision.0 + 1),
+            sequence: map.sequence,
+            sensed_ns: map.sensed.0,
+            published_ns: map.published.0,
+            cell_size_m: map.grid.cell_size_m,
+            width: map.grid.width,
+            height: map.grid.height,
+            hop_cells: map.grid.hop_cells,
+            robot: u32::from(map.robot.0),
+        }
+    }
+}
+
+/// The observed map of a copied message.
+///
+/// # Errors
+/// If the lattice, the number of cells, or any cell is out of range.
+pub fn map_from_wire(header: &MapHeaderV1, cells: &[GroundV1]) -> Result<ObservedMap, Refusal> {
+    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
+        .map_err(|error| Refusal::malformed("map.grid", "a grid within bounds", error))?;
+    if cells.len() != grid.cells() {
+        return Err(Refusal::malformed("map.cells", &format!("{} cells", grid.cells()), cells.len()));
+    }
+    Ok(ObservedMap {
+        run: run_from_wire(header.run),
+        robot: robot_from_wire(header.robot)?,
+        through: header.folded.checked_sub(1).map(Decision),
+        sequence: header.sequence,
+        sensed: MonotonicNs(header.sensed_ns),
+        published: MonotonicNs(header.published_ns),
+        grid,
+        cells: cells.iter().map(Option::<Ground>::try_from).collect::<Result<_, _>>()?,
+    })
+}

@@ -1,0 +1,253 @@
+//! What crosses shared memory.
+//!
+//! Every type is `#[repr(C)]`, made of integers and floats only, without padding (`bytemuck::Pod`
+//! proves all three at compile time), and has its size asserted. iceoryx2 compares only name, size
+//! and alignment when a service is opened, so **a changed layout takes a new version in the name**.
+//!
+//! A reader copies first, then validates: the writer could still write after sending. Each type
+//! converts `From<&Domain>`; the way back is `TryFrom`, which refuses with a [`Refusal`].
+
+mod brief;
+mod command;
+mod ground;
+mod heartbeat;
+mod map;
+mod past;
+mod policy;
+mod state;
+
+pub use brief::BriefV1;
+pub use command::CommandV1;
+pub use ground::GroundV1;
+pub use heartbeat::HeartbeatV1;
+pub use map::{MapHeaderV1, map_from_wire};
+pub use past::{PastHeaderV1, PastRequestV1, RecordV1, page_from_wire};
+pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
+pub use state::StateV1;
+pub use terrain_header::TerrainHeaderV1;
+
+mod terrain_header;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::limits::{GRADIENT_MAX, LENGTH_MAX_M};
+use crate::{
+    Branch, Cell, Flight, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal, RobotId, RunId,
+    Term, Timing,
+};
+
+/// A type that may cross shared memory under a versioned name.
+pub trait Wire: Pod {
+    /// Name with version; every version of a layout has its own.
+    const NAME: &'static str;
+}
+
+/// The run nonce: high half, then low half.
+pub(crate) fn run_to_wire(run: RunId) -> [u64; 2] {
+    [(run.0 >> 64) as u64, run.0 as u64]
+}
+
+pub(crate) fn run_from_wire(halves: [u64; 2]) -> RunId {
+    RunId(u128::from(halves[0]) << 64 | u128::from(halves[1]))
+}
+
+pub(crate) fn robot_from_wire(robot: u32) -> Result<RobotId, Refusal> {
+    u16::try_from(robot).map(RobotId).map_err(|_| Refusal::WrongRobot { robots: u16::MAX, got: robot })
+}
+
+pub(crate) fn name_from_wire(field: &str, bytes: [u8; Name::BYTES]) -> Result<Name, Refusal> {
+    Name::from_bytes(bytes).map_err(|error| Refusal::malformed(field, "printable ASCII", error.got))
+}
+
+/// A float within `min..=max`; NaN is never within.
+pub(crate) fn float(field: &str, value: f64, min: f64, max: f64) -> Result<f64, Refusal> {
+    if (min..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(Refusal::malformed(field, &format!("{min} to {max}"), value))
+    }
+}
+
+pub(crate) fn length(field: &str, value_m: f64) -> Result<f64, Refusal> {
+    float(field, value_m, -LENGTH_MAX_M, LENGTH_MAX_M)
+}
+
+pub(crate) fn gradient(field: &str, value: [f64; 2]) -> Result<[f64; 2], Refusal> {
+    for component in value {
+        float(field, component, -GRADIENT_MAX, GRADIENT_MAX)?;
+    }
+    Ok(value)
+}
+
+/// A tag that `decode` knows.
+pub(crate) fn tag<T>(field: &str, code: u32, decode: impl Fn(u32) -> Option<T>) -> Result<T, Refusal> {
+    decode(code).ok_or_else(|| Refusal::malformed(field, "a known tag", code))
+}
+
+/// 0 or 1.
+pub(crate) fn flag(field: &str, code: u32) -> Result<bool, Refusal> {
+    tag(field, code, |code| match code {
+        0 => Some(false),
+        1 => Some(true),
+        _ => None,
+    })
+}
+
+/// A cell as (x, y).
+pub(crate) fn cell_from_wire(field: &str, [x, y]: [i32; 2]) -> Result<Cell, Refusal> {
+    const FAR: i32 = 1 << 20;
+    if (-FAR..=FAR).contains(&x) && (-FAR..=FAR).contains(&y) {
+        Ok(Cell::new(x, y))
+    } else {
+        Err(Refusal::malformed(field, "a cell on or next to the grid", Cell::new(x, y)))
+    }
+}
+
+pub(crate) fn cell_to_wire(cell: Cell) -> [i32; 2] {
+    [cell.x, cell.y]
+}
+
+pub(crate) fn timing_to_wire(timing: &Timing) -> [u64; 8] {
+    timing.moments().map(|moment| moment.0)
+}
+
+pub(crate) fn timing_from_wire(moments: [u64; 8]) -> Timing {
+    Timing::from_moments(moments.map(MonotonicNs))
+}
+
+/// Outcome part of a message.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct OutcomeV1 {
+    /// [`Branch::code`]; 0 where there is no outcome yet.
+    pub branch: u32,
+    /// Flights flown.
+    pub flights: u32,
+    /// Departure (x, y), cells.
+    pub from: [i32; 2],
+    /// Landing (x, y), cells.
+    pub to: [i32; 2],
+    /// Launch speed, m/s.
+    pub launch_speed_mps: f64,
+    /// Launch angle, radians.
+    pub launch_angle_rad: f64,
+    /// Range of one flight, metres.
+    pub range_m: f64,
+    /// Rise from launch to landing, metres.
+    pub rise_m: f64,
+    /// Apex above the launch, metres.
+    pub apex_height_m: f64,
+    /// Time of one flight, seconds.
+    pub flight_time_s: f64,
+}
+
+impl From<&Outcome> for OutcomeV1 {
+    fn from(outcome: &Outcome) -> Self {
+        let flight = &outcome.flight;
+        Self {
+            branch: outcome.branch.code(),
+            flights: flight.flights,
+            from: cell_to_wire(outcome.from),
+            to: cell_to_wire(outcome.to),
+            launch_speed_mps: flight.launch_speed_mps,
+            launch_angle_rad: flight.launch_angle_rad,
+            range_m: flight.range_m,
+            rise_m: flight.rise_m,
+            apex_height_m: flight.apex_height_m,
+            flight_time_s: flight.flight_time_s,
+        }
+    }
+}
+
+impl TryFrom<&OutcomeV1> for Outcome {
+    type Error = Refusal;
+
+    fn try_from(wire: &OutcomeV1) -> Result<Self, Refusal> {
+        Ok(Self {
+            branch: tag("outcome.branch", wire.branch, Branch::from_code)?,
+            from: cell_from_wire("outcome.from", wire.from)?,
+            to: cell_from_wire("outcome.to", wire.to)?,
+            flight: Flight {
+                launch_speed_mps: float("flight.launch_speed_mps", wire.launch_speed_mps, 0.0, 1.0e5)?,
+                launch_angle_rad: float("flight.launch_angle_rad", wire.launch_angle_rad, 0.0, 1.6)?,
+                range_m: length("flight.range_m", wire.range_m)?,
+                rise_m: length("flight.rise_m", wire.rise_m)?,
+                apex_height_m: length("flight.apex_height_m", wire.apex_height_m)?,
+                flight_time_s: float("flight.flight_time_s", wire.flight_time_s, 0.0, 1.0e6)?,
+                flights: wire.flights,
+            },
+        })
+    }
+}
+
+/// Who commands, as part of a message.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct LeaderV1 {
+    /// Term in force.
+    pub term: u64,
+    /// Life of the planner.
+    pub incarnation: u64,
+    /// Process of the planner.
+    pub pid: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Algorithm, zero-padded ASCII.
+    pub planner: [u8; Name::BYTES],
+}
+
+impl From<&Leader> for LeaderV1 {
+    fn from(leader: &Leader) -> Self {
+        Self {
+            term: leader.term.0,
+            incarnation: leader.incarnation.0,
+            pid: leader.pid,
+            reserved: 0,
+            planner: leader.planner.bytes(),
+        }
+    }
+}
+
+impl TryFrom<&LeaderV1> for Leader {
+    type Error = Refusal;
+
+    fn try_from(wire: &LeaderV1) -> Result<Self, Refusal> {
+        Ok(Self {
+            term: Term(wire.term),
+            incarnation: Incarnation(wire.incarnation),
+            pid: wire.pid,
+            planner: name_from_wire("leader.planner", wire.planner)?,
+        })
+    }
+}
+
+/// A pose as part of a message.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PoseV1 {
+    /// Cell (x, y).
+    pub cell: [i32; 2],
+    /// Height above the datum, metres.
+    pub height_m: f64,
+}
+
+impl From<&Pose> for PoseV1 {
+    fn from(pose: &Pose) -> Self {
+        Self { cell: cell_to_wire(pose.cell), height_m: pose.height_m }
+    }
+}
+
+impl TryFrom<&PoseV1> for Pose {
+    type Error = Refusal;
+
+    fn try_from(wire: &PoseV1) -> Result<Self, Refusal> {
+        Ok(Self {
+            cell: cell_from_wire("pose.cell", wire.cell)?,
+            height_m: length("pose.height_m", wire.height_m)?,
+        })
+    }
+}
+
+const _: () = assert!(size_of::<OutcomeV1>() == 72);
+const _: () = assert!(size_of::<LeaderV1>() == 56);
+const _: () = assert!(size_of::<PoseV1>() == 16);

@@ -1,0 +1,190 @@
+//! Request, header and record of `hop/past`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    LeaderV1, OutcomeV1, PoseV1, Wire, flag, robot_from_wire, run_from_wire, run_to_wire, tag,
+    timing_from_wire, timing_to_wire,
+};
+use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
+use crate::{Action, Decision, Digest, PastPage, PastRequest, Record, Refusal, Status};
+
+/// Asks for records from a decision on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct PastRequestV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// First decision wanted.
+    pub from: u64,
+    /// Robot.
+    pub robot: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Header of a page; the payload is its records.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct PastHeaderV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Decision of the first record.
+    pub from: u64,
+    /// Robot.
+    pub robot: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// One executed decision.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct RecordV1 {
+    /// Decision.
+    pub decision: u64,
+    /// Fingerprint of the map it was decided on.
+    pub observation: u64,
+    /// Work the planner did.
+    pub work: u64,
+    /// Steps afterwards.
+    pub steps: u64,
+    /// Robot.
+    pub robot: u32,
+    /// [`Action::code`].
+    pub action: u32,
+    /// 1 if a budget cut the work short.
+    pub cut: u32,
+    /// [`Status::code`] afterwards.
+    pub status: u32,
+    /// Who commanded.
+    pub leader: LeaderV1,
+    /// What became of it.
+    pub outcome: OutcomeV1,
+    /// Pose afterwards.
+    pub pose: PoseV1,
+    /// Moments, monotonic nanoseconds.
+    pub timing_ns: [u64; 8],
+    /// Digest before.
+    pub previous: [u8; 32],
+    /// Digest after.
+    pub digest: [u8; 32],
+}
+
+const _: () = assert!(size_of::<PastRequestV1>() == 32);
+const _: () = assert!(size_of::<PastHeaderV1>() == 32);
+const _: () = assert!(size_of::<RecordV1>() == 320);
+
+impl Wire for PastRequestV1 {
+    const NAME: &'static str = "hop.PastRequest.v1";
+}
+
+impl Wire for PastHeaderV1 {
+    const NAME: &'static str = "hop.PastHeader.v1";
+}
+
+impl Wire for RecordV1 {
+    const NAME: &'static str = "hop.Record.v1";
+}
+
+impl From<&PastRequest> for PastRequestV1 {
+    fn from(request: &PastRequest) -> Self {
+        Self {
+            run: run_to_wire(request.run),
+            from: request.from.0,
+            robot: u32::from(request.robot.0),
+            reserved: 0,
+        }
+    }
+}
+
+impl TryFrom<&PastRequestV1> for PastRequest {
+    type Error = Refusal;
+
+    fn try_from(wire: &PastRequestV1) -> Result<Self, Refusal> {
+        if wire.from > DECISIONS_MAX {
+            return Err(Refusal::malformed("past.from", &format!("at most {DECISIONS_MAX}"), wire.from));
+        }
+        Ok(Self {
+            run: run_from_wire(wire.run),
+            robot: robot_from_wire(wire.robot)?,
+            from: Decision(wire.from),
+        })
+    }
+}
+
+impl From<&PastPage> for PastHeaderV1 {
+    fn from(page: &PastPage) -> Self {
+        Self { run: run_to_wire(page.run), from: page.from.0, robot: u32::from(page.robot.0), reserved: 0 }
+    }
+}
+
+impl From<&Record> for RecordV1 {
+    fn from(record: &Record) -> Self {
+        Self {
+            decision: record.decision.0,
+            observation: record.observation,
+            work: record.work,
+            steps: record.steps,
+            robot: u32::from(record.robot.0),
+            action: record.action.code(),
+            cut: u32::from(record.cut),
+            status: record.status.code(),
+            leader: (&record.leader).into(),
+            outcome: (&record.outcome).into(),
+            pose: (&record.pose).into(),
+            timing_ns: timing_to_wire(&record.timing),
+            previous: record.previous.0,
+            digest: record.digest.0,
+        }
+    }
+}
+
+impl TryFrom<&RecordV1> for Record {
+    type Error = Refusal;
+
+    fn try_from(wire: &RecordV1) -> Result<Self, Refusal> {
+        Ok(Self {
+            robot: robot_from_wire(wire.robot)?,
+            decision: Decision(wire.decision),
+            leader: (&wire.leader).try_into()?,
+            action: tag("record.action", wire.action, Action::from_code)?,
+            observation: wire.observation,
+            work: wire.work,
+            cut: flag("record.cut", wire.cut)?,
+            outcome: (&wire.outcome).try_into()?,
+            pose: (&wire.pose).try_into()?,
+            steps: wire.steps,
+            status: tag("record.status", wire.status, Status::from_code)?,
+            timing: timing_from_wire(wire.timing_ns),
+            previous: Digest(wire.previous),
+            digest: Digest(wire.digest),
+        })
+    }
+}
+
+/// The page of a copied answer.
+///
+/// # Errors
+/// If it is too long, a record is malformed, or its decisions are not consecutive.
+pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV1]) -> Result<PastPage, Refusal> {
+    if records.len() > PAST_PAGE_RECORDS {
+        return Err(Refusal::malformed(
+            "past.records",
+            &format!("at most {PAST_PAGE_RECORDS}"),
+            records.len(),
+        ));
+    }
+    let records = records.iter().map(Record::try_from).collect::<Result<Vec<_>, _>>()?;
+    for (record, due) in records.iter().zip(header.from..) {
+        if record.decision.0 != due {
+            return Err(Refusal::malformed("past.decision", &due.to_string(), record.decision));
+        }
+    }
+    Ok(PastPage {
+        run: run_from_wire(header.run),
+        robot: robot_from_wire(header.robot)?,
+        from: Decision(header.from),
+        records,
+    })
+}

@@ -1,0 +1,87 @@
+//! Header and cell of `hop/rN/policy`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Wire, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
+
+/// What the policy was made for.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PolicyHeaderV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Decision it was made for.
+    pub decision: u64,
+    /// Residual of an independent last sweep, in units of payoff.
+    pub residual: f64,
+    /// Robot.
+    pub robot: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Algorithm, zero-padded ASCII.
+    pub planner: [u8; Name::BYTES],
+}
+
+/// Action and value at one cell.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PolicyCellV1 {
+    /// Value, in units of payoff.
+    pub value: f64,
+    /// [`Action::code`].
+    pub action: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<PolicyHeaderV1>() == 72);
+const _: () = assert!(size_of::<PolicyCellV1>() == 16);
+
+impl Wire for PolicyHeaderV1 {
+    const NAME: &'static str = "hop.PolicyHeader.v1";
+}
+
+impl Wire for PolicyCellV1 {
+    const NAME: &'static str = "hop.PolicyCell.v1";
+}
+
+impl From<&Policy> for PolicyHeaderV1 {
+    fn from(policy: &Policy) -> Self {
+        Self {
+            run: run_to_wire(policy.run),
+            decision: policy.decision.0,
+            residual: policy.residual,
+            robot: u32::from(policy.robot.0),
+            reserved: 0,
+            planner: policy.planner.bytes(),
+        }
+    }
+}
+
+impl From<&PolicyCell> for PolicyCellV1 {
+    fn from(cell: &PolicyCell) -> Self {
+        Self { value: cell.value, action: cell.action.code(), reserved: 0 }
+    }
+}
+
+/// The policy of a copied message.
+///
+/// # Errors
+/// If a value is not finite or an action is unknown.
+pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
+    let cell = |wire: &PolicyCellV1| {
+        if !wire.value.is_finite() {
+            return Err(Refusal::malformed("policy.value", "a finite value", wire.value));
+        }
+        Ok(PolicyCell { action: tag("policy.action", wire.action, Action::from_code)?, value: wire.value })
+    };
+    Ok(Policy {
+        run: run_from_wire(header.run),
+        robot: robot_from_wire(header.robot)?,
+        decision: Decision(header.decision),
+        planner: name_from_wire("policy.planner", header.planner)?,
+        residual: header.residual,
+        cells: cells.iter().map(cell).collect::<Result<_, _>>()?,
+    })
+}

@@ -1,0 +1,93 @@
+//! `hop/rN/state`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    LeaderV1, OutcomeV1, PoseV1, Wire, robot_from_wire, run_from_wire, run_to_wire, tag, timing_from_wire,
+    timing_to_wire,
+};
+use crate::limits::DECISIONS_MAX;
+use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
+
+/// The state at one decision.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct StateV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Decision due.
+    pub decision: u64,
+    /// Steps so far, in the paper's count.
+    pub steps: u64,
+    /// Hopper at rest, monotonic nanoseconds.
+    pub landed_ns: u64,
+    /// Message published, monotonic nanoseconds.
+    pub published_ns: u64,
+    /// Robot.
+    pub robot: u32,
+    /// [`Status::code`].
+    pub status: u32,
+    /// Who commands.
+    pub leader: LeaderV1,
+    /// Where the hopper is.
+    pub pose: PoseV1,
+    /// Last outcome; all zero at decision 0.
+    pub last: OutcomeV1,
+    /// Chained SHA-256.
+    pub digest: [u8; 32],
+    /// Moments of the last decision, monotonic nanoseconds.
+    pub last_timing_ns: [u64; 8],
+}
+
+const _: () = assert!(size_of::<StateV1>() == 296);
+
+impl Wire for StateV1 {
+    const NAME: &'static str = "hop.State.v1";
+}
+
+impl From<&State> for StateV1 {
+    fn from(state: &State) -> Self {
+        Self {
+            run: run_to_wire(state.run),
+            decision: state.decision.0,
+            steps: state.steps,
+            landed_ns: state.landed.0,
+            published_ns: state.published.0,
+            robot: u32::from(state.robot.0),
+            status: state.status.code(),
+            leader: (&state.leader).into(),
+            pose: (&state.pose).into(),
+            last: state.last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from),
+            digest: state.digest.0,
+            last_timing_ns: timing_to_wire(&state.last_timing),
+        }
+    }
+}
+
+impl TryFrom<&StateV1> for State {
+    type Error = Refusal;
+
+    fn try_from(wire: &StateV1) -> Result<Self, Refusal> {
+        if wire.decision > DECISIONS_MAX {
+            return Err(Refusal::malformed(
+                "state.decision",
+                &format!("at most {DECISIONS_MAX}"),
+                wire.decision,
+            ));
+        }
+        Ok(Self {
+            run: run_from_wire(wire.run),
+            robot: robot_from_wire(wire.robot)?,
+            decision: Decision(wire.decision),
+            steps: wire.steps,
+            status: tag("state.status", wire.status, Status::from_code)?,
+            leader: (&wire.leader).try_into()?,
+            pose: (&wire.pose).try_into()?,
+            last: if wire.decision == 0 { None } else { Some((&wire.last).try_into()?) },
+            digest: Digest(wire.digest),
+            landed: MonotonicNs(wire.landed_ns),
+            published: MonotonicNs(wire.published_ns),
+            last_timing: timing_from_wire(wire.last_timing_ns),
+        })
+    }
+}
