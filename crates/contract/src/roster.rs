@@ -1,0 +1,85 @@
+//! Who is alive, by heartbeats that advance.
+
+use std::collections::BTreeMap;
+
+use crate::{Heartbeat, Incarnation, MonotonicNs, Role};
+
+/// A heartbeat older than this no longer proves life: ten missed beats.
+pub const SILENCE_NS: u64 = 1_000_000_000;
+
+/// How often a process beats.
+pub const BEAT_PERIOD_NS: u64 = 50_000_000;
+
+/// One process as last heard of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Peer {
+    /// Its last beat.
+    pub beat: Heartbeat,
+    /// When its counter last advanced.
+    pub advanced: MonotonicNs,
+}
+
+/// Every process heard of; a beat whose counter stands still proves nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Roster {
+    peers: BTreeMap<Incarnation, Peer>,
+}
+
+impl Roster {
+    /// Takes note of a beat heard at `now`. Peers silent for ten times [`SILENCE_NS`] are forgotten.
+    pub fn observe(&mut self, beat: Heartbeat, now: MonotonicNs) {
+        let advances = self.peers.get(&beat.incarnation).is_none_or(|peer| peer.beat.counter < beat.counter);
+        if advances {
+            self.peers.insert(beat.incarnation, Peer { beat, advanced: now });
+        }
+        self.peers.retain(|_, peer| now.since_ns(peer.advanced) <= 10 * SILENCE_NS);
+    }
+
+    /// Everyone who lives at `now`.
+    pub fn live(&self, now: MonotonicNs) -> impl Iterator<Item = &Peer> {
+        self.peers.values().filter(move |peer| now.since_ns(peer.advanced) <= SILENCE_NS)
+    }
+
+    /// Whether somebody of `role` lives at `now`.
+    #[must_use]
+    pub fn has(&self, role: Role, now: MonotonicNs) -> bool {
+        self.live(now).any(|peer| peer.beat.role == role)
+    }
+
+    /// What was last heard of one life, if anything.
+    #[must_use]
+    pub fn peer(&self, incarnation: Incarnation) -> Option<&Peer> {
+        self.peers.get(&incarnation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Decision, Name, RunId, Status};
+
+    fn beat(counter: u64) -> Heartbeat {
+        Heartbeat {
+            role: Role::Planner,
+            incarnation: Incarnation(7),
+            pid: 1,
+            version: Name::NONE,
+            planner: Name::NONE,
+            counter,
+            run: RunId(0),
+            decision: Decision(0),
+            status: Status::Underway,
+        }
+    }
+
+    #[test]
+    fn a_counter_that_stands_still_proves_no_life() {
+        let mut roster = Roster::default();
+        roster.observe(beat(1), MonotonicNs(0));
+        roster.observe(beat(1), MonotonicNs(SILENCE_NS));
+        assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS)));
+        assert!(!roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 1)));
+        roster.observe(beat(2), MonotonicNs(SILENCE_NS + 1));
+        assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 2)));
+    }
+}
