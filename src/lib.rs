@@ -1,1 +1,12 @@
-//! Hopper.
+//! The command `hopper`: missions as separate processes or in lockstep, and the tools around them.
+
+pub mod child;
+pub mod doctor;
+pub mod journal;
+pub mod lockstep;
+pub mod outbox;
+pub mod run;
+pub mod scenario;
+pub mod supervisor;
+pub mod terrain;
+pub mod topic;

@@ -1,1 +1,20 @@
-//! TODO-room.
+//! The engine behind the process `hopper-sim`: true dynamics, the arbiter of who commands, the journal.
+//!
+//! [`Arbiter`] is a state machine without I/O: `on(event, now) -> effects`. Its hosts (process shell,
+//! lockstep, tests) carry out the effects: append to the [`Journal`], publish, finish. The append is
+//! the commit point of a hop; nothing is published that the journal does not hold.
+
+pub mod arbiter;
+pub mod crash;
+pub mod dynamics;
+mod exit;
+pub mod journal;
+pub mod mission;
+pub mod pace;
+pub mod shell;
+
+pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
+pub use crash::CRASH_POINTS;
+pub use journal::{History, Journal, JournalError, JournalHeader, Verification, verify};
+pub use mission::{Mission, ROBOT};
+pub use pace::Pace;

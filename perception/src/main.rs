@@ -1,1 +1,18 @@
-fn main() {}
+//! `perception`: builds the observed map; the same as `hopper perception`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Perception of a planetary hopper: senses at every landing and serves the observed map.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(flatten)]
+    args: perception::shell::Args,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    node::main("perception", || perception::shell::run(&cli.args))
+}

@@ -1,1 +1,18 @@
-fn main() {}
+//! `planner`: decides the next hop; the same as `hopper planner`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Planner of a planetary hopper: decides the next hop, or stands by.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(flatten)]
+    args: planner::shell::Args,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    node::main("planner", || planner::shell::run(&cli.args))
+}

@@ -46,6 +46,12 @@ impl Roster {
         self.live(now).any(|peer| peer.beat.role == role)
     }
 
+    /// What was last heard of a process, if anything.
+    #[must_use]
+    pub fn by_pid(&self, pid: u32) -> Option<&Peer> {
+        self.peers.values().filter(|peer| peer.beat.pid == pid).max_by_key(|peer| peer.advanced)
+    }
+
     /// What was last heard of one life, if anything.
     #[must_use]
     pub fn peer(&self, incarnation: Incarnation) -> Option<&Peer> {

@@ -31,6 +31,7 @@ impl GroundV1 {
 }
 
 impl From<Option<&Ground>> for GroundV1 {
+    #[inline]
     fn from(ground: Option<&Ground>) -> Self {
         ground.map_or(Self::UNSEEN, |ground| Self {
             height_m: ground.height_m,
@@ -47,6 +48,7 @@ impl From<Option<&Ground>> for GroundV1 {
 impl TryFrom<&GroundV1> for Option<Ground> {
     type Error = Refusal;
 
+    #[inline]
     fn try_from(wire: &GroundV1) -> Result<Self, Refusal> {
         if *wire == GroundV1::UNSEEN {
             return Ok(None);

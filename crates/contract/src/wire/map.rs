@@ -64,6 +64,11 @@ pub fn map_from_wire(header: &MapHeaderV1, cells: &[GroundV1]) -> Result<Observe
     if cells.len() != grid.cells() {
         return Err(Refusal::malformed("map.cells", &format!("{} cells", grid.cells()), cells.len()));
     }
+    // Into room made beforehand: collecting results would grow the vector again and again.
+    let mut ground = Vec::with_capacity(cells.len());
+    for cell in cells {
+        ground.push(Option::<Ground>::try_from(cell)?);
+    }
     Ok(ObservedMap {
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
@@ -72,6 +77,6 @@ pub fn map_from_wire(header: &MapHeaderV1, cells: &[GroundV1]) -> Result<Observe
         sensed: MonotonicNs(header.sensed_ns),
         published: MonotonicNs(header.published_ns),
         grid,
-        cells: cells.iter().map(Option::<Ground>::try_from).collect::<Result<_, _>>()?,
+        cells: ground,
     })
 }

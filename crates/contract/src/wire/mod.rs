@@ -30,7 +30,7 @@ mod terrain_header;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::limits::{GRADIENT_MAX, LENGTH_MAX_M};
+use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M};
 use crate::{
     Branch, Cell, Flight, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal, RobotId, RunId,
     Term, Timing,
@@ -82,6 +82,15 @@ pub(crate) fn gradient(field: &str, value: [f64; 2]) -> Result<[f64; 2], Refusal
 /// A tag that `decode` knows.
 pub(crate) fn tag<T>(field: &str, code: u32, decode: impl Fn(u32) -> Option<T>) -> Result<T, Refusal> {
     decode(code).ok_or_else(|| Refusal::malformed(field, "a known tag", code))
+}
+
+/// A decision or term that leaves room to count on.
+pub(crate) fn counted(field: &str, value: u64) -> Result<u64, Refusal> {
+    if value <= DECISIONS_MAX {
+        Ok(value)
+    } else {
+        Err(Refusal::malformed(field, &format!("at most {DECISIONS_MAX}"), value))
+    }
 }
 
 /// 0 or 1.
@@ -213,7 +222,7 @@ impl TryFrom<&LeaderV1> for Leader {
 
     fn try_from(wire: &LeaderV1) -> Result<Self, Refusal> {
         Ok(Self {
-            term: Term(wire.term),
+            term: Term(counted("leader.term", wire.term)?),
             incarnation: Incarnation(wire.incarnation),
             pid: wire.pid,
             planner: name_from_wire("leader.planner", wire.planner)?,

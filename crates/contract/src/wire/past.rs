@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, flag, robot_from_wire, run_from_wire, run_to_wire, tag,
+    LeaderV1, OutcomeV1, PoseV1, Wire, counted, flag, robot_from_wire, run_from_wire, run_to_wire, tag,
     timing_from_wire, timing_to_wire,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
@@ -146,7 +146,7 @@ impl TryFrom<&RecordV1> for Record {
     fn try_from(wire: &RecordV1) -> Result<Self, Refusal> {
         Ok(Self {
             robot: robot_from_wire(wire.robot)?,
-            decision: Decision(wire.decision),
+            decision: Decision(counted("record.decision", wire.decision)?),
             leader: (&wire.leader).try_into()?,
             action: tag("record.action", wire.action, Action::from_code)?,
             observation: wire.observation,
@@ -175,8 +175,9 @@ pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV1]) -> Result<Pas
             records.len(),
         ));
     }
+    let from = counted("past.from", header.from)?;
     let records = records.iter().map(Record::try_from).collect::<Result<Vec<_>, _>>()?;
-    for (record, due) in records.iter().zip(header.from..) {
+    for (record, due) in records.iter().zip(from..) {
         if record.decision.0 != due {
             return Err(Refusal::malformed("past.decision", &due.to_string(), record.decision));
         }
@@ -184,7 +185,7 @@ pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV1]) -> Result<Pas
     Ok(PastPage {
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
-        from: Decision(header.from),
+        from: Decision(from),
         records,
     })
 }

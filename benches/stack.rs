@@ -1,0 +1,175 @@
+//! The stack beside what it is compared with, in one run: medians of interleaved rounds.
+//!
+//! `cargo bench --bench stack`. Every figure is a median over rounds; ratios are taken within a round,
+//! so that the noise of a shared machine falls on both sides alike.
+
+#![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use contract::{Brief, MonotonicNs, RunId, Timing};
+use hopper::lockstep::{self, Crew};
+use hopper_sim::{History, Mission};
+use node::relay::{Relay, Stage};
+use node::{Instance, Node};
+
+/// Interleaved rounds of each measurement.
+const ROUNDS: u64 = 7;
+
+/// Landings a second at which latency is measured, on both sides.
+const PACE_HZ: u64 = 50;
+
+/// Decisions of one relay round, about as many as a mission on hard ground takes.
+const RELAY_ROUNDS: u64 = 40;
+
+/// Cells of the paper's map.
+const CELLS: usize = 400;
+
+/// Lockstep missions a round.
+const EPISODES: u64 = 200;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, role, instance, stage] = arguments.as_slice()
+        && role == "relay-stage"
+    {
+        relay(instance).answer(stage.parse().expect("a stage")).expect("the relay runs");
+        return;
+    }
+    let mut rows = Rows::default();
+    for round in 0..ROUNDS {
+        let bare_us = bare_relay_us(round);
+        let timings = fly(round, &PACE_HZ.to_string());
+        let stack_us = median(timings.iter().map(overhead_us));
+        rows.push("bare relay of three processes, a round trip [us]", bare_us);
+        rows.push("landing to command accepted, less planning [us]", stack_us);
+        rows.push("ratio of the two", stack_us / bare_us);
+        let timings = fly(round, "max");
+        rows.push("hops a second through four processes at --pace max", rate_hz(&timings));
+        for algorithm in ["mdp", "greedy"] {
+            let (planning_us, episodes_hz) = in_lockstep(algorithm, round);
+            rows.push(&format!("{algorithm}: planning a decision on 20x20 [us]"), planning_us);
+            rows.push(&format!("{algorithm}: lockstep episodes a second, one thread"), episodes_hz);
+        }
+    }
+    println!("processor: {}", node::host::processor());
+    println!("cores: {}, rounds: {ROUNDS}, pace of the latency rows: {PACE_HZ} Hz\n", cores());
+    rows.print();
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn relay(instance: &str) -> Relay {
+    Relay { instance: Instance::new(instance).expect("an instance"), cells: CELLS }
+}
+
+/// Median round trip of a relay that does no work, microseconds.
+fn bare_relay_us(round: u64) -> f64 {
+    let instance = format!("bench-relay-{}-{round}", std::process::id());
+    let executable = std::env::current_exe().expect("this benchmark");
+    let stage = |stage: Stage| -> Child {
+        Command::new(&executable)
+            .args(["relay-stage", &instance, stage.as_str()])
+            .stdin(Stdio::null())
+            .spawn()
+            .expect("a stage starts")
+    };
+    let mut stages = [stage(Stage::Map), stage(Stage::Command)];
+    let period = Duration::from_nanos(1_000_000_000 / PACE_HZ);
+    let times_ns = relay(&instance).source(RELAY_ROUNDS, period).expect("the relay runs");
+    for stage in &mut stages {
+        stage.wait().expect("a stage ends");
+    }
+    median(times_ns.into_iter().map(|ns| ns as f64 / 1e3))
+}
+
+/// Timings of a mission flown by four processes.
+fn fly(round: u64, pace: &str) -> Vec<Timing> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("out");
+    let status = Command::new(env!("CARGO_BIN_EXE_hopper"))
+        .args(["run", "--instance", &format!("bench-stack-{}-{round}", std::process::id())])
+        .args(["--pace", pace, "--seed", &round.to_string(), "--format", "json", "--out"])
+        .arg(&out)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .expect("hopper runs");
+    assert!(matches!(status.code(), Some(0 | 1)), "the mission ended with {status}");
+    timings(&out.join("journal"))
+}
+
+fn timings(journal: &Path) -> Vec<Timing> {
+    let history = History::open(journal).expect("a journal");
+    // The first decision waits for processes to start, and says nothing of the pipeline.
+    history.records().skip(1).map(|record| record.expect("a sound record").timing).collect()
+}
+
+/// Landing to command accepted, less planning.
+fn overhead_us(timing: &Timing) -> f64 {
+    let reaction_ns = timing.accepted.since_ns(timing.landed);
+    let planning_ns = timing.planning_ended.since_ns(timing.planning_started);
+    (reaction_ns - planning_ns) as f64 / 1e3
+}
+
+fn rate_hz(timings: &[Timing]) -> f64 {
+    let (first, last) = (timings.first().expect("hops"), timings.last().expect("hops"));
+    timings.len() as f64 * 1e9 / last.committed.since_ns(first.landed) as f64
+}
+
+/// Median planning time in microseconds, and missions a second.
+fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
+    let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).expect("a built-in scenario");
+    let crew = Crew::single(algorithm.parse().expect("a name"));
+    let mut planning_us = Vec::new();
+    let started = Instant::now();
+    for episode in 0..EPISODES {
+        let mission = Mission {
+            brief: Brief { run: RunId(1), ..world.brief },
+            terrain: world.terrain.clone(),
+            seed: round * EPISODES + episode,
+        };
+        let mut clock = || -> MonotonicNs { Node::now() };
+        lockstep::fly(mission, &crew, &mut clock, &mut |record| {
+            let Timing { planning_started, planning_ended, .. } = record.timing;
+            planning_us.push(planning_ended.since_ns(planning_started) as f64 / 1e3);
+        })
+        .expect("a known algorithm");
+    }
+    let episodes_hz = EPISODES as f64 / started.elapsed().as_secs_f64();
+    (median(planning_us.into_iter()), episodes_hz)
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    assert!(!values.is_empty(), "a median needs values");
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Figures by name, in order of appearance.
+#[derive(Default)]
+struct Rows(Vec<(String, Vec<f64>)>);
+
+impl Rows {
+    fn push(&mut self, name: &str, value: f64) {
+        match self.0.iter_mut().find(|(known, _)| known == name) {
+            Some((_, values)) => values.push(value),
+            None => self.0.push((name.into(), vec![value])),
+        }
+    }
+
+    fn print(&self) {
+        for (name, values) in &self.0 {
+            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), value| {
+                (low.min(*value), high.max(*value))
+            });
+            println!("{name:<55} {:>10.2}   (rounds {low:.2} to {high:.2})", median(values.iter().copied()));
+        }
+    }
+}

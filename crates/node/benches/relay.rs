@@ -1,0 +1,262 @@
+//! Latency of three processes that hand on state, map and command: bare, and through this crate's ports.
+//!
+//! `cargo bench -p node --bench relay [-- --rounds N --hertz HZ --cells N]`; without `--hertz` it runs at
+//! full speed, at 1000 and at 100 rounds a second. Bare and ports take turns, three times each, and the
+//! medians of their percentiles are reported. Through the ports means domain types, validation of every
+//! cell and one wait for all reasons to wake; the difference to bare is what this crate costs.
+
+use std::io::Write;
+use std::process::{Child, Command, ExitCode};
+use std::time::Duration;
+
+use contract::{
+    Action, Cell, Decision, Digest, Grid, Ground, Incarnation, Leader, MonotonicNs, Name, ObservedMap, Pose,
+    RobotId, Role, RunId, State, Status, Term, Timing, service,
+};
+use node::peer::TICK;
+use node::relay::{Relay, Stage};
+use node::{Exit, Failure, Instance, Node};
+
+const ROBOT: RobotId = RobotId(0);
+
+/// Turns of each kind; odd, so that there is a median.
+const TURNS: usize = 3;
+
+/// What the three processes run on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Bare,
+    Ports,
+}
+
+impl Kind {
+    const ALL: [(Kind, &'static str); 2] = [(Kind::Bare, "bare"), (Kind::Ports, "ports")];
+
+    fn as_str(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+}
+
+struct Arguments {
+    rounds: u64,
+    cells: u32,
+    hertz: Option<f64>,
+    /// Of the processes that the bench starts itself: kind, instance and stage.
+    stage: Option<(Kind, String, Stage)>,
+}
+
+fn main() -> ExitCode {
+    node::main("relay", || {
+        let arguments = parse()?;
+        if let Some((kind, instance, stage)) = &arguments.stage {
+            let instance = Instance::new(instance)?;
+            match kind {
+                Kind::Bare => Relay { instance, cells: arguments.cells as usize }.answer(*stage)?,
+                Kind::Ports => answer(&instance, *stage, arguments.cells)?,
+            }
+            return Ok(Exit::Done);
+        }
+        writeln!(std::io::stdout(), "pace_hz,kind,rounds,p50_us,p90_us,p99_us")?;
+        let paces = arguments.hertz.map_or_else(|| vec![0.0, 1000.0, 100.0], |hertz| vec![hertz]);
+        for hertz in paces {
+            compare(&arguments, hertz)?;
+        }
+        Ok(Exit::Done)
+    })
+}
+
+fn parse() -> Result<Arguments, Failure> {
+    let mut arguments = Arguments { rounds: 2000, cells: 400, hertz: None, stage: None };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or_else(|| Failure::usage(format!("{word} needs a value")));
+        match word.as_str() {
+            "--rounds" => arguments.rounds = value()?.parse().map_err(Failure::usage)?,
+            "--cells" => arguments.cells = value()?.parse().map_err(Failure::usage)?,
+            "--hertz" => arguments.hertz = Some(value()?.parse().map_err(Failure::usage)?),
+            "--stage" => {
+                let (name, instance) = (value()?, value()?);
+                let kind = Kind::ALL.into_iter().find(|(_, known)| *known == name).map(|(kind, _)| kind);
+                let kind =
+                    kind.ok_or_else(|| Failure::usage(format!("a kind is bare or ports, got {name}")))?;
+                arguments.stage = Some((kind, instance, value()?.parse().map_err(Failure::usage)?));
+            }
+            // What cargo passes on.
+            _ => {}
+        }
+    }
+    Ok(arguments)
+}
+
+/// Lets both kinds take turns at one pace, and prints the medians.
+fn compare(arguments: &Arguments, hertz: f64) -> Result<(), Failure> {
+    let period = if hertz > 0.0 { Duration::from_secs_f64(1.0 / hertz) } else { Duration::ZERO };
+    let mut percentiles = [[[0; TURNS]; 3]; 2];
+    for turn in 0..TURNS {
+        for (kind, _) in Kind::ALL {
+            let mut durations = measure(arguments, kind, period)?;
+            durations.sort_unstable();
+            for (row, share) in percentiles[kind as usize].iter_mut().zip([0.5, 0.9, 0.99]) {
+                row[turn] = durations[((durations.len() - 1) as f64 * share) as usize];
+            }
+        }
+    }
+    for (kind, name) in Kind::ALL {
+        let [p50, p90, p99] = percentiles[kind as usize].map(|mut turns| {
+            turns.sort_unstable();
+            turns[TURNS / 2] as f64 / 1000.0
+        });
+        writeln!(std::io::stdout(), "{hertz},{name},{},{p50:.1},{p90:.1},{p99:.1}", arguments.rounds)?;
+    }
+    Ok(())
+}
+
+/// One turn: starts the other two processes and times the rounds, nanoseconds.
+fn measure(arguments: &Arguments, kind: Kind, period: Duration) -> Result<Vec<u64>, Failure> {
+    let name = format!("relay-{}", std::process::id());
+    let instance = Instance::new(&name)?;
+    let start = |stage: Stage| {
+        Command::new(std::env::current_exe()?)
+            .args(["--cells", &arguments.cells.to_string(), "--stage", kind.as_str(), &name, stage.as_str()])
+            .spawn()
+    };
+    let mut children: Vec<Child> =
+        [Stage::Map, Stage::Command].map(start).into_iter().collect::<Result<_, _>>()?;
+    let durations = match kind {
+        Kind::Bare => Relay { instance: instance.clone(), cells: arguments.cells as usize }
+            .source(arguments.rounds, period)
+            .map_err(Failure::from),
+        Kind::Ports => source(&instance, arguments.rounds, period),
+    };
+    for child in &mut children {
+        if durations.is_err() {
+            let _ = child.kill();
+        }
+        child.wait()?;
+    }
+    instance.clean()?;
+    durations
+}
+
+fn state(decision: u64, status: Status) -> State {
+    State {
+        run: RunId(1),
+        robot: ROBOT,
+        decision: Decision(decision),
+        steps: 0,
+        status,
+        leader: Leader::default(),
+        pose: Pose { cell: Cell::new(0, 0), height_m: 0.0 },
+        last: None,
+        digest: Digest::default(),
+        landed: MonotonicNs(0),
+        published: MonotonicNs(0),
+        last_timing: Timing::default(),
+    }
+}
+
+/// The source of [`Relay::source`], through the ports. Decision 0 has no outcome to carry, so all states do
+/// without by never leaving it: the step count is the round.
+fn source(instance: &Instance, rounds: u64, period: Duration) -> Result<Vec<u64>, Failure> {
+    let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
+    node.listen(&service::command(ROBOT))?;
+    let states = node.state_writer(ROBOT)?;
+    let mut commands = node.command_reader(ROBOT)?;
+    while !states.has_readers() || commands.census().0 == 0 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let warm_up = rounds / 10;
+    let mut durations = Vec::with_capacity(rounds as usize);
+    for round in 0..warm_up + rounds {
+        let started = Node::now();
+        states.publish(&State { steps: round, ..state(0, Status::Underway) })?;
+        while commands.newest().is_none_or(|command| command.is_ok_and(|command| command.work != round)) {
+            node.wait(TICK);
+            node.beat(RunId(1), Decision(0), Status::Underway)?;
+        }
+        let ended = Node::now();
+        if round >= warm_up {
+            durations.push(ended.since_ns(started));
+        }
+        let due = started.plus_ns(period.as_nanos() as u64);
+        std::thread::sleep(Duration::from_nanos(due.since_ns(Node::now())));
+    }
+    states.publish(&state(0, Status::Stopped))?;
+    while commands.newest().is_none_or(|command| command.is_ok_and(|command| !command.cut)) {
+        node.wait(TICK);
+    }
+    Ok(durations)
+}
+
+/// The answers of [`Relay::answer`], through the ports.
+fn answer(instance: &Instance, stage: Stage, cells: u32) -> Result<(), Failure> {
+    match stage {
+        Stage::Map => answer_with_maps(instance, cells),
+        Stage::Command => answer_with_commands(instance),
+    }
+}
+
+fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
+    let grid = Grid::new(cells, 1, 1.0, 1).map_err(Failure::usage)?;
+    let mut node = Node::join(instance, Role::Perception, Name::NONE)?;
+    node.listen(&service::state(ROBOT))?;
+    let mut states = node.state_reader(ROBOT)?;
+    let maps = node.map_writer(ROBOT, grid.cells())?;
+    let mut map = ObservedMap::unseen(RunId(1), ROBOT, grid);
+    map.cells.fill(Some(Ground { height_m: 1.0, gradient: [0.5; 2], ..Ground::FLAT }));
+    while node.stop_requested().is_none() {
+        node.wait(TICK);
+        node.beat(RunId(1), Decision(0), Status::Underway)?;
+        let Some(Ok(state)) = states.newest() else { continue };
+        map.sequence = state.steps;
+        map.through = state.status.is_over().then_some(Decision(1));
+        maps.publish(&map)?;
+        if state.status.is_over() {
+            // The history goes with its writer: the end must be heard before.
+            while maps.has_readers() {
+                maps.idle()?;
+                std::thread::sleep(TICK);
+            }
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn answer_with_commands(instance: &Instance) -> Result<(), Failure> {
+    let planner: Name = "relay".parse().map_err(Failure::usage)?;
+    let mut node = Node::join(instance, Role::Planner, planner)?;
+    node.listen(&service::map(ROBOT))?;
+    let mut maps = node.map_reader(ROBOT)?;
+    let commands = node.command_writer(ROBOT)?;
+    while node.stop_requested().is_none() {
+        node.wait(TICK);
+        node.beat(RunId(1), Decision(0), Status::Underway)?;
+        let Some(Ok(map)) = maps.newest() else { continue };
+        let over = map.through.is_some();
+        commands.publish(&contract::Command {
+            run: map.run,
+            robot: ROBOT,
+            decision: Decision(0),
+            term: Term(1),
+            action: Action::Hold,
+            observation: 0,
+            planner,
+            incarnation: Incarnation(1),
+            pid: node.pid(),
+            work: map.sequence,
+            cut: over,
+            sensed: map.sensed,
+            map_published: map.published,
+            planning_started: MonotonicNs(0),
+            planning_ended: MonotonicNs(0),
+        })?;
+        if over {
+            while commands.has_readers() {
+                std::thread::sleep(TICK);
+            }
+            break;
+        }
+    }
+    Ok(())
+}

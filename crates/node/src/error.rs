@@ -1,0 +1,145 @@
+//! What can go wrong between a process and the middleware.
+
+use std::path::{Path, PathBuf};
+
+use contract::Role;
+
+use crate::Exit;
+
+/// Why a process could not join, open a port, or send.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeError {
+    /// The instance's name cannot be used.
+    #[error("an instance needs a name of 1 to {max} printable ASCII characters without spaces, got {got:?}")]
+    InstanceName {
+        /// Longest name.
+        max: usize,
+        /// The name asked for.
+        got: String,
+    },
+    /// The instance's folder belongs to somebody else.
+    #[error("{root} needs to be a folder of user {need}, got one of user {got}")]
+    ForeignRoot {
+        /// The folder.
+        root: PathBuf,
+        /// Our user.
+        need: u32,
+        /// Its owner.
+        got: u32,
+    },
+    /// Two names share one folder.
+    #[error("{root} needs to hold instance {need:?}, got {got:?}; choose another name")]
+    Collision {
+        /// The folder.
+        root: PathBuf,
+        /// Our name.
+        need: String,
+        /// The name found.
+        got: String,
+    },
+    /// Another process is cleaning the instance and does not finish.
+    #[error("{root} needs to be free of cleaners, one has been at it for {waited_s} s")]
+    Busy {
+        /// The folder.
+        root: PathBuf,
+        /// How long we waited, seconds.
+        waited_s: u64,
+    },
+    /// Somebody holds what only one process may hold.
+    #[error("instance {instance:?} needs one {role}, and process {} is it", holder.map_or("unknown".into(), |pid| pid.to_string()))]
+    Held {
+        /// The instance.
+        instance: String,
+        /// The role.
+        role: Role,
+        /// The holder's process, if it has said so.
+        holder: Option<u32>,
+    },
+    /// The service exists with another type or other qualities.
+    #[error("service {service} needs {need}, got {got}; are all processes of one version?")]
+    Mismatch {
+        /// The service.
+        service: String,
+        /// What we open it with.
+        need: String,
+        /// What it was created with.
+        got: String,
+    },
+    /// The service or port could not be had in time.
+    #[error("service {service}: {what} needs to succeed within {waited_s} s, last got {cause}")]
+    Open {
+        /// The service.
+        service: String,
+        /// What was tried.
+        what: &'static str,
+        /// How long it was tried, seconds.
+        waited_s: u64,
+        /// The last error.
+        cause: String,
+    },
+    /// A message has more cells than its writer was made for.
+    #[error("service {service} needs at most {need} cells in a message, got {got}")]
+    Oversize {
+        /// The service.
+        service: String,
+        /// Cells the writer was made for.
+        need: usize,
+        /// Cells of the message.
+        got: usize,
+    },
+    /// A message could not be handed over.
+    #[error("service {service} needs room for a message, got {cause}")]
+    Send {
+        /// The service.
+        service: String,
+        /// The middleware's word.
+        cause: String,
+    },
+    /// Shared memory is too small.
+    #[error(
+        "{what} needs {need_bytes} bytes of shared memory, got {free_bytes} free in {}",
+        crate::instance::SHARED_MEMORY
+    )]
+    NoRoom {
+        /// What needs it.
+        what: String,
+        /// Bytes needed.
+        need_bytes: u64,
+        /// Bytes free.
+        free_bytes: u64,
+    },
+    /// The operating system refused.
+    #[error("{what} {path}: {source}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// The error.
+        source: std::io::Error,
+    },
+    /// The middleware could not be listed or asked.
+    #[error("{what} needs to succeed, got {cause}")]
+    Middleware {
+        /// What was tried.
+        what: &'static str,
+        /// Its word.
+        cause: String,
+    },
+}
+
+impl NodeError {
+    pub(crate) fn system(what: &'static str, path: &Path, source: impl Into<std::io::Error>) -> Self {
+        Self::System { what, path: path.into(), source: source.into() }
+    }
+
+    /// The exit code of a process that ends on this.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::InstanceName { .. } => Exit::Usage,
+            Self::Held { .. } | Self::Mismatch { .. } | Self::Collision { .. } => Exit::Peer,
+            _ => Exit::Failed,
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! What the machine is, for records of how results came about.
+
+use std::fs;
+
+/// The processor's model name; its architecture where the kernel does not tell.
+#[must_use]
+pub fn processor() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+/// Kernel name, release and architecture.
+#[must_use]
+pub fn operating_system() -> String {
+    let read = |path| fs::read_to_string(path).ok().map(|text| text.trim().to_owned());
+    let kernel = read("/proc/sys/kernel/ostype").unwrap_or_else(|| std::env::consts::OS.to_owned());
+    let release = read("/proc/sys/kernel/osrelease").unwrap_or_default();
+    format!("{kernel} {release} {}", std::env::consts::ARCH)
+}

@@ -1,0 +1,342 @@
+//! Looking into an instance from outside: who is there, who is dead, what is missing.
+
+use std::time::Duration;
+
+use contract::roster::SILENCE_NS;
+use contract::{Brief, Leader, MonotonicNs, Name, Profile, RobotId, Role, Roster, RunId, State, Status};
+use iceoryx2::node::NodeView;
+use iceoryx2::prelude::{CallbackProgression, Node as Middleware, NodeState, Service};
+use serde::Serialize;
+
+use crate::base::{Ipc, describe};
+use crate::peer::TICK;
+use crate::presence::Presence;
+use crate::{Instance, Node, NodeError, Room, free_bytes};
+
+/// How long to listen for heartbeats: several beats, so that a silent process stands out.
+const LISTENING: Duration = Duration::from_millis(400);
+
+/// How the middleware sees a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NodeHealth {
+    /// It holds its lock. A stopped process does so too.
+    Alive,
+    /// It died; what it left behind is not freed yet.
+    Dead,
+    /// It cannot be asked.
+    Inaccessible,
+}
+
+/// One process as the middleware knows it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NodeReport {
+    /// What it called itself when it joined: a role, or `visitor`.
+    pub name: String,
+    /// Its process, where known.
+    pub pid: Option<u32>,
+    /// Its executable, where known.
+    pub executable: String,
+    /// Its health.
+    pub health: NodeHealth,
+}
+
+/// One process as its heartbeats tell.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ProcessReport {
+    /// Its role.
+    pub role: Role,
+    /// Its process.
+    pub pid: u32,
+    /// Its build.
+    pub version: Name,
+    /// Its algorithm, of a planner.
+    pub planner: Name,
+    /// Whether it is the planner in command.
+    pub leads: bool,
+    /// Its beats.
+    pub counter: u64,
+    /// The run it last saw.
+    pub run: RunId,
+    /// The decision it last saw.
+    pub decision: u64,
+    /// The status it last saw.
+    pub status: Status,
+    /// Time since its last beat, milliseconds.
+    pub age_ms: u64,
+}
+
+/// The mission as its messages tell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MissionReport {
+    /// The scenario.
+    pub scenario: Name,
+    /// Its reading of the model.
+    pub profile: Profile,
+    /// Columns and rows.
+    pub grid: [u32; 2],
+    /// The run.
+    pub run: RunId,
+    /// Where it stands; `None` before the first state.
+    pub progress: Option<Progress>,
+}
+
+/// Where the mission stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Progress {
+    /// Decision due.
+    pub decision: u64,
+    /// Steps so far.
+    pub steps: u64,
+    /// Status.
+    pub status: Status,
+    /// Who commands, under which term.
+    pub leader: Leader,
+}
+
+/// One service.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ServiceReport {
+    /// Its name.
+    pub name: String,
+    /// Types and qualities.
+    pub kind: String,
+    /// Processes that have it open.
+    pub nodes: usize,
+}
+
+/// Shared memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// Bytes the instance uses.
+    pub used_bytes: u64,
+    /// Bytes its mission needs in all; known once there is a brief.
+    pub need_bytes: Option<u64>,
+    /// Bytes free.
+    pub free_bytes: u64,
+}
+
+/// Everything about one instance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Its name; `?` if it was left without one.
+    pub instance: String,
+    /// Whether a process of it lives.
+    pub alive: bool,
+    /// Processes as the middleware knows them.
+    pub nodes: Vec<NodeReport>,
+    /// Processes as their heartbeats tell.
+    pub processes: Vec<ProcessReport>,
+    /// The mission, if there is one.
+    pub mission: Option<MissionReport>,
+    /// Its services, in order of names.
+    pub services: Vec<ServiceReport>,
+    /// Its shared memory.
+    pub memory: Memory,
+    /// Files that nobody alive owns, if no process lives.
+    pub leftovers: Vec<String>,
+    /// What to do next, most urgent first.
+    pub advice: Vec<String>,
+}
+
+/// Looks into an instance. If it lives, this takes a moment of listening.
+///
+/// # Errors
+/// If the instance cannot be visited or shared memory cannot be listed.
+pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
+    let alive = Presence::is_alive(instance)?;
+    let files = instance.files();
+    let mut report = Report {
+        instance: instance.name().into(),
+        alive,
+        nodes: if instance.exists() { nodes(instance)? } else { Vec::new() },
+        processes: Vec::new(),
+        mission: None,
+        services: Vec::new(),
+        memory: Memory {
+            used_bytes: files.iter().map(|(_, bytes)| bytes).sum(),
+            need_bytes: None,
+            free_bytes: free_bytes()?,
+        },
+        leftovers: Vec::new(),
+        advice: Vec::new(),
+    };
+    if alive {
+        report.listen(instance)?;
+    } else {
+        let folder = instance.exists().then(|| instance.root().to_path_buf());
+        let paths = files.into_iter().map(|(path, _)| path).chain(folder);
+        report.leftovers = paths.map(|path| path.display().to_string()).collect();
+    }
+    report.advise();
+    Ok(report)
+}
+
+/// The services of an instance, in order of names.
+///
+/// # Errors
+/// If they cannot be listed.
+pub fn services(instance: &Instance) -> Result<Vec<ServiceReport>, NodeError> {
+    let mut services = Vec::new();
+    Ipc::list(&instance.config(), |details| {
+        services.push(ServiceReport {
+            name: details.static_details.name().to_string(),
+            kind: describe(&details.static_details),
+            nodes: details.dynamic_details.map_or(0, |dynamic| dynamic.nodes.len()),
+        });
+        CallbackProgression::Continue
+    })
+    .map_err(|error| NodeError::Middleware { what: "listing services", cause: error.to_string() })?;
+    services.sort_by(|a, b| (&a.name, &a.kind).cmp(&(&b.name, &b.kind)));
+    Ok(services)
+}
+
+fn nodes(instance: &Instance) -> Result<Vec<NodeReport>, NodeError> {
+    let mut nodes = Vec::new();
+    let mut note = |view: Option<&dyn NodeView>, health| {
+        let details = view.and_then(|view| view.details().as_ref());
+        nodes.push(NodeReport {
+            name: details.map_or_else(|| "?".into(), |details| details.name().to_string()),
+            pid: details.and_then(|details| u32::try_from(details.process_id().value()).ok()),
+            executable: details.map_or_else(|| "?".into(), |details| details.executable().to_string()),
+            health,
+        });
+    };
+    Middleware::<Ipc>::list(&instance.config(), |state| {
+        match &state {
+            NodeState::Alive(view) => note(Some(view), NodeHealth::Alive),
+            NodeState::Dead(view) => note(Some(view), NodeHealth::Dead),
+            NodeState::Inaccessible(_) | NodeState::Undefined(_) => note(None, NodeHealth::Inaccessible),
+        }
+        CallbackProgression::Continue
+    })
+    .map_err(|error| NodeError::Middleware { what: "listing nodes", cause: error.to_string() })?;
+    nodes.sort_by(|a, b| (&a.name, a.pid).cmp(&(&b.name, b.pid)));
+    Ok(nodes)
+}
+
+impl Report {
+    /// Fills in what only the messages tell.
+    fn listen(&mut self, instance: &Instance) -> Result<(), NodeError> {
+        let mut visitor = Node::visit(instance)?;
+        let mut briefs = visitor.brief_reader()?;
+        let mut states = visitor.state_reader(RobotId(0))?;
+        let mut roster = Roster::default();
+        let (mut brief, mut state) = (None::<Brief>, None::<State>);
+        let until = Node::now().plus_ns(LISTENING.as_nanos() as u64);
+        while Node::now() < until && visitor.stop_requested().is_none() {
+            visitor.wait(TICK);
+            for beat in visitor.heartbeats().into_iter().flatten() {
+                roster.observe(beat, Node::now());
+            }
+            brief = briefs.newest().and_then(Result::ok).or(brief);
+            state = states.newest().and_then(Result::ok).or(state);
+        }
+        let leader = state.map(|state| state.leader).unwrap_or_default();
+        self.processes = processes(&roster, &leader, Node::now());
+        self.services = services(instance)?;
+        if let Some(brief) = brief {
+            let room = Room::of(brief.grid.cells(), brief.robots)?;
+            self.memory.need_bytes = Some(room.need_bytes);
+            self.mission = Some(mission(&brief, state.as_ref()));
+        }
+        Ok(())
+    }
+
+    fn advise(&mut self) {
+        let name = &self.instance;
+        let mut advice = Vec::new();
+        if !self.alive {
+            advice.push(if self.leftovers.is_empty() {
+                format!(
+                    "nothing runs: start `hopper sim --instance {name}`, or all at once with `hopper run`"
+                )
+            } else {
+                format!("left over, nobody lives: remove with `hopper doctor --instance {name} --clean`")
+            });
+            self.advice = advice;
+            return;
+        }
+        let over = self.mission.as_ref().and_then(|mission| mission.progress.as_ref());
+        let over = over.map(|progress| progress.status).filter(|status| status.is_over());
+        if let Some(status) = over {
+            advice.push(format!("the mission is over ({status}); the processes end by themselves"));
+        }
+        let commands = [
+            (Role::HopperSim, "hopper sim"),
+            (Role::Perception, "hopper perception"),
+            (Role::Planner, "hopper planner"),
+            (Role::Monitor, "hopper monitor"),
+        ];
+        let missing = |role| !self.processes.iter().any(|process| process.role == role);
+        for (role, command) in commands.into_iter().filter(|(role, _)| over.is_none() && missing(*role)) {
+            advice.push(format!("no {role} beats: start `{command} --instance {name}`"));
+        }
+        for node in &self.nodes {
+            let (who, pid) = (&node.name, node.pid.unwrap_or(0));
+            let silent = who != "visitor" && !self.processes.iter().any(|process| process.pid == pid);
+            match node.health {
+                NodeHealth::Alive if silent => advice.push(format!(
+                    "{who} (process {pid}) lives but does not beat: it is starting, hangs or is stopped"
+                )),
+                NodeHealth::Dead => {
+                    advice.push(format!("{who} (process {pid}) died: the others free it within a second"));
+                }
+                _ => {}
+            }
+        }
+        let mut versions: Vec<_> = self.processes.iter().map(|process| process.version).collect();
+        versions.sort();
+        versions.dedup();
+        if versions.len() > 1 {
+            let versions: Vec<_> = versions.iter().map(ToString::to_string).collect();
+            advice.push(format!("versions differ ({}): restart the older ones", versions.join(", ")));
+        }
+        let Memory { used_bytes, need_bytes, free_bytes } = self.memory;
+        if need_bytes.is_some_and(|need| need > used_bytes + free_bytes) {
+            advice.push(
+                "shared memory is short: enlarge it (in a container, --shm-size) or shrink the grid".into(),
+            );
+        }
+        self.advice = advice;
+    }
+}
+
+fn processes(roster: &Roster, leader: &Leader, now: MonotonicNs) -> Vec<ProcessReport> {
+    let mut processes: Vec<_> = roster
+        .live(now)
+        .map(|peer| {
+            let beat = peer.beat;
+            ProcessReport {
+                role: beat.role,
+                pid: beat.pid,
+                version: beat.version,
+                planner: beat.planner,
+                leads: beat.incarnation == leader.incarnation,
+                counter: beat.counter,
+                run: beat.run,
+                decision: beat.decision.0,
+                status: beat.status,
+                age_ms: now.since_ns(peer.advanced).min(SILENCE_NS) / 1_000_000,
+            }
+        })
+        .collect();
+    processes.sort_by_key(|process| (process.role, process.pid));
+    processes
+}
+
+fn mission(brief: &Brief, state: Option<&State>) -> MissionReport {
+    let state = state.filter(|state| state.run == brief.run);
+    MissionReport {
+        scenario: brief.scenario,
+        profile: brief.profile,
+        grid: [brief.grid.width, brief.grid.height],
+        run: brief.run,
+        progress: state.map(|state| Progress {
+            decision: state.decision.0,
+            steps: state.steps,
+            status: state.status,
+            leader: state.leader,
+        }),
+    }
+}

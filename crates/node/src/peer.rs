@@ -1,0 +1,123 @@
+//! What perception, planner and monitor have in common: arguments, patience, and a good end.
+
+use std::time::Duration;
+
+use contract::roster::SILENCE_NS;
+use contract::{MonotonicNs, Refusal, Role, Roster, Status};
+
+use crate::{Exit, Failure};
+
+/// How long a work loop sleeps at most.
+pub const TICK: Duration = Duration::from_millis(10);
+
+/// A peer that has seen the end of the mission goes on beating this long, so that hopper-sim hears it.
+const FAREWELL_NS: u64 = 120_000_000;
+
+/// Arguments of every process that waits for hopper-sim.
+#[derive(clap::Args, Clone, Debug)]
+pub struct PeerArgs {
+    /// Instance to belong to; processes of different instances never meet.
+    #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
+    pub instance: String,
+    /// Give up with exit code 4 when what is waited for does not come within this time, e.g. 30s
+    /// [default: wait forever].
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
+    pub wait: Option<Duration>,
+    /// Stay when the mission has ended, ready for the next.
+    #[arg(long)]
+    pub stay: bool,
+    /// End when standard input closes: the parent holds its other end.
+    #[arg(long, hide = true)]
+    pub lifeline: bool,
+}
+
+/// The message, or nothing with a word on why it was refused.
+pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
+    match message? {
+        Ok(message) => Some(message),
+        Err(refusal) => {
+            tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
+            None
+        }
+    }
+}
+
+/// Says for whom a process waits, and for how long it will.
+#[derive(Debug)]
+pub struct Patience {
+    limit: Option<Duration>,
+    waits: Option<(&'static str, MonotonicNs)>,
+}
+
+impl Patience {
+    /// Patience for at most `limit`; `None` is for ever.
+    #[must_use]
+    pub fn new(limit: Option<Duration>) -> Self {
+        Self { limit, waits: None }
+    }
+
+    /// Takes note of what is waited for at `now`.
+    ///
+    /// # Errors
+    /// Exit code 4 when something was waited for without a break for longer than the limit.
+    pub fn check(&mut self, waits_for: Option<&'static str>, now: MonotonicNs) -> Result<(), Failure> {
+        let Some(what) = waits_for else {
+            if let Some((what, since)) = self.waits.take() {
+                tracing::debug!(waited_ms = now.since_ns(since) / 1_000_000, "no longer waiting for {what}");
+            }
+            return Ok(());
+        };
+        if self.waits.is_none_or(|(known, _)| known != what) {
+            tracing::info!("waiting for {what}");
+        }
+        let since = self.waits.map_or(now, |(_, since)| since);
+        self.waits = Some((what, since));
+        match self.limit {
+            Some(limit) if u128::from(now.since_ns(since)) >= limit.as_nanos() => Err(Failure::new(
+                Exit::Peer,
+                format!("waited {limit:?} for {what}: start it in this instance, or allow more with --wait"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What a peer waits for: what its machine lacks, else a hopper-sim that has fallen silent.
+#[must_use]
+pub fn waits_for(
+    machine: Option<&'static str>,
+    over: bool,
+    roster: &Roster,
+    now: MonotonicNs,
+    since: MonotonicNs,
+) -> Option<&'static str> {
+    let silent = !over && now.since_ns(since) > SILENCE_NS && !roster.has(Role::HopperSim, now);
+    machine.or(silent.then_some("hopper-sim: it is silent; holding"))
+}
+
+/// Lets a peer leave a while after the mission's end, unless it was told to stay.
+#[derive(Debug)]
+pub struct Farewell {
+    stay: bool,
+    ended: Option<(MonotonicNs, Status)>,
+}
+
+impl Farewell {
+    /// A farewell not yet due.
+    #[must_use]
+    pub fn new(stay: bool) -> Self {
+        Self { stay, ended: None }
+    }
+
+    /// The mission ended at `now`.
+    pub fn mission_ended(&mut self, status: Status, now: MonotonicNs) {
+        tracing::info!("the mission is over: {status}");
+        self.ended = Some((now, status));
+    }
+
+    /// Whether it is time to leave.
+    #[must_use]
+    pub fn is_due(&self, now: MonotonicNs) -> bool {
+        !self.stay && self.ended.is_some_and(|(ended, _)| now.since_ns(ended) >= FAREWELL_NS)
+    }
+}

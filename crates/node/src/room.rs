@@ -1,0 +1,129 @@
+//! How much shared memory an instance needs, and how much there is.
+//!
+//! A file in shared memory that outgrows it ends the process with SIGBUS rather than an error, so we look
+//! before we leap.
+
+use contract::RobotId;
+use contract::limits::PAST_PAGE_RECORDS;
+use contract::service::{self, PAST, PAST_CLIENTS_MAX, Topic};
+use contract::wire::{
+    BriefV1, CommandV1, GroundV1, HeartbeatV1, MapHeaderV1, PolicyCellV1, PolicyHeaderV1, RecordV1, StateV1,
+    TerrainHeaderV1,
+};
+
+use crate::NodeError;
+use crate::instance::SHARED_MEMORY;
+
+/// Planners of one robot that are reckoned with: the leader and one that stands by.
+const PLANNERS: usize = 2;
+
+/// Processes that are reckoned with.
+const PROCESSES: usize = 5;
+
+/// Bytes the middleware puts before each message, rounded up.
+const OVERHEAD: usize = 64;
+
+/// Bytes for everything else: services, connections, events.
+const MANAGEMENT_BYTES: u64 = 4 << 20;
+
+/// Shared memory of one service.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ServiceRoom {
+    /// Name of the service.
+    pub service: String,
+    /// Writers that are reckoned with.
+    pub writers: usize,
+    /// Slots of each writer.
+    pub slots: usize,
+    /// Bytes of each slot.
+    pub slot_bytes: usize,
+    /// Bytes in all.
+    pub bytes: u64,
+}
+
+/// Shared memory of an instance.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Room {
+    /// Bytes needed.
+    pub need_bytes: u64,
+    /// Bytes free at present.
+    pub free_bytes: u64,
+    /// Where the need comes from.
+    pub services: Vec<ServiceRoom>,
+}
+
+impl Room {
+    /// The room for a mission of `robots` robots on a grid of `cells` cells.
+    ///
+    /// # Errors
+    /// If shared memory cannot be asked for its size.
+    pub fn of(cells: usize, robots: u16) -> Result<Self, NodeError> {
+        let sheet = |header: usize, cell: usize| header + cells * cell;
+        let truth = sheet(size_of::<TerrainHeaderV1>(), size_of::<GroundV1>());
+        let mut services = vec![
+            room(&service::truth(), 1, truth),
+            room(&service::brief(), 1, size_of::<BriefV1>()),
+            room(&service::heartbeat(), PROCESSES, size_of::<HeartbeatV1>()),
+            past_room(),
+        ];
+        for robot in (0..robots).map(RobotId) {
+            let map = sheet(size_of::<MapHeaderV1>(), size_of::<GroundV1>());
+            let policy = sheet(size_of::<PolicyHeaderV1>(), size_of::<PolicyCellV1>());
+            services.extend([
+                room(&service::state(robot), 1, size_of::<StateV1>()),
+                room(&service::map(robot), 1, map),
+                room(&service::command(robot), PLANNERS, size_of::<CommandV1>()),
+                room(&service::policy(robot), PLANNERS, policy),
+            ]);
+        }
+        let need_bytes = services.iter().map(|service| service.bytes).sum::<u64>() + MANAGEMENT_BYTES;
+        Ok(Self { need_bytes, free_bytes: free_bytes()?, services })
+    }
+
+    /// Fails early if there is not enough.
+    ///
+    /// # Errors
+    /// [`NodeError::NoRoom`] with both numbers.
+    pub fn check(&self) -> Result<(), NodeError> {
+        check("the mission", self.need_bytes, self.free_bytes)
+    }
+}
+
+/// Free bytes of shared memory.
+///
+/// # Errors
+/// If the file system cannot be asked.
+pub fn free_bytes() -> Result<u64, NodeError> {
+    let status = rustix::fs::statvfs(SHARED_MEMORY)
+        .map_err(|error| NodeError::system("inspect", SHARED_MEMORY.as_ref(), error))?;
+    Ok(status.f_bavail * status.f_frsize)
+}
+
+/// Fails if one more writer of `topic` would outgrow shared memory.
+pub(crate) fn check_topic(topic: &Topic, message_bytes: usize) -> Result<(), NodeError> {
+    check(&format!("service {}", topic.name), room(topic, 1, message_bytes).bytes, free_bytes()?)
+}
+
+fn check(what: &str, need_bytes: u64, free_bytes: u64) -> Result<(), NodeError> {
+    if need_bytes <= free_bytes {
+        Ok(())
+    } else {
+        Err(NodeError::NoRoom { what: what.into(), need_bytes, free_bytes })
+    }
+}
+
+/// Slots of a writer: what every reader may queue and hold, the history, and one being written.
+fn room(topic: &Topic, writers: usize, message_bytes: usize) -> ServiceRoom {
+    let slots = topic.max_subscribers * (topic.buffer + topic.borrowed) + topic.history + 1;
+    let slot_bytes = (message_bytes + OVERHEAD).next_multiple_of(8);
+    let bytes = (writers * slots * slot_bytes) as u64;
+    ServiceRoom { service: topic.name.clone(), writers, slots, slot_bytes, bytes }
+}
+
+/// Slots of the server of the past: per client two requests under way, each with an answer queued, held and
+/// being written.
+fn past_room() -> ServiceRoom {
+    let slots = PAST_CLIENTS_MAX * 2 * 3;
+    let slot_bytes = PAST_PAGE_RECORDS * size_of::<RecordV1>() + 2 * OVERHEAD;
+    ServiceRoom { service: PAST.into(), writers: 1, slots, slot_bytes, bytes: (slots * slot_bytes) as u64 }
+}

@@ -1,0 +1,283 @@
+//! What only shows between processes: death, signals, lifelines.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+mod samples;
+
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use contract::{Decision, Name, Role, RunId, Status};
+use node::inspect::{NodeHealth, inspect};
+use node::{Cleaned, Exit, Instance, Node, NodeError, crash_point};
+use rustix::process::{Pid, Signal, kill_process};
+use samples::{Own, ROBOT, eventually, state};
+
+const PART: &str = "NODE_TEST_PART";
+const INSTANCE: &str = "NODE_TEST_INSTANCE";
+
+/// A process of the test's own, which is this very executable playing a part.
+struct Helper {
+    child: Child,
+    stdin: Option<ChildStdin>,
+}
+
+impl Helper {
+    fn spawn(own: &Own, part: &str, crash: &str) -> Child {
+        Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "helper", "--nocapture"])
+            .env(PART, part)
+            .env(INSTANCE, own.0.name())
+            .env("HOPPER_CRASH", crash)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    /// Starts it and waits until it is ready.
+    fn start(own: &Own, part: &str, crash: &str) -> Self {
+        let mut child = Self::spawn(own, part, crash);
+        let stdin = child.stdin.take();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap() == "ready"), "{part} does not get ready");
+        std::thread::spawn(move || lines.count());
+        Self { child, stdin }
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// How it ended, and how long that took.
+    fn end(&mut self) -> (ExitStatus, Duration) {
+        let started = Instant::now();
+        (self.child.wait().unwrap(), started.elapsed())
+    }
+}
+
+impl Drop for Helper {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn ready() {
+    println!("\nready");
+    std::io::stdout().flush().unwrap();
+}
+
+/// Not a test: the part that a [`Helper`] plays.
+#[test]
+fn helper() {
+    let Ok(part) = std::env::var(PART) else { return };
+    let instance = Instance::new(&std::env::var(INSTANCE).unwrap()).unwrap();
+    let exit = play(&part, &instance);
+    std::process::exit(exit.code().into());
+}
+
+fn play(part: &str, instance: &Instance) -> Exit {
+    if part == "come and go" {
+        ready();
+        for _ in 0..10 {
+            let node = Node::join(instance, Role::Monitor, Name::NONE).unwrap();
+            node.state_reader(ROBOT).unwrap();
+        }
+        return Exit::Done;
+    }
+    let _claim = (part == "claim").then(|| instance.claim(Role::HopperSim).unwrap());
+    let mut node = Node::join(instance, Role::HopperSim, Name::NONE).unwrap();
+    let states = node.state_writer(ROBOT).unwrap();
+    if part.starts_with("lifeline") {
+        node.hold_lifeline();
+    }
+    ready();
+    for decision in 0.. {
+        node.wait(if part == "sleep" { Duration::from_secs(60) } else { Duration::from_millis(5) });
+        if node.stop_requested().is_some() && part != "lifeline, hanging" {
+            return Exit::Interrupted;
+        }
+        crash_point("helper.looped");
+        states.publish(&state(decision)).unwrap();
+        node.beat(RunId(1), Decision(decision), Status::Underway).unwrap();
+    }
+    Exit::Done
+}
+
+#[test]
+fn a_signal_ends_even_a_long_sleep_at_once_and_nothing_is_left() {
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let own = Own::new();
+        let mut helper = Helper::start(&own, "sleep", "");
+        helper.signal(signal);
+        let (status, took) = helper.end();
+        assert_eq!(status.code(), Some(130), "{signal:?}");
+        assert!(took < Duration::from_secs(2), "{signal:?} took {took:?}");
+        own.assert_gone();
+    }
+}
+
+#[test]
+fn quit_still_ends_a_process_the_hard_way() {
+    let own = Own::new();
+    let mut helper = Helper::start(&own, "sleep", "");
+    helper.signal(Signal::QUIT);
+    assert_eq!(helper.end().0.signal(), Some(Signal::QUIT.as_raw()));
+    assert!(matches!(own.0.clean().unwrap(), Cleaned::Removed { .. }));
+    own.assert_gone();
+}
+
+#[test]
+fn the_end_of_the_parent_ends_a_process_even_one_that_hangs() {
+    let own = Own::new();
+    let mut tidy = Helper::start(&own, "lifeline", "");
+    drop(tidy.stdin.take());
+    let (status, took) = tidy.end();
+    assert_eq!(status.code(), Some(130));
+    assert!(took < Duration::from_secs(1), "{took:?}");
+    own.assert_gone();
+
+    let mut hanging = Helper::start(&own, "lifeline, hanging", "");
+    drop(hanging.stdin.take());
+    let (status, took) = hanging.end();
+    assert_eq!(status.code(), Some(130));
+    assert!((1..4).contains(&took.as_secs()), "{took:?}");
+    assert!(matches!(own.0.clean().unwrap(), Cleaned::Removed { .. }));
+    own.assert_gone();
+}
+
+#[test]
+fn a_crash_point_kills_at_the_passage_it_names() {
+    let own = Own::new();
+    let mut helper = Helper::start(&own, "loop", "helper.looped:20");
+    let started = Instant::now();
+    assert_eq!(helper.end().0.signal(), Some(Signal::KILL.as_raw()));
+    assert!(started.elapsed() >= Duration::from_millis(50), "it lived for 20 passages of 5 ms");
+    own.0.clean().unwrap();
+    own.assert_gone();
+}
+
+#[test]
+fn a_killed_writer_s_place_is_free_for_the_next_and_its_reader_reads_on() {
+    let own = Own::new();
+    {
+        let node = Node::join(&own.0, Role::Perception, Name::NONE).unwrap();
+        let mut reader = node.state_reader(ROBOT).unwrap();
+        for _ in 0..3 {
+            let mut writer = Helper::start(&own, "loop", "");
+            eventually("a state", || reader.newest()).unwrap();
+            writer.child.kill().unwrap();
+            writer.end();
+            reader.drain().count();
+        }
+        let last = node.state_writer(ROBOT).unwrap();
+        last.publish(&state(99)).unwrap();
+        assert_eq!(reader.newest(), Some(Ok(state(99))));
+    }
+    own.assert_gone();
+}
+
+#[test]
+fn the_dead_are_seen_and_freed_by_those_who_live() {
+    let own = Own::new();
+    {
+        let _sim = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        let mut helper = Helper::start(&own, "loop", "");
+        let alone = own.files().len();
+        helper.child.kill().unwrap();
+        helper.end();
+        eventually("the janitor", || {
+            let nodes = inspect(&own.0).unwrap().nodes;
+            nodes.iter().all(|node| node.health == NodeHealth::Alive).then_some(())
+        });
+        assert!(own.files().len() < alone, "its files are gone");
+    }
+    own.assert_gone();
+}
+
+#[test]
+fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
+    let own = Own::new();
+    for round in 0..25 {
+        let mut child = Helper::spawn(&own, "claim", "");
+        std::thread::sleep(Duration::from_micros(1000 + 997 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    {
+        let peer = Node::join(&own.0, Role::Perception, Name::NONE).unwrap();
+        let mut reader = peer.state_reader(ROBOT).unwrap();
+        for round in 0..25 {
+            let mut child = Helper::spawn(&own, "claim", "");
+            std::thread::sleep(Duration::from_micros(1000 + 997 * round));
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+        let _claim = own.0.claim(Role::HopperSim).unwrap();
+        let sim = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        let writer = sim.state_writer(ROBOT).unwrap();
+        reader.drain().count();
+        writer.publish(&state(7)).unwrap();
+        assert_eq!(reader.newest(), Some(Ok(state(7))));
+        eventually("the janitor", || {
+            let nodes = inspect(&own.0).unwrap().nodes;
+            nodes.iter().all(|node| node.health == NodeHealth::Alive).then_some(())
+        });
+    }
+    own.assert_gone();
+}
+
+#[test]
+fn a_claim_dies_with_its_holder_and_names_it_until_then() {
+    let own = Own::new();
+    {
+        let mut holder = Helper::start(&own, "claim", "");
+        let pid = holder.child.id();
+        let error = own.0.claim(Role::HopperSim).unwrap_err();
+        assert!(matches!(error, NodeError::Held { holder: Some(got), .. } if got == pid), "{error}");
+        holder.signal(Signal::STOP);
+        assert!(own.0.claim(Role::HopperSim).is_err(), "a stopped process still holds it");
+        assert_eq!(own.0.clean().unwrap(), Cleaned::Alive, "a stopped process lives");
+        holder.child.kill().unwrap();
+        holder.end();
+        own.0.claim(Role::HopperSim).unwrap();
+    }
+    own.assert_gone();
+}
+
+#[test]
+fn leftovers_of_the_killed_are_told_and_removed_and_a_newcomer_starts_clean() {
+    let own = Own::new();
+    let leave = || {
+        let mut helper = Helper::start(&own, "claim", "");
+        helper.child.kill().unwrap();
+        helper.end();
+        assert!(own.files().len() > 2);
+    };
+    leave();
+    let report = inspect(&own.0).unwrap();
+    assert!(!report.alive && !report.leftovers.is_empty());
+    assert!(report.advice[0].contains("--clean"), "{:?}", report.advice);
+    assert!(matches!(own.0.clean().unwrap(), Cleaned::Removed { files, bytes } if files > 0 && bytes > 0));
+    own.assert_gone();
+    leave();
+    {
+        let node = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        assert_eq!(inspect(&own.0).unwrap().nodes.iter().filter(|node| node.name == "hopper-sim").count(), 1);
+        node.state_writer(ROBOT).unwrap();
+    }
+    own.assert_gone();
+}
+
+#[test]
+fn processes_that_come_and_go_at_the_same_moment_leave_nothing() {
+    let own = Own::new();
+    let mut helpers: Vec<_> = (0..3).map(|_| Helper::start(&own, "come and go", "")).collect();
+    for helper in &mut helpers {
+        assert_eq!(helper.end().0.code(), Some(0));
+    }
+    own.assert_gone();
+}

@@ -1,0 +1,55 @@
+//! How a mission ended, in a sentence.
+
+use std::fmt;
+
+use contract::{Cell, Name, Status};
+
+/// What the sentence tells; displayed, it is the sentence.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ending {
+    pub outcome: Status,
+    pub hops: u64,
+    pub steps: u64,
+    pub steps_max: u64,
+    pub cell: Cell,
+    pub distance_to_goal_m: f64,
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { hops, steps, steps_max, cell, distance_to_goal_m: short_m, .. } = self;
+        let spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
+        match self.outcome {
+            Status::Goal => write!(f, "Goal reached at {cell}: {spent}."),
+            Status::Deadlock => {
+                write!(f, "Deadlock at {cell}, {short_m:.1} m short of the goal: {spent}.")
+            }
+            Status::LeftMap => write!(f, "Left the map at {cell}: {spent}."),
+            Status::Lost => write!(f, "Lost on impassable ground at {cell}: {spent}."),
+            Status::Stopped => write!(f, "Stopped at {cell}, {short_m:.1} m short of the goal: {spent}."),
+            Status::Underway => write!(f, "Under way at {cell}, {short_m:.1} m to go: {spent}."),
+        }
+    }
+}
+
+/// "1 hop", "2 hops".
+pub(crate) fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Who commanded, in order: "mdp then greedy".
+pub(crate) fn commanders(names: impl Iterator<Item = Name>) -> String {
+    let mut order: Vec<Name> = Vec::new();
+    for name in names.filter(|name| *name != Name::NONE) {
+        if order.last() != Some(&name) {
+            order.push(name);
+        }
+    }
+    match order.as_slice() {
+        [] => "none".into(),
+        [first, .., last] if order.len() > 3 => {
+            format!("{first} and {} others, last {last}", order.len() - 2)
+        }
+        order => order.iter().map(Name::as_str).collect::<Vec<_>>().join(" then "),
+    }
+}

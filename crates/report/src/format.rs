@@ -1,0 +1,35 @@
+//! The form in which a command reports.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// For people, or for programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Format {
+    /// Lines for a terminal.
+    #[default]
+    Text,
+    /// One JSON object, or one a line where a command goes on reporting.
+    Json,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Format::Text => "text",
+            Format::Json => "json",
+        })
+    }
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "text" => Ok(Format::Text),
+            "json" => Ok(Format::Json),
+            _ => Err(format!("a format is text or json, got {text:?}")),
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Round numbers along an axis.
+
+use contract::Range;
+
+/// Multiples of 1, 2 or 5 times a power of ten within a range.
+#[derive(Clone, Copy, Debug)]
+pub struct Ticks {
+    first: i64,
+    last: i64,
+    /// The step is `digit` times ten to the `exponent`.
+    digit: i64,
+    exponent: i32,
+}
+
+impl Ticks {
+    /// The finest ticks over `range` that are at most `count`; whole numbers on a range of one point.
+    pub fn over(range: Range, count: usize) -> Self {
+        let width = range.max - range.min;
+        let one =
+            Self { first: range.min.ceil() as i64, last: range.max.floor() as i64, digit: 1, exponent: 0 };
+        if width <= 0.0 {
+            return one;
+        }
+        let rough = (width.log10().floor() as i32 - 2).max(-12);
+        let steps = (rough..rough + 5).flat_map(|exponent| [1, 2, 5].map(|digit| (digit, exponent)));
+        let mut ticks = steps.map(|(digit, exponent)| {
+            let step = step(digit, exponent);
+            // A hair of slack keeps a tick that rounding puts just outside.
+            let slack = 1e-9 * width / step;
+            let first = (range.min / step - slack).ceil() as i64;
+            Self { first, last: (range.max / step + slack).floor() as i64, digit, exponent }
+        });
+        let fits = |ticks: &Self| ticks.last - ticks.first < count as i64;
+        ticks.find(fits).unwrap_or(one)
+    }
+
+    /// Each tick with its label.
+    pub fn labels(self) -> impl Iterator<Item = (f64, String)> {
+        let decimals = usize::try_from(-self.exponent).unwrap_or(0);
+        (self.first..=self.last).map(move |n| {
+            let value = n as f64 * step(self.digit, self.exponent);
+            (value, format!("{value:.decimals$}").replace('-', "−"))
+        })
+    }
+}
+
+fn step(digit: i64, exponent: i32) -> f64 {
+    let power = 10_f64.powi(exponent.abs());
+    if exponent < 0 { digit as f64 / power } else { digit as f64 * power }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(min: f64, max: f64, need: &str) {
+        let labels: Vec<String> =
+            Ticks::over(Range { min, max }, 8).labels().map(|(_, label)| label).collect();
+        assert_eq!(labels.join(" "), need, "{min} to {max}");
+    }
+
+    #[test]
+    fn ticks_are_round_and_within_the_range() {
+        check(0.0, 19.0, "0 5 10 15");
+        check(-0.159, 0.161, "−0.15 −0.10 −0.05 0.00 0.05 0.10 0.15");
+        check(-4400.0, -4139.0, "−4400 −4350 −4300 −4250 −4200 −4150");
+        check(0.0, 991.02, "0 200 400 600 800");
+        check(0.0, 0.0, "0");
+    }
+}

@@ -1,0 +1,166 @@
+//! The picture is well-formed, complete, bounded.
+
+// Helpers of tests are not recognised as tests.
+#![allow(clippy::unwrap_used)]
+
+mod mission;
+
+use contract::{Action, Branch, Brief, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId, Status};
+use mission::{Step, brief, ground, policy, records};
+use report::{Picture, ReportError};
+use roxmltree::Document;
+
+/// East and north in turn, every seventh hop slips, every eleventh gets nowhere.
+fn steps(count: usize) -> Vec<Step> {
+    let branch = |n: usize| match n {
+        _ if n % 7 == 6 => Branch::Left,
+        _ if n % 11 == 10 => Branch::Stayed,
+        _ => Branch::Intended,
+    };
+    let direction = |n: usize| if n.is_multiple_of(2) { Direction::East } else { Direction::North };
+    (0..count).map(|n| (Action::Hop(direction(n)), branch(n))).collect()
+}
+
+fn svg(
+    brief: &Brief,
+    terrain: &[Ground],
+    map: &ObservedMap,
+    policy: Option<&[PolicyCell]>,
+    route: &[Record],
+) -> String {
+    let picture = Picture {
+        brief,
+        terrain,
+        map,
+        policy,
+        route,
+        outcome: Status::Deadlock,
+        sensing_radius_m: Some(2.25),
+    };
+    picture.svg().unwrap()
+}
+
+fn mission_svg(side: u32) -> String {
+    let brief = brief(side);
+    let (terrain, map) = ground(&brief);
+    let route = records(&brief, &steps(2 * side as usize - 8), 4);
+    svg(&brief, &terrain, &map, Some(&policy(&brief)), &route)
+}
+
+#[test]
+fn a_tiny_picture_stands_as_drawn() {
+    let brief = brief(4);
+    let (terrain, map) = ground(&brief);
+    let route = records(&brief, &[(Action::Hop(Direction::East), Branch::Intended)], 4);
+    insta::assert_snapshot!(svg(&brief, &terrain, &map, Some(&policy(&brief)), &route));
+}
+
+#[test]
+fn every_size_is_xml_below_two_megabytes() {
+    for side in [1, 2, 20, 50, 200, 1024] {
+        let text = if side < 4 {
+            let brief = brief(side);
+            let map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
+            svg(&brief, &[], &map, None, &[])
+        } else {
+            mission_svg(side)
+        };
+        assert!(text.len() < 2_000_000, "{side}: {} bytes", text.len());
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{side}");
+        let document = Document::parse(&text).unwrap_or_else(|error| panic!("{side}: {error}"));
+        assert_eq!(document.root_element().tag_name().name(), "svg");
+    }
+}
+
+#[test]
+fn rough_ground_of_200_cells_a_side_stays_below_two_megabytes() {
+    let brief = brief(200);
+    let (mut terrain, mut map) = ground(&brief);
+    let mut noise = 1_u32;
+    for (ground, seen) in terrain.iter_mut().zip(&mut map.cells) {
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ground.height_m = f64::from(noise >> 8);
+        *seen = (noise >> 30 > 1).then_some(*ground);
+    }
+    let text = svg(&brief, &terrain, &map, Some(&policy(&brief)), &[]);
+    assert!(text.len() < 2_000_000, "{} bytes", text.len());
+}
+
+#[test]
+fn the_same_mission_gives_the_same_bytes() {
+    assert_eq!(mission_svg(20), mission_svg(20));
+}
+
+#[test]
+fn the_legend_names_what_is_drawn_and_nothing_else() {
+    let full = mission_svg(20);
+    let words =
+        ["start", "goal", "hopper, sensing 2.2 m", "hop as intended", "stray hop", "not seen", "sand"];
+    for word in
+        words.into_iter().chain(["impassable", "policy N, S, E, W", "height above datum (m)", "x, east (m)"])
+    {
+        assert!(full.contains(&format!(">{word}<")), "{word}");
+    }
+    let brief = brief(4);
+    let flat = vec![Ground::FLAT; brief.grid.cells()];
+    let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
+    map.cells = flat.iter().copied().map(Some).collect();
+    let plain = svg(&brief, &flat, &map, None, &[]);
+    for word in ["hop as intended", "stray hop", "not seen", "sand", "impassable", "policy N, S, E, W"] {
+        assert!(!plain.contains(&format!(">{word}<")), "{word}");
+    }
+}
+
+#[test]
+fn arrows_thin_out_on_large_maps() {
+    // Every arrow begins with "M" and its head is closed with "z".
+    let arrows = |side: u32| {
+        let text = mission_svg(side);
+        let document = Document::parse(&text).unwrap();
+        let inks = ["#0a3fd0", "#8013a8", "#c8102e", "#111111"];
+        let paths = document.descendants().filter(|node| {
+            node.attribute("fill-opacity").is_some()
+                && node.attribute("fill").is_some_and(|ink| inks.contains(&ink))
+        });
+        paths.map(|path| path.attribute("d").unwrap().matches('z').count()).sum::<usize>()
+    };
+    assert!((350..=400).contains(&arrows(20)), "{}", arrows(20));
+    assert!((800..=1600).contains(&arrows(200)), "{}", arrows(200));
+}
+
+#[test]
+fn names_cannot_break_the_document() {
+    let mut brief = brief(4);
+    brief.scenario = mission::name("<a&b>\"'");
+    let map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
+    let text = svg(&brief, &[], &map, None, &[]);
+    let document = Document::parse(&text).unwrap();
+    assert!(document.descendants().any(|node| node.text().is_some_and(|text| text.contains("<a&b>\"'"))));
+}
+
+#[test]
+fn a_hop_off_the_map_is_drawn_just_beyond_its_edge() {
+    let brief = brief(4);
+    let (terrain, map) = ground(&brief);
+    let south = (Action::Hop(Direction::South), Branch::Intended);
+    let route = records(&brief, &[south, south], 4);
+    assert_eq!(route[1].status, Status::LeftMap);
+    let text = svg(&brief, &terrain, &map, None, &route);
+    assert!(text.contains("L359 851"), "the frame ends at 842: {text}");
+}
+
+#[test]
+fn a_layer_that_does_not_cover_the_grid_is_refused() {
+    let brief = brief(4);
+    let (terrain, map) = ground(&brief);
+    let picture = Picture {
+        brief: &brief,
+        terrain: &terrain[1..],
+        map: &map,
+        policy: None,
+        route: &[],
+        outcome: Status::Goal,
+        sensing_radius_m: None,
+    };
+    assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
+}

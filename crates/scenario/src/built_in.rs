@@ -1,0 +1,36 @@
+//! Where scenarios come from.
+
+use std::path::Path;
+
+use crate::{Scenario, ScenarioError};
+
+/// Scenarios of the house by name; the same files lie in `scenarios/`.
+pub const BUILT_IN: [(&str, &str); 5] = [
+    ("hard", include_str!("../../../scenarios/hard.toml")),
+    ("heterogeneous", include_str!("../../../scenarios/heterogeneous.toml")),
+    ("sandy", include_str!("../../../scenarios/sandy.toml")),
+    ("hills", include_str!("../../../scenarios/hills.toml")),
+    ("mars", include_str!("../../../scenarios/mars.toml")),
+];
+
+/// The scenario that `selector` names: one of the house, or a file.
+///
+/// # Errors
+/// If it is neither, cannot be read, or is no scenario.
+pub fn load(selector: &str) -> Result<Scenario, ScenarioError> {
+    if let Some((name, text)) = BUILT_IN.into_iter().find(|(name, _)| *name == selector) {
+        return Scenario::parse(text, &format!("built-in scenario {name}"));
+    }
+    let path = Path::new(selector);
+    if !path.exists() {
+        return Err(ScenarioError::Unknown { got: selector.into() });
+    }
+    let text =
+        std::fs::read_to_string(path).map_err(|source| ScenarioError::Read { path: path.into(), source })?;
+    let mut scenario = Scenario::parse(&text, selector)?;
+    scenario.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    if scenario.brief.name.is_none() {
+        scenario.brief.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    }
+    Ok(scenario)
+}

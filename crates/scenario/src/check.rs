@@ -1,0 +1,114 @@
+//! What `hopper scenario check` says of a scenario that resolves.
+
+use std::fmt;
+
+use contract::{Brief, Soil};
+use serde::Serialize;
+
+use crate::{Finding, World};
+
+/// The summary of a world.
+#[derive(Clone, Debug, Serialize)]
+pub struct Check {
+    /// SHA-256 of the world, hexadecimal.
+    pub hash: String,
+    /// What everyone will be told.
+    pub brief: Brief,
+    /// Share of sand, 0 to 1.
+    pub sand_share: f64,
+    /// Share of impassable ground, 0 to 1.
+    pub impassable_share: f64,
+    /// Fewest hops over passable ground to the goal, if there is a way.
+    pub hops_min: Option<u32>,
+    /// Warnings.
+    pub findings: Vec<Finding>,
+}
+
+impl Check {
+    /// Sums up `world`.
+    #[must_use]
+    pub fn of(world: &World) -> Self {
+        let cells = &world.terrain.cells;
+        let share = |count: usize| count as f64 / cells.len() as f64;
+        Self {
+            hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            brief: world.brief,
+            sand_share: share(cells.iter().filter(|ground| ground.soil == Soil::Sand).count()),
+            impassable_share: share(cells.iter().filter(|ground| !ground.passable).count()),
+            hops_min: world.terrain.hops_between(world.brief.start, world.brief.goal),
+            findings: world.findings.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Brief { grid, weights, payoff, priors, motion, sensor, limits, .. } = &self.brief;
+        let brief = &self.brief;
+        let mut line = |name: &str, value: String| writeln!(f, "{name:<10} {value}");
+        line("scenario", format!("{}, profile {}", brief.scenario, brief.profile))?;
+        line("hash", self.hash.clone())?;
+        line(
+            "map",
+            format!(
+                "{} x {} cells of {} m, datum {} m, {:.1} % sand, {:.1} % impassable",
+                grid.width,
+                grid.height,
+                grid.cell_size_m,
+                brief.datum_m,
+                100.0 * self.sand_share,
+                100.0 * self.impassable_share
+            ),
+        )?;
+        let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
+        line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
+        line(
+            "robot",
+            format!(
+                "hops of {} m at {:.1} degrees under {} m/s2, slopes up to {:.1} degrees",
+                grid.hop_distance_m(),
+                motion.launch_angle_rad.to_degrees(),
+                motion.gravity_mps2,
+                motion.slope_limit_rad.to_degrees()
+            ),
+        )?;
+        line(
+            "sensor",
+            format!(
+                "radius {} x (h + {} m), {} to {:.2} m, gradients {}",
+                sensor.gain,
+                sensor.offset_m,
+                sensor.radius_min_m,
+                sensor.radius_max_m,
+                match sensor.gradient {
+                    contract::GradientSource::Measured => "measured",
+                    contract::GradientSource::SeenDifferences => "from seen heights",
+                }
+            ),
+        )?;
+        line(
+            "payoff",
+            format!(
+                "safety {}, information {}, distance {}, goal {}, discount {}, sand term {}",
+                weights.safety,
+                weights.information,
+                weights.distance,
+                payoff.goal,
+                payoff.discount,
+                payoff.sand_term
+            ),
+        )?;
+        line(
+            "priors",
+            format!(
+                "safety {:.4} to {:.4}, heights {:.3} to {:.3} m",
+                priors.safety.min, priors.safety.max, priors.height_m.min, priors.height_m.max
+            ),
+        )?;
+        line(
+            "limits",
+            format!("{} steps, {} ms a decision", limits.steps_max, limits.decision_budget_ns as f64 / 1e6),
+        )?;
+        self.findings.iter().try_for_each(|finding| writeln!(f, "warning: {finding}"))
+    }
+}

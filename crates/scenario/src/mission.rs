@@ -1,0 +1,133 @@
+//! Sections `[brief]` and `[limits]`: what everyone is told, and when it is over.
+
+use contract::Profile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What everyone is told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionBrief {
+    /// Name of the scenario, up to 31 printable characters; that of the file by default.
+    pub name: Option<String>,
+    /// Reading of the model: `paper-2023` reproduces Sakamoto & Kunii 2023, `hopper` does better.
+    #[serde(default = "paper")]
+    #[schemars(with = "String", extend("enum" = ["paper-2023", "hopper"]))]
+    pub profile: Profile,
+    /// Cell (x, y) to start from, counted from the south-western corner.
+    pub start: [i32; 2],
+    /// Cell (x, y) to reach.
+    pub goal: [i32; 2],
+    /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
+    #[serde(default = "zero")]
+    pub datum_m: Surveyed<f64>,
+    /// Weights of the payoff.
+    #[serde(default)]
+    pub weights: PayoffWeights,
+    /// Constants of the payoff.
+    #[serde(default)]
+    pub payoff: PayoffConstants,
+    /// Ranges for min-max normalisation, as an orbital survey would give them.
+    #[serde(default)]
+    pub priors: Ranges,
+}
+
+/// A value that is given, or found by surveying the whole map when the scenario is resolved.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "need \"survey\", a number, or [smallest, largest]")]
+pub enum Surveyed<T> {
+    /// Given.
+    Given(T),
+    /// The word `survey`.
+    Survey(Survey),
+}
+
+/// The word `survey`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Survey {
+    /// Over the whole map.
+    Survey,
+}
+
+/// Weights of the payoff r = w1 S + w2 I + w3 D.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PayoffWeights {
+    /// w1, of safety S.
+    pub safety: f64,
+    /// w2, of information gain I.
+    pub information: f64,
+    /// w3, of the distance penalty D.
+    pub distance: f64,
+}
+
+/// Constants of the payoff.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PayoffConstants {
+    /// Payoff of the goal, which absorbs.
+    pub goal: f64,
+    /// Discount of one period, 0.01 to 0.9999.
+    pub discount: f64,
+    /// Soil term T on sand in S = -|slope| - T; -5 taken literally from the paper makes sand attractive.
+    pub sand_term: f64,
+}
+
+/// Ranges [smallest, largest] for min-max normalisation, or `survey`: over all ground a hopper can
+/// land on, steeper ground and gaps left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ranges {
+    /// Of S = -|slope| - T.
+    pub safety: Surveyed<[f64; 2]>,
+    /// Of heights above the datum, metres.
+    pub height_m: Surveyed<[f64; 2]>,
+}
+
+/// When the mission is over, and how long a decision may take.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MissionLimits {
+    /// Steps, in the paper's count of 2 or 3 a hop, after which the mission is a deadlock.
+    pub steps_max: u64,
+    /// Budget of one decision, landing to commit, milliseconds; a yardstick that changes no decision.
+    pub decision_budget_ms: f64,
+}
+
+impl<T> Surveyed<T> {
+    /// By surveying the map.
+    pub const SURVEY: Self = Self::Survey(Survey::Survey);
+}
+
+impl Default for PayoffWeights {
+    fn default() -> Self {
+        Self { safety: 0.5, information: 0.5, distance: 10.0 }
+    }
+}
+
+impl Default for PayoffConstants {
+    fn default() -> Self {
+        Self { goal: 100.0, discount: 0.99, sand_term: -5.0 }
+    }
+}
+
+impl Default for Ranges {
+    fn default() -> Self {
+        Self { safety: Surveyed::SURVEY, height_m: Surveyed::SURVEY }
+    }
+}
+
+impl Default for MissionLimits {
+    fn default() -> Self {
+        Self { steps_max: 150, decision_budget_ms: 600.0 }
+    }
+}
+
+fn paper() -> Profile {
+    Profile::Paper2023
+}
+
+fn zero() -> Surveyed<f64> {
+    Surveyed::Given(0.0)
+}

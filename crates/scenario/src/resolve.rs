@@ -1,0 +1,418 @@
+//! From a scenario to a world: builds the terrain, fills in defaults, checks that it can be flown.
+
+use std::path::{Path, PathBuf};
+
+use contract::wire::{BriefV1, GroundV1};
+use contract::{
+    Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
+    Range, RunId, SensorParameters, SoilMotion, Weights,
+};
+use terrain::{
+    Gaussian, RandomField, RasterFile, Rectangle, Relief, Sand, Terrain, TerrainError, Window, hop_cells,
+};
+
+use crate::truth::{CropCells, CropMetres};
+use crate::world::{World, canonical, hash};
+use crate::{
+    ElevationFile, Finding, Gaussians, RandomHills, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource,
+};
+
+/// Most hills of a generated terrain.
+const HILLS_MAX: usize = 1000;
+
+/// A relief, and how it came out of its source, for a mask to follow.
+struct Shaped {
+    relief: Relief,
+    source_cells: (u32, u32),
+    window: Window,
+    /// New cell over old, if resampled.
+    ratio: Option<f64>,
+}
+
+impl Scenario {
+    /// Builds the world of this scenario.
+    ///
+    /// # Errors
+    /// One [`ScenarioError`] with what was needed, what was got, and what to do.
+    pub fn resolve(&self) -> Result<World, ScenarioError> {
+        let mut resolved = self.clone();
+        resolved.place_files()?;
+        let shaped = resolved.shape()?;
+        resolved.settle_datum(&shaped.relief)?;
+        let sand = resolved.sand(&shaped)?;
+        let slope_limit_rad = radians(self.robot.slope_limit_deg);
+        let terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
+        resolved.settle_priors(&terrain);
+        resolved.settle_sensor(&terrain.grid)?;
+
+        let mut brief = resolved.brief_on(&terrain)?;
+        check_cells(&brief, &terrain, &shaped.relief)?;
+        // Every bound of the wire is a bound of scenarios; it is stated there, once.
+        brief = Brief::try_from(&BriefV1::from(&brief)).map_err(ScenarioError::Brief)?;
+        for ground in &terrain.cells {
+            Option::<Ground>::try_from(&GroundV1::from(Some(ground))).map_err(ScenarioError::Brief)?;
+        }
+        brief.scenario_hash = hash(&resolved, &terrain);
+        Ok(World {
+            resolved: canonical(&resolved),
+            hash: brief.scenario_hash,
+            findings: findings(&brief, &terrain),
+            terrain,
+            brief,
+        })
+    }
+
+    /// Makes paths absolute and takes `--dem` for the scenario's file.
+    fn place_files(&mut self) -> Result<(), ScenarioError> {
+        let folder = self.folder.clone();
+        match (&mut self.truth.terrain, self.dem.take()) {
+            (TerrainSource::ElevationFile(source), dem) => {
+                let path = dem.unwrap_or_else(|| folder.join(&source.file));
+                source.file = existing("truth.terrain.elevation_file.file", &path)?;
+            }
+            (_, Some(_)) => return Err(ScenarioError::DemUnused),
+            (_, None) => {}
+        }
+        if let Some(mask) = &mut self.truth.sand.mask_file {
+            *mask = existing("truth.sand.mask_file", &folder.join(&*mask))?;
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self) -> Result<Shaped, ScenarioError> {
+        let hop_distance_m = self.robot.hop_distance_m;
+        in_range("robot.hop_distance_m", hop_distance_m, 1e-3..=1e6, "0.001 to 1e6 m")?;
+        match &mut self.truth.terrain {
+            TerrainSource::Gaussians(source) => {
+                let grid = grid(source.width_cells, source.height_cells, source.cell_size_m, hop_distance_m)?;
+                Ok(Shaped::generated(Relief::of_gaussians(grid, &source.hills()?)))
+            }
+            TerrainSource::RandomHills(source) => {
+                let grid = grid(source.width_cells, source.height_cells, source.cell_size_m, hop_distance_m)?;
+                let extent_m = [grid.width, grid.height].map(|side| f64::from(side) * grid.cell_size_m);
+                Ok(Shaped::generated(Relief::of_gaussians(grid, &source.field()?.gaussians(extent_m))))
+            }
+            TerrainSource::ElevationFile(source) => {
+                let path = source.file.clone();
+                source.read(hop_distance_m).map_err(|error| match error {
+                    ScenarioError::Terrain(error @ TerrainError::File { .. }) => error.into(),
+                    ScenarioError::Terrain(error) => error.of(&path).into(),
+                    error => error,
+                })
+            }
+        }
+    }
+
+    fn settle_datum(&mut self, relief: &Relief) -> Result<(), ScenarioError> {
+        if let Surveyed::Survey(_) = self.brief.datum_m {
+            self.brief.datum_m = Surveyed::Given(relief.mean_height_m());
+        }
+        in_range("brief.datum_m", self.datum_m(), -1e6..=1e6, "-1e6 to 1e6 m")
+    }
+
+    fn datum_m(&self) -> f64 {
+        match self.brief.datum_m {
+            Surveyed::Given(datum_m) => datum_m,
+            Surveyed::Survey(_) => 0.0,
+        }
+    }
+
+    fn sand(&self, shaped: &Shaped) -> Result<Sand, ScenarioError> {
+        let rules = &self.truth.sand;
+        for rectangle in &rules.rectangles {
+            if rectangle.x[0] > rectangle.x[1] || rectangle.y[0] > rectangle.y[1] {
+                return Err(ScenarioError::Value {
+                    field: "truth.sand.rectangles",
+                    need: "[first, last] with first at most last",
+                    got: format!("x = {:?}, y = {:?}", rectangle.x, rectangle.y),
+                });
+            }
+        }
+        let mask = match &rules.mask_file {
+            Some(path) => Sand::read_mask(path, shaped.source_cells, shaped.window, shaped.ratio)?,
+            None => Vec::new(),
+        };
+        Ok(Sand {
+            rectangles: rules.rectangles.iter().map(|&one| Rectangle { x: one.x, y: one.y }).collect(),
+            below_height_m: rules.below_height_m,
+            mask,
+        })
+    }
+
+    fn settle_priors(&mut self, terrain: &Terrain) {
+        let sand_term = self.brief.payoff.sand_term;
+        let priors = &mut self.brief.priors;
+        for (prior, surveyed) in [
+            (&mut priors.safety, terrain.safety_range(sand_term)),
+            (&mut priors.height_m, terrain.height_range()),
+        ] {
+            if let Surveyed::Survey(_) = prior {
+                *prior = Surveyed::Given([surveyed.min, surveyed.max]);
+            }
+        }
+    }
+
+    fn settle_sensor(&mut self, grid: &Grid) -> Result<(), ScenarioError> {
+        let profile = self.brief.profile;
+        let sensor = &mut self.robot.sensor;
+        sensor.gradient.get_or_insert(match profile {
+            Profile::Paper2023 => GradientSource::Measured,
+            Profile::Hopper => GradientSource::SeenDifferences,
+        });
+        let hop_m = grid.hop_distance_m();
+        let min_m = *sensor.radius_min_m.get_or_insert(hop_m);
+        if min_m.is_nan() || min_m < hop_m * (1.0 - 1e-9) {
+            return Err(ScenarioError::Value {
+                field: "robot.sensor.radius_min_m",
+                need: "at least one hop, so that the hopper sees where it may land",
+                got: format!("{min_m} m with hops of {hop_m} m"),
+            });
+        }
+        let diagonal_m = f64::from(grid.width).hypot(f64::from(grid.height)) * grid.cell_size_m;
+        sensor.radius_max_m.get_or_insert(diagonal_m.max(min_m));
+        Ok(())
+    }
+
+    /// The brief, its scenario hash still to come.
+    fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
+        let Self { brief: mission, robot, limits, .. } = self;
+        let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
+        let budget_ms = limits.decision_budget_ms;
+        in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
+        let cell = |[x, y]: [i32; 2]| Cell::new(x, y);
+        let range = |prior: Surveyed<[f64; 2]>| match prior {
+            Surveyed::Given([min, max]) => Range { min, max },
+            Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
+        };
+        let sensor = &robot.sensor;
+        Ok(Brief {
+            run: RunId(0),
+            scenario: name,
+            scenario_hash: [0; 32],
+            profile: mission.profile,
+            robots: 1,
+            grid: terrain.grid,
+            datum_m: terrain.datum_m,
+            start: cell(mission.start),
+            goal: cell(mission.goal),
+            weights: Weights {
+                safety: mission.weights.safety,
+                information: mission.weights.information,
+                distance: mission.weights.distance,
+            },
+            payoff: Payoff {
+                goal: mission.payoff.goal,
+                discount: mission.payoff.discount,
+                sand_term: mission.payoff.sand_term,
+            },
+            priors: Priors { safety: range(mission.priors.safety), height_m: range(mission.priors.height_m) },
+            motion: MotionParameters {
+                hard: robot.hard.into(),
+                sand: robot.sand.into(),
+                slope_limit_rad: radians(robot.slope_limit_deg),
+                launch_angle_rad: radians(robot.launch_angle_deg),
+                gravity_mps2: robot.gravity_mps2,
+            },
+            sensor: SensorParameters {
+                gain: sensor.gain,
+                offset_m: sensor.offset_m,
+                radius_min_m: sensor.radius_min_m.unwrap_or_default(),
+                radius_max_m: sensor.radius_max_m.unwrap_or_default(),
+                gradient: sensor.gradient.unwrap_or(GradientSource::Measured),
+            },
+            limits: Limits {
+                steps_max: limits.steps_max,
+                decision_budget_ns: (budget_ms * 1e6).round() as u64,
+            },
+        })
+    }
+}
+
+impl Shaped {
+    fn generated(relief: Relief) -> Self {
+        let Grid { width, height, .. } = relief.grid;
+        Self { relief, source_cells: (width, height), window: Window::all(width, height), ratio: None }
+    }
+}
+
+impl Gaussians {
+    fn hills(&self) -> Result<Vec<Gaussian>, ScenarioError> {
+        positive("truth.terrain.gaussians.sigma_m", self.sigma_m)?;
+        in_range("truth.terrain.gaussians.amplitude_m", self.amplitude_m, -1e6..=1e6, "-1e6 to 1e6 m")?;
+        let count = self.raised_m.len() + self.lowered_m.len();
+        hill_count("truth.terrain.gaussians", count)?;
+        for &coordinate in self.raised_m.iter().chain(&self.lowered_m).flatten() {
+            in_range(
+                "truth.terrain.gaussians.raised_m or lowered_m",
+                coordinate,
+                -1e6..=1e6,
+                "-1e6 to 1e6 m",
+            )?;
+        }
+        let hill = |sign: f64| {
+            move |&centre_m| Gaussian {
+                centre_m,
+                sigma_m: self.sigma_m,
+                amplitude_m: sign * self.amplitude_m,
+            }
+        };
+        Ok(self.raised_m.iter().map(hill(1.0)).chain(self.lowered_m.iter().map(hill(-1.0))).collect())
+    }
+}
+
+impl RandomHills {
+    fn field(&self) -> Result<RandomField, ScenarioError> {
+        hill_count("truth.terrain.random_hills.hills", self.hills as usize)?;
+        let range = |field, [min, max]: [f64; 2], least: f64| {
+            if min > least && min <= max && max <= 1e6 {
+                Ok(Range { min, max })
+            } else {
+                let need = "[smallest, largest], at most 1e6 m, sigma_m above 0";
+                Err(ScenarioError::Value { field, need, got: format!("[{min}, {max}]") })
+            }
+        };
+        Ok(RandomField {
+            seed: u64::from(self.seed),
+            hills: self.hills,
+            sigma_m: range("truth.terrain.random_hills.sigma_m", self.sigma_m, 0.0)?,
+            amplitude_m: range("truth.terrain.random_hills.amplitude_m", self.amplitude_m, -1e6)?,
+        })
+    }
+}
+
+impl ElevationFile {
+    fn read(&self, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
+        in_range(
+            "truth.terrain.elevation_file.vertical_exaggeration",
+            self.vertical_exaggeration,
+            1e-3..=1e3,
+            "0.001 to 1000",
+        )?;
+        let raster = RasterFile::open(&self.file)?;
+        let source_cells = (raster.header().width, raster.header().height);
+        let georeference = raster.georeference()?;
+        let window = match (self.crop_cells, self.crop_m) {
+            (Some(_), Some(_)) => return Err(ScenarioError::TwoCrops),
+            (Some(CropCells { x, y, width, height }), None) => Window { x, y, width, height },
+            (None, Some(CropMetres { west, south, width, height })) => {
+                georeference.window(source_cells, [west, south, width, height])?
+            }
+            (None, None) => Window::all(source_cells.0, source_cells.1),
+        };
+        // What cannot be hopped on is refused before it is read.
+        let cell_size_m = self.cell_size_m.unwrap_or(georeference.cell_size_m);
+        let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
+        let mut elevation = raster.elevation(window)?;
+        let mut ratio = None;
+        if cell_size_m != elevation.cell_size_m {
+            ratio = Some(cell_size_m / elevation.cell_size_m);
+            elevation = elevation.resampled(cell_size_m)?;
+        }
+        let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
+        Ok(Shaped { relief, source_cells, window, ratio })
+    }
+}
+
+impl From<Scatter> for SoilMotion {
+    fn from(scatter: Scatter) -> Self {
+        let Scatter { intended, stuck, sideways, flights } = scatter;
+        Self { intended, stuck, sideways, flights }
+    }
+}
+
+/// Start and goal lie on the map, on passable ground, whole hops apart.
+fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), ScenarioError> {
+    let grid = &terrain.grid;
+    for (which, got) in [("start", brief.start), ("goal", brief.goal)] {
+        let Some(ground) = terrain.ground(got) else {
+            return Err(ScenarioError::OffMap { which, last: grid.cell(grid.cells() - 1), got });
+        };
+        if !ground.passable {
+            let known = grid.index(got).and_then(|index| relief.cells[index]);
+            let why = match known {
+                Some(_) => format!("slopes {:.1} degrees", ground.steepness().atan().to_degrees()),
+                None => "has no height (nodata)".into(),
+            };
+            let nearby = grid
+                .iter()
+                .filter(|&cell| {
+                    grid.on_same_lattice(got, cell) && terrain.ground(cell).is_some_and(|g| g.passable)
+                })
+                .min_by(|a, b| a.distance_cells(got).total_cmp(&b.distance_cells(got)))
+                .map_or("none on this map".into(), |cell| cell.to_string());
+            return Err(ScenarioError::Impassable { which, got, why, nearby });
+        }
+    }
+    if grid.on_same_lattice(brief.start, brief.goal) {
+        Ok(())
+    } else {
+        let (start, goal) = (brief.start, brief.goal);
+        Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal })
+    }
+}
+
+fn findings(brief: &Brief, terrain: &Terrain) -> Vec<Finding> {
+    let (start, goal, steps_max) = (brief.start, brief.goal, brief.limits.steps_max);
+    match terrain.hops_between(start, goal) {
+        None => vec![Finding::Unreachable { start, goal }],
+        Some(0) => vec![Finding::StartIsGoal { start }],
+        Some(hops) if 2 * u64::from(hops) > steps_max => {
+            vec![Finding::TooFewSteps { hops, steps: 2 * u64::from(hops), steps_max }]
+        }
+        Some(_) => Vec::new(),
+    }
+}
+
+fn grid(width: u32, height: u32, cell_size_m: f64, hop_distance_m: f64) -> Result<Grid, ScenarioError> {
+    positive("truth.terrain cell_size_m", cell_size_m)?;
+    let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
+    Ok(Grid::new(width, height, cell_size_m, hop_cells).map_err(TerrainError::from)?)
+}
+
+fn existing(field: &'static str, path: &Path) -> Result<PathBuf, ScenarioError> {
+    path.canonicalize().map_err(|_| ScenarioError::FileMissing {
+        field,
+        path: std::path::absolute(path).unwrap_or_else(|_| path.into()),
+    })
+}
+
+fn hill_count(field: &'static str, count: usize) -> Result<(), ScenarioError> {
+    if count <= HILLS_MAX {
+        Ok(())
+    } else {
+        Err(ScenarioError::Value { field, need: "at most 1000 hills", got: count.to_string() })
+    }
+}
+
+fn positive(field: &'static str, value: f64) -> Result<(), ScenarioError> {
+    in_range(field, value, f64::MIN_POSITIVE..=1e6, "a length above 0 m, at most 1e6 m")
+}
+
+fn in_range(
+    field: &'static str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    need: &'static str,
+) -> Result<(), ScenarioError> {
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(ScenarioError::Value { field, need, got: value.to_string() })
+    }
+}
+
+/// Degrees to radians, such that 30° is π/6 and 45° is π/4 to the bit.
+fn radians(degrees: f64) -> f64 {
+    degrees.to_radians()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::radians;
+
+    #[test]
+    fn the_angles_of_the_papers_are_exact() {
+        assert_eq!(radians(30.0), std::f64::consts::FRAC_PI_6);
+        assert_eq!(radians(45.0), std::f64::consts::FRAC_PI_4);
+    }
+}

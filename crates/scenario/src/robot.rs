@@ -1,0 +1,93 @@
+//! Section `[robot]`: how the hopper moves and what it sees.
+
+use contract::GradientSource;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The hopper; its defaults are those of Sakamoto & Kunii 2023.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Robot {
+    /// Length of one hop on the flat, metres; a whole number of cells.
+    pub hop_distance_m: f64,
+    /// Launch angle above the horizontal, degrees.
+    pub launch_angle_deg: f64,
+    /// Surface gravity, m/s2.
+    pub gravity_mps2: f64,
+    /// Slope at which a hop no longer gets anywhere; steeper ground is impassable. Degrees.
+    pub slope_limit_deg: f64,
+    /// Scatter of hops on hard ground.
+    pub hard: Scatter,
+    /// Scatter of hops on sand.
+    #[serde(default = "Scatter::on_sand")]
+    pub sand: Scatter,
+    /// The sensor.
+    pub sensor: Sensor,
+}
+
+/// How hops scatter on the flat: intended + stuck + 2 sideways = 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scatter {
+    /// Probability of landing where intended.
+    pub intended: f64,
+    /// Probability of staying where it stood, whatever the slope.
+    pub stuck: f64,
+    /// Probability of landing one hop to the left; the same to the right.
+    pub sideways: f64,
+    /// Flights of an intended hop: 1, or 2 half hops.
+    pub flights: u32,
+}
+
+/// The sensor sees a disc of radius gain x (height + offset), clamped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensor {
+    /// Metres of radius per metre of height.
+    pub gain: f64,
+    /// Height above the datum that is added, metres.
+    pub offset_m: f64,
+    /// Smallest radius, metres; one hop by default, and no less.
+    pub radius_min_m: Option<f64>,
+    /// Largest radius, metres; the diagonal of the map by default.
+    pub radius_max_m: Option<f64>,
+    /// Where gradients come from: `measured` at each seen cell, or `seen_differences` of heights. By
+    /// default measured in profile paper-2023 and seen_differences in profile hopper.
+    #[schemars(with = "Option<String>", extend("enum" = ["measured", "seen_differences", null]))]
+    pub gradient: Option<GradientSource>,
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self {
+            hop_distance_m: 1.0,
+            launch_angle_deg: 45.0,
+            gravity_mps2: 3.72,
+            slope_limit_deg: 30.0,
+            hard: Scatter::default(),
+            sand: Scatter::on_sand(),
+            sensor: Sensor::default(),
+        }
+    }
+}
+
+impl Default for Scatter {
+    /// On hard ground.
+    fn default() -> Self {
+        Self { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 }
+    }
+}
+
+impl Scatter {
+    /// On sand.
+    #[must_use]
+    pub fn on_sand() -> Self {
+        Self { intended: 0.7, stuck: 0.1, sideways: 0.1, flights: 2 }
+    }
+}
+
+impl Default for Sensor {
+    fn default() -> Self {
+        Self { gain: 2.0, offset_m: 1.0, radius_min_m: None, radius_max_m: None, gradient: None }
+    }
+}

@@ -1,0 +1,144 @@
+//! Section `[truth]`: the ground, known to the simulator only.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// Its shape.
+    pub terrain: TerrainSource,
+    /// Where it is sand; nowhere by default.
+    #[serde(default)]
+    pub sand: SandRules,
+}
+
+/// The shape of the ground: exactly one of these.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum TerrainSource {
+    /// Hills and hollows at given places.
+    Gaussians(Gaussians),
+    /// Hills and hollows at random places.
+    RandomHills(RandomHills),
+    /// An elevation model.
+    ElevationFile(ElevationFile),
+}
+
+/// Hills and hollows h = ±a·exp(−r²/2σ²); cell (x, y) lies at (x, y) times the cell size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gaussians {
+    /// Columns, 1 to 1024.
+    pub width_cells: u32,
+    /// Rows, 1 to 1024.
+    pub height_cells: u32,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Standard deviation σ, metres, above 0.
+    pub sigma_m: f64,
+    /// Height of a hill's top, metres.
+    pub amplitude_m: f64,
+    /// Centres (x, y) of the hills, metres from the middle of cell (0, 0).
+    #[serde(default)]
+    pub raised_m: Vec<[f64; 2]>,
+    /// Centres (x, y) of the hollows, metres from the middle of cell (0, 0).
+    #[serde(default)]
+    pub lowered_m: Vec<[f64; 2]>,
+}
+
+/// A sum of random Gaussians; the same seed gives the same ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RandomHills {
+    /// Columns, 1 to 1024.
+    pub width_cells: u32,
+    /// Rows, 1 to 1024.
+    pub height_cells: u32,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Seed of the ground; the seed of a run scatters hops and leaves the ground alone.
+    pub seed: u32,
+    /// Hills and hollows together, 0 to 1000.
+    pub hills: u32,
+    /// Smallest and largest standard deviation σ, metres, above 0.
+    pub sigma_m: [f64; 2],
+    /// Lowest and highest top of a hill, metres; a hollow is as deep.
+    pub amplitude_m: [f64; 2],
+}
+
+/// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElevationFile {
+    /// The file; a relative path starts from the scenario's folder.
+    pub file: PathBuf,
+    /// Part of the file to take, in cells.
+    pub crop_cells: Option<CropCells>,
+    /// Part of the file to take, in metres of its own coordinate system.
+    pub crop_m: Option<CropMetres>,
+    /// Edge of a cell to resample to (bilinearly), metres; the file's own by default.
+    pub cell_size_m: Option<f64>,
+    /// What heights are multiplied by.
+    #[serde(default = "one")]
+    pub vertical_exaggeration: f64,
+}
+
+/// A part of a raster in cells, counted from its south-western corner.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CropCells {
+    /// First column, from the west.
+    pub x: u32,
+    /// First row, from the south.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// A part of a raster in metres: the cells whose middles lie in it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CropMetres {
+    /// Easting of the western edge.
+    pub west: f64,
+    /// Northing of the southern edge.
+    pub south: f64,
+    /// Extent eastwards.
+    pub width: f64,
+    /// Extent northwards.
+    pub height: f64,
+}
+
+/// Sand lies wherever one of these says so.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SandRules {
+    /// Rectangles of cells.
+    #[serde(default)]
+    pub rectangles: Vec<SandRectangle>,
+    /// Wherever the height above the datum is less than this, metres.
+    pub below_height_m: Option<f64>,
+    /// Wherever this raster is neither 0 nor nodata: a GeoTIFF or ESRI ASCII grid of the same columns
+    /// and rows as the generated terrain or the elevation file, with which it is cropped and resampled.
+    pub mask_file: Option<PathBuf>,
+}
+
+/// A rectangle of cells, its edges included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SandRectangle {
+    /// First and last column.
+    pub x: [i32; 2],
+    /// First and last row.
+    pub y: [i32; 2],
+}
+
+fn one() -> f64 {
+    1.0
+}

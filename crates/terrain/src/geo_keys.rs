@@ -1,0 +1,113 @@
+//! The GeoKeys of a GeoTIFF (OGC 19-008, chapter 7): which coordinate system its numbers are in.
+
+use std::collections::BTreeMap;
+
+use crate::TerrainError;
+use crate::raster::PixelIs;
+
+const MODEL_TYPE: u16 = 1024;
+const RASTER_TYPE: u16 = 1025;
+const CITATION: u16 = 1026;
+const GEOGRAPHIC_SYSTEM: u16 = 2048;
+const PROJECTED_SYSTEM: u16 = 3072;
+const PROJECTED_CITATION: u16 = 3073;
+const LINEAR_UNITS: u16 = 3076;
+const VERTICAL_UNITS: u16 = 4099;
+const METRE: u16 = 9001;
+const USER_DEFINED: u16 = 32767;
+/// Tag of the text that citations are cut from.
+const TEXT_TAG: u16 = 34737;
+
+/// The keys whose value is a short integer, and the citation.
+#[derive(Debug, Default)]
+pub(crate) struct GeoKeys {
+    shorts: BTreeMap<u16, u16>,
+    citation: Option<String>,
+}
+
+impl GeoKeys {
+    /// Reads the key directory: a header of four shorts, then four per key (key, tag, count, value).
+    pub fn new(directory: &[u64], text: &str) -> Result<Self, TerrainError> {
+        let malformed = |need: &str, got: String| TerrainError::Malformed {
+            what: "GeoKeyDirectory",
+            need: need.into(),
+            got,
+        };
+        let [1, _, _, count, keys @ ..] = directory else {
+            return Err(malformed(
+                "a header of version 1",
+                format!("{:?}", &directory[..directory.len().min(4)]),
+            ));
+        };
+        if (keys.len() as u64) < count.saturating_mul(4) {
+            return Err(malformed(
+                &format!("{count} keys of four numbers"),
+                format!("{} numbers", keys.len()),
+            ));
+        }
+        let mut result = Self::default();
+        for key in keys.chunks_exact(4).take(*count as usize) {
+            let [id, tag, length, value] = [key[0], key[1], key[2], key[3]].map(|number| number as u16);
+            match tag {
+                0 => {
+                    result.shorts.insert(id, value);
+                }
+                TEXT_TAG if id == PROJECTED_CITATION || id == CITATION && result.citation.is_none() => {
+                    let (start, length) = (usize::from(value), usize::from(length));
+                    let cited = text.get(start..(start + length).min(text.len())).unwrap_or_default();
+                    let cited = cited.trim_matches(|c: char| c == '|' || c.is_whitespace() || c.is_control());
+                    if !cited.is_empty() {
+                        result.citation = Some(cited.into());
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(result)
+    }
+
+    /// What tie points point at; an area unless stated otherwise.
+    pub fn pixel_is(&self) -> PixelIs {
+        if self.shorts.get(&RASTER_TYPE) == Some(&2) { PixelIs::Point } else { PixelIs::Area }
+    }
+
+    /// The coordinate system in words; `None` if the keys name none.
+    pub fn coordinate_system(&self) -> Result<Option<String>, TerrainError> {
+        let code = |key| self.shorts.get(&key).copied();
+        let named = |kind: &str, key| {
+            let citation = self.citation.as_ref().map_or(String::new(), |text| format!(" ({text})"));
+            match code(key) {
+                Some(code) if code != 0 && code != USER_DEFINED => format!("{kind}, EPSG:{code}{citation}"),
+                _ => format!("{kind}, user-defined{citation}"),
+            }
+        };
+        let projected = match code(MODEL_TYPE) {
+            Some(1) => true,
+            Some(2) => return Err(TerrainError::Degrees { got: named("geographic", GEOGRAPHIC_SYSTEM) }),
+            Some(3) => {
+                return Err(TerrainError::Unsupported {
+                    what: "coordinate system",
+                    need: "a projected one in metres",
+                    got: "a geocentric one".into(),
+                    remedy: "reproject it with gdalwarp -t_srs",
+                });
+            }
+            _ if code(PROJECTED_SYSTEM).is_some() => true,
+            _ if code(GEOGRAPHIC_SYSTEM).is_some() => {
+                return Err(TerrainError::Degrees { got: named("geographic", GEOGRAPHIC_SYSTEM) });
+            }
+            _ => false,
+        };
+        for (what, key) in [("unit of coordinates", LINEAR_UNITS), ("unit of heights", VERTICAL_UNITS)] {
+            if let Some(unit) = code(key).filter(|&unit| unit != METRE && unit != 0) {
+                return Err(TerrainError::Unsupported {
+                    what,
+                    need: "metres (EPSG:9001)",
+                    got: format!("EPSG:{unit}"),
+                    remedy: "convert it with gdalwarp -t_srs to a system in metres",
+                });
+            }
+        }
+        Ok(projected.then(|| named("projected", PROJECTED_SYSTEM)))
+    }
+}

@@ -1,0 +1,45 @@
+//! How hops fit onto cells.
+
+use contract::limits::GRID_SIDE_MAX;
+
+use crate::TerrainError;
+
+/// Cells that a hop of `hop_distance_m` spans on cells of `cell_size_m`: a whole number, at least 1.
+///
+/// # Errors
+/// [`TerrainError::HopOverCell`], naming the cell sizes that would make it one.
+pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainError> {
+    let ratio = hop_distance_m / cell_size_m;
+    let whole = ratio.round();
+    if whole >= 1.0 && whole <= f64::from(GRID_SIDE_MAX) && (ratio - whole).abs() <= 1e-9 * whole {
+        Ok(whole as u32)
+    } else {
+        Err(TerrainError::HopOverCell {
+            hop_distance_m,
+            cell_size_m,
+            resample_m: hop_distance_m / whole.max(1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hop_of_whole_cells_is_counted() {
+        assert_eq!(hop_cells(1.0, 1.0).unwrap(), 1);
+        assert_eq!(hop_cells(1.0, 0.1).unwrap(), 10);
+        assert_eq!(hop_cells(4.98, 4.98).unwrap(), 1);
+    }
+
+    #[test]
+    fn a_hop_of_broken_cells_is_refused_with_the_resampling_that_mends_it() {
+        let text = hop_cells(12.0, 4.98).unwrap_err().to_string();
+        assert!(text.contains("cell_size_m = 6"), "{text}");
+        let text = hop_cells(1.0, 4.98).unwrap_err().to_string();
+        assert!(text.contains("cell_size_m = 1"), "{text}");
+        assert!(hop_cells(f64::NAN, 1.0).is_err());
+        assert!(hop_cells(1.0, 0.0).is_err());
+    }
+}

@@ -1,0 +1,293 @@
+//! Elevation models and masks in files.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use contract::limits::LENGTH_MAX_M;
+use serde::Serialize;
+
+use crate::ascii_grid::AsciiGrid;
+use crate::geotiff::GeoTiff;
+use crate::{Elevation, TerrainError, Window};
+
+/// Most cells that are read at once: 128 MiB of heights.
+pub const ELEVATION_CELLS_MAX: u64 = 1 << 24;
+
+/// Below this size, cells whose unit is not stated are taken for degrees if the coordinates could be.
+const DEGREES_CELL_MAX: f64 = 0.02;
+
+/// Longest `.prj` file that is looked into, bytes.
+const PROJECTION_BYTES_MAX: u64 = 1 << 16;
+
+/// The format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RasterFormat {
+    /// TIFF with geo tags (OGC 19-008).
+    Geotiff,
+    /// ESRI ASCII grid.
+    AsciiGrid,
+}
+
+/// What the file's coordinates point at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PixelIs {
+    /// A corner of a cell: its middle lies half a cell further.
+    Area,
+    /// The middle of a cell.
+    Point,
+}
+
+/// Where a raster lies, and how large its cells are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Georeference {
+    /// Edge of a square cell, metres.
+    pub cell_size_m: f64,
+    /// Easting of the middle of the westernmost cells, metres.
+    pub west_m: f64,
+    /// Northing of the middle of the southernmost cells, metres.
+    pub south_m: f64,
+    /// What the file's coordinates point at.
+    pub pixel_is: PixelIs,
+    /// The coordinate system as far as the file names it.
+    pub coordinate_system: String,
+}
+
+impl Georeference {
+    /// The window of the cells whose middles lie at least `west_m` and `south_m`, and less than
+    /// `width_m` and `height_m` further, in the file's own coordinates; `cells` are the raster's columns
+    /// and rows.
+    ///
+    /// # Errors
+    /// [`TerrainError::Crop`] if that is nothing, or reaches beyond the raster.
+    pub fn window(
+        &self,
+        cells: (u32, u32),
+        [west_m, south_m, width_m, height_m]: [f64; 4],
+    ) -> Result<Window, TerrainError> {
+        let along = |origin_m: f64, start_m: f64, length_m: f64, side: u32| {
+            // A hair of tolerance for coordinates that were written down in decimals.
+            let first_at = |edge_m: f64| ((edge_m - origin_m) / self.cell_size_m - 1e-6).ceil();
+            let (first, end) = (first_at(start_m), first_at(start_m + length_m));
+            (first >= 0.0 && first < end && end <= f64::from(side))
+                .then_some((first as u32, (end - first) as u32))
+        };
+        let (columns, rows) = cells;
+        match (along(self.west_m, west_m, width_m, columns), along(self.south_m, south_m, height_m, rows)) {
+            (Some((x, width)), Some((y, height))) => Ok(Window { x, y, width, height }),
+            _ => {
+                let half = self.cell_size_m / 2.0;
+                let extent = |middle_m: f64, side: u32| {
+                    let edge_m = middle_m - half;
+                    format!("{edge_m} and {} m", edge_m + f64::from(side) * self.cell_size_m)
+                };
+                Err(TerrainError::Crop {
+                    have: format!(
+                        "eastings {} and northings {}",
+                        extent(self.west_m, columns),
+                        extent(self.south_m, rows)
+                    ),
+                    got: format!("{width_m} x {height_m} m from ({west_m}, {south_m})"),
+                })
+            }
+        }
+    }
+}
+
+/// What is known of a raster before its cells are read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RasterHeader {
+    /// Format of the file.
+    pub format: RasterFormat,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Type of a sample, such as `int16` or `float32`.
+    pub sample: &'static str,
+    /// The value that marks cells without data, if the file declares one.
+    pub nodata: Option<f64>,
+    /// Stored values are multiplied by this ...
+    pub scale: f64,
+    /// ... and this is added, to give metres.
+    pub offset: f64,
+}
+
+/// An open raster file, its header read and its cells not yet.
+pub struct RasterFile<R> {
+    source: Source<R>,
+    projection: Option<String>,
+}
+
+enum Source<R> {
+    GeoTiff(GeoTiff<R>),
+    AsciiGrid(AsciiGrid<R>),
+}
+
+impl RasterFile<BufReader<File>> {
+    /// Opens the file at `path`, with the `.prj` file beside it if it has one.
+    ///
+    /// # Errors
+    /// [`TerrainError::File`] with what is wrong.
+    pub fn open(path: &Path) -> Result<Self, TerrainError> {
+        let raster = File::open(path)
+            .map_err(TerrainError::from)
+            .and_then(|file| Self::new(BufReader::new(file)))
+            .map_err(|error| error.of(path))?;
+        let projection = File::open(path.with_extension("prj")).ok().and_then(|file| {
+            let mut text = String::new();
+            file.take(PROJECTION_BYTES_MAX).read_to_string(&mut text).ok().map(|_| text)
+        });
+        Ok(Self { projection, ..raster })
+    }
+}
+
+impl<R: BufRead + Seek> RasterFile<R> {
+    /// Reads the header from `reader`; the format is told by the content.
+    ///
+    /// # Errors
+    /// If it is neither format, or its header is cut short, malformed or of an unsupported kind.
+    pub fn new(mut reader: R) -> Result<Self, TerrainError> {
+        let mut start = [0; 16];
+        let mut length = 0;
+        while length < start.len() {
+            match reader.read(&mut start[length..])? {
+                0 => break,
+                more => length += more,
+            }
+        }
+        reader.seek(SeekFrom::Start(0))?;
+        let start = &start[..length];
+        let source = if GeoTiff::<R>::begins(start) {
+            Source::GeoTiff(GeoTiff::open(reader)?)
+        } else if AsciiGrid::<R>::begins(start) {
+            Source::AsciiGrid(AsciiGrid::open(reader)?)
+        } else if start.is_empty() {
+            return Err(TerrainError::Truncated { need: "a GeoTIFF or an ESRI ASCII grid".into() });
+        } else {
+            return Err(TerrainError::Format { got: start.escape_ascii().to_string() });
+        };
+        Ok(Self { source, projection: None })
+    }
+
+    /// What is known before the cells are read.
+    #[must_use]
+    pub fn header(&self) -> &RasterHeader {
+        match &self.source {
+            Source::GeoTiff(file) => &file.header,
+            Source::AsciiGrid(file) => &file.header,
+        }
+    }
+
+    /// Where the raster lies.
+    ///
+    /// # Errors
+    /// If the file has no position and scale, or they are in degrees, rotated, not square, not metres.
+    pub fn georeference(&self) -> Result<Georeference, TerrainError> {
+        let RasterHeader { width, height, .. } = *self.header();
+        let (placement, system) = match &self.source {
+            Source::GeoTiff(file) => (file.placement()?, file.keys.coordinate_system()?),
+            Source::AsciiGrid(file) => (file.placement(), None),
+        };
+        let system = match (system, &self.projection) {
+            (Some(system), _) => Some(system),
+            (None, Some(text)) => Some(described_by_projection(text)?),
+            (None, None) => None,
+        };
+        let Placement { x_size, y_size, west, north, pixel_is } = placement;
+        for (what, got) in [("cell size", x_size), ("cell size", y_size)] {
+            if !(got.is_finite() && got > 0.0 && got <= LENGTH_MAX_M) {
+                return Err(TerrainError::Value { what, need: "a length above 0 m, at most 1e6 m", got });
+            }
+        }
+        for (what, got) in [("easting", west), ("northing", north)] {
+            if !got.is_finite() {
+                return Err(TerrainError::Value { what, need: "a finite number", got });
+            }
+        }
+        let degrees = x_size < DEGREES_CELL_MAX
+            && west.abs() <= 360.0
+            && north.abs() <= 90.0 + y_size
+            && f64::from(width) * x_size <= 360.0
+            && f64::from(height) * y_size <= 180.0 + y_size;
+        if system.is_none() && degrees {
+            return Err(TerrainError::Degrees {
+                got: format!("cells of {x_size} around ({west}, {north}) and no coordinate system named"),
+            });
+        }
+        if (x_size - y_size).abs() > 1e-6 * x_size {
+            return Err(TerrainError::NotSquare { x_m: x_size, y_m: y_size });
+        }
+        Ok(Georeference {
+            cell_size_m: x_size,
+            west_m: west,
+            south_m: north - f64::from(height - 1) * y_size,
+            pixel_is,
+            coordinate_system: system.unwrap_or_else(|| "none named, taken for metres".into()),
+        })
+    }
+
+    /// The heights within `window`.
+    ///
+    /// # Errors
+    /// If the window is not within the file or too large, the georeference unusable, the data cut short
+    /// or malformed, or no cell has a height.
+    pub fn elevation(mut self, window: Window) -> Result<Elevation, TerrainError> {
+        let georeference = self.georeference()?;
+        let heights_m = self.values(window)?;
+        if heights_m.iter().all(|height| height.is_nan()) {
+            return Err(TerrainError::NoHeights { cells: window.cells() });
+        }
+        Ok(Elevation {
+            width: window.width,
+            height: window.height,
+            cell_size_m: georeference.cell_size_m,
+            heights_m,
+        })
+    }
+
+    /// The values within `window`, row-major, southernmost row first, NaN where there is none: nodata,
+    /// not finite, or larger than [`LENGTH_MAX_M`].
+    ///
+    /// # Errors
+    /// If the window is not within the file or too large, or the data cut short or malformed.
+    pub fn values(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
+        let RasterHeader { width, height, scale, offset, .. } = *self.header();
+        let window = window.within(width, height)?;
+        if window.cells() > ELEVATION_CELLS_MAX {
+            return Err(TerrainError::CellsMax { cells: window.cells() });
+        }
+        let mut values = match &mut self.source {
+            Source::GeoTiff(file) => file.values(window)?,
+            Source::AsciiGrid(file) => file.values(window)?,
+        };
+        for value in &mut values {
+            let scaled = *value * scale + offset;
+            *value = if scaled.abs() <= LENGTH_MAX_M { scaled } else { f64::NAN };
+        }
+        Ok(values)
+    }
+}
+
+/// Middle of the north-western cell and the cell's sides, in the file's unit.
+pub(crate) struct Placement {
+    pub x_size: f64,
+    pub y_size: f64,
+    pub west: f64,
+    pub north: f64,
+    pub pixel_is: PixelIs,
+}
+
+/// What a `.prj` file's well-known text says; only its outermost keyword and name are read.
+fn described_by_projection(text: &str) -> Result<String, TerrainError> {
+    let keyword = text.split(['[', '(']).next().unwrap_or_default().trim().to_ascii_uppercase();
+    let name = text.split('"').nth(1).unwrap_or("unnamed").chars().take(80).collect::<String>();
+    match keyword.as_str() {
+        "GEOGCS" | "GEOGCRS" | "GEODCRS" | "GEOGRAPHICCRS" => {
+            Err(TerrainError::Degrees { got: format!("{name}, says its .prj file") })
+        }
+        _ => Ok(name),
+    }
+}

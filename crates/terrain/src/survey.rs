@@ -1,0 +1,268 @@
+//! What an elevation file holds, and what Hopper will do with it: `hopper terrain check`.
+
+use std::fmt;
+use std::path::Path;
+
+use contract::Range;
+use contract::limits::{GRID_CELLS_MAX, GRID_SIDE_MAX};
+use serde::Serialize;
+
+use crate::{Georeference, RasterFile, RasterHeader, Relief, TerrainError, Window};
+
+/// Values that programs write for nodata without declaring them.
+const USUAL_NODATA: [f64; 6] = [-9999.0, -99999.0, -32768.0, -32767.0, 32767.0, 65535.0];
+
+/// Slopes of the cells whose slope is known, degrees.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SlopeDistribution {
+    /// Half of the cells are not steeper.
+    pub p50_deg: f64,
+    /// 75 of 100 cells are not steeper.
+    pub p75_deg: f64,
+    /// 90 of 100 cells are not steeper.
+    pub p90_deg: f64,
+    /// 95 of 100 cells are not steeper.
+    pub p95_deg: f64,
+    /// 99 of 100 cells are not steeper.
+    pub p99_deg: f64,
+    /// The steepest.
+    pub max_deg: f64,
+    /// The limit asked about.
+    pub limit_deg: f64,
+    /// Share steeper than the limit, 0 to 1.
+    pub over_limit_share: f64,
+}
+
+/// The survey of one file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Survey {
+    /// The file.
+    pub file: String,
+    /// Its header.
+    #[serde(flatten)]
+    pub header: RasterHeader,
+    /// Where it lies.
+    #[serde(flatten)]
+    pub georeference: Georeference,
+    /// The part that was surveyed.
+    pub surveyed_width: u32,
+    /// The part that was surveyed.
+    pub surveyed_height: u32,
+    /// Elevation range, metres.
+    pub elevation_m: Range,
+    /// Mean elevation, metres.
+    pub elevation_mean_m: f64,
+    /// Slopes.
+    pub slope: SlopeDistribution,
+    /// Cells without height.
+    pub nodata_cells: u64,
+    /// Their share, 0 to 1.
+    pub nodata_share: f64,
+    /// Share of cells that a hopper cannot land on: no height, no slope, or too steep.
+    pub impassable_share: f64,
+    /// What Hopper will do with it, a sentence each.
+    pub treatment: Vec<String>,
+}
+
+impl Survey {
+    /// Surveys the file at `path`, all of it or `window`.
+    ///
+    /// # Errors
+    /// [`TerrainError::File`] with what is wrong.
+    pub fn of_file(path: &Path, window: Option<Window>, slope_limit_rad: f64) -> Result<Self, TerrainError> {
+        let raster = RasterFile::open(path)?;
+        Self::of_raster(raster, path, window, slope_limit_rad).map_err(|error| error.of(path))
+    }
+
+    fn of_raster<R: std::io::BufRead + std::io::Seek>(
+        raster: RasterFile<R>,
+        path: &Path,
+        window: Option<Window>,
+        slope_limit_rad: f64,
+    ) -> Result<Self, TerrainError> {
+        let header = raster.header().clone();
+        let georeference = raster.georeference()?;
+        let window = window.unwrap_or(Window::all(header.width, header.height));
+        let elevation = raster.elevation(window)?;
+
+        let known: Vec<f64> = elevation.heights_m.iter().copied().filter(|height| !height.is_nan()).collect();
+        let min = known.iter().copied().fold(f64::INFINITY, f64::min);
+        let max = known.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let cells = window.cells() as f64;
+        let nodata_cells = window.cells() - known.len() as u64;
+
+        let mut slopes = slopes_rad(&elevation)?;
+        slopes.sort_by(f64::total_cmp);
+        let too_steep = slopes.iter().filter(|&&slope| slope > slope_limit_rad).count() as f64;
+        let unknown = cells - slopes.len() as f64;
+        // The smallest slope that at least `share` of the cells do not exceed.
+        let percentile_deg = |share: f64| {
+            let rank = (share * slopes.len() as f64).ceil() as usize;
+            slopes.get(rank.saturating_sub(1)).map_or(0.0, |slope| slope.to_degrees())
+        };
+        let slope = SlopeDistribution {
+            p50_deg: percentile_deg(0.5),
+            p75_deg: percentile_deg(0.75),
+            p90_deg: percentile_deg(0.9),
+            p95_deg: percentile_deg(0.95),
+            p99_deg: percentile_deg(0.99),
+            max_deg: percentile_deg(1.0),
+            limit_deg: slope_limit_rad.to_degrees(),
+            over_limit_share: if slopes.is_empty() { 0.0 } else { too_steep / slopes.len() as f64 },
+        };
+        let mut survey = Self {
+            file: path.display().to_string(),
+            header,
+            georeference,
+            surveyed_width: window.width,
+            surveyed_height: window.height,
+            elevation_m: Range { min, max },
+            elevation_mean_m: known.iter().sum::<f64>() / known.len() as f64,
+            slope,
+            nodata_cells,
+            nodata_share: nodata_cells as f64 / cells,
+            impassable_share: (too_steep + unknown) / cells,
+            treatment: Vec::new(),
+        };
+        survey.treatment = survey.plan();
+        Ok(survey)
+    }
+
+    /// What Hopper will do with each property.
+    fn plan(&self) -> Vec<String> {
+        let Self { header, georeference, .. } = self;
+        let cell_m = georeference.cell_size_m;
+        let mut plan = Vec::new();
+        let fits = self.surveyed_width.max(self.surveyed_height) <= GRID_SIDE_MAX
+            && u64::from(self.surveyed_width) * u64::from(self.surveyed_height) <= u64::from(GRID_CELLS_MAX);
+        plan.push(if fits {
+            "size: fits a mission as it is; crop_cells or crop_m choose a part".into()
+        } else {
+            format!(
+                "size: too large for a mission (at most {GRID_SIDE_MAX} cells a side): \
+                 choose a part with crop_cells or crop_m, or larger cells with cell_size_m"
+            )
+        });
+        plan.push(format!(
+            "resolution: a hop has to span whole cells: hop_distance_m = {cell_m} (or a multiple), \
+             or resample bilinearly with cell_size_m"
+        ));
+        plan.push(
+            match georeference.pixel_is {
+                crate::PixelIs::Area => {
+                    "coordinates: of corners (pixel is area); half a cell is added to find the middles"
+                }
+                crate::PixelIs::Point => {
+                    "coordinates: of the middles of cells (pixel is point); taken as they are"
+                }
+            }
+            .into(),
+        );
+        plan.push(format!(
+            "elevation: heights become relative to the brief's datum_m; \"survey\" takes the mean, {:.2} m",
+            self.elevation_mean_m
+        ));
+        if (header.scale, header.offset) != (1.0, 0.0) {
+            plan.push(format!("stored values: times {} plus {} gives metres", header.scale, header.offset));
+        }
+        plan.push(format!(
+            "slope: by central differences; over {:.1} degrees is impassable, landing there loses the hopper",
+            self.slope.limit_deg
+        ));
+        plan.push(match (self.nodata_cells, header.nodata) {
+            (0, _) => "nodata: none".into(),
+            (_, Some(value)) => format!("nodata: {value} and unbelievable heights are impassable"),
+            (_, None) => "nodata: none declared; NaN and unbelievable heights are impassable".into(),
+        });
+        let Range { min, max } = self.elevation_m;
+        if header.nodata.is_none()
+            && let Some(value) = USUAL_NODATA.into_iter().find(|value| [min, max].contains(value))
+        {
+            plan.push(format!(
+                "warning: {value} looks like nodata that the file does not declare; \
+                 declare it with gdal_translate -a_nodata {value} IN OUT"
+            ));
+        }
+        plan
+    }
+}
+
+/// Slopes of all cells that have one; without the bounds of a mission's grid.
+fn slopes_rad(elevation: &crate::Elevation) -> Result<Vec<f64>, TerrainError> {
+    // In bands of rows, with a row of overlap on either side, so that any raster fits the bounds of a grid.
+    let (width, height) = (elevation.width, elevation.height);
+    let side = GRID_SIDE_MAX - 2;
+    let mut slopes = Vec::new();
+    for y in (0..height).step_by(side as usize) {
+        for x in (0..width).step_by(side as usize) {
+            let inner = [x..(x + side).min(width), y..(y + side).min(height)];
+            let (west, south) = (x.saturating_sub(1), y.saturating_sub(1));
+            let window = Window {
+                x: west,
+                y: south,
+                width: (inner[0].end + 1).min(width) - west,
+                height: (inner[1].end + 1).min(height) - south,
+            };
+            let tile = crate::Elevation {
+                width: window.width,
+                height: window.height,
+                cell_size_m: elevation.cell_size_m,
+                heights_m: elevation.rows(window).flatten().copied().collect(),
+            };
+            let relief = Relief::of_elevation(&tile, 1.0, 1)?;
+            for (cell, known) in relief.grid.iter().zip(&relief.cells) {
+                let inside =
+                    inner[0].contains(&(west + cell.x as u32)) && inner[1].contains(&(south + cell.y as u32));
+                if let (true, Some((_, [gx, gy]))) = (inside, known) {
+                    slopes.push(libm::atan((gx * gx + gy * gy).sqrt()));
+                }
+            }
+        }
+    }
+    Ok(slopes)
+}
+
+impl fmt::Display for Survey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { header, georeference, slope, .. } = self;
+        let cell_m = georeference.cell_size_m;
+        let extent = |cells: u32| f64::from(cells) * cell_m;
+        let mut line = |name: &str, value: String| writeln!(f, "{name:<18} {value}");
+        line("file", self.file.clone())?;
+        let format = match header.format {
+            crate::RasterFormat::Geotiff => "GeoTIFF",
+            crate::RasterFormat::AsciiGrid => "ESRI ASCII grid",
+        };
+        line("format", format!("{format}, {}", header.sample))?;
+        let (width, height) = (header.width, header.height);
+        line("size", format!("{width} x {height} cells, {:.1} x {:.1} m", extent(width), extent(height)))?;
+        if (self.surveyed_width, self.surveyed_height) != (width, height) {
+            line("surveyed", format!("{} x {} cells", self.surveyed_width, self.surveyed_height))?;
+        }
+        line("resolution", format!("{cell_m} m"))?;
+        line("coordinate system", georeference.coordinate_system.clone())?;
+        let (west, south) = (georeference.west_m, georeference.south_m);
+        line("south-west cell", format!("({west}, {south}) m at its middle"))?;
+        let Range { min, max } = self.elevation_m;
+        line("elevation", format!("{min:.2} to {max:.2} m, mean {:.2} m", self.elevation_mean_m))?;
+        line(
+            "slope",
+            format!(
+                "p50 {:.1}, p75 {:.1}, p90 {:.1}, p95 {:.1}, p99 {:.1}, max {:.1} degrees",
+                slope.p50_deg, slope.p75_deg, slope.p90_deg, slope.p95_deg, slope.p99_deg, slope.max_deg
+            ),
+        )?;
+        line(
+            "over the limit",
+            format!("{:.1} % over {:.1} degrees", 100.0 * slope.over_limit_share, slope.limit_deg),
+        )?;
+        let declared = header.nodata.map_or("none declared".into(), |value| format!("declared as {value}"));
+        line(
+            "nodata",
+            format!("{} cells ({:.1} %), {declared}", self.nodata_cells, 100.0 * self.nodata_share),
+        )?;
+        line("impassable", format!("{:.1} %", 100.0 * self.impassable_share))?;
+        writeln!(f, "what Hopper does")?;
+        self.treatment.iter().try_for_each(|sentence| writeln!(f, "  {sentence}"))
+    }
+}

@@ -1,0 +1,45 @@
+//! A part of a raster.
+
+use crate::TerrainError;
+
+/// Cells of a raster, counted from its south-west corner, x east and y north.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub x: u32,
+    /// First row, from the south.
+    pub y: u32,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+}
+
+impl Window {
+    /// All of a raster of `width` × `height`.
+    #[must_use]
+    pub fn all(width: u32, height: u32) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cells(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Itself, if it lies within a raster of `width` × `height` and has cells.
+    ///
+    /// # Errors
+    /// [`TerrainError::Window`].
+    pub fn within(self, width: u32, height: u32) -> Result<Self, TerrainError> {
+        let fits = |start: u32, length: u32, side: u32| {
+            length > 0 && start.checked_add(length).is_some_and(|end| end <= side)
+        };
+        if fits(self.x, self.width, width) && fits(self.y, self.height, height) {
+            Ok(self)
+        } else {
+            Err(TerrainError::Window { window: self, width, height })
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! The state machine that decides which command becomes a hop, and tells when it has.
+//!
+//! One command at a time is under way:
+//!
+//! ```text
+//! Resting --Command--> Committing --Appended--> Flying --landing--> Resting
+//!                        |    ^
+//!             AppendFailed    Tick: the very same record again
+//!                        v    |
+//!                       Unwritten
+//! ```
+//!
+//! At [`Pace::Max`] the flight takes no time: landing and the next state follow the commit at once.
+//! Nothing is known to the world before the journal holds it; what the journal holds is told again
+//! and again until the world has moved on.
+
+use contract::{
+    Command, Decision, Heartbeat, Leader, MonotonicNs, Outcome, Pose, Record, Refusal, RefusalCounts, Role,
+    Roster, State, Status, Timing,
+};
+
+use crate::dynamics::{Execution, execute};
+use crate::mission::opening_status;
+use crate::pace::Launch;
+use crate::{Mission, Pace, ROBOT};
+
+/// How often the current state is published again, nanoseconds: a lost sample costs no more.
+pub const REPUBLISH_NS: u64 = 100_000_000;
+
+/// What the arbiter is told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A command came, or a message that was none.
+    Command(Result<Command, Refusal>),
+    /// The journal holds the record of the last [`Effect::Append`].
+    Appended,
+    /// The journal could not take the record of the last [`Effect::Append`].
+    AppendFailed,
+    /// A peer's heartbeat came.
+    Heartbeat(Heartbeat),
+    /// Time has passed; the first publishes the state, and is the landing it tells of.
+    Tick,
+}
+
+/// What the arbiter wants done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Append this record, then answer [`Event::Appended`] or [`Event::AppendFailed`].
+    Append(Record),
+    /// Publish this state.
+    Publish(State),
+    /// Tell of a refused command; it is counted already.
+    Refused(Refusal),
+    /// The mission is over and everyone knows, or has been waited for. Comes once.
+    Finished(Status),
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Phase {
+    /// Waits for a command.
+    Resting,
+    /// The journal has been asked to take the record.
+    Committing(Record),
+    /// The journal could not; the next tick asks again.
+    Unwritten(Record),
+    /// Committed, in the air; `State::landed` of the next state is the landing to come.
+    Flying(State),
+}
+
+/// Sole judge of commands and sole source of states.
+#[derive(Clone, Debug)]
+pub struct Arbiter {
+    mission: Mission,
+    pace: Pace,
+    linger_ns: u64,
+    state: State,
+    phase: Phase,
+    /// When the current state was last published; `None` before the first time.
+    sent: Option<MonotonicNs>,
+    finished: bool,
+    roster: Roster,
+    refusals: RefusalCounts,
+}
+
+impl Arbiter {
+    /// The arbiter of a new mission, or of one resumed behind `last`, the journal's last record:
+    /// leader and term are those of the record, and a hop that was in the air has landed at `now`.
+    ///
+    /// `linger_ns` is how long the final state is served at most for peers that have not seen it.
+    ///
+    /// # Panics
+    /// If the terrain is not on the brief's grid or the start is not on it.
+    #[must_use]
+    pub fn new(
+        mission: Mission,
+        last: Option<&Record>,
+        pace: Pace,
+        linger_ns: u64,
+        now: MonotonicNs,
+    ) -> Self {
+        let brief = &mission.brief;
+        assert!(mission.terrain.grid == brief.grid, "the terrain lies on the grid of the brief");
+        let start = mission.terrain.ground(brief.start).expect("the start lies on the grid");
+        let state = match last {
+            Some(record) => record.state_after(brief.run, now, MonotonicNs(0)),
+            None => State {
+                run: brief.run,
+                robot: ROBOT,
+                decision: Decision(0),
+                steps: 0,
+                status: opening_status(brief),
+                leader: Leader::default(),
+                pose: Pose { cell: brief.start, height_m: start.height_m },
+                last: None,
+                digest: mission.genesis(),
+                landed: now,
+                published: MonotonicNs(0),
+                last_timing: Timing::default(),
+            },
+        };
+        Self {
+            mission,
+            pace,
+            linger_ns,
+            state,
+            phase: Phase::Resting,
+            sent: None,
+            finished: false,
+            roster: Roster::default(),
+            refusals: RefusalCounts::default(),
+        }
+    }
+
+    /// Takes an event that happened at `now`; the effects are to be carried out in order.
+    ///
+    /// # Panics
+    /// If the host reports an append that it was not asked for.
+    pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
+        let mut effects = Vec::new();
+        match event {
+            Event::Command(command) => match command.and_then(|command| self.accept(&command, now)) {
+                Ok(record) => effects.push(self.commit(record)),
+                Err(refusal) => {
+                    self.refusals.count(&refusal);
+                    let missed = matches!(refusal, Refusal::RepeatedDecision { .. });
+                    effects.push(Effect::Refused(refusal));
+                    // Its sender may have missed the state that answers it.
+                    effects.extend(missed.then(|| self.publish(now)));
+                }
+            },
+            Event::Appended => {
+                let Phase::Committing(record) = self.phase else {
+                    panic!("appended a record that was not to be appended");
+                };
+                self.phase = Phase::Flying(self.state_after(&record, now));
+                effects.extend(self.land(now));
+            }
+            Event::AppendFailed => {
+                let Phase::Committing(record) = self.phase else {
+                    panic!("failed to append a record that was not to be appended");
+                };
+                self.phase = Phase::Unwritten(record);
+            }
+            Event::Heartbeat(beat) => self.roster.observe(beat, now),
+            Event::Tick => {
+                if let Phase::Unwritten(record) = self.phase {
+                    effects.push(self.commit(record));
+                }
+                effects.extend(self.land(now));
+                if self.sent.is_none() {
+                    // The mission begins, or is taken up again.
+                    self.state.landed = now;
+                }
+                if self.sent.is_none_or(|sent| now.since_ns(sent) >= REPUBLISH_NS) {
+                    effects.push(self.publish(now));
+                }
+            }
+        }
+        effects.extend(self.conclude(now));
+        effects
+    }
+
+    /// The next moment at which a tick has something to do: a landing, a republication, the end of
+    /// the linger. A host may tick more often.
+    #[must_use]
+    pub fn wake_at(&self) -> Option<MonotonicNs> {
+        let Some(sent) = self.sent else { return Some(self.state.landed) };
+        let republication = sent.plus_ns(REPUBLISH_NS);
+        let landing = match &self.phase {
+            Phase::Flying(next) => Some(next.landed),
+            _ => None,
+        };
+        let end = self.is_lingering().then(|| self.state.published.plus_ns(self.linger_ns));
+        [Some(republication), landing, end].into_iter().flatten().min()
+    }
+
+    /// The current state: while a hop is under way, the one before it.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The mission.
+    #[must_use]
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// What was refused so far, by reason.
+    #[must_use]
+    pub fn refusals(&self) -> &RefusalCounts {
+        &self.refusals
+    }
+
+    /// The record that `command` leads to, outcome drawn, if the command stands up to every check.
+    fn accept(&self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
+        let leader = self.judge(command)?;
+        let state = &self.state;
+        let Execution { outcome, pose, steps, status } = execute(&self.mission, state, command.action);
+        let timing = Timing {
+            landed: state.landed,
+            state_published: state.published,
+            sensed: command.sensed,
+            map_published: command.map_published,
+            planning_started: command.planning_started,
+            planning_ended: command.planning_ended,
+            accepted: now,
+            committed: now,
+        };
+        let mut record = Record {
+            robot: state.robot,
+            decision: state.decision,
+            leader,
+            action: command.action,
+            observation: command.observation,
+            work: command.work,
+            cut: command.cut,
+            outcome,
+            pose,
+            steps,
+            status,
+            timing,
+            previous: state.digest,
+            digest: state.digest,
+        };
+        record.digest = record.previous.chain(&record);
+        Ok(record)
+    }
+
+    /// Who leads once `command` is executed; or why it is not.
+    fn judge(&self, command: &Command) -> Result<Leader, Refusal> {
+        let Command { run, robot, decision, .. } = *command;
+        let need = self.state.decision;
+        if run != self.state.run {
+            return Err(Refusal::WrongRun { need: self.state.run, got: run });
+        }
+        if robot != ROBOT {
+            return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
+        }
+        if decision < need {
+            return Err(Refusal::RepeatedDecision { need, got: decision });
+        }
+        if decision > need {
+            return Err(Refusal::FutureDecision { need, got: decision });
+        }
+        if self.state.status.is_over() {
+            return Err(Refusal::MissionOver);
+        }
+        let leader = self.succession(command)?;
+        match self.phase {
+            Phase::Resting => Ok(leader),
+            _ => Err(Refusal::Busy { decision: need }),
+        }
+    }
+
+    /// Compare-and-swap of the term: its holder goes on, or the next one begins, whoever asks first.
+    /// A term counts as begun from the acceptance of its first command, before that is committed.
+    fn succession(&self, command: &Command) -> Result<Leader, Refusal> {
+        let held = match &self.phase {
+            Phase::Resting => self.state.leader,
+            Phase::Committing(record) | Phase::Unwritten(record) => record.leader,
+            Phase::Flying(next) => next.leader,
+        };
+        let (need, got) = (held.term, command.term);
+        let Command { incarnation, pid, planner, .. } = *command;
+        if got == need.next() {
+            Ok(Leader { term: got, incarnation, pid, planner })
+        } else if got > need {
+            Err(Refusal::FutureTerm { need, got })
+        } else if got < need {
+            Err(Refusal::StaleTerm { need, got })
+        } else if held != Leader::default() && (incarnation, planner) == (held.incarnation, held.planner) {
+            Ok(held)
+        } else {
+            Err(Refusal::NotLeader { term: need })
+        }
+    }
+
+    fn commit(&mut self, record: Record) -> Effect {
+        self.phase = Phase::Committing(record);
+        Effect::Append(record)
+    }
+
+    /// The state that `record`, committed at `committed`, leads to when it lands.
+    fn state_after(&self, record: &Record, committed: MonotonicNs) -> State {
+        let Outcome { flight, .. } = record.outcome;
+        let landed = self.pace.landing(&Launch { last_landed: self.state.landed, committed, flight });
+        let mut next = record.state_after(self.state.run, landed, MonotonicNs(0));
+        next.last_timing.committed = committed;
+        next
+    }
+
+    /// Takes up the next state and publishes it, if its landing has come.
+    fn land(&mut self, now: MonotonicNs) -> Option<Effect> {
+        let Phase::Flying(next) = self.phase else { return None };
+        if now < next.landed {
+            return None;
+        }
+        self.phase = Phase::Resting;
+        self.state = next;
+        self.sent = None;
+        Some(self.publish(now))
+    }
+
+    /// Publishes the current state: stamped the first time, unchanged ever after.
+    fn publish(&mut self, now: MonotonicNs) -> Effect {
+        if self.sent.is_none() {
+            self.state.published = now;
+        }
+        self.sent = Some(now);
+        Effect::Publish(self.state)
+    }
+
+    /// Whether the final state is out and its peers are waited for.
+    fn is_lingering(&self) -> bool {
+        self.state.status.is_over() && self.sent.is_some() && !self.finished
+    }
+
+    /// Finishes once everyone who lives has seen the end and nobody is missing, or the linger is up.
+    fn conclude(&mut self, now: MonotonicNs) -> Option<Effect> {
+        if !self.is_lingering() {
+            return None;
+        }
+        let (run, status) = (self.state.run, self.state.status);
+        let is_peer = |role: &Role| *role != Role::HopperSim;
+        let everyone_is_here =
+            Role::ALL.iter().filter(|role| is_peer(role)).all(|&role| self.roster.has(role, now));
+        let everyone_knows = self
+            .roster
+            .live(now)
+            .filter(|peer| is_peer(&peer.beat.role))
+            .all(|peer| peer.beat.run == run && peer.beat.status == status);
+        let waited_enough = now.since_ns(self.state.published) >= self.linger_ns;
+        self.finished = waited_enough || (everyone_is_here && everyone_knows);
+        self.finished.then_some(Effect::Finished(status))
+    }
+}

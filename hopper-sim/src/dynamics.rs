@@ -1,0 +1,68 @@
+//! Executes one action on the true terrain with keyed draws (the motion law of P23 section IV).
+
+use contract::{Action, Branch, Brief, Cell, Flight, Outcome, Pose, State, Status};
+use motion::{Domain, Draw};
+use terrain::Terrain;
+
+use crate::Mission;
+
+/// Where an executed action left the mission.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Execution {
+    /// What became of the action.
+    pub outcome: Outcome,
+    /// Pose afterwards; outside the map it keeps the height of the departure.
+    pub pose: Pose,
+    /// Steps afterwards, in the paper's count.
+    pub steps: u64,
+    /// Status afterwards.
+    pub status: Status,
+}
+
+/// Executes `action` from `state`.
+///
+/// The draw is keyed by (seed, domain, robot, decision) alone, so the same action at the same
+/// decision has the same outcome however often and in whichever process it is executed.
+///
+/// # Panics
+/// If `state` stands outside the terrain, as only a mission that is over can.
+#[must_use]
+pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
+    let Mission { brief, terrain, seed } = mission;
+    let from = state.pose.cell;
+    let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
+    let outcome = match action {
+        Action::Hold => Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() },
+        Action::Hop(direction) => {
+            let uniform = Draw::new(*seed, Domain::Motion, state.robot, state.decision).uniform();
+            let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
+            let target = terrain.ground(brief.grid.hop(from, direction));
+            let rise_m = target.map_or(0.0, |target| target.height_m - ground.height_m);
+            Outcome {
+                branch,
+                from,
+                to: motion::landing(&brief.grid, from, direction, branch),
+                flight: motion::flight(&brief.motion, &brief.grid, ground.soil, rise_m),
+            }
+        }
+    };
+    let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
+    let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);
+    Execution {
+        outcome,
+        pose: Pose { cell: outcome.to, height_m },
+        steps,
+        status: status(brief, terrain, outcome.to, steps),
+    }
+}
+
+/// How the mission stands with the hopper on `cell` after `steps`.
+fn status(brief: &Brief, terrain: &Terrain, cell: Cell, steps: u64) -> Status {
+    match terrain.ground(cell) {
+        _ if cell == brief.goal && steps <= brief.limits.steps_max => Status::Goal,
+        None => Status::LeftMap,
+        Some(ground) if !ground.passable => Status::Lost,
+        Some(_) if steps >= brief.limits.steps_max => Status::Deadlock,
+        Some(_) => Status::Underway,
+    }
+}

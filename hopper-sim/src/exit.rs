@@ -1,0 +1,25 @@
+//! The exit code with which a process ends that cannot use its journal.
+
+use node::Exit;
+
+use crate::JournalError;
+
+impl JournalError {
+    /// 4 if another process holds the journal, 1 if the operating system fails, 2 if the journal is
+    /// not what the command line says.
+    #[must_use]
+    pub fn exit(&self) -> Exit {
+        match self {
+            JournalError::Locked { .. } => Exit::Peer,
+            JournalError::Io { .. } | JournalError::TooLong { .. } => Exit::Failed,
+            JournalError::Exists { .. }
+            | JournalError::Missing { .. }
+            | JournalError::BadHeader { .. }
+            | JournalError::Mismatch { .. }
+            | JournalError::Corrupt { .. }
+            | JournalError::Undecodable { .. }
+            | JournalError::OutOfOrder { .. }
+            | JournalError::BrokenChain { .. } => Exit::Usage,
+        }
+    }
+}

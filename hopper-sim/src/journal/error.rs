@@ -1,0 +1,109 @@
+//! What can go wrong with a journal.
+
+use std::io;
+use std::path::PathBuf;
+
+use contract::{Decision, Digest};
+
+/// Why a journal was not opened, read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// The operating system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On what.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// Another process has it.
+    #[error("the journal {} is held by {}", dir.display(), holder(*pid))]
+    Locked {
+        /// The journal's directory.
+        dir: PathBuf,
+        /// The holder, if it has written itself down.
+        pid: Option<u32>,
+    },
+    /// A new run needs a directory without a journal.
+    #[error("a new run needs a directory without a journal, got one at {}", path.display())]
+    Exists {
+        /// The journal found.
+        path: PathBuf,
+    },
+    /// There is none.
+    #[error("needs a journal, got no file {}", path.display())]
+    Missing {
+        /// Where it was looked for.
+        path: PathBuf,
+    },
+    /// It is something else, or its header is damaged.
+    #[error("{} is not a journal or its header is damaged: {reason}", path.display())]
+    BadHeader {
+        /// The file.
+        path: PathBuf,
+        /// What about it.
+        reason: String,
+    },
+    /// It belongs to another mission.
+    #[error("the journal is of another mission: {field} needs {need}, got {got}")]
+    Mismatch {
+        /// The field of the header.
+        field: &'static str,
+        /// What the mission needs.
+        need: String,
+        /// What the journal has.
+        got: String,
+    },
+    /// A broken frame with whole ones after it: not a torn tail, so nothing is cut.
+    #[error("{} is corrupt: the frame at byte {offset} is broken, yet a whole one follows at {whole_at}", path.display())]
+    Corrupt {
+        /// The file.
+        path: PathBuf,
+        /// Where the broken frame begins, bytes.
+        offset: u64,
+        /// Where a whole one follows, bytes.
+        whole_at: u64,
+    },
+    /// A frame is whole but holds no record.
+    #[error("{} holds no record at byte {offset}: {reason}", path.display())]
+    Undecodable {
+        /// The file.
+        path: PathBuf,
+        /// Where the frame begins, bytes.
+        offset: u64,
+        /// What about it.
+        reason: String,
+    },
+    /// Decisions must follow one another.
+    #[error("the journal needs decision {need} next, got {got}")]
+    OutOfOrder {
+        /// The decision due.
+        need: Decision,
+        /// The record's.
+        got: Decision,
+    },
+    /// Each record must continue the digest chain.
+    #[error("decision {decision} needs to continue digest {need}, got {got}")]
+    BrokenChain {
+        /// The record's decision.
+        decision: Decision,
+        /// Digest so far.
+        need: Digest,
+        /// Digest the record says was before it.
+        got: Digest,
+    },
+    /// A header or record does not fit its frame.
+    #[error("a frame needs at most {max} bytes, got {got}")]
+    TooLong {
+        /// Most bytes.
+        max: usize,
+        /// Bytes encoded.
+        got: usize,
+    },
+}
+
+fn holder(pid: Option<u32>) -> String {
+    pid.map_or_else(|| "another process".into(), |pid| format!("process {pid}"))
+}

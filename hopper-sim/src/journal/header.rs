@@ -1,0 +1,115 @@
+//! The journal's header: which mission this is, complete enough to fly it again.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+
+use contract::{Brief, RunId};
+use scenario::World;
+use serde::{Deserialize, Serialize};
+
+use super::{JournalError, codec, frame};
+
+/// First bytes of every journal.
+const MAGIC: [u8; 8] = *b"HOPPERJ\n";
+
+/// Version of the layout of header and records; a changed layout takes a new one.
+pub const FORMAT: u32 = 1;
+
+/// Bytes before the header's frame.
+const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
+
+/// Which mission the journal is of. The brief holds run nonce, scenario name and hash, and profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JournalHeader {
+    /// The brief, run nonce included.
+    pub brief: Brief,
+    /// Seed of the keyed draws.
+    pub seed: u64,
+    /// The resolved scenario in its canonical text.
+    pub resolved: String,
+}
+
+impl JournalHeader {
+    /// The header of `world` flown with `seed`; its run is the world's, until
+    /// [`JournalHeader::with_run`] gives it one.
+    #[must_use]
+    pub fn new(world: &World, seed: u64) -> Self {
+        Self { brief: world.brief, seed, resolved: world.resolved.clone() }
+    }
+
+    /// The same mission as another run.
+    #[must_use]
+    pub fn with_run(mut self, run: RunId) -> Self {
+        self.brief.run = run;
+        self
+    }
+
+    /// The run nonce, drawn when the journal was created.
+    #[must_use]
+    pub fn run(&self) -> RunId {
+        self.brief.run
+    }
+
+    /// Checks that a journal with the header `got` is of this mission; the run nonces may differ.
+    ///
+    /// # Errors
+    /// [`JournalError::Mismatch`] names the first field that differs.
+    pub fn check(&self, got: &JournalHeader) -> Result<(), JournalError> {
+        let differing = |field, need: String, got: String| {
+            if need == got { Ok(()) } else { Err(JournalError::Mismatch { field, need, got }) }
+        };
+        let (need_brief, got_brief) = (&self.brief, &got.brief);
+        let scenario = |brief: &Brief| format!("{} {}", brief.scenario, hex(&brief.scenario_hash));
+        differing("scenario", scenario(need_brief), scenario(got_brief))?;
+        differing("seed", self.seed.to_string(), got.seed.to_string())?;
+        differing("profile", need_brief.profile.to_string(), got_brief.profile.to_string())?;
+        // The same scenario, read differently by another version of the program.
+        let rest = |brief: &Brief| format!("{:?}", Brief { run: RunId(0), ..*brief });
+        differing("brief", rest(need_brief), rest(got_brief))
+    }
+
+    /// Everything before the first record's frame.
+    pub(super) fn seal(&self) -> Result<Vec<u8>, JournalError> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(FORMAT.to_le_bytes());
+        bytes.extend(frame::seal(&codec::encode(self)?, codec::BYTES_MAX)?);
+        Ok(bytes)
+    }
+
+    /// The header of `file`, which is at `path`, with the byte where it ends.
+    pub(super) fn read(file: &File, path: &Path) -> Result<(Self, u64), JournalError> {
+        let bad = |reason: String| JournalError::BadHeader { path: path.into(), reason };
+        let short = |error: io::Error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => bad("it ends within its header".into()),
+            _ => super::io("read", path)(error),
+        };
+        let mut preamble = [0; PREAMBLE_BYTES + 4];
+        file.read_exact_at(&mut preamble, 0).map_err(short)?;
+        let (magic, rest) = preamble.split_at(MAGIC.len());
+        let (format, length) = rest.split_at(size_of::<u32>());
+        if magic != MAGIC {
+            return Err(bad("its first bytes are none of a journal's".into()));
+        }
+        let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
+        if number(format) != FORMAT {
+            let (need, got) = (FORMAT.to_string(), number(format).to_string());
+            return Err(JournalError::Mismatch { field: "format", need, got });
+        }
+        let length = number(length) as usize;
+        if length > codec::BYTES_MAX {
+            return Err(bad(format!("a header needs at most {} bytes, got {length}", codec::BYTES_MAX)));
+        }
+        let mut frame = vec![0; frame::PREFIX_BYTES + length];
+        file.read_exact_at(&mut frame, PREAMBLE_BYTES as u64).map_err(short)?;
+        let payload = frame::payload(&frame, codec::BYTES_MAX)
+            .ok_or_else(|| bad("its checksum does not hold".into()))?;
+        let header = codec::decode(payload).map_err(bad)?;
+        Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
+    }
+}
+
+fn hex(bytes: &[u8; 32]) -> String {
+    contract::Digest(*bytes).to_string()
+}

@@ -1,0 +1,113 @@
+//! A journal read without a lock: its records in the order in which they lie.
+
+use std::fs::File;
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+
+use contract::Record;
+
+use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, codec, frame};
+
+/// A journal as long as it was when it was opened, so that one still being written may be read.
+#[derive(Debug)]
+pub struct History {
+    path: PathBuf,
+    file: File,
+    header: JournalHeader,
+    /// Where the first frame begins, bytes.
+    start: u64,
+    file_bytes: u64,
+}
+
+impl History {
+    /// Opens the journal in `dir` as it is: nothing is locked, nothing is cut.
+    ///
+    /// # Errors
+    /// If there is none, it cannot be read, or its header is damaged or of another format.
+    pub fn open(dir: &Path) -> Result<Self, JournalError> {
+        let path = dir.join(FILE_NAME);
+        let file = match File::open(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Err(JournalError::Missing { path }),
+            file => file.map_err(super::io("open", &path))?,
+        };
+        let file_bytes = file.metadata().map_err(super::io("read", &path))?.len();
+        let (header, start) = JournalHeader::read(&file, &path)?;
+        Ok(Self { path, file, header, start, file_bytes })
+    }
+
+    /// The journal's header.
+    #[must_use]
+    pub fn header(&self) -> &JournalHeader {
+        &self.header
+    }
+
+    /// The records from the first one on, read as they are asked for.
+    #[must_use]
+    pub fn records(&self) -> Records<'_> {
+        Records { history: self, offset: self.start, ended: false, window: Vec::new() }
+    }
+}
+
+/// The records of a [`History`]; ends before a torn tail, or with the first error.
+#[derive(Debug)]
+pub struct Records<'a> {
+    history: &'a History,
+    offset: u64,
+    ended: bool,
+    window: Vec<u8>,
+}
+
+impl Records<'_> {
+    /// Where the next frame begins, bytes; at the end, where the torn tail does.
+    #[must_use]
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// Bytes after the last whole frame; 0 before the end is reached.
+    #[must_use]
+    pub fn torn_bytes(&self) -> u64 {
+        if self.ended { self.history.file_bytes - self.offset } else { 0 }
+    }
+
+    fn record(&mut self) -> Result<Option<Record>, JournalError> {
+        let History { path, file, file_bytes, .. } = self.history;
+        let offset = self.offset;
+        let bytes_left = file_bytes - offset;
+        if bytes_left == 0 {
+            return Ok(None);
+        }
+        let read = |error: io::Error| super::io("read", path)(error);
+        let frame_max = frame::PREFIX_BYTES + RECORD_BYTES_MAX;
+        self.window.resize(bytes_left.min(frame_max as u64) as usize, 0);
+        file.read_exact_at(&mut self.window, offset).map_err(read)?;
+        let Some(payload) = frame::payload(&self.window, RECORD_BYTES_MAX) else {
+            let whole = frame::find(file, offset + 1..*file_bytes, RECORD_BYTES_MAX).map_err(read)?;
+            return match whole {
+                Some(whole_at) => Err(JournalError::Corrupt { path: path.clone(), offset, whole_at }),
+                None => Ok(None),
+            };
+        };
+        let record = codec::decode(payload).map_err(|reason| JournalError::Undecodable {
+            path: path.clone(),
+            offset,
+            reason,
+        })?;
+        self.offset += (frame::PREFIX_BYTES + payload.len()) as u64;
+        Ok(Some(record))
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = Result<Record, JournalError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let record = self.record().transpose();
+        self.ended = !matches!(record, Some(Ok(_)));
+        record
+    }
+}

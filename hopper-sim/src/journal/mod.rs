@@ -1,0 +1,303 @@
+//! The journal: a directory that holds every executed decision of one run, the only durable thing here.
+//!
+//! ```text
+//! DIR/hops.journal   magic, format version, one header frame, then one frame per decision from 0 on
+//! DIR/lock           flock'ed by the process that writes; holds its pid as text
+//! frame              length u32 | CRC-32 of length and payload u32 | payload (bincode), little-endian
+//! ```
+//!
+//! A frame is written whole or not at all: a write that fails is cut back, a write that death cut
+//! short is cut when the journal is opened next. Only a tail is ever cut; a broken frame with whole
+//! ones behind it is damage, and refused. Memory is constant but for 8 bytes a record.
+
+mod codec;
+mod error;
+mod frame;
+mod header;
+mod history;
+mod lock;
+mod show;
+mod verification;
+
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::{DirBuilderExt, FileExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use contract::limits::PAST_PAGE_RECORDS;
+use contract::{Decision, PastPage, Record};
+
+use crate::mission::{ROBOT, genesis};
+use lock::Lock;
+
+pub use error::JournalError;
+pub use header::{FORMAT, JournalHeader};
+pub use history::{History, Records};
+pub use show::Show;
+pub use verification::{Verification, verify};
+
+/// Name of the journal's file in its directory.
+pub const FILE_NAME: &str = "hops.journal";
+
+/// Most bytes of an encoded record.
+const RECORD_BYTES_MAX: usize = 4096;
+
+/// A journal open for writing, locked against every other writer.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    header: JournalHeader,
+    /// Where each decision's frame begins, bytes.
+    offsets: Vec<u64>,
+    /// Where the last whole frame ends, bytes.
+    end: u64,
+    last: Option<Record>,
+    torn_bytes: u64,
+    /// Whether bytes may lie beyond `end`.
+    ragged: bool,
+    sync: bool,
+    _lock: Lock,
+}
+
+impl Journal {
+    /// A new journal in `dir`, which is made if there is none. With `sync` every append reaches the
+    /// disk before it counts, so that the journal outlives a loss of power.
+    ///
+    /// # Errors
+    /// If the directory already holds a journal, is held by another process, or cannot be written.
+    pub fn create(dir: &Path, header: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
+        let lock = claim(dir)?;
+        let path = dir.join(FILE_NAME);
+        if path.exists() {
+            return Err(JournalError::Exists { path });
+        }
+        let bytes = header.seal()?;
+        // Written aside, then renamed: a death in between leaves no journal rather than half a header.
+        let aside = dir.join(format!("{FILE_NAME}.new"));
+        let write = || {
+            let mut file = owner_only().create(true).truncate(true).open(&aside)?;
+            file.write_all(&bytes)?;
+            if sync {
+                file.sync_all()?;
+            }
+            fs::rename(&aside, &path)?;
+            if sync {
+                File::open(dir)?.sync_all()?;
+            }
+            Ok(file)
+        };
+        Ok(Self {
+            file: write().map_err(io("create", &path))?,
+            path,
+            header: header.clone(),
+            offsets: Vec::new(),
+            end: bytes.len() as u64,
+            last: None,
+            torn_bytes: 0,
+            ragged: false,
+            sync,
+            _lock: lock,
+        })
+    }
+
+    /// Opens the journal in `dir` and cuts a torn tail; [`Journal::torn_bytes`] says how much.
+    ///
+    /// # Errors
+    /// If there is none, it is held by another process, damaged, or not consecutive.
+    pub fn open(dir: &Path, sync: bool) -> Result<Self, JournalError> {
+        Self::open_if(dir, sync, |_| Ok(()))
+    }
+
+    /// Opens the journal of the mission that `expected` describes; its own run nonce stays in force.
+    ///
+    /// # Errors
+    /// As [`Journal::open`]; [`JournalError::Mismatch`] if the journal found is another mission's,
+    /// which is then left as it is.
+    pub fn resume(dir: &Path, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
+        Self::open_if(dir, sync, |header| expected.check(header))
+    }
+
+    /// Whether `dir` holds a journal.
+    #[must_use]
+    pub fn exists(dir: &Path) -> bool {
+        dir.join(FILE_NAME).exists()
+    }
+
+    fn open_if(
+        dir: &Path,
+        sync: bool,
+        allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
+    ) -> Result<Self, JournalError> {
+        let path = dir.join(FILE_NAME);
+        if !path.exists() {
+            return Err(JournalError::Missing { path });
+        }
+        let lock = claim(dir)?;
+        let history = History::open(dir)?;
+        let mut records = history.records();
+        allowed(history.header())?;
+        let file = owner_only().open(&path).map_err(io("open", &path))?;
+        let mut digest = genesis(&history.header().brief, history.header().seed);
+        let (mut offsets, mut last) = (Vec::new(), None::<Record>);
+        loop {
+            let offset = records.offset();
+            let Some(record) = records.next().transpose()? else { break };
+            let due = Decision(offsets.len() as u64);
+            digest = continues(&record, due, digest)?;
+            offsets.push(offset);
+            last = Some(record);
+        }
+        let mut journal = Self {
+            file,
+            header: history.header().clone(),
+            offsets,
+            end: records.offset(),
+            last,
+            torn_bytes: records.torn_bytes(),
+            ragged: records.torn_bytes() > 0,
+            sync,
+            _lock: lock,
+            path,
+        };
+        journal.trim().map_err(io("cut the torn tail of", &journal.path))?;
+        if sync {
+            // What an earlier life wrote is about to be told again, so it must be durable too.
+            journal.file.sync_all().map_err(io("sync", &journal.path))?;
+        }
+        Ok(journal)
+    }
+
+    /// Appends `record`: once this returns `Ok` the hop has happened.
+    ///
+    /// # Errors
+    /// If the record is not the next one, or cannot be written; then the journal is as before, and
+    /// the very same record may be appended again.
+    pub fn append(&mut self, record: &Record) -> Result<(), JournalError> {
+        let need = self.last.as_ref().map_or_else(|| self.genesis(), |last| last.digest);
+        continues(record, Decision(self.len()), need)?;
+        let frame = frame::seal(&codec::encode(record)?, RECORD_BYTES_MAX)?;
+        if let Err(error) = self.write(&frame) {
+            // What cannot be cut now is cut before the next append, or when the journal is opened.
+            let _ = self.trim();
+            return Err(io("append to", &self.path)(error));
+        }
+        self.ragged = false;
+        self.offsets.push(self.end);
+        self.end += frame.len() as u64;
+        self.last = Some(*record);
+        Ok(())
+    }
+
+    fn write(&mut self, frame: &[u8]) -> std::io::Result<()> {
+        self.trim()?;
+        self.ragged = true;
+        self.file.write_all_at(frame, self.end)?;
+        if self.sync { self.file.sync_data() } else { Ok(()) }
+    }
+
+    /// Cuts whatever lies beyond the last whole frame.
+    fn trim(&mut self) -> std::io::Result<()> {
+        if self.ragged {
+            self.file.set_len(self.end)?;
+            if self.sync {
+                self.file.sync_all()?;
+            }
+            self.ragged = false;
+        }
+        Ok(())
+    }
+
+    /// The page of records that begins at decision `from`; empty beyond the last.
+    ///
+    /// # Errors
+    /// If a record cannot be read back.
+    pub fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
+        let until = from.0.saturating_add(PAST_PAGE_RECORDS as u64).min(self.len());
+        let records =
+            (from.0..until).map(|decision| self.record(decision as usize)).collect::<Result<_, _>>()?;
+        Ok(PastPage { run: self.header.run(), robot: ROBOT, from, records })
+    }
+
+    /// Every record in order, read as it is asked for.
+    pub fn records(&self) -> impl Iterator<Item = Result<Record, JournalError>> + '_ {
+        (0..self.offsets.len()).map(|index| self.record(index))
+    }
+
+    fn record(&self, index: usize) -> Result<Record, JournalError> {
+        let offset = self.offsets[index];
+        let until = self.offsets.get(index + 1).copied().unwrap_or(self.end);
+        let mut frame = vec![0; (until - offset) as usize];
+        self.file.read_exact_at(&mut frame, offset).map_err(io("read", &self.path))?;
+        let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
+        let payload = frame::payload(&frame, RECORD_BYTES_MAX)
+            .ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
+        codec::decode(payload).map_err(undecodable)
+    }
+
+    /// The header.
+    #[must_use]
+    pub fn header(&self) -> &JournalHeader {
+        &self.header
+    }
+
+    /// The last record.
+    #[must_use]
+    pub fn last(&self) -> Option<&Record> {
+        self.last.as_ref()
+    }
+
+    /// The number of records, which is the decision that is due.
+    #[must_use]
+    pub fn len(&self) -> u64 {
+        self.offsets.len() as u64
+    }
+
+    /// Whether nothing has been executed yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.offsets.is_empty()
+    }
+
+    /// Bytes that were cut off as a torn tail when the journal was opened.
+    #[must_use]
+    pub fn torn_bytes(&self) -> u64 {
+        self.torn_bytes
+    }
+
+    fn genesis(&self) -> contract::Digest {
+        genesis(&self.header.brief, self.header.seed)
+    }
+}
+
+/// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.
+fn continues(
+    record: &Record,
+    due: Decision,
+    digest: contract::Digest,
+) -> Result<contract::Digest, JournalError> {
+    if record.decision != due {
+        return Err(JournalError::OutOfOrder { need: due, got: record.decision });
+    }
+    if record.previous != digest {
+        return Err(JournalError::BrokenChain { decision: due, need: digest, got: record.previous });
+    }
+    Ok(record.digest)
+}
+
+/// Makes `dir` if need be, for the owner only, then locks it.
+fn claim(dir: &Path) -> Result<Lock, JournalError> {
+    DirBuilder::new().recursive(true).mode(0o700).create(dir).map_err(io("make", dir))?;
+    Lock::acquire(dir)
+}
+
+/// Reading and writing, for the owner only.
+fn owner_only() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).mode(0o600);
+    options
+}
+
+fn io<'a>(action: &'static str, path: &'a Path) -> impl Fn(std::io::Error) -> JournalError + 'a {
+    move |source| JournalError::Io { action, path: path.into(), source }
+}

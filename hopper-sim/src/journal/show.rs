@@ -1,0 +1,69 @@
+//! A journal laid open: what it proves, with every record.
+
+use std::path::Path;
+
+use contract::Record;
+use serde::ser::Error as _;
+use serde::{Serialize, Serializer};
+
+use super::{History, JournalError, Verification};
+
+/// Rows of one table; memory is bounded however long the journal is.
+const TABLE_ROWS: usize = 1_000;
+
+/// A verification with every record, serialised as one object without holding the records in memory.
+#[derive(Debug, Serialize)]
+pub struct Show {
+    /// What the journal proves.
+    #[serde(flatten)]
+    pub verification: Verification,
+    #[serde(rename = "records", serialize_with = "records")]
+    history: History,
+}
+
+impl Show {
+    /// Checks the journal in `dir` and prepares to show it.
+    ///
+    /// # Errors
+    /// As [`super::verify`].
+    pub fn new(dir: &Path) -> Result<Self, JournalError> {
+        let history = History::open(dir)?;
+        Ok(Self { verification: Verification::of(&history)?, history })
+    }
+
+    /// The records as text tables, in file order.
+    pub fn tables(&self) -> impl Iterator<Item = Result<String, JournalError>> + '_ {
+        let mut records = self.history.records().peekable();
+        std::iter::from_fn(move || {
+            records.peek()?;
+            let rows = records.by_ref().take(TABLE_ROWS).map(|record| record.map(|record| row(&record)));
+            Some(rows.collect::<Result<Vec<_>, _>>().map(|rows| report::table(HEADINGS, &rows)))
+        })
+    }
+}
+
+const HEADINGS: [&str; 10] =
+    ["decision", "term", "planner", "action", "branch", "from", "to", "height m", "steps", "status"];
+
+fn row(record: &Record) -> [String; 10] {
+    let outcome = &record.outcome;
+    [
+        record.decision.to_string(),
+        record.leader.term.to_string(),
+        record.leader.planner.to_string(),
+        record.action.to_string(),
+        format!("{:?}", outcome.branch).to_lowercase(),
+        outcome.from.to_string(),
+        outcome.to.to_string(),
+        format!("{:.3}", record.pose.height_m),
+        record.steps.to_string(),
+        record.status.to_string(),
+    ]
+}
+
+fn records<S: Serializer>(history: &History, serializer: S) -> Result<S::Ok, S::Error> {
+    let mut failure = None;
+    let records = history.records().map_while(|record| record.map_err(|error| failure = Some(error)).ok());
+    let done = serializer.collect_seq(records)?;
+    failure.map_or(Ok(done), |error| Err(S::Error::custom(error)))
+}

@@ -1,0 +1,186 @@
+//! What a whole journal proves, checked from its first byte to its last.
+
+use std::fmt;
+use std::path::Path;
+
+use contract::{Decision, Digest, Name, Profile, Record, RunId, Status, Term};
+use report::Tenure;
+use serde::Serialize;
+
+use super::{History, JournalError};
+use crate::mission::{genesis, opening_status};
+
+/// What a journal proves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// The run nonce.
+    pub run: RunId,
+    /// Name of the scenario.
+    pub scenario: Name,
+    /// Seed.
+    pub seed: u64,
+    /// Reading of the model.
+    pub profile: Profile,
+    /// Decisions executed, each counted once.
+    pub decisions: u64,
+    /// Whether none is missing from 0 on.
+    pub contiguous: bool,
+    /// Records of decisions that had been executed already.
+    pub duplicates: u64,
+    /// The digest chain, computed anew from genesis.
+    pub digest: Digest,
+    /// First decision whose record disagrees with that chain, if one does.
+    pub digest_broken_at: Option<Decision>,
+    /// How the mission stands after the last record.
+    pub outcome: Status,
+    /// Steps after the last record, in the paper's count.
+    pub steps: u64,
+    /// Records that follow the end of the mission.
+    pub after_the_end: u64,
+    /// Whether terms only rise.
+    pub terms_rise: bool,
+    /// Bytes after the last whole frame.
+    pub torn_bytes: u64,
+    /// Who commanded.
+    pub planners: Vec<Tenure>,
+}
+
+impl Verification {
+    /// Whether every decision was executed exactly once and the chain holds. A torn tail is no
+    /// fault: what was not wholly written did not happen.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.faults().is_empty()
+    }
+
+    /// What is wrong, a sentence each.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        if !self.contiguous {
+            faults.push("a decision is missing".into());
+        }
+        if self.duplicates > 0 {
+            faults.push(format!("{} records repeat a decision", self.duplicates));
+        }
+        if let Some(decision) = self.digest_broken_at {
+            faults.push(format!("the digest chain breaks at decision {decision}"));
+        }
+        if self.after_the_end > 0 {
+            faults.push(format!("{} records follow the end of the mission", self.after_the_end));
+        }
+        if !self.terms_rise {
+            faults.push("a term falls, or changes hands without rising".into());
+        }
+        faults
+    }
+
+    /// What `history` proves.
+    pub(super) fn of(history: &History) -> Result<Self, JournalError> {
+        let mut verification = Self::new(history);
+        let mut due = Decision(0);
+        let mut records = history.records();
+        for record in &mut records {
+            verification.observe(&record?, &mut due);
+        }
+        verification.torn_bytes = records.torn_bytes();
+        Ok(verification)
+    }
+
+    fn new(history: &History) -> Self {
+        let header = history.header();
+        let brief = &header.brief;
+        Self {
+            run: header.run(),
+            scenario: brief.scenario,
+            seed: header.seed,
+            profile: brief.profile,
+            decisions: 0,
+            contiguous: true,
+            duplicates: 0,
+            digest: genesis(brief, header.seed),
+            digest_broken_at: None,
+            outcome: opening_status(brief),
+            steps: 0,
+            after_the_end: 0,
+            terms_rise: true,
+            torn_bytes: 0,
+            planners: Vec::new(),
+        }
+    }
+
+    /// Folds in the next record; `due` is the decision after the highest so far.
+    fn observe(&mut self, record: &Record, due: &mut Decision) {
+        if record.decision < *due {
+            self.duplicates += 1;
+        } else {
+            self.contiguous &= record.decision == *due;
+            self.decisions += 1;
+            *due = Decision(record.decision.0.saturating_add(1));
+        }
+        let digest = self.digest.chain(record);
+        if (record.previous, record.digest) != (self.digest, digest) {
+            self.digest_broken_at.get_or_insert(record.decision);
+        }
+        self.digest = digest;
+        self.after_the_end += u64::from(self.outcome.is_over());
+        self.outcome = record.status;
+        self.steps = record.steps;
+        self.name_planner(record);
+    }
+
+    fn name_planner(&mut self, record: &Record) {
+        let leader = &record.leader;
+        match self.planners.last_mut() {
+            Some(tenure) if (tenure.name, tenure.term) == (leader.planner, leader.term) => {
+                tenure.to_decision = record.decision;
+            }
+            last => {
+                // Term 0 is before every planner; a change of hands takes a higher term.
+                self.terms_rise &= leader.term > last.map_or(Term(0), |tenure| tenure.term);
+                self.planners.push(Tenure {
+                    name: leader.planner,
+                    term: leader.term,
+                    from_decision: record.decision,
+                    to_decision: record.decision,
+                });
+            }
+        }
+    }
+}
+
+impl fmt::Display for Verification {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut fact = |name: &str, text: String| writeln!(f, "  {name:<10}  {text}");
+        fact(
+            "run",
+            format!("{} of {}, seed {}, profile {}", self.run, self.scenario, self.seed, self.profile),
+        )?;
+        fact("decisions", format!("{}, {} steps, {}", self.decisions, self.steps, self.outcome))?;
+        for Tenure { name, term, from_decision, to_decision } in &self.planners {
+            fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
+        }
+        fact("digest", self.digest.to_string())?;
+        if self.torn_bytes > 0 {
+            fact(
+                "torn",
+                format!("{} bytes after the last whole record, to be cut on resume", self.torn_bytes),
+            )?;
+        }
+        for fault in self.faults() {
+            fact("FAULT", fault)?;
+        }
+        fact(
+            "verdict",
+            if self.is_sound() { "sound: each decision exactly once" } else { "NOT SOUND" }.into(),
+        )
+    }
+}
+
+/// Checks the journal in `dir` without locking or changing it.
+///
+/// # Errors
+/// If it cannot be read through: missing, a damaged header, a broken frame before whole ones.
+pub fn verify(dir: &Path) -> Result<Verification, JournalError> {
+    Verification::of(&History::open(dir)?)
+}

@@ -1,0 +1,329 @@
+//! The hopper-sim process: shared memory, clock and journal file around the [`Arbiter`].
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use contract::{
+    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
+};
+use node::peer::{Patience, TICK, accept};
+use node::{
+    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TerrainWriter, Truth, crash_point,
+};
+use report::{Process, Summary, SummaryBuilder};
+use scenario::{Overrides, World};
+
+use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, Pace, crash};
+
+/// What a mission is about: the scenario with what the command line changes in it.
+#[derive(clap::Args, Clone, Debug)]
+pub struct MissionArgs {
+    /// Scenario: hard, heterogeneous, sandy, … or a TOML file; `hopper scenario` explains.
+    #[arg(long, default_value = "hard", value_name = "NAME|FILE")]
+    pub scenario: String,
+    /// Seed of the hops' scatter.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Reading of the model, instead of the scenario's: paper-2023 or hopper.
+    #[arg(long, value_name = "NAME")]
+    pub profile: Option<Profile>,
+    /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
+    pub budget: Option<Duration>,
+    /// Elevation model, instead of the scenario's.
+    #[arg(long, value_name = "FILE")]
+    pub dem: Option<PathBuf>,
+    /// How fast landings follow each other: max, real (as the hop flies), or a rate in hertz.
+    #[arg(long, default_value = "max", value_name = "max|real|HZ")]
+    pub pace: Pace,
+}
+
+impl MissionArgs {
+    /// The world of the mission.
+    ///
+    /// # Errors
+    /// Exit code 2 with what is wrong with the scenario or its terrain.
+    pub fn world(&self) -> Result<World, Failure> {
+        let usage = |error: scenario::ScenarioError| Failure::new(Exit::Usage, error.to_string());
+        let overrides = Overrides {
+            profile: self.profile,
+            decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
+            dem: self.dem.clone(),
+        };
+        scenario::load(&self.scenario).map_err(usage)?.with(&overrides).resolve().map_err(usage)
+    }
+}
+
+/// Arguments of `hopper-sim` and of `hopper sim`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    mission: MissionArgs,
+    /// Instance to serve; processes of different instances never meet.
+    #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
+    instance: String,
+    /// Folder of the journal: created, or resumed if it holds one of this very mission.
+    #[arg(long, default_value = "out/journal", value_name = "DIR")]
+    journal: PathBuf,
+    /// Force each record to the disk, so that the promise covers power loss too.
+    #[arg(long)]
+    sync: bool,
+    /// Serve the end of the mission at most this long to peers that have not seen it.
+    #[arg(long, default_value = "2s", value_parser = humantime::parse_duration, value_name = "DURATION")]
+    linger: Duration,
+    /// Give up with exit code 4 when no command comes within this time, e.g. 30s [default: wait forever].
+    #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
+    wait: Option<Duration>,
+    /// Form of the summary on standard output.
+    #[arg(long, default_value = "text")]
+    format: report::Format,
+    /// End when standard input closes: the parent holds its other end.
+    #[arg(long, hide = true)]
+    lifeline: bool,
+}
+
+/// Runs the process until the mission ends; the exit code tells its outcome.
+///
+/// # Errors
+/// If the scenario, the journal or shared memory is at fault, the instance has a hopper-sim already,
+/// or nobody came within `--wait`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let world = args.mission.world()?;
+    let instance = Instance::new(&args.instance)?;
+    let _claim = instance.claim(Role::HopperSim)?;
+    let mut service = Service::open(args, &instance, world)?;
+    let exit = service.serve(args)?;
+    print_summary(&service.summary(), args.format)?;
+    Ok(exit)
+}
+
+/// Writes the summary to standard output.
+///
+/// # Errors
+/// If standard output is closed.
+pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Failure> {
+    let text = match format {
+        report::Format::Text => summary.to_string(),
+        report::Format::Json => serde_json::to_string(summary).map_err(Failure::run)?,
+    };
+    writeln!(std::io::stdout(), "{}", text.trim_end()).map_err(Failure::run)
+}
+
+/// Opens the journal of this very mission, or begins one.
+///
+/// # Errors
+/// If the folder holds another mission's journal, a damaged one, or one in use.
+pub fn open_journal(dir: &Path, world: &World, seed: u64, sync: bool) -> Result<Journal, Failure> {
+    let expected = JournalHeader::new(world, seed);
+    let fault = |error: JournalError| Failure::new(error.exit(), error.to_string());
+    let journal = if Journal::exists(dir) {
+        Journal::resume(dir, &expected, sync).map_err(fault)?
+    } else {
+        Journal::create(dir, &expected.with_run(node::random_run()?), sync).map_err(fault)?
+    };
+    Ok(journal)
+}
+
+/// Everything that lives as long as the process serves.
+struct Service {
+    node: Node,
+    arbiter: Arbiter,
+    journal: Journal,
+    summary: SummaryBuilder,
+    roster: Roster,
+    /// Every life heard of, by role.
+    lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
+    states: StateWriter,
+    briefs: BriefWriter,
+    terrains: TerrainWriter,
+    commands: CommandReader,
+    past: PastServer,
+    assembled: bool,
+    finished: Option<Status>,
+}
+
+impl Service {
+    fn open(args: &Args, instance: &Instance, world: World) -> Result<Self, Failure> {
+        let journal = open_journal(&args.journal, &world, args.mission.seed, args.sync)?;
+        crash_point(crash::JOURNAL_OPENED);
+        if journal.torn_bytes() > 0 {
+            tracing::warn!("cut {} bytes that a death tore off the journal's last record", journal.torn_bytes());
+        }
+        let brief = Brief { run: journal.header().run(), ..world.brief };
+        let robot = RobotId(0);
+        Room::of(brief.grid.cells(), brief.robots)?.check()?;
+        let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
+        if args.lifeline {
+            node.hold_lifeline();
+        }
+        let mut summary = SummaryBuilder::new(&brief, args.mission.seed);
+        for record in journal.records() {
+            summary.record(&record.map_err(Failure::run)?);
+        }
+        let cells = world.terrain.grid.cells();
+        let mut service = Self {
+            briefs: node.brief_writer()?,
+            terrains: node.terrain_writer(cells)?,
+            states: node.state_writer(robot)?,
+            commands: node.command_reader(robot)?,
+            past: node.past_server()?,
+            arbiter: Arbiter::new(
+                Mission { brief, terrain: world.terrain, seed: args.mission.seed },
+                journal.last(),
+                args.mission.pace,
+                args.linger.as_nanos() as u64,
+                Node::now(),
+            ),
+            node,
+            journal,
+            summary,
+            roster: Roster::default(),
+            lives: BTreeMap::new(),
+            assembled: false,
+            finished: None,
+        };
+        service.node.listen(&contract::service::command(robot))?;
+        let terrain = &service.arbiter.mission().terrain;
+        let truth = Truth { run: brief.run, grid: terrain.grid, cells: terrain.cells.clone() };
+        service.terrains.publish(&truth)?;
+        service.briefs.publish(&brief)?;
+        crash_point(crash::JOINED);
+        tracing::info!(
+            run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed,
+            "joined instance {:?} at decision {}", args.instance, service.arbiter.state().decision
+        );
+        Ok(service)
+    }
+
+    fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
+        let mut patience = Patience::new(args.wait);
+        loop {
+            self.node.wait(self.timeout());
+            if self.node.stop_requested().is_some() {
+                return Ok(Exit::Interrupted);
+            }
+            while let Some(command) = self.commands.receive() {
+                self.feed(Event::Command(command))?;
+            }
+            for beat in self.node.heartbeats() {
+                if let Some(beat) = accept(Some(beat)) {
+                    self.meet(&beat);
+                    self.feed(Event::Heartbeat(beat))?;
+                }
+            }
+            if self.is_assembled() {
+                self.feed(Event::Tick)?;
+            }
+            let due = self.arbiter.state().decision;
+            let Self { past, journal, .. } = self;
+            let refusals = past.serve(|request| {
+                let ours = request.run == journal.header().run();
+                let mut page = journal.page(request.from).ok().filter(|_| ours)?;
+                // A hop that is still in the air has not been seen to land.
+                page.records.retain(|record| record.decision < due);
+                Some(page)
+            })?;
+            for refusal in refusals {
+                tracing::warn!("refused a request for the past: {refusal}");
+            }
+            self.states.idle()?;
+            self.briefs.idle()?;
+            self.terrains.idle()?;
+            let state = *self.arbiter.state();
+            self.node.beat(state.run, state.decision, state.status)?;
+            if let Some(status) = self.finished {
+                return Ok(if status == Status::Goal { Exit::Done } else { Exit::Failed });
+            }
+            let now = Node::now();
+            patience.check(self.waits_for(now), now)?;
+        }
+    }
+
+    /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
+    /// the wait for processes to start; a mission that is over is told to whoever comes.
+    fn is_assembled(&mut self) -> bool {
+        let now = Node::now();
+        let crew = [Role::Perception, Role::Planner];
+        self.assembled |= self.arbiter.state().status.is_over()
+            || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled
+    }
+
+    /// Until the next moment that matters: a tick, or the landing.
+    fn timeout(&self) -> Duration {
+        let due = self.arbiter.wake_at().map(|at| Duration::from_nanos(at.since_ns(Node::now())));
+        due.map_or(TICK, |due| due.min(TICK))
+    }
+
+    fn feed(&mut self, event: Event) -> Result<(), Failure> {
+        let mut effects: VecDeque<_> = self.arbiter.on(event, Node::now()).into();
+        while let Some(effect) = effects.pop_front() {
+            match effect {
+                Effect::Append(record) => effects.extend(self.append(&record)),
+                Effect::Publish(state) => {
+                    self.states.publish(&state)?;
+                    crash_point(crash::PUBLISHED);
+                }
+                Effect::Refused(refusal) => tracing::debug!(reason = refusal.reason(), "refused: {refusal}"),
+                Effect::Finished(status) => self.finished = Some(status),
+            }
+        }
+        Ok(())
+    }
+
+    /// The commit point.
+    fn append(&mut self, record: &Record) -> Vec<Effect> {
+        crash_point(crash::BEFORE_APPEND);
+        match self.journal.append(record) {
+            Ok(()) => {
+                crash_point(crash::APPENDED);
+                let now = Node::now();
+                let mut committed = *record;
+                committed.timing.committed = now;
+                self.summary.record(&committed);
+                self.arbiter.on(Event::Appended, now)
+            }
+            Err(error) => {
+                tracing::error!("holding at decision {}: {error}", record.decision);
+                self.arbiter.on(Event::AppendFailed, Node::now())
+            }
+        }
+    }
+
+    fn meet(&mut self, beat: &Heartbeat) {
+        self.roster.observe(*beat, Node::now());
+        let lives = self.lives.entry(beat.role).or_default();
+        if !lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation) {
+            lives.push((beat.incarnation, beat.pid));
+        }
+    }
+
+    fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
+        if self.arbiter.state().status.is_over() {
+            None
+        } else if !self.roster.has(Role::Perception, now) {
+            Some("perception")
+        } else if !self.roster.has(Role::Planner, now) {
+            Some("a planner")
+        } else {
+            None
+        }
+    }
+
+    fn summary(&self) -> Summary {
+        let mut summary = self.summary.build(self.arbiter.state(), self.arbiter.refusals());
+        summary.processes = self.lives.iter().map(process).collect();
+        summary
+    }
+}
+
+/// One line of the summary for the lives of a role.
+fn process((role, lives): (&Role, &Vec<(Incarnation, u32)>)) -> Process {
+    Process {
+        role: *role,
+        pid: lives.last().map_or(0, |(_, pid)| *pid),
+        restarts: lives.len() as u64 - 1,
+    }
+}

@@ -1,0 +1,201 @@
+//! A small world, a scripted planner, a host that carries out the arbiter's effects.
+
+use contract::{
+    Action, Brief, Cell, Command, Direction, GradientSource, Grid, Ground, Heartbeat, Incarnation, Limits,
+    MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Range, Record, Role, RunId,
+    SensorParameters, Soil, SoilMotion, State, Status, Term, Weights,
+};
+use hopper_sim::{Arbiter, Effect, Event, JournalHeader, Mission, Pace, ROBOT};
+use terrain::Terrain;
+
+pub const RUN: RunId = RunId(0x0123_4567_89ab_cdef_0011_2233_4455_6677);
+pub const LINGER_NS: u64 = 2_000_000_000;
+pub const EAST: Action = Action::Hop(Direction::East);
+pub const WEST: Action = Action::Hop(Direction::West);
+
+pub fn name(text: &str) -> Name {
+    text.parse().unwrap()
+}
+
+pub fn brief() -> Brief {
+    let soil = |intended, stuck, sideways, flights| SoilMotion { intended, stuck, sideways, flights };
+    Brief {
+        run: RUN,
+        scenario: name("bench"),
+        scenario_hash: [7; 32],
+        profile: Profile::Hopper,
+        robots: 1,
+        grid: Grid::new(9, 9, 1.0, 1).unwrap(),
+        datum_m: -4139.0,
+        start: Cell::new(1, 2),
+        goal: Cell::new(7, 6),
+        weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
+        payoff: Payoff { goal: 100.0, discount: 0.99, sand_term: -5.0 },
+        priors: Priors { safety: Range { min: -0.1, max: 5.0 }, height_m: Range { min: -0.2, max: 0.2 } },
+        motion: MotionParameters {
+            hard: soil(0.9, 0.0, 0.05, 1),
+            sand: soil(0.7, 0.1, 0.1, 2),
+            slope_limit_rad: std::f64::consts::FRAC_PI_6,
+            launch_angle_rad: std::f64::consts::FRAC_PI_4,
+            gravity_mps2: 3.72,
+        },
+        sensor: SensorParameters {
+            gain: 2.0,
+            offset_m: 1.0,
+            radius_min_m: 1.0,
+            radius_max_m: 8.0,
+            gradient: GradientSource::Measured,
+        },
+        limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
+    }
+}
+
+/// A ramp to the north-east with sand in its middle and one rock.
+pub fn mission() -> Mission {
+    let brief = brief();
+    let ground = |cell: Cell| Ground {
+        height_m: 0.01 * f64::from(cell.x) + 0.02 * f64::from(cell.y),
+        gradient: [0.01, 0.02],
+        soil: if (3..=5).contains(&cell.x) { Soil::Sand } else { Soil::Hard },
+        passable: cell != Cell::new(8, 0),
+    };
+    let cells = brief.grid.iter().map(ground).collect();
+    Mission { terrain: Terrain { grid: brief.grid, datum_m: brief.datum_m, cells }, brief, seed: 42 }
+}
+
+/// The mission with hops that always land where they are meant to, from `start`.
+pub fn sure_mission(start: Cell) -> Mission {
+    let mut mission = mission();
+    mission.brief.start = start;
+    for soil in [&mut mission.brief.motion.hard, &mut mission.brief.motion.sand] {
+        *soil = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, ..*soil };
+    }
+    for ground in &mut mission.terrain.cells {
+        ground.gradient = [0.0; 2];
+    }
+    mission
+}
+
+pub fn header(mission: &Mission) -> JournalHeader {
+    JournalHeader { brief: mission.brief, seed: mission.seed, resolved: "[truth]\nkind = \"ramp\"\n".into() }
+}
+
+/// Towards the goal along the longer side, with a halt every seventh decision.
+pub fn steer(brief: &Brief, state: &State) -> Action {
+    let (dx, dy) = (brief.goal.x - state.pose.cell.x, brief.goal.y - state.pose.cell.y);
+    let direction = match (dx.abs() >= dy.abs(), dx > 0, dy > 0) {
+        (true, true, _) => Direction::East,
+        (true, false, _) => Direction::West,
+        (false, _, true) => Direction::North,
+        (false, _, false) => Direction::South,
+    };
+    if state.decision.0 % 7 == 6 { Action::Hold } else { Action::Hop(direction) }
+}
+
+/// A command that the planner of life 1 would give at `state`, in its first term.
+pub fn command(state: &State, action: Action) -> Command {
+    Command {
+        run: state.run,
+        robot: ROBOT,
+        decision: state.decision,
+        term: Term(1),
+        action,
+        observation: 5,
+        planner: name("mdp"),
+        incarnation: Incarnation(1),
+        pid: 100,
+        work: 12,
+        cut: false,
+        sensed: state.published.plus_ns(10),
+        map_published: state.published.plus_ns(20),
+        planning_started: state.published.plus_ns(30),
+        planning_ended: state.published.plus_ns(40),
+    }
+}
+
+pub fn beat(role: Role, life: u64, counter: u64, status: Status) -> Heartbeat {
+    Heartbeat {
+        role,
+        incarnation: Incarnation(life),
+        pid: life as u32,
+        version: name("0.1.0"),
+        planner: Name::NONE,
+        counter,
+        run: RUN,
+        decision: contract::Decision(0),
+        status,
+    }
+}
+
+/// Carries out effects in virtual time: appends into a vector, publishes into another.
+pub struct Host {
+    pub arbiter: Arbiter,
+    pub now: MonotonicNs,
+    pub records: Vec<Record>,
+    pub published: Vec<State>,
+    pub finished: Vec<Status>,
+    pub refused: Vec<&'static str>,
+}
+
+impl Host {
+    /// A host at time 1,000 whose first tick has been.
+    pub fn new(mission: Mission, records: Vec<Record>, pace: Pace) -> Self {
+        let now = MonotonicNs(1_000);
+        let arbiter = Arbiter::new(mission, records.last(), pace, LINGER_NS, now);
+        let mut host =
+            Self { arbiter, now, records, published: Vec::new(), finished: Vec::new(), refused: Vec::new() };
+        host.on(Event::Tick);
+        host
+    }
+
+    pub fn fresh() -> Self {
+        Self::new(mission(), Vec::new(), Pace::Max)
+    }
+
+    pub fn state(&self) -> State {
+        *self.arbiter.state()
+    }
+
+    /// Feeds one event; appends succeed 5 ns later.
+    pub fn on(&mut self, event: Event) {
+        for effect in self.arbiter.on(event, self.now) {
+            match effect {
+                Effect::Append(record) => {
+                    self.records.push(record);
+                    self.now = self.now.plus_ns(5);
+                    self.on(Event::Appended);
+                }
+                Effect::Publish(state) => self.published.push(state),
+                Effect::Refused(refusal) => self.refused.push(refusal.reason()),
+                Effect::Finished(status) => self.finished.push(status),
+            }
+        }
+    }
+
+    pub fn send(&mut self, command: Command) {
+        self.on(Event::Command(Ok(command)));
+    }
+
+    pub fn tick_after(&mut self, ns: u64) {
+        self.now = self.now.plus_ns(ns);
+        self.on(Event::Tick);
+    }
+
+    /// Flies to the end under one planner.
+    pub fn fly(&mut self) -> &mut Self {
+        while !self.state().status.is_over() {
+            let state = self.state();
+            self.now = self.now.plus_ns(100);
+            self.send(command(&state, steer(&self.arbiter.mission().brief, &state)));
+            assert!(self.state().decision > state.decision, "the mission moves on: {:?}", self.refused);
+        }
+        self
+    }
+}
+
+/// Every record of the undisturbed mission.
+pub fn undisturbed() -> Vec<Record> {
+    let records = std::mem::take(&mut Host::fresh().fly().records);
+    assert!(records.len() > 10, "the mission is long enough to prove something");
+    records
+}

@@ -1,0 +1,136 @@
+//! What a rogue process may write, and that none of it moves the hopper.
+
+use bytemuck::Zeroable;
+use contract::wire::{CommandV1, RecordV1, StateV1};
+use contract::{Command, MonotonicNs, Record, State};
+use hopper_sim::{Effect, Event};
+use proptest::prelude::*;
+
+use crate::fixture::{EAST, Host, command, undisturbed};
+
+fn valid() -> CommandV1 {
+    CommandV1::from(&command(&Host::fresh().state(), EAST))
+}
+
+/// A change to a valid command with the reason for which it is refused.
+type Case = (&'static str, fn(&mut CommandV1));
+
+#[test]
+fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
+    let refused: [Case; 24] = [
+        ("wrong_run", |wire| wire.run = [0; 2]),
+        ("wrong_run", |wire| wire.run = [u64::MAX; 2]),
+        ("wrong_run", |wire| wire.run.swap(0, 1)),
+        ("future_decision", |wire| wire.decision = 1),
+        ("malformed", |wire| wire.decision = u64::MAX),
+        ("malformed", |wire| wire.term = 0),
+        ("future_term", |wire| wire.term = 2),
+        ("malformed", |wire| wire.term = u64::MAX),
+        ("malformed", |wire| wire.incarnation = 0),
+        ("wrong_robot", |wire| wire.robot = 1),
+        ("wrong_robot", |wire| wire.robot = u32::from(u16::MAX)),
+        ("wrong_robot", |wire| wire.robot = u32::MAX),
+        ("malformed", |wire| wire.action = 5),
+        ("malformed", |wire| wire.action = u32::MAX),
+        ("malformed", |wire| wire.cut = 2),
+        ("malformed", |wire| wire.cut = u32::MAX),
+        ("malformed", |wire| wire.planner = [0; 32]),
+        ("malformed", |wire| wire.planner = [b'x'; 32]),
+        ("malformed", |wire| wire.planner = [0xff; 32]),
+        ("malformed", |wire| wire.planner[31] = 1),
+        ("malformed", |wire| wire.planner[0] = b' '),
+        ("malformed", |wire| wire.planning_ended_ns = 0),
+        ("malformed", |wire| wire.planning_started_ns = u64::MAX),
+        ("malformed", |wire| *wire = CommandV1::zeroed()),
+    ];
+    for (index, (reason, change)) in refused.into_iter().enumerate() {
+        let mut wire = valid();
+        change(&mut wire);
+        let mut host = Host::fresh();
+        host.on(Event::Command(Command::try_from(&wire)));
+        assert_eq!(host.refused, [reason], "case {index}: {wire:?}");
+        assert_eq!((host.records.len(), host.arbiter.refusals().of(reason)), (0, 1));
+    }
+    let harmless: [fn(&mut CommandV1); 10] = [
+        |_| {},
+        |wire| wire.incarnation = u64::MAX,
+        |wire| wire.observation = u64::MAX,
+        |wire| wire.work = u64::MAX,
+        |wire| wire.pid = u32::MAX,
+        |wire| wire.sensed_ns = u64::MAX,
+        |wire| wire.map_published_ns = 0,
+        |wire| wire.planning_ended_ns = u64::MAX,
+        |wire| wire.planning_started_ns = 0,
+        |wire| wire.cut = 1,
+    ];
+    for change in harmless {
+        let mut wire = valid();
+        change(&mut wire);
+        let mut host = Host::fresh();
+        host.on(Event::Command(Command::try_from(&wire)));
+        let [record] = host.records[..] else { panic!("{wire:?} is executed, got {:?}", host.refused) };
+        let timing = record.timing;
+        assert_eq!(
+            timing.stages_ns().iter().sum::<u64>(),
+            timing.total_ns(),
+            "its stages telescope all the same"
+        );
+    }
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_never_move_the_hopper(bytes in prop::collection::vec(any::<u8>(), size_of::<CommandV1>())) {
+        let wire: CommandV1 = bytemuck::pod_read_unaligned(&bytes);
+        let mut host = Host::fresh();
+        let effects = host.arbiter.on(Event::Command(Command::try_from(&wire)), MonotonicNs(2_000));
+        prop_assert!(matches!(effects[..], [Effect::Refused(_)]), "{:?}", effects);
+    }
+}
+
+/// Numbers that no float of a message may be.
+const NO_NUMBERS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e300, -1.0e300];
+
+#[test]
+fn a_state_with_a_float_that_is_no_number_is_refused() {
+    let floats: [fn(&mut StateV1) -> &mut f64; 7] = [
+        |wire| &mut wire.pose.height_m,
+        |wire| &mut wire.last.launch_speed_mps,
+        |wire| &mut wire.last.launch_angle_rad,
+        |wire| &mut wire.last.range_m,
+        |wire| &mut wire.last.rise_m,
+        |wire| &mut wire.last.apex_height_m,
+        |wire| &mut wire.last.flight_time_s,
+    ];
+    let state = Host::new(crate::fixture::mission(), undisturbed(), hopper_sim::Pace::Max).state();
+    assert_eq!(State::try_from(&StateV1::from(&state)).unwrap(), state);
+    for float in floats {
+        for value in NO_NUMBERS {
+            let mut wire = StateV1::from(&state);
+            *float(&mut wire) = value;
+            assert_eq!(State::try_from(&wire).unwrap_err().reason(), "malformed");
+        }
+    }
+}
+
+#[test]
+fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
+    for record in undisturbed() {
+        assert_eq!(Record::try_from(&RecordV1::from(&record)).unwrap(), record);
+    }
+    let changes: [fn(&mut RecordV1); 8] = [
+        |wire| wire.decision = u64::MAX,
+        |wire| wire.leader.term = u64::MAX,
+        |wire| wire.action = 9,
+        |wire| wire.cut = 9,
+        |wire| wire.status = 0,
+        |wire| wire.outcome.branch = 0,
+        |wire| wire.outcome.from = [i32::MIN; 2],
+        |wire| wire.pose.height_m = f64::NAN,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let mut wire = RecordV1::from(&undisturbed()[0]);
+        change(&mut wire);
+        assert!(Record::try_from(&wire).is_err(), "change {index}");
+    }
+}

@@ -1,0 +1,215 @@
+//! How a mission stands, as far as anybody can see from outside.
+
+use std::fmt;
+
+use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
+use report::Tenure;
+use serde::{Deserialize, Serialize};
+
+/// How a mission stands. Displayed, it is one line for a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// The run.
+    pub run: RunId,
+    /// Name of the scenario.
+    pub scenario: Name,
+    /// How it stands.
+    pub status: Status,
+    /// The decision that is due.
+    pub decision: Decision,
+    /// Decisions that are known of but not yet taken account of; 0 once the past has answered.
+    pub missing: u64,
+    /// Steps so far, in the papers' count.
+    pub steps: u64,
+    /// Steps after which the mission is a deadlock.
+    pub steps_max: u64,
+    /// From the hopper to the goal, metres as the crow flies.
+    pub distance_to_goal_m: f64,
+    /// From start to goal, metres as the crow flies.
+    pub start_to_goal_m: f64,
+    /// Hops that did not land where they were meant to.
+    pub stray_hops: u64,
+    /// Share of the map seen, 0 to 1; `None` before the first map.
+    pub coverage: Option<f64>,
+    /// Where the time of decisions went.
+    pub latency: Pulse,
+    /// Who commanded what; the last is in force.
+    pub planners: Vec<Tenure>,
+    /// Each role.
+    pub health: Vec<Health>,
+    /// Malformed messages refused.
+    pub refusals: RefusalCounts,
+}
+
+/// Latency of decisions, landed to committed, microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Pulse {
+    /// Decisions measured.
+    pub decisions: u64,
+    /// The last one.
+    pub last_us: f64,
+    /// Median so far.
+    pub p50_us: f64,
+    /// Ninety-nine of a hundred took no longer.
+    pub p99_us: f64,
+    /// Budget of a decision.
+    pub budget_us: f64,
+    /// Decisions that took longer.
+    pub misses: u64,
+}
+
+/// What is heard of a role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// The role.
+    pub role: Role,
+    /// Processes alive.
+    pub alive: usize,
+    /// Process heard last; `None` if none ever was.
+    pub pid: Option<u32>,
+    /// How long nobody of the role has been heard, milliseconds.
+    pub silent_ms: u64,
+    /// How often the whole role fell silent so far.
+    pub silences: u64,
+    /// The longest of these silences, milliseconds.
+    pub longest_silence_ms: u64,
+}
+
+impl Progress {
+    /// Share of the way from start to goal that is covered, 0 to 1; a detour does not go below 0.
+    #[must_use]
+    pub fn covered(&self) -> f64 {
+        if self.start_to_goal_m > 0.0 {
+            (1.0 - self.distance_to_goal_m / self.start_to_goal_m).max(0.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// Whose turn at the command it is.
+    #[must_use]
+    pub fn leader(&self) -> Option<&Tenure> {
+        self.planners.last()
+    }
+
+    /// Changes of command so far; the first command is none.
+    #[must_use]
+    pub fn changes_of_leader(&self) -> usize {
+        self.planners.len().saturating_sub(1)
+    }
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.status.is_over() {
+            write!(f, "{}: ", self.status)?;
+        }
+        let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
+        write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?;
+        if let Some(coverage) = self.coverage {
+            write!(f, ", {:.0} % seen", 100.0 * coverage)?;
+        }
+        let Pulse { decisions, last_us, p50_us, p99_us, misses, .. } = self.latency;
+        if decisions > 0 {
+            let [last, p50, p99] = [last_us, p50_us, p99_us].map(duration);
+            write!(f, ", latency {last} (p50 {p50}, p99 {p99}), {misses} missed")?;
+        }
+        if let Some(Tenure { name, term, .. }) = self.leader() {
+            write!(f, ", {name} term {term}")?;
+        }
+        if self.missing > 0 {
+            write!(f, ", {} decisions to catch up", self.missing)?;
+        }
+        // At the end everybody leaves.
+        let missed = |health: &&Health| health.alive == 0 && !self.status.is_over();
+        for Health { role, pid, silent_ms, .. } in self.health.iter().filter(missed) {
+            match pid {
+                Some(_) => write!(f, ", {role} silent for {:.1} s", *silent_ms as f64 / 1e3)?,
+                None => write!(f, ", no {role}")?,
+            }
+        }
+        let refused: u64 = self.refusals.0.values().sum();
+        if refused > 0 {
+            write!(f, ", {refused} refused")?;
+        }
+        Ok(())
+    }
+}
+
+/// A duration in the unit that suits it.
+fn duration(us: f64) -> String {
+    match us {
+        us if us < 1e3 => format!("{us:.0} µs"),
+        us if us < 1e6 => format!("{:.1} ms", us / 1e3),
+        us => format!("{:.2} s", us / 1e6),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use contract::Term;
+
+    pub(crate) fn progress() -> Progress {
+        let name = |text: &str| text.parse().unwrap();
+        let health =
+            |role| Health { role, alive: 1, pid: Some(7), silent_ms: 3, silences: 0, longest_silence_ms: 0 };
+        Progress {
+            run: RunId(1),
+            scenario: name("hard"),
+            status: Status::Underway,
+            decision: Decision(17),
+            missing: 0,
+            steps: 34,
+            steps_max: 150,
+            distance_to_goal_m: 12.04,
+            start_to_goal_m: 24.08,
+            stray_hops: 2,
+            coverage: Some(0.614),
+            latency: Pulse {
+                decisions: 17,
+                last_us: 431.2,
+                p50_us: 1_420.0,
+                p99_us: 2_000_000.0,
+                budget_us: 6e5,
+                misses: 1,
+            },
+            planners: vec![Tenure {
+                name: name("mdp"),
+                term: Term(1),
+                from_decision: Decision(0),
+                to_decision: Decision(16),
+            }],
+            health: Role::ALL.map(health).into(),
+            refusals: RefusalCounts::default(),
+        }
+    }
+
+    #[test]
+    fn a_line_tells_how_the_mission_stands() {
+        let mut progress = progress();
+        assert_eq!(
+            progress.to_string(),
+            "hop 17, step 34/150, 12.0 m to go, 61 % seen, latency 431 µs (p50 1.4 ms, p99 2.00 s), 1 missed, \
+             mdp term 1"
+        );
+        assert_eq!(progress.covered(), 0.5);
+        assert_eq!(progress.changes_of_leader(), 0);
+        progress.health[1].alive = 0;
+        progress.health[1].silent_ms = 1300;
+        progress.health[2] = Health { alive: 0, pid: None, ..progress.health[2] };
+        progress.missing = 3;
+        assert!(
+            progress
+                .to_string()
+                .ends_with("term 1, 3 decisions to catch up, perception silent for 1.3 s, no planner")
+        );
+    }
+
+    #[test]
+    fn progress_survives_its_json() {
+        let progress = progress();
+        let json = serde_json::to_string(&progress).unwrap();
+        assert_eq!(serde_json::from_str::<Progress>(&json).unwrap(), progress);
+    }
+}

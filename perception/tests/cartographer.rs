@@ -1,0 +1,211 @@
+//! The cartographer builds one map, whatever the order and whoever died.
+
+use contract::{
+    Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Leader, MonotonicNs, ObservedMap, Outcome,
+    PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status, Timing,
+};
+use perception::cartographer::REPUBLISH_NS;
+use perception::{Cartographer, Effect, Event};
+use terrain::Terrain;
+
+const NOW: MonotonicNs = MonotonicNs(1);
+const RUN: RunId = RunId(7);
+
+struct World {
+    brief: Brief,
+    terrain: Terrain,
+}
+
+impl World {
+    fn new(profile: contract::Profile) -> Self {
+        let world = scenario::load("hard")
+            .unwrap()
+            .with(&scenario::Overrides { profile: Some(profile), ..Default::default() })
+            .resolve()
+            .unwrap();
+        Self { brief: Brief { run: RUN, ..world.brief }, terrain: world.terrain }
+    }
+
+    fn pose(&self, cell: Cell) -> Pose {
+        Pose { cell, height_m: self.terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
+    }
+
+    /// A straight walk east from the start: record k leads to pose k + 1.
+    fn record(&self, decision: u64) -> Record {
+        let start = self.brief.start;
+        let from = Cell::new(start.x + decision as i32, start.y);
+        let to = Cell::new(from.x + 1, from.y);
+        Record {
+            robot: RobotId(0),
+            decision: Decision(decision),
+            leader: Leader::default(),
+            action: Action::Hop(Direction::East),
+            observation: 0,
+            work: 0,
+            cut: false,
+            outcome: Outcome { branch: Branch::Intended, from, to, flight: Flight::default() },
+            pose: self.pose(to),
+            steps: 2 * (decision + 1),
+            status: Status::Underway,
+            timing: Timing::default(),
+            previous: Digest::default(),
+            digest: Digest::default(),
+        }
+    }
+
+    fn state(&self, decision: u64) -> State {
+        if decision == 0 {
+            return State {
+                decision: Decision(0),
+                steps: 0,
+                pose: self.pose(self.brief.start),
+                last: None,
+                ..self.record(0).state_after(RUN, NOW, NOW)
+            };
+        }
+        self.record(decision - 1).state_after(RUN, NOW, NOW)
+    }
+
+    fn page(&self, from: u64, count: u64) -> PastPage {
+        PastPage {
+            run: RUN,
+            robot: RobotId(0),
+            from: Decision(from),
+            records: (from..from + count).map(|decision| self.record(decision)).collect(),
+        }
+    }
+
+    fn ready(&self) -> Cartographer {
+        let mut cartographer = Cartographer::new(RobotId(0));
+        assert_eq!(cartographer.on(Event::Brief(self.brief), NOW), []);
+        assert_eq!(cartographer.on(Event::Terrain(RUN, self.terrain.clone()), NOW), []);
+        cartographer
+    }
+
+    fn undisturbed(&self, through: u64) -> ObservedMap {
+        let mut cartographer = self.ready();
+        for decision in 0..=through {
+            let effects = cartographer.on(Event::State(self.state(decision)), NOW);
+            assert_eq!(effects, [Effect::PublishMap], "decision {decision}");
+        }
+        cartographer.map().unwrap().clone()
+    }
+}
+
+fn request(from: u64) -> Effect {
+    Effect::RequestPast(PastRequest { run: RUN, robot: RobotId(0), from: Decision(from) })
+}
+
+#[test]
+fn the_first_map_holds_the_sensing_disc_and_nothing_else() {
+    let world = World::new(contract::Profile::Paper2023);
+    let map = world.undisturbed(0);
+    assert_eq!(map.through, Some(Decision(0)));
+    let radius_m = perception::radius_m(&world.brief.sensor, world.pose(world.brief.start).height_m);
+    for cell in world.brief.grid.iter() {
+        let seen = map.ground(cell).is_some();
+        assert_eq!(seen, cell.distance_cells(world.brief.start) <= radius_m, "{cell}");
+        if seen {
+            assert_eq!(map.ground(cell), world.terrain.ground(cell), "paper-2023 measures gradients");
+        }
+    }
+}
+
+#[test]
+fn the_messages_of_a_run_may_come_in_any_order() {
+    let world = World::new(contract::Profile::Paper2023);
+    let events = [
+        Event::Brief(world.brief),
+        Event::Terrain(RUN, world.terrain.clone()),
+        Event::State(world.state(0)),
+    ];
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        let mut cartographer = Cartographer::new(RobotId(0));
+        let mut effects = Vec::new();
+        for index in order {
+            assert!(effects.is_empty() && cartographer.waits_for().is_some());
+            effects = cartographer.on(events[index].clone(), NOW);
+        }
+        assert_eq!(effects, [Effect::PublishMap], "{order:?}");
+        assert_eq!(cartographer.waits_for(), None);
+    }
+}
+
+#[test]
+fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
+    for profile in contract::Profile::ALL {
+        let world = World::new(profile);
+        let mut reborn = world.ready();
+        assert_eq!(reborn.on(Event::State(world.state(9)), NOW), [request(0)]);
+        assert_eq!(reborn.on(Event::Tick, NOW), [request(0)], "the request is repeated each tick");
+        assert_eq!(reborn.on(Event::Past(world.page(0, 4)), NOW), [request(4)]);
+        assert_eq!(reborn.on(Event::Past(world.page(2, 2)), NOW), [], "an old page brings nothing");
+        assert_eq!(reborn.on(Event::Past(world.page(4, 5)), NOW), [Effect::PublishMap]);
+        assert_eq!(reborn.map().unwrap().cells, world.undisturbed(9).cells);
+        assert_eq!(reborn.map().unwrap().through, Some(Decision(9)));
+        assert_eq!(reborn.map().unwrap().observation(), world.undisturbed(9).observation());
+    }
+}
+
+#[test]
+fn gradients_of_profile_hopper_come_from_seen_cells_only() {
+    let world = World::new(contract::Profile::Hopper);
+    let mut altered = World::new(contract::Profile::Hopper);
+    let map = world.undisturbed(3);
+    for (index, ground) in altered.terrain.cells.iter_mut().enumerate() {
+        if map.cells[index].is_none() {
+            ground.height_m += 1.0;
+        }
+        ground.gradient = [9.0, 9.0];
+    }
+    assert_eq!(altered.undisturbed(3).cells, map.cells, "what is unseen leaks into no gradient");
+}
+
+#[test]
+fn a_map_is_published_again_for_those_who_missed_it() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    cartographer.on(Event::State(world.state(0)), NOW);
+    assert_eq!(cartographer.on(Event::Tick, NOW.plus_ns(REPUBLISH_NS - 1)), []);
+    assert_eq!(cartographer.on(Event::Tick, NOW.plus_ns(REPUBLISH_NS)), [Effect::PublishMap]);
+}
+
+#[test]
+fn an_older_state_or_another_run_changes_nothing() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    for decision in 0..3 {
+        cartographer.on(Event::State(world.state(decision)), NOW);
+    }
+    let before = cartographer.map().unwrap().clone();
+    assert_eq!(cartographer.on(Event::State(world.state(1)), NOW), []);
+    let foreign = State { run: RunId(8), ..world.state(1) };
+    assert_eq!(cartographer.on(Event::State(foreign), NOW), []);
+    assert_eq!(cartographer.map().unwrap(), &before);
+}
+
+#[test]
+fn a_new_run_drops_all_that_was_known() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    for decision in 0..5 {
+        cartographer.on(Event::State(world.state(decision)), NOW);
+    }
+    cartographer.on(Event::Brief(Brief { run: RunId(8), ..world.brief }), NOW);
+    assert_eq!(cartographer.map().unwrap().seen_cells(), 0);
+    cartographer.on(Event::Terrain(RunId(8), world.terrain.clone()), NOW);
+    let first = State { run: RunId(8), ..world.state(0) };
+    assert_eq!(cartographer.on(Event::State(first), NOW), [Effect::PublishMap]);
+    assert_eq!(cartographer.map().unwrap().cells, world.undisturbed(0).cells);
+}
+
+#[test]
+fn the_end_of_the_mission_is_reported_once() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    let end = State { status: Status::LeftMap, ..world.state(0) };
+    let effects = cartographer.on(Event::State(end), NOW);
+    assert_eq!(effects, [Effect::PublishMap, Effect::Finished(Status::LeftMap)]);
+    assert_eq!(cartographer.on(Event::State(end), NOW), []);
+    assert_eq!(cartographer.seen(), (RUN, Decision(0), Status::LeftMap));
+}

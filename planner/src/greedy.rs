@@ -1,0 +1,44 @@
+//! The planner that looks one hop ahead (the paper's greedy method).
+
+use contract::{Action, Direction, Name, Profile};
+
+use crate::belief::Belief;
+use crate::payoff::LandingPayoff;
+use crate::tie::first_best;
+use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+
+/// Hops towards the neighbour in the map with the largest payoff; ties go to the first of north, east,
+/// south, west.
+///
+/// In profile `hopper` it never hops towards ground known to be impassable. Without a neighbour to go
+/// to it holds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Greedy;
+
+impl Planner for Greedy {
+    fn name(&self) -> Name {
+        algorithm::name("greedy")
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let Situation { brief, map, state } = *situation;
+        let here = state.pose.cell;
+        if here == brief.goal {
+            return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        let payoff = LandingPayoff::new(brief);
+        let belief = Belief::new(brief, map);
+        let payoffs = Direction::ALL.map(|direction| {
+            let cell = brief.grid.hop(here, direction);
+            let ground = belief.ground(cell);
+            let eligible = brief.grid.contains(here)
+                && brief.grid.contains(cell)
+                && (ground.passable || brief.profile == Profile::Paper2023);
+            eligible.then(|| payoff.of(cell, ground))
+        });
+        match first_best(payoffs, 0.0) {
+            Some(direction) => Plan::at_once(Action::Hop(direction), PlanStatus::Solved),
+            None => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! The policy that values imply, with a total order among equals.
+
+use contract::{Action, Cell, PolicyCell};
+
+use super::model::{Model, Node};
+use super::value_iteration::tolerance;
+use crate::tie::first_best;
+
+/// Actions whose values lie within δ of the best count as equal, and the first of north, east, south,
+/// west is taken. δ is ten times the error tolerance / (1 − γ) that a solved value can have: 1e-6 at
+/// γ = 0.99.
+#[must_use]
+pub fn tie_tolerance(model: &Model) -> f64 {
+    10.0 * tolerance(model) / (1.0 - model.discount)
+}
+
+/// The action at a node: hold wherever nothing is left to decide.
+#[must_use]
+pub fn action(model: &Model, values: &[f64], node: usize) -> Action {
+    if model.nodes[node] != Node::Free {
+        return Action::Hold;
+    }
+    first_best(model.action_values(values, node).map(Some), tie_tolerance(model))
+        .map_or(Action::Hold, Action::Hop)
+}
+
+/// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
+#[must_use]
+pub fn cells(model: &Model, values: &[f64]) -> Vec<PolicyCell> {
+    let policy_cell = |cell: Cell| match model.node(cell) {
+        Some(node) => PolicyCell { action: action(model, values, node), value: values[node] },
+        None => PolicyCell { action: Action::Hold, value: 0.0 },
+    };
+    model.grid().iter().map(policy_cell).collect()
+}

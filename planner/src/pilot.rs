@@ -1,0 +1,294 @@
+//! The state machine of a planner process: when to plan, for which term to speak, when to step back.
+//!
+//! A pilot answers a state only when state and map are of one run and one decision. It speaks for the
+//! term in force if it leads, and for the next term if it may take over: nobody leads yet, it was told
+//! to (once), its predecessor is known to be dead, or the leader's heartbeat stands still. hopper-sim
+//! decides; a pilot that lost the race reads so from the next state.
+
+use contract::roster::SILENCE_NS;
+use contract::{
+    Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, Name, ObservedMap, RobotId, Roster, RunId,
+    State, Status, Term,
+};
+
+use crate::{Plan, PlanStatus, Situation};
+
+/// An unanswered command is sent again after this long.
+pub const RESEND_NS: u64 = 10_000_000;
+
+/// Who this planner is, and what it may presume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Commission {
+    /// The robot.
+    pub robot: RobotId,
+    /// This life.
+    pub incarnation: Incarnation,
+    /// This process; 0 in lockstep.
+    pub pid: u32,
+    /// The algorithm.
+    pub planner: Name,
+    /// Take the next term from a living leader, once.
+    pub takeover: bool,
+    /// A process known to be dead: its term may be taken at once.
+    pub succeeds_pid: Option<u32>,
+}
+
+/// What a pilot hears.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// The brief; one of a new run drops all that was known.
+    Brief(Brief),
+    /// The state.
+    State(State),
+    /// The observed map.
+    Map(ObservedMap),
+    /// A sign of life.
+    Heartbeat(Heartbeat),
+    /// The plan that was asked for, with the moments at which planning began and ended.
+    Planned(Plan, MonotonicNs, MonotonicNs),
+    /// Time passes.
+    Tick,
+}
+
+/// What a pilot wants done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Plan for [`Pilot::situation`], then report [`Event::Planned`].
+    Plan,
+    /// Send the command.
+    Send(Command),
+    /// This planner now commands, under the given term.
+    Leads(Term),
+    /// Another planner commands now; this one stands by.
+    StepsBack(Term),
+    /// The mission is over.
+    Finished(Status),
+}
+
+/// What was planned last; the term is filled in when it is sent.
+#[derive(Clone, Copy, Debug)]
+struct Planned {
+    command: Command,
+    sent: MonotonicNs,
+}
+
+/// Commands one robot, or stands by.
+#[derive(Debug)]
+pub struct Pilot {
+    commission: Commission,
+    brief: Option<Brief>,
+    state: Option<State>,
+    map: Option<ObservedMap>,
+    roster: Roster,
+    /// When the present leader was first heard of as such.
+    leader_since: MonotonicNs,
+    takeover: bool,
+    leads: bool,
+    /// The decision for which a plan was asked and has not been reported.
+    planning: Option<(RunId, Decision)>,
+    planned: Option<Planned>,
+    finished: bool,
+}
+
+impl Pilot {
+    /// A pilot who knows nothing yet.
+    #[must_use]
+    pub fn new(commission: Commission) -> Self {
+        Self {
+            commission,
+            brief: None,
+            state: None,
+            map: None,
+            roster: Roster::default(),
+            leader_since: MonotonicNs(0),
+            takeover: commission.takeover,
+            leads: false,
+            planning: None,
+            planned: None,
+            finished: false,
+        }
+    }
+
+    /// Takes note of `event` at `now` and says what is to be done.
+    pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
+        let mut effects = Vec::new();
+        match event {
+            Event::Brief(brief) => self.brief(brief),
+            Event::State(state) => self.state(state, now, &mut effects),
+            Event::Map(map) => self.map(map),
+            Event::Heartbeat(beat) => self.roster.observe(beat, now),
+            Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
+            Event::Tick => self.resend(now, &mut effects),
+        }
+        self.plan(now, &mut effects);
+        effects
+    }
+
+    /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
+    #[must_use]
+    pub fn situation(&self) -> Option<Situation<'_>> {
+        match (&self.brief, &self.state, &self.map) {
+            (Some(brief), Some(state), Some(map))
+                if brief.run == state.run
+                    && map.run == state.run
+                    && map.through == Some(state.decision)
+                    && !state.status.is_over() =>
+            {
+                Some(Situation { brief, map, state })
+            }
+            _ => None,
+        }
+    }
+
+    /// The run, decision and status last seen, for the heartbeat.
+    #[must_use]
+    pub fn seen(&self) -> (RunId, Decision, Status) {
+        match (&self.brief, &self.state) {
+            (Some(brief), Some(state)) if brief.run == state.run => (state.run, state.decision, state.status),
+            _ => (RunId::default(), Decision(0), Status::Underway),
+        }
+    }
+
+    /// Whether this planner is in command.
+    #[must_use]
+    pub fn leads(&self) -> bool {
+        self.leads
+    }
+
+    /// What is missing, if anything.
+    #[must_use]
+    pub fn waits_for(&self) -> Option<&'static str> {
+        let (Some(brief), Some(state)) = (&self.brief, &self.state) else {
+            return Some("hopper-sim: no brief or no state yet");
+        };
+        if brief.run != state.run {
+            return Some("hopper-sim: brief and state of one run");
+        }
+        let behind = self.map.as_ref().is_none_or(|map| map.run != state.run);
+        (behind && !state.status.is_over()).then_some("perception: no map of this run yet")
+    }
+
+    fn brief(&mut self, brief: Brief) {
+        if self.brief.is_none_or(|known| known.run != brief.run) {
+            self.planned = None;
+            self.finished = false;
+            self.leads = false;
+        }
+        self.brief = Some(brief);
+    }
+
+    fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let known = self.state.filter(|known| known.run == state.run);
+        if state.robot != self.commission.robot || known.is_some_and(|known| state.decision < known.decision) {
+            return;
+        }
+        if known.is_none_or(|known| known.leader != state.leader) {
+            self.leader_since = now;
+        }
+        self.state = Some(state);
+        let led = self.leads;
+        self.leads = state.leader.incarnation == self.commission.incarnation;
+        if self.leads && !led {
+            self.takeover = false;
+            effects.push(Effect::Leads(state.leader.term));
+        }
+        if led && !self.leads {
+            effects.push(Effect::StepsBack(state.leader.term));
+        }
+        if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run) {
+            self.finished = true;
+            effects.push(Effect::Finished(state.status));
+        }
+    }
+
+    fn map(&mut self, map: ObservedMap) {
+        let old = |known: &ObservedMap| known.run == map.run && map.through < known.through;
+        if map.robot == self.commission.robot && !self.map.as_ref().is_some_and(old) {
+            self.map = Some(map);
+        }
+    }
+
+    /// The term this pilot may speak for at `now`; `None` while it stands by.
+    fn term(&self, now: MonotonicNs) -> Option<Term> {
+        let leader = self.state?.leader;
+        if leader.incarnation == self.commission.incarnation {
+            return Some(leader.term);
+        }
+        let vacant = leader.term == Term(0);
+        let bereft = self.commission.succeeds_pid.is_some_and(|pid| pid == leader.pid);
+        (vacant || self.takeover || bereft || self.leader_is_silent(now)).then(|| leader.term.next())
+    }
+
+    fn leader_is_silent(&self, now: MonotonicNs) -> bool {
+        let leader = self.state.map_or(Incarnation(0), |state| state.leader.incarnation);
+        let heard = self.roster.peer(leader).map_or(self.leader_since, |peer| peer.advanced);
+        now.since_ns(heard.max(self.leader_since)) > SILENCE_NS
+    }
+
+    fn planned_for(&self) -> Option<(RunId, Decision)> {
+        self.planned.map(|planned| (planned.command.run, planned.command.decision))
+    }
+
+    /// Asks for a plan if one is due.
+    fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let Some(state) = self.situation().map(|situation| *situation.state) else { return };
+        let due = (state.run, state.decision);
+        if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
+            return;
+        }
+        self.planning = Some(due);
+        effects.push(Effect::Plan);
+    }
+
+    fn planned(
+        &mut self,
+        plan: &Plan,
+        started: MonotonicNs,
+        ended: MonotonicNs,
+        now: MonotonicNs,
+        effects: &mut Vec<Effect>,
+    ) {
+        let asked = self.planning.take();
+        let Some(situation) = self.situation() else { return };
+        if asked != Some((situation.state.run, situation.state.decision)) {
+            return;
+        }
+        let command = Command {
+            run: situation.state.run,
+            robot: self.commission.robot,
+            decision: situation.state.decision,
+            term: Term(0),
+            action: plan.action,
+            observation: situation.map.observation(),
+            planner: self.commission.planner,
+            incarnation: self.commission.incarnation,
+            pid: self.commission.pid,
+            work: plan.work,
+            cut: plan.status == PlanStatus::Cut,
+            sensed: situation.map.sensed,
+            map_published: situation.map.published,
+            planning_started: started,
+            planning_ended: ended,
+        };
+        self.planned = Some(Planned { command, sent: now });
+        self.send(now, effects);
+    }
+
+    /// Sends what was planned for the decision that is due, under the term that may be spoken for.
+    fn send(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let Some(term) = self.term(now) else { return };
+        let Some(state) = self.situation().map(|situation| *situation.state) else { return };
+        if self.planned_for() != Some((state.run, state.decision)) {
+            return;
+        }
+        let Some(planned) = &mut self.planned else { return };
+        planned.sent = now;
+        effects.push(Effect::Send(Command { term, ..planned.command }));
+    }
+
+    fn resend(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        if self.planned.is_some_and(|planned| now.since_ns(planned.sent) >= RESEND_NS) {
+            self.send(now, effects);
+        }
+    }
+}

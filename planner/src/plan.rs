@@ -1,0 +1,72 @@
+//! What a planner is given, what it answers, and the trait that every algorithm implements.
+
+use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
+
+/// Everything a decision may depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// What was known before the mission.
+    pub brief: &'a Brief,
+    /// What has been seen, the present pose folded in.
+    pub map: &'a ObservedMap,
+    /// Where the mission stands.
+    pub state: &'a State,
+}
+
+/// How much work a plan may take, counted, so that a cut plan repeats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Budget {
+    /// Most units of the algorithm's own work (sweeps, expansions); `None` for no bound.
+    pub work_max: Option<u64>,
+}
+
+/// What kind of answer a plan is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanStatus {
+    /// The algorithm ran to its own end.
+    Solved,
+    /// The budget ran out; the action is the best so far.
+    Cut,
+    /// No chain of hops over ground not known to be impassable leads to the goal; the action is to hold.
+    Infeasible,
+}
+
+/// The answer to one situation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// What to do.
+    pub action: Action,
+    /// What kind of answer it is.
+    pub status: PlanStatus,
+    /// Work done, in the algorithm's own units.
+    pub work: u64,
+    /// Residual max |V − TV| of an independent last sweep, in units of payoff; 0 where nothing was solved.
+    pub residual: f64,
+}
+
+impl Plan {
+    /// A plan that took no search.
+    #[must_use]
+    pub fn at_once(action: Action, status: PlanStatus) -> Self {
+        Self { action, status, work: 0, residual: 0.0 }
+    }
+}
+
+/// A planning algorithm.
+///
+/// # Law
+/// The plan is a function of the situation and the budget alone, bit for bit: what a planner keeps
+/// between calls may save time, never change an answer. A planner restarted with nothing decides as
+/// the one that died would have.
+pub trait Planner: Send {
+    /// The name it is asked for by, one of [`crate::ALGORITHMS`].
+    fn name(&self) -> Name;
+
+    /// Decides what to do.
+    fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan;
+
+    /// Policy behind the last plan, if the algorithm has one: cells in index order.
+    fn policy(&self) -> Option<Vec<PolicyCell>> {
+        None
+    }
+}

@@ -1,0 +1,144 @@
+//! The planner process: shared memory and clock around the [`Pilot`].
+
+use std::collections::VecDeque;
+
+use contract::{Policy, RobotId, Role, Roster};
+use node::peer::{Farewell, Patience, PeerArgs, TICK, accept, waits_for};
+use node::{Exit, Failure, Instance, Node, crash_point};
+
+use crate::pilot::{Commission, Effect, Event, Pilot};
+use crate::{Budget, Planner, algorithm};
+
+/// Points at which a test may kill this process: see [`node::crash_point`].
+pub const CRASH_POINTS: &[&str] =
+    &["planner.joined", "planner.map_received", "planner.planned", "planner.sent"];
+
+/// Arguments of `planner` and of `hopper planner`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    peer: PeerArgs,
+    /// Algorithm: mdp, greedy, or hold.
+    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    algorithm: String,
+    /// Take over from a living planner with the first command, once. Without it this planner stands by
+    /// until the one in command dies or hangs.
+    #[arg(long)]
+    takeover: bool,
+    /// Take over at once if the planner in command is this process, which is known to be dead.
+    #[arg(long, hide = true)]
+    succeeds_pid: Option<u32>,
+}
+
+/// Runs the process until the mission ends.
+///
+/// # Errors
+/// If the algorithm is unknown, shared memory fails, or nobody came within `--wait`.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let robot = RobotId(0);
+    let mut planner =
+        algorithm(&args.algorithm).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    let instance = Instance::new(&args.peer.instance)?;
+    let mut node = Node::join(&instance, Role::Planner, planner.name())?;
+    if args.peer.lifeline {
+        node.hold_lifeline();
+    }
+    node.listen(&contract::service::map(robot))?;
+    let mut briefs = node.brief_reader()?;
+    let mut states = node.state_reader(robot)?;
+    let mut maps = node.map_reader(robot)?;
+    let commands = node.command_writer(robot)?;
+    let mut policies = None;
+    let mut residual = 0.0;
+    crash_point("planner.joined");
+    tracing::info!("joined instance {:?} as {}", args.peer.instance, planner.name());
+
+    let joined = Node::now();
+    let mut pilot = Pilot::new(Commission {
+        robot,
+        incarnation: node.incarnation(),
+        pid: node.pid(),
+        planner: planner.name(),
+        takeover: args.takeover,
+        succeeds_pid: args.succeeds_pid,
+    });
+    let mut roster = Roster::default();
+    let mut patience = Patience::new(args.peer.wait);
+    let mut farewell = Farewell::new(args.peer.stay);
+    loop {
+        node.wait(TICK);
+        if node.stop_requested().is_some() {
+            return Ok(Exit::Interrupted);
+        }
+        let mut effects = VecDeque::new();
+        for beat in node.heartbeats().into_iter().flatten() {
+            roster.observe(beat, Node::now());
+            effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
+        }
+        if let Some(brief) = accept(briefs.newest()) {
+            policies = Some(node.policy_writer(robot, brief.grid.cells())?);
+            effects.extend(pilot.on(Event::Brief(brief), Node::now()));
+        }
+        if let Some(state) = accept(states.newest()) {
+            effects.extend(pilot.on(Event::State(state), Node::now()));
+        }
+        if let Some(map) = accept(maps.newest()) {
+            crash_point("planner.map_received");
+            effects.extend(pilot.on(Event::Map(map), Node::now()));
+        }
+        effects.extend(pilot.on(Event::Tick, Node::now()));
+        while let Some(effect) = effects.pop_front() {
+            match effect {
+                Effect::Plan => {
+                    let (further, reached) = plan(&mut pilot, planner.as_mut());
+                    effects.extend(further);
+                    residual = reached;
+                }
+                Effect::Send(command) => {
+                    commands.publish(&command)?;
+                    crash_point("planner.sent");
+                    if let Some(policies) = policies.as_mut().filter(|policies| policies.has_readers())
+                        && let Some(policy) = policy(&pilot, planner.as_ref(), residual)
+                    {
+                        policies.publish(&policy)?;
+                    }
+                }
+                Effect::Leads(term) => tracing::info!("in command, term {term}"),
+                Effect::StepsBack(term) => tracing::info!("another planner commands, term {term}: standing by"),
+                Effect::Finished(status) => farewell.mission_ended(status, Node::now()),
+            }
+        }
+        commands.idle()?;
+        let now = Node::now();
+        let (run, decision, status) = pilot.seen();
+        node.beat(run, decision, status)?;
+        patience.check(waits_for(pilot.waits_for(), status.is_over(), &roster, now, joined), now)?;
+        if farewell.is_due(now) {
+            return Ok(Exit::Done);
+        }
+    }
+}
+
+/// Plans between two readings of the clock; gives the plan's residual beside what is to be done.
+fn plan(pilot: &mut Pilot, planner: &mut dyn Planner) -> (Vec<Effect>, f64) {
+    let Some(situation) = pilot.situation() else { return (Vec::new(), 0.0) };
+    let started = Node::now();
+    let plan = planner.plan(&situation, &Budget::default());
+    let ended = Node::now();
+    crash_point("planner.planned");
+    let residual = plan.residual;
+    (pilot.on(Event::Planned(plan, started, ended), ended), residual)
+}
+
+/// The policy behind the command just sent, for the eye.
+fn policy(pilot: &Pilot, planner: &dyn Planner, residual: f64) -> Option<Policy> {
+    let situation = pilot.situation()?;
+    Some(Policy {
+        run: situation.state.run,
+        robot: situation.state.robot,
+        decision: situation.state.decision,
+        planner: planner.name(),
+        residual,
+        cells: planner.policy()?,
+    })
+}

@@ -1,0 +1,12 @@
+//! The planners held to the model, to their law, and to the paper's tables.
+
+#![allow(clippy::unwrap_used, reason = "clippy knows #[test] functions, not what they call")]
+
+mod certificate;
+mod greedy;
+mod independence;
+mod law;
+mod paper_table;
+mod profile;
+mod rows;
+mod world;

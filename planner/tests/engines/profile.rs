@@ -1,0 +1,74 @@
+//! What profile `hopper` does better.
+
+use contract::{Action, Cell, Profile, Soil, Status};
+use planner::{PlanStatus, algorithm};
+
+use crate::world::{Soils, World};
+
+#[test]
+fn on_a_large_map_no_value_is_so_low_that_losing_the_hopper_looks_better() {
+    // With a fixed price of −300 the plan for a far corner was to jump off the map.
+    let side = 60;
+    let world = World::flat(side, Cell::new(1, 2), Cell::new(58, 58), Profile::Hopper);
+    let mut planner = algorithm("mdp").unwrap();
+    let plan = world.plan(&mut *planner, &world.unseen(), world.brief.start);
+    assert_eq!(plan.status, PlanStatus::Solved);
+    let policy = planner.policy().unwrap();
+    for start in world.brief.grid.iter() {
+        let mut cell = start;
+        for _ in 0..4 * side {
+            if let Action::Hop(direction) = policy[world.brief.grid.index(cell).unwrap()].action {
+                cell = world.brief.grid.hop(cell, direction);
+                assert!(world.brief.grid.contains(cell), "from {start} the policy leaves the map");
+            }
+        }
+        assert_eq!(cell, world.brief.goal, "from {start} the policy does not arrive");
+    }
+}
+
+#[test]
+fn the_policy_never_means_to_land_on_known_impassable_ground() {
+    for seed in 0..40 {
+        for profile in Profile::ALL {
+            let world = World::random(seed, profile);
+            let mut planner = algorithm("mdp").unwrap();
+            let plan = world.plan(&mut *planner, &world.seen(), world.brief.start);
+            let Some(policy) = planner.policy() else { continue };
+            let grid = &world.brief.grid;
+            let Action::Hop(direction) = plan.action else { panic!("a way exists: {plan:?}") };
+            assert_eq!(plan.action, policy[grid.index(world.brief.start).unwrap()].action);
+            let towards = grid.hop(world.brief.start, direction);
+            if let Some(ground) = world.ground(towards) {
+                assert!(ground.passable, "world {seed}: {} -> {towards}", world.brief.start);
+            }
+        }
+    }
+}
+
+#[test]
+fn unseen_soil_is_that_of_the_majority_of_the_seen_in_hopper_and_hard_in_the_paper() {
+    let world = World::paper(Soils::Sandy, [1.0, 0.0], Profile::Hopper);
+    let soil = |profile, sandy_cells: usize, hard_cells: usize| {
+        let mut brief = world.brief;
+        brief.profile = profile;
+        let mut map = world.unseen();
+        let with = |soil| Some(contract::Ground { soil, ..contract::Ground::FLAT });
+        map.cells[..sandy_cells].fill(with(Soil::Sand));
+        map.cells[sandy_cells..sandy_cells + hard_cells].fill(with(Soil::Hard));
+        planner::belief::Belief::new(&brief, &map).unseen.soil
+    };
+    assert_eq!(soil(Profile::Hopper, 5, 4), Soil::Sand);
+    assert_eq!(soil(Profile::Hopper, 5, 5), Soil::Hard);
+    assert_eq!(soil(Profile::Hopper, 0, 0), Soil::Hard);
+    assert_eq!(soil(Profile::Paper2023, 5, 4), Soil::Hard);
+}
+
+#[test]
+fn on_hard_ground_no_mission_of_profile_hopper_fails() {
+    // The clairvoyant bound is 100.00 %.
+    let world = World::paper(Soils::Hard, [1.0, 0.0], Profile::Hopper);
+    let mut planner = algorithm("mdp").unwrap();
+    for seed in 0..100 {
+        assert_eq!(world.fly(&mut *planner, seed, |_, _| ()).status, Status::Goal, "seed {seed}");
+    }
+}

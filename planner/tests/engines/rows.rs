@@ -1,0 +1,147 @@
+//! Payoffs and Bellman's right-hand side against numbers worked out by hand.
+
+use contract::{Cell, Decision, Grid, Ground, Profile, Range, Soil, Weights};
+use planner::Situation;
+use planner::mdp::model::{LOSS, Model};
+use planner::payoff::LandingPayoff;
+
+use crate::world::World;
+
+/// 3 × 3 cells seen, start in the south-west, goal in the north-east, the middle on sand.
+fn nine_cells(profile: Profile) -> World {
+    let grid = Grid::new(3, 3, 1.0, 1).unwrap();
+    let mut cells = vec![Ground::FLAT; 9];
+    cells[4] = Ground { height_m: 0.5, gradient: [0.06, -0.08], soil: Soil::Sand, passable: true };
+    let weights = Weights { safety: 2.0, information: 4.0, distance: 10.0 };
+    let mut world = World::new(grid, cells, (Cell::new(0, 0), Cell::new(2, 2)), weights, profile);
+    world.brief.priors.safety = Range { min: -0.1, max: 4.9 };
+    world.brief.priors.height_m = Range { min: -0.5, max: 1.5 };
+    world
+}
+
+fn model(world: &World) -> Model {
+    let (map, state) = (world.seen(), world.state(world.brief.start, Decision(0), 0));
+    Model::new(&Situation { brief: &world.brief, map: &map, state: &state })
+}
+
+#[track_caller]
+fn close(got: f64, need: f64) {
+    assert!((got - need).abs() <= 1e-12 * need.abs().max(1.0), "need {need}, got {got}");
+}
+
+#[test]
+fn the_payoff_is_the_weighted_sum_of_the_paper() {
+    let world = nine_cells(Profile::Paper2023);
+    let payoff = LandingPayoff::new(&world.brief);
+    let of = |x, y| payoff.of(Cell::new(x, y), world.ground(Cell::new(x, y)).unwrap());
+    // Flat hard ground: S = (0 + 0.1)/5, I = 0.5/2. D = −1 at the start, −1/2 in the middle.
+    close(of(0, 0), 2.0 * 0.02 + 4.0 * 0.25 - 10.0);
+    close(of(2, 1), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 8_f64.sqrt());
+    // |∇h| = 0.1 on sand, T = −5: S = (−0.1 + 5 + 0.1)/5 = 1. Height 0.5: I = 0.5.
+    close(of(1, 1), 2.0 + 4.0 * 0.5 - 5.0);
+    close(of(2, 2), 100.0);
+}
+
+#[test]
+fn in_profile_hopper_safety_is_the_slope_alone() {
+    let mut world = nine_cells(Profile::Hopper);
+    let middle = Cell::new(1, 1);
+    let of = |world: &World| LandingPayoff::new(&world.brief).of(middle, world.ground(middle).unwrap());
+    // The range of −|∇h| − T is 5 wide with T = −5; the rest is the slopes': none.
+    close(of(&world), 2.0 * (1.0 - 0.1 / 5.0) + 4.0 * 0.5 - 5.0);
+    // 5.2 wide, 0.2 of which are the slopes'.
+    world.brief.priors.safety = Range { min: -0.2, max: 5.0 };
+    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0);
+    // Whichever sign the brief gives T.
+    world.brief.payoff.sand_term = 5.0;
+    world.brief.priors.safety = Range { min: -5.2, max: 0.0 };
+    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0);
+}
+
+#[test]
+fn a_start_on_the_goal_has_no_distance_to_lose() {
+    let mut world = nine_cells(Profile::Paper2023);
+    world.brief.start = world.brief.goal;
+    close(LandingPayoff::new(&world.brief).of(Cell::new(0, 0), &Ground::FLAT), 2.0 * 0.02 + 4.0 * 0.25);
+}
+
+#[test]
+fn leaving_the_map_counts_as_staying_in_the_paper_and_as_a_loss_in_hopper() {
+    for profile in Profile::ALL {
+        let world = nine_cells(profile);
+        let model = model(&world);
+        let corner = model.node(Cell::new(0, 0)).unwrap();
+        let values: Vec<f64> = (0..25).map(f64::from).collect();
+        let worth = |x, y| {
+            let node = model.node(Cell::new(x, y)).unwrap();
+            model.payoffs[node] + values[node]
+        };
+        let left = match profile {
+            Profile::Paper2023 => worth(0, 0),
+            Profile::Hopper => LOSS + model.payoffs[corner] / (1.0 - 0.99),
+        };
+        // North, east, south, west from the corner, on hard flat ground.
+        let need = [
+            0.99 * (0.9 * worth(0, 1) + 0.05 * left + 0.05 * worth(1, 0)),
+            0.99 * (0.9 * worth(1, 0) + 0.05 * worth(0, 1) + 0.05 * left),
+            0.99 * (0.9 * left + 0.05 * worth(1, 0) + 0.05 * left),
+            0.99 * (0.9 * left + 0.05 * left + 0.05 * worth(0, 1)),
+        ];
+        for (got, need) in model.action_values(&values, corner).into_iter().zip(need) {
+            close(got, need);
+        }
+    }
+}
+
+#[test]
+fn a_hop_from_sand_takes_two_periods() {
+    let world = nine_cells(Profile::Paper2023);
+    let model = model(&world);
+    let middle = model.node(Cell::new(1, 1)).unwrap();
+    let worth = |x, y| model.payoffs[model.node(Cell::new(x, y)).unwrap()];
+    // Values 0; slope 0.06 to the east, so t = atan(0.06)/(π/6) forwards, and for the sideways slips
+    // of a hop east the slope to the south, 0.08, on its right.
+    let t = 0.06_f64.atan() / std::f64::consts::FRAC_PI_6;
+    let t_right = 0.08_f64.atan() / std::f64::consts::FRAC_PI_6;
+    let next = 0.7 * (1.0 - t) * worth(2, 1)
+        + (0.7 * t + 0.1) * worth(1, 1)
+        + 0.1 * (1.0 - t_right) * worth(1, 2)
+        + 0.1 * (1.0 + t_right) * worth(1, 0);
+    close(model.action_values(&[0.0; 25], middle)[1], 0.99 * (worth(1, 1) + 0.99 * next));
+}
+
+#[test]
+fn landing_on_impassable_ground_or_at_the_goal_ends_the_life() {
+    let mut world = nine_cells(Profile::Paper2023);
+    world.cells[5].passable = false;
+    let model = model(&world);
+    let south_of_goal = model.node(Cell::new(2, 1)).unwrap();
+    assert!(model.free().all(|node| node != south_of_goal));
+    let west_of_goal = model.node(Cell::new(1, 2)).unwrap();
+    let middle = model.node(Cell::new(1, 1)).unwrap();
+    let values = [1000.0; 25];
+    // East from (1, 2): the goal ahead counts 100 and nothing after; left leaves, so stays; right is the middle.
+    let here = model.payoffs[west_of_goal] + 1000.0;
+    close(
+        model.action_values(&values, west_of_goal)[1],
+        0.99 * (0.9 * 100.0 + 0.05 * here + 0.05 * (model.payoffs[middle] + 1000.0)),
+    );
+    close(model.worth(&values, south_of_goal), model.loss);
+}
+
+#[test]
+fn only_the_lattice_of_the_goal_is_modelled() {
+    let grid = Grid::new(8, 7, 0.5, 3).unwrap();
+    let weights = Weights { safety: 0.0, information: 0.0, distance: 10.0 };
+    let corners = (Cell::new(1, 0), Cell::new(4, 3));
+    let world = World::new(grid, vec![Ground::FLAT; 56], corners, weights, Profile::Hopper);
+    let model = model(&world);
+    let cells: Vec<Cell> = model.free().map(|node| model.cell(node)).collect();
+    let need = [(1, 0), (4, 0), (7, 0), (1, 3), (7, 3), (1, 6), (4, 6), (7, 6)];
+    assert_eq!(cells, need.map(|(x, y)| Cell::new(x, y)));
+    for node in model.free() {
+        assert_eq!(model.node(model.cell(node)), Some(node));
+    }
+    assert_eq!(model.node(Cell::new(2, 0)), None);
+    assert_eq!(model.node(Cell::new(10, 0)), None);
+}

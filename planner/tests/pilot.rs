@@ -1,0 +1,226 @@
+//! The pilot: who may speak, for which decision, under which term.
+
+use contract::roster::SILENCE_NS;
+use contract::{
+    Action, Brief, Cell, Command, Decision, Digest, Direction, Heartbeat, Incarnation, Leader, MonotonicNs, Name,
+    ObservedMap, Pose, RobotId, Role, RunId, State, Status, Term, Timing,
+};
+use planner::pilot::{Commission, Effect, Event, Pilot, RESEND_NS};
+use planner::{Plan, PlanStatus};
+
+const RUN: RunId = RunId(7);
+const ME: Incarnation = Incarnation(1);
+const OTHER: Incarnation = Incarnation(2);
+
+fn name(text: &str) -> Name {
+    text.parse().unwrap()
+}
+
+fn at(ns: u64) -> MonotonicNs {
+    MonotonicNs(ns)
+}
+
+fn brief() -> Brief {
+    Brief { run: RUN, ..scenario::load("hard").unwrap().resolve().unwrap().brief }
+}
+
+fn pilot(takeover: bool) -> Pilot {
+    let mut pilot = Pilot::new(Commission {
+        robot: RobotId(0),
+        incarnation: ME,
+        pid: 11,
+        planner: name("mdp"),
+        takeover,
+        succeeds_pid: None,
+    });
+    assert_eq!(pilot.on(Event::Brief(brief()), at(0)), []);
+    pilot
+}
+
+fn state(decision: u64, term: u64, leader: Incarnation) -> State {
+    State {
+        run: RUN,
+        robot: RobotId(0),
+        decision: Decision(decision),
+        steps: 0,
+        status: Status::Underway,
+        leader: Leader { term: Term(term), incarnation: leader, pid: leader.0 as u32 + 10, planner: name("mdp") },
+        pose: Pose { cell: Cell::new(1, 2), height_m: 0.0 },
+        last: None,
+        digest: Digest::default(),
+        landed: at(0),
+        published: at(0),
+        last_timing: Timing::default(),
+    }
+}
+
+fn map(decision: u64) -> ObservedMap {
+    ObservedMap { through: Some(Decision(decision)), ..ObservedMap::unseen(RUN, RobotId(0), brief().grid) }
+}
+
+fn planned() -> Event {
+    let plan = Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, residual: 0.0 };
+    Event::Planned(plan, at(1), at(2))
+}
+
+/// The terms under which commands were sent.
+fn sent(effects: &[Effect]) -> Vec<(u64, u64)> {
+    effects
+        .iter()
+        .filter_map(|effect| match effect {
+            Effect::Send(Command { decision, term, .. }) => Some((decision.0, term.0)),
+            _ => None,
+        })
+        .collect()
+}
+
+fn beat(of: Incarnation, counter: u64) -> Event {
+    Event::Heartbeat(Heartbeat {
+        role: Role::Planner,
+        incarnation: of,
+        pid: 12,
+        version: Name::NONE,
+        planner: Name::NONE,
+        counter,
+        run: RUN,
+        decision: Decision(0),
+        status: Status::Underway,
+    })
+}
+
+#[test]
+fn nobody_decides_before_state_and_map_are_of_one_decision() {
+    let mut pilot = pilot(false);
+    assert_eq!(pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0)), []);
+    assert_eq!(pilot.on(Event::Map(map(2)), at(0)), []);
+    assert!(pilot.waits_for().is_none());
+    assert_eq!(pilot.on(Event::Map(map(3)), at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(2))), [(3, 1)]);
+}
+
+#[test]
+fn a_map_that_comes_before_its_state_is_kept() {
+    let mut pilot = pilot(false);
+    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), []);
+    assert_eq!(pilot.on(Event::State(state(1, 0, Incarnation(0))), at(0)), [Effect::Plan]);
+}
+
+#[test]
+fn a_map_of_another_run_is_not_planned_on() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 0, Incarnation(0))), at(0));
+    let foreign = ObservedMap { run: RunId(8), ..map(0) };
+    assert_eq!(pilot.on(Event::Map(foreign), at(0)), []);
+}
+
+#[test]
+fn the_leader_repeats_its_command_until_the_state_moves_on() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 4, ME)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 4)]);
+    assert_eq!(sent(&pilot.on(Event::Tick, at(RESEND_NS - 1))), []);
+    assert_eq!(sent(&pilot.on(Event::Tick, at(RESEND_NS))), [(0, 4)]);
+    assert_eq!(sent(&pilot.on(Event::Tick, at(2 * RESEND_NS))), [(0, 4)]);
+    pilot.on(Event::State(state(1, 4, ME)), at(2 * RESEND_NS));
+    assert_eq!(sent(&pilot.on(Event::Tick, at(9 * RESEND_NS))), [], "the old command is never sent again");
+}
+
+#[test]
+fn a_stand_by_stays_silent_while_the_leader_beats() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    for beats in 1..20 {
+        let now = at(beats * SILENCE_NS / 2);
+        assert_eq!(pilot.on(beat(OTHER, beats), now), []);
+        assert_eq!(pilot.on(Event::Tick, now), []);
+    }
+}
+
+#[test]
+fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(beat(OTHER, 1), at(0));
+    pilot.on(beat(OTHER, 1), at(SILENCE_NS));
+    assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS)), []);
+    assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS + 1)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(SILENCE_NS + 1))), [(0, 5)]);
+    let effects = pilot.on(Event::State(state(1, 5, ME)), at(SILENCE_NS + 2));
+    assert_eq!(effects, [Effect::Leads(Term(5))]);
+}
+
+#[test]
+fn a_takeover_fires_once() {
+    let mut pilot = pilot(true);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
+    // The rival was faster with decision 0: the next is tried for.
+    pilot.on(Event::State(state(1, 4, OTHER)), at(0));
+    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(1, 5)]);
+    assert_eq!(pilot.on(Event::State(state(2, 5, ME)), at(0)), [Effect::Leads(Term(5))]);
+    // Deposed: it stands by, its right is spent.
+    assert_eq!(pilot.on(Event::State(state(3, 6, OTHER)), at(0)), [Effect::StepsBack(Term(6))]);
+    assert_eq!(pilot.on(Event::Map(map(3)), at(0)), []);
+    assert_eq!(pilot.on(Event::Tick, at(0)), []);
+}
+
+#[test]
+fn a_planner_woken_after_its_term_passed_steps_back_and_sends_nothing() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 1, ME)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(planned(), at(0));
+    let awake = at(10 * SILENCE_NS);
+    pilot.on(beat(OTHER, 5), awake);
+    assert_eq!(pilot.on(Event::State(state(4, 2, OTHER)), awake), [Effect::StepsBack(Term(2))]);
+    assert_eq!(pilot.on(Event::Map(map(4)), awake), []);
+    assert_eq!(pilot.on(Event::Tick, awake), []);
+}
+
+#[test]
+fn the_successor_of_a_dead_process_takes_its_term_at_once_but_nobody_elses() {
+    let commission = Commission {
+        robot: RobotId(0),
+        incarnation: ME,
+        pid: 11,
+        planner: name("mdp"),
+        takeover: false,
+        succeeds_pid: Some(12),
+    };
+    let mut pilot = Pilot::new(commission);
+    pilot.on(Event::Brief(brief()), at(0));
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan], "pid 12 led, and is dead");
+    pilot.on(Event::State(state(1, 5, Incarnation(3))), at(0));
+    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [], "a third planner was faster");
+}
+
+#[test]
+fn a_plan_for_a_decision_that_has_passed_is_dropped() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 1, ME)), at(0));
+    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan]);
+    pilot.on(Event::State(state(1, 1, ME)), at(0));
+    assert_eq!(pilot.on(planned(), at(0)), []);
+    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [Effect::Plan]);
+}
+
+#[test]
+fn a_new_run_is_started_from_nothing_and_the_end_is_reported_once() {
+    let mut pilot = pilot(false);
+    let end = State { status: Status::Goal, ..state(5, 1, ME) };
+    assert_eq!(pilot.on(Event::State(end), at(0)), [Effect::Leads(Term(1)), Effect::Finished(Status::Goal)]);
+    assert_eq!(pilot.on(Event::State(end), at(0)), []);
+    let next = Brief { run: RunId(8), ..brief() };
+    pilot.on(Event::Brief(next), at(0));
+    assert!(pilot.waits_for().is_some());
+    let fresh = State { run: RunId(8), ..state(0, 0, Incarnation(0)) };
+    pilot.on(Event::State(fresh), at(0));
+    let map = ObservedMap { run: RunId(8), ..map(0) };
+    assert_eq!(pilot.on(Event::Map(map), at(0)), [Effect::Plan]);
+}

@@ -1,0 +1,150 @@
+//! The output folder of a mission: how it came about, what happened, and a picture.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use contract::{Decision, Pose, Record, RobotId};
+use hopper_sim::History;
+use node::{Exit, Failure};
+use perception::Observation;
+use planner::{Budget, Situation};
+use report::{Picture, Summary};
+use scenario::World;
+use serde::Serialize;
+
+/// The folder.
+#[derive(Debug)]
+pub struct Outbox {
+    dir: PathBuf,
+}
+
+/// How the results came about.
+#[derive(Serialize)]
+struct Provenance<'a> {
+    version: &'a str,
+    commit: &'a str,
+    processor: String,
+    cores: usize,
+    operating_system: String,
+    command: Vec<String>,
+    scenario_hash: String,
+    seed: u64,
+}
+
+impl Outbox {
+    /// Opens `dir`, or a new folder under `out/` named after the scenario, and writes down the
+    /// resolved scenario and the provenance.
+    ///
+    /// # Errors
+    /// If the folder cannot be written.
+    pub fn open(dir: Option<PathBuf>, world: &World, seed: u64) -> Result<Self, Failure> {
+        let dir = dir.unwrap_or_else(|| fresh_folder(world.brief.scenario.as_str(), seed));
+        std::fs::create_dir_all(&dir).map_err(|error| {
+            Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
+        })?;
+        let outbox = Self { dir };
+        outbox.write("scenario.toml", &world.resolved)?;
+        let provenance = Provenance {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("HOPPER_COMMIT"),
+            processor: node::host::processor(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            operating_system: node::host::operating_system(),
+            command: std::env::args().collect(),
+            scenario_hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            seed,
+        };
+        outbox.write("provenance.json", &serde_json::to_string_pretty(&provenance).map_err(Failure::run)?)?;
+        Ok(outbox)
+    }
+
+    /// The folder itself.
+    #[must_use]
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Where the journal lives.
+    #[must_use]
+    pub fn journal_dir(&self) -> PathBuf {
+        self.dir.join("journal")
+    }
+
+    /// Draws the mission from its journal, and completes the summary with what the map shows.
+    ///
+    /// # Errors
+    /// If the journal cannot be read or the picture not be written.
+    pub fn illustrate(&self, world: &World, summary: &mut Summary) -> Result<(), Failure> {
+        let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
+        let run = history.header().run();
+        let records: Vec<Record> =
+            history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
+        let brief = contract::Brief { run, ..world.brief };
+        let robot = RobotId(0);
+
+        let mut observation = Observation::unseen(&brief, robot);
+        let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
+        let start = Pose { cell: brief.start, height_m };
+        let poses = std::iter::once(start).chain(records.iter().map(|record| record.pose));
+        for (decision, pose) in poses.enumerate() {
+            observation.fold(&brief, &world.terrain, pose, Decision(decision as u64));
+        }
+        let map = observation.map();
+        summary.coverage = Some(map.coverage());
+
+        let last_pose = records.last().map_or(start, |record| record.pose);
+        let policy = records.last().and_then(|last| {
+            let mut planner = planner::algorithm(last.leader.planner.as_str()).ok()?;
+            let state = last.state_after(brief.run, last.timing.committed, last.timing.committed);
+            planner.plan(&Situation { brief: &brief, map, state: &state }, &Budget::default());
+            planner.policy()
+        });
+        let picture = Picture {
+            brief: &brief,
+            terrain: &world.terrain.cells,
+            map,
+            policy: policy.as_deref(),
+            route: &records,
+            outcome: summary.outcome,
+            sensing_radius_m: Some(perception::radius_m(&brief.sensor, last_pose.height_m)),
+        };
+        self.write("mission.svg", &picture.svg().map_err(Failure::run)?)?;
+        summary.artifacts = self.artifacts();
+        Ok(())
+    }
+
+    /// Writes the summary down.
+    ///
+    /// # Errors
+    /// If the folder cannot be written.
+    pub fn keep(&self, summary: &Summary) -> Result<(), Failure> {
+        self.write("summary.json", &serde_json::to_string_pretty(summary).map_err(Failure::run)?)
+    }
+
+    fn artifacts(&self) -> BTreeMap<String, PathBuf> {
+        [
+            ("picture", "mission.svg"),
+            ("summary", "summary.json"),
+            ("scenario", "scenario.toml"),
+            ("provenance", "provenance.json"),
+            ("journal", "journal"),
+        ]
+        .map(|(name, file)| (name.to_owned(), self.dir.join(file)))
+        .into()
+    }
+
+    fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
+        let path = self.dir.join(file);
+        std::fs::write(&path, text)
+            .map_err(|error| Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display())))
+    }
+}
+
+/// The first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.
+fn fresh_folder(scenario: &str, seed: u64) -> PathBuf {
+    let base = Path::new("out").join(format!("{scenario}-{seed}"));
+    if !base.exists() {
+        return base;
+    }
+    (2..).map(|n| base.with_file_name(format!("{scenario}-{seed}-{n}"))).find(|dir| !dir.exists()).unwrap_or(base)
+}

@@ -1,0 +1,122 @@
+//! `hopper run`: a mission from start to end, as four processes or in lockstep.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use contract::{Brief, Name, Status};
+use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
+use hopper_sim::{History, Mission};
+use node::{Exit, Failure, Node};
+use report::{Summary, SummaryBuilder};
+use scenario::World;
+
+use crate::lockstep::{self, Crew};
+use crate::outbox::Outbox;
+use crate::supervisor;
+
+/// Arguments of `hopper run`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    pub(crate) mission: MissionArgs,
+    /// Algorithm of the planner: mdp, greedy, or hold.
+    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    pub(crate) planner: String,
+    /// Instance to run as; processes of different instances never meet.
+    #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
+    pub(crate) instance: String,
+    /// Folder for journal, summary and picture; one that holds this mission's journal is resumed
+    /// [default: a new folder under out/].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Run the same machines in one thread, without shared memory; the digest is the same.
+    #[arg(long, conflicts_with_all = ["instance", "pace"])]
+    pub(crate) lockstep: bool,
+    /// Let those planners command which this journal tells of, each for its decisions.
+    #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
+    pub(crate) planners_from: Option<PathBuf>,
+    /// Exit with code 3 if a decision missed its budget.
+    #[arg(long)]
+    pub(crate) strict_budget: bool,
+    /// How long to hold for help by hand when a process keeps dying, before the mission is stopped.
+    #[arg(long, default_value = "60s", value_parser = humantime::parse_duration, value_name = "DURATION")]
+    pub(crate) patience: Duration,
+    /// Form of the summary on standard output.
+    #[arg(long, default_value = "text")]
+    pub(crate) format: report::Format,
+}
+
+/// Flies the mission and prints its summary.
+///
+/// # Errors
+/// If the arguments, the scenario or the output folder are at fault, or the processes cannot run.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    planner::algorithm(&args.planner).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    let world = args.mission.world()?;
+    let outbox = Outbox::open(args.out.clone(), &world, args.mission.seed)?;
+    let (mut summary, interrupted) = if args.lockstep {
+        (in_lockstep(args, &world, &outbox)?, false)
+    } else {
+        supervisor::fly(args, &outbox)?
+    };
+    outbox.illustrate(&world, &mut summary)?;
+    outbox.keep(&summary)?;
+    print_summary(&summary, args.format)?;
+    Ok(exit(&summary, args.strict_budget, interrupted))
+}
+
+fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
+    if interrupted {
+        Exit::Interrupted
+    } else if summary.outcome != Status::Goal {
+        Exit::Failed
+    } else if strict_budget && summary.latency.misses > 0 {
+        Exit::Threshold
+    } else {
+        Exit::Done
+    }
+}
+
+fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, Failure> {
+    let crew = crew(args)?;
+    let mut journal = open_journal(&outbox.journal_dir(), world, args.mission.seed, false)?;
+    if !journal.is_empty() {
+        return Err(Failure::new(
+            Exit::Usage,
+            format!(
+                "--lockstep needs a fresh output folder, got {} with {} decisions: name another with --out",
+                outbox.dir().display(),
+                journal.len()
+            ),
+        ));
+    }
+    let brief = Brief { run: journal.header().run(), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: args.mission.seed };
+    let mut summary = SummaryBuilder::new(&brief, args.mission.seed);
+    let mut failed = None;
+    let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |record| {
+        summary.record(record);
+        if let Err(error) = journal.append(record) {
+            failed.get_or_insert(error);
+        }
+    })
+    .map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    match failed {
+        Some(error) => Err(Failure::run(error)),
+        None => Ok(summary.build(&flown.state, &flown.refusals)),
+    }
+}
+
+fn crew(args: &Args) -> Result<Crew, Failure> {
+    let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
+    match &args.planners_from {
+        Some(dir) => {
+            let history = History::open(dir).map_err(|error| usage(&error))?;
+            Crew::from_records(history.records()).map_err(|error| usage(&error))
+        }
+        None => {
+            let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;
+            Ok(Crew::single(planner))
+        }
+    }
+}

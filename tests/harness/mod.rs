@@ -1,0 +1,235 @@
+//! Real processes under test: each test has an instance and a folder of its own, and leaves nothing behind.
+
+#![allow(dead_code, reason = "each test binary uses its part of the harness")]
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// Nothing here waits longer; a test that gets this far has failed.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// An instance with its folder; dropping it kills its processes and checks what they left.
+pub struct Mission {
+    pub name: String,
+    dir: tempfile::TempDir,
+    checked: bool,
+}
+
+impl Mission {
+    /// A fresh instance named after `test`.
+    pub fn new(test: &str) -> Self {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+        let count = COUNTER.fetch_add(1, Ordering::Relaxed);
+        let name = format!("{test}-{}-{count}", std::process::id());
+        Self { name, dir: tempfile::tempdir().unwrap(), checked: false }
+    }
+
+    /// The folder of this mission.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.dir.path().join(file)
+    }
+
+    pub fn journal(&self) -> PathBuf {
+        self.path("journal")
+    }
+
+    /// `hopper WORDS`, in the mission's folder.
+    pub fn hopper(&self, words: &[&str]) -> Command {
+        let mut command = hopper(words);
+        command.current_dir(self.dir.path());
+        command
+    }
+
+    /// Starts `hopper ROLE --instance …` with further `words`.
+    pub fn start(&self, role: &str, words: &[&str]) -> Process {
+        self.start_with(role, words, &[])
+    }
+
+    /// Starts a role with environment variables, e.g. a crash point.
+    pub fn start_with(&self, role: &str, words: &[&str], environment: &[(&str, &str)]) -> Process {
+        let mut command = self.hopper(&[role, "--instance", &self.name]);
+        if role == "sim" {
+            command.args(["--journal", "journal", "--format", "json"]);
+        }
+        command.args(words).envs(environment.iter().copied());
+        Process::spawn(role, command, self.dir.path())
+    }
+
+    /// Starts perception, planner and monitor.
+    pub fn start_peers(&self) -> Vec<Process> {
+        ["perception", "planner", "monitor"].map(|role| self.start(role, &[])).into()
+    }
+
+    /// Reads the journal through `hopper journal verify`.
+    pub fn verified(&self) -> Value {
+        verify(&self.journal())
+    }
+
+    /// Decisions in the journal so far; 0 while there is none.
+    pub fn decisions(&self) -> u64 {
+        if !self.journal().join("hops.journal").exists() {
+            return 0;
+        }
+        let output = self.hopper(&["journal", "verify", "journal", "--format", "json"]).output().unwrap();
+        serde_json::from_slice::<Value>(&output.stdout).ok().and_then(|value| value["decisions"].as_u64()).unwrap_or(0)
+    }
+
+    /// Waits until the journal holds `count` decisions.
+    pub fn await_decisions(&self, count: u64) {
+        eventually(&format!("{count} decisions in {}", self.name), || self.decisions() >= count);
+    }
+
+    /// Nothing of the instance may be left in shared memory.
+    pub fn assert_nothing_left(&mut self) {
+        self.checked = true;
+        let left = self.leftovers();
+        assert!(left.is_empty(), "{} left {left:?} in shared memory", self.name);
+    }
+
+    fn leftovers(&self) -> Vec<PathBuf> {
+        let root = node::Instance::new(&self.name).unwrap().root().to_path_buf();
+        let prefix = root.file_name().unwrap().to_string_lossy().into_owned();
+        std::fs::read_dir(root.parent().unwrap())
+            .unwrap()
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)))
+            .collect()
+    }
+}
+
+impl Drop for Mission {
+    fn drop(&mut self) {
+        // Tests that kill leave files by design: they are removed the documented way, then none may stay.
+        if !self.checked {
+            let _ = hopper(&["doctor", "--clean", "--instance", &self.name]).output();
+        }
+        let left = self.leftovers();
+        if !std::thread::panicking() {
+            assert!(left.is_empty(), "doctor --clean left {left:?} of {}", self.name);
+        }
+    }
+}
+
+/// `hopper WORDS`, free of the caller's settings.
+pub fn hopper(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hopper"));
+    command.args(words).env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(Stdio::null());
+    command
+}
+
+/// A process that is killed when the test ends.
+pub struct Process {
+    pub role: String,
+    child: Child,
+    dir: PathBuf,
+    tag: u32,
+}
+
+impl Process {
+    pub fn spawn(role: &str, mut command: Command, dir: &Path) -> Self {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+        let tag = COUNTER.fetch_add(1, Ordering::Relaxed);
+        let file = |stream: &str| File::create(dir.join(format!("{role}-{tag}.{stream}"))).unwrap();
+        let child = command.stdout(file("out")).stderr(file("err")).spawn().unwrap();
+        Self { role: role.into(), child, dir: dir.into(), tag }
+    }
+
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    pub fn signal(&self, signal: rustix::process::Signal) {
+        let pid = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(pid, signal).unwrap();
+    }
+
+    /// kill -9, and the corpse is buried.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    pub fn has_ended(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().unwrap()
+    }
+
+    /// Waits for the end; the exit code, or −1 for a signal.
+    pub fn code(&mut self) -> i32 {
+        let since = Instant::now();
+        loop {
+            if let Some(status) = self.has_ended() {
+                return status.code().unwrap_or(-1);
+            }
+            assert!(since.elapsed() < PATIENCE, "{} did not end; it says:\n{}", self.role, self.log());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn stream(&self, stream: &str) -> String {
+        std::fs::read_to_string(self.dir.join(format!("{}-{}.{stream}", self.role, self.tag))).unwrap_or_default()
+    }
+
+    /// What it wrote to standard error.
+    pub fn log(&self) -> String {
+        self.stream("err")
+    }
+
+    /// What it wrote to standard output.
+    pub fn out(&self) -> String {
+        self.stream("out")
+    }
+
+    /// The JSON object it wrote to standard output.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out()).unwrap_or_else(|error| panic!("{error} in {:?}\n{}", self.out(), self.log()))
+    }
+
+    /// Waits until its log holds `text`.
+    pub fn await_log(&self, text: &str) {
+        eventually(&format!("{:?} in the log of {}", text, self.role), || self.log().contains(text));
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Waits until `claim` holds.
+pub fn eventually(what: &str, mut claim: impl FnMut() -> bool) {
+    let since = Instant::now();
+    while !claim() {
+        assert!(since.elapsed() < PATIENCE, "waited {PATIENCE:?} for {what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// `hopper journal verify DIR --format json`.
+pub fn verify(journal: &Path) -> Value {
+    let output =
+        hopper(&["journal", "verify", &journal.to_string_lossy(), "--format", "json"]).output().unwrap();
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+}
+
+/// The undisturbed mission: summary of `hopper run --lockstep`.
+pub fn lockstep(words: &[&str]) -> Value {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let mut command = hopper(&["run", "--lockstep", "--format", "json", "--out", &out.to_string_lossy()]);
+    let output = command.args(words).output().unwrap();
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+}
+
+/// Standard error of a finished command.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}

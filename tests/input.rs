@@ -1,0 +1,92 @@
+//! Bad input gets one clear error and an exit code, never a panic or a hang.
+
+mod harness;
+
+use harness::{hopper, stderr};
+
+/// Runs `hopper WORDS`, which must fail with `code` and say all of `says`, in few lines.
+fn refuses(words: &[&str], code: i32, says: &[&str]) {
+    let output = hopper(words).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{words:?}: {text}");
+    assert!(output.stdout.is_empty(), "{words:?} wrote data: {}", String::from_utf8_lossy(&output.stdout));
+    for part in says {
+        assert!(text.contains(part), "{words:?} does not say {part:?}: {text}");
+    }
+    assert!(!text.contains("panicked"), "{words:?}: {text}");
+    assert!(text.lines().count() <= 12, "{words:?} is not one clear error: {text}");
+}
+
+/// P-FLAGS: flags.
+#[test]
+fn bad_flags_are_usage_errors() {
+    refuses(&["run", "--planner", "teleport"], 2, &["teleport", "mdp"]);
+    refuses(&["planner", "--algorithm", "teleport"], 2, &["teleport", "mdp"]);
+    refuses(&["run", "--profile", "teleport"], 2, &["paper-2023", "hopper"]);
+    refuses(&["run", "--pace", "-3"], 2, &["pace"]);
+    refuses(&["run", "--pace", "NaN"], 2, &["pace"]);
+    refuses(&["run", "--budget", "soon"], 2, &["budget"]);
+    refuses(&["run", "--seed", "x"], 2, &["seed"]);
+    refuses(&["run", "--lockstep", "--pace", "real"], 2, &["--lockstep"]);
+    refuses(&["run", "--nonsense"], 2, &["--nonsense"]);
+    refuses(&["run", "--instance", ""], 2, &["instance"]);
+    refuses(&["journal", "verify", "no/such/journal"], 2, &["no/such/journal"]);
+    refuses(&["run", "--lockstep", "--planners-from", "no/such/journal"], 2, &["no/such/journal"]);
+}
+
+/// P-SCENARIO: scenarios missing, cut short, of the wrong type, or out of range.
+#[test]
+fn bad_scenarios_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("bad.toml");
+    let path = file.to_str().unwrap();
+    refuses(&["run", "--lockstep", "--scenario", "no-such-scenario"], 2, &["no-such-scenario", "hard"]);
+    refuses(&["scenario", "check", "no-such.toml"], 2, &["no-such.toml"]);
+    let good = include_str!("../scenarios/hard.toml");
+    let cut = &good[..good.len() * 2 / 3];
+    for text in [cut, "", "goal = 3", "[truth]\nkind = 7", "\u{0}\u{1}"] {
+        std::fs::write(&file, text).unwrap();
+        refuses(&["scenario", "check", path], 2, &["bad.toml"]);
+        refuses(&["sim", "--scenario", path], 2, &["bad.toml"]);
+    }
+    std::fs::write(&file, [0xff, 0xfe, 0x00]).unwrap();
+    refuses(&["scenario", "check", path], 2, &["bad.toml"]);
+}
+
+/// P-TERRAIN: elevation models missing, cut short, or of another kind.
+#[test]
+fn bad_elevation_models_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    refuses(&["terrain", "check", "no/such.tif"], 2, &["no/such.tif"]);
+    refuses(&["terrain", "check", &write("empty.tif", b"")], 2, &["empty.tif"]);
+    refuses(&["terrain", "check", &write("text.tif", b"this is no elevation model")], 2, &["text.tif"]);
+    refuses(&["terrain", "check", &write("cut.tif", b"II*\0\x08\0\0\0\x05\0")], 2, &["cut.tif"]);
+    refuses(&["terrain", "check", &write("cut.asc", b"ncols 4\nnrows 4\n")], 2, &["cut.asc"]);
+    let huge = b"ncols 99999999\nnrows 99999999\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n";
+    refuses(&["terrain", "check", &write("huge.asc", huge)], 2, &["huge.asc"]);
+    refuses(&["run", "--lockstep", "--scenario", "mars", "--dem", "no/such.tif"], 2, &["no/such.tif"]);
+}
+
+/// P-OUT: an output folder that cannot be made.
+#[test]
+fn an_output_folder_that_cannot_be_made_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let inside = file.join("out");
+    refuses(&["run", "--lockstep", "--out", inside.to_str().unwrap()], 2, &["--out"]);
+}
+
+/// P-PIPE: a closed standard output is an error, not a panic.
+#[test]
+fn a_closed_standard_output_is_no_panic() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = hopper(&["scenario", "schema"]).stdout(writer).output().unwrap();
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+}

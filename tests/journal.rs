@@ -1,0 +1,134 @@
+//! hopper-sim on journals that are finished, foreign, torn or damaged.
+
+mod harness;
+
+use harness::{Mission, Process, hopper, stderr};
+use serde_json::Value;
+
+/// Flies a whole mission into the mission's `journal`, in lockstep.
+fn flown(mission: &Mission, seed: &str) -> Value {
+    let output = mission
+        .hopper(&["run", "--lockstep", "--out", ".", "--format", "json", "--seed", seed])
+        .output()
+        .unwrap();
+    serde_json::from_slice(&output.stdout).expect(&stderr(&output))
+}
+
+fn journal_file(mission: &Mission) -> std::path::PathBuf {
+    mission.journal().join("hops.journal")
+}
+
+/// P-FINISHED: started on a finished journal, it serves the end and exits with the outcome.
+#[test]
+fn a_finished_journal_is_served_to_late_comers() {
+    let mut mission = Mission::new("finished");
+    let flown = flown(&mission, "31");
+    let mut peers = mission.start_peers();
+    let mut sim = mission.start("sim", &["--seed", "31"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!(sim.json()["digest"], flown["digest"]);
+    assert_eq!(sim.json()["decisions"], flown["decisions"], "nothing more is executed");
+    for peer in &mut peers {
+        assert_eq!(peer.code(), 0, "{}", peer.log());
+    }
+    mission.assert_nothing_left();
+}
+
+/// P-FINISHED: with nobody there it lingers and ends all the same.
+#[test]
+fn a_finished_journal_with_nobody_there_ends_after_its_linger() {
+    let mission = Mission::new("alone");
+    flown(&mission, "31");
+    let mut sim = mission.start("sim", &["--seed", "31", "--linger", "200ms"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+}
+
+/// P-FOREIGN: a journal of another seed, scenario or profile is refused, naming field, need and got.
+#[test]
+fn a_foreign_journal_is_refused_by_name() {
+    let mission = Mission::new("foreign");
+    flown(&mission, "31");
+    for (words, field, got) in [
+        (&["--seed", "32"][..], "seed", "31"),
+        (&["--seed", "31", "--scenario", "sandy"], "scenario", "hard"),
+        (&["--seed", "31", "--profile", "hopper"], "scenario", "hard"),
+        (&["--seed", "31", "--budget", "1s"], "scenario", "hard"),
+    ] {
+        let mut sim = mission.start("sim", words);
+        assert_eq!(sim.code(), 2, "{}", sim.log());
+        assert!(sim.log().contains(field) && sim.log().contains(got), "{words:?}: {}", sim.log());
+    }
+}
+
+/// P-TORN: a torn tail is cut, and the mission goes on to the undisturbed digest.
+#[test]
+fn a_torn_journal_is_cut_and_resumed() {
+    let whole = Mission::new("whole");
+    let digest = flown(&whole, "33")["digest"].clone();
+    let bytes = std::fs::read(journal_file(&whole)).unwrap();
+    for cut in [bytes.len() - 1, bytes.len() - 200, bytes.len() / 2, bytes.len() / 3] {
+        let mission = Mission::new("torn");
+        std::fs::create_dir_all(mission.journal()).unwrap();
+        std::fs::write(journal_file(&mission), &bytes[..cut]).unwrap();
+        let _peers = mission.start_peers();
+        let mut sim = mission.start("sim", &["--seed", "33"]);
+        assert_eq!(sim.code(), 0, "cut at {cut}: {}", sim.log());
+        assert_eq!(sim.json()["digest"], digest, "cut at {cut}");
+        assert_eq!(mission.verified()["duplicates"], 0);
+    }
+}
+
+/// P-DAMAGE: damage before the tail is refused, by hopper-sim and by `journal verify`.
+#[test]
+fn a_damaged_journal_is_refused() {
+    let mission = Mission::new("damaged");
+    flown(&mission, "33");
+    let mut bytes = std::fs::read(journal_file(&mission)).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x40;
+    std::fs::write(journal_file(&mission), bytes).unwrap();
+    let mut sim = mission.start("sim", &["--seed", "33"]);
+    assert_eq!(sim.code(), 2, "{}", sim.log());
+    let verify = hopper(&["journal", "verify", mission.journal().to_str().unwrap()]).output().unwrap();
+    assert_eq!(verify.status.code(), Some(2), "{}", stderr(&verify));
+}
+
+/// P-LOCK: a journal in use is refused, naming its holder.
+#[test]
+fn a_journal_in_use_is_refused_naming_its_holder() {
+    let mission = Mission::new("locked");
+    let first = mission.start("sim", &[]);
+    first.await_log("joined");
+    let command = mission.hopper(&["sim", "--instance", &format!("{}-b", mission.name), "--journal", "journal"]);
+    let mut second = Process::spawn("second", command, &mission.path(""));
+    assert_eq!(second.code(), 4, "{}", second.log());
+    assert!(second.log().contains(&first.pid().to_string()), "{}", second.log());
+    let _ = hopper(&["doctor", "--clean", "--instance", &format!("{}-b", mission.name)]).output();
+}
+
+/// P-LOCKSTEP-FRESH: lockstep never writes behind another run's records.
+#[test]
+fn lockstep_refuses_a_folder_that_holds_a_journal() {
+    let mission = Mission::new("again");
+    flown(&mission, "31");
+    let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "31"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
+}
+
+/// P-VERIFY: verify and show give programs what they need.
+#[test]
+fn verify_and_show_agree_with_the_summary() {
+    let mission = Mission::new("verify");
+    let summary = flown(&mission, "31");
+    let verified = mission.verified();
+    for field in ["decisions", "digest", "outcome"] {
+        assert_eq!(verified[field], summary[field], "{field}");
+    }
+    assert_eq!(verified["contiguous"], true);
+    let output = hopper(&["journal", "show", mission.journal().to_str().unwrap(), "--format", "json"]).output().unwrap();
+    let shown: Value = serde_json::from_slice(&output.stdout).expect(&stderr(&output));
+    let records = shown["records"].as_array().unwrap();
+    assert_eq!(records.len() as u64, summary["decisions"].as_u64().unwrap());
+    assert_eq!(records.last().unwrap()["digest"], summary["digest"]);
+}

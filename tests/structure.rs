@@ -1,0 +1,140 @@
+//! The invariants of ARCHITECTURE.md, stated as absences and read from the sources.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    let path = root().join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Every Rust file below `folder`, tests and benches included.
+fn sources(folder: &str) -> Vec<PathBuf> {
+    let mut folders = vec![root().join(folder)];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    assert!(!files.is_empty(), "{folder} holds no sources");
+    files
+}
+
+/// Code lines of a file, comments left out.
+fn code(path: &Path) -> String {
+    read(path).lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// The names under `[dependencies]` of a package.
+fn dependencies(package: &str) -> BTreeSet<String> {
+    let manifest = read(format!("{package}/Cargo.toml"));
+    let section = manifest.split("[dependencies]").nth(1).expect("a package has dependencies");
+    let section = section.split("\n[").next().unwrap_or("");
+    section.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| !name.is_empty()).map(Into::into).collect()
+}
+
+#[test]
+fn the_planner_never_depends_on_truth() {
+    let known = dependencies("planner");
+    for stranger in ["hopper-sim", "perception", "terrain", "scenario"] {
+        assert!(!known.contains(stranger), "planner depends on {stranger}");
+    }
+    for file in sources("planner/src") {
+        assert!(!code(&file).to_lowercase().contains("truth"), "{} names truth", file.display());
+        assert!(!code(&file).contains("terrain_reader"), "{} reads the terrain", file.display());
+    }
+}
+
+#[test]
+fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
+    for (package, strangers) in
+        [("perception", ["hopper-sim", "planner", "motion"]), ("hopper-sim", ["perception", "planner", "monitor"])]
+    {
+        for stranger in strangers {
+            assert!(!dependencies(package).contains(stranger), "{package} depends on {stranger}");
+        }
+    }
+}
+
+#[test]
+fn only_node_uses_iceoryx2() {
+    for package in [".", "hopper-sim", "perception", "planner", "monitor"] {
+        assert!(!dependencies(package).contains("iceoryx2"), "{package}");
+    }
+    for entry in std::fs::read_dir(root().join("crates")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        assert_eq!(dependencies(&format!("crates/{name}")).contains("iceoryx2"), name == "node", "{name}");
+    }
+}
+
+#[test]
+fn engines_own_no_clock_no_port_and_no_unordered_map() {
+    let engines = ["crates/contract/src", "crates/motion/src", "planner/src", "perception/src", "hopper-sim/src", "monitor/src"];
+    for file in engines.iter().flat_map(|engine| sources(engine)) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let text = code(&file);
+        assert!(!text.contains("HashMap") && !text.contains("HashSet"), "{} iterates in no order", file.display());
+        if ["shell.rs", "main.rs", "display.rs"].contains(&name.as_str()) {
+            continue;
+        }
+        for clock in ["Instant::now", "SystemTime", "Node::now", "std::thread", "std::net"] {
+            assert!(!text.contains(clock), "{} uses {clock}", file.display());
+        }
+    }
+}
+
+#[test]
+fn only_one_module_knows_bincode() {
+    for file in ["src", "hopper-sim", "perception", "planner", "monitor", "crates"].iter().flat_map(|dir| sources(dir)) {
+        let codec = file.ends_with("hopper-sim/src/journal/codec.rs");
+        assert!(codec || !code(&file).contains("bincode::"), "{}", file.display());
+    }
+}
+
+#[test]
+fn every_promise_names_a_test_and_every_test_named_exists() {
+    let promises = read("PROMISES.md");
+    let tests: String = ["tests", "crates", "hopper-sim", "perception", "planner", "monitor"]
+        .iter()
+        .flat_map(|dir| sources(dir))
+        .map(|file| read(file))
+        .collect();
+    let rows: Vec<&str> = promises.lines().filter(|line| line.starts_with("| P-")).collect();
+    assert!(rows.len() >= 20, "{} promises", rows.len());
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let (id, names) = (cells[1], cells[3]);
+        let mut named = 0;
+        for name in names.split('`').skip(1).step_by(2) {
+            let function = name.rsplit("::").next().unwrap_or(name);
+            assert!(tests.contains(&format!("fn {function}(")), "{id} names {name}, which is no test");
+            named += 1;
+        }
+        assert!(named > 0, "{id} names no test");
+    }
+}
+
+#[test]
+fn every_path_that_the_architecture_names_exists() {
+    let text = read("ARCHITECTURE.md");
+    let mut paths = 0;
+    for quoted in text.split('`').skip(1).step_by(2) {
+        let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', '$']) && !quoted.starts_with("hop/")
+            && !quoted.starts_with("truth/") && !quoted.starts_with("/dev");
+        if is_path {
+            assert!(root().join(quoted).exists(), "ARCHITECTURE.md names {quoted}");
+            paths += 1;
+        }
+    }
+    assert!(paths > 20, "ARCHITECTURE.md is a map of {paths} paths");
+}

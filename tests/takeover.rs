@@ -1,0 +1,148 @@
+//! Planners swap while the hopper is in the field: no hop lost, none executed twice.
+
+mod harness;
+
+use harness::{Mission, eventually, lockstep, verify};
+use rustix::process::Signal;
+use serde_json::Value;
+
+/// Names in command, in order.
+fn commanders(summary: &Value) -> Vec<String> {
+    let planners = summary["planners"].as_array().unwrap();
+    planners.iter().map(|planner| planner["name"].as_str().unwrap().to_owned()).collect()
+}
+
+/// The journal is whole, and lockstep with the same planners repeats it.
+fn assert_exactly_once(mission: &Mission, digest: &Value, words: &[&str]) {
+    let verified = mission.verified();
+    assert_eq!(verified["contiguous"], true);
+    assert_eq!(verified["duplicates"], 0);
+    assert_eq!(&verified["digest"], digest);
+    let journal = mission.journal();
+    let mut again = vec!["--planners-from", journal.to_str().unwrap()];
+    again.extend(words);
+    assert_eq!(&lockstep(&again)["digest"], digest, "lockstep repeats the swapped mission");
+}
+
+/// P-SWAP: live swap both ways, repeated by lockstep bit for bit.
+#[test]
+fn a_planner_is_swapped_live_both_ways() {
+    for (first, second) in [("mdp", "greedy"), ("greedy", "mdp")] {
+        let mission = Mission::new("swap");
+        let words = ["--seed", "8"];
+        let mut sim = mission.start("sim", &["--seed", "8", "--pace", "25"]);
+        let _perception = mission.start("perception", &[]);
+        let mut old = mission.start("planner", &["--algorithm", first]);
+        let _monitor = mission.start("monitor", &[]);
+        mission.await_decisions(4);
+        let mut new = mission.start("planner", &["--algorithm", second, "--takeover"]);
+        new.await_log("in command");
+        old.await_log("standing by");
+        let code = sim.code();
+        let summary = sim.json();
+        assert_eq!(commanders(&summary), [first, second], "{summary}");
+        assert_eq!(summary["planners"][1]["term"], 2);
+        let (to, from) = (&summary["planners"][0]["to_decision"], &summary["planners"][1]["from_decision"]);
+        assert_eq!(to.as_u64().unwrap() + 1, from.as_u64().unwrap(), "no decision between the two");
+        assert_eq!(code == 0, summary["outcome"] == "goal");
+        assert_eq!((old.code(), new.code()), (0, 0));
+        assert_exactly_once(&mission, &summary["digest"], &words);
+    }
+}
+
+/// P-STANDBY: a second planner stands by, and takes over when the leader is killed.
+#[test]
+fn a_stand_by_takes_over_when_the_leader_is_killed() {
+    let mission = Mission::new("standby");
+    let words = ["--seed", "9"];
+    let mut sim = mission.start("sim", &["--seed", "9", "--pace", "40"]);
+    let _perception = mission.start("perception", &[]);
+    let mut leader = mission.start("planner", &[]);
+    leader.await_log("in command");
+    let standby = mission.start("planner", &["--algorithm", "greedy"]);
+    let _monitor = mission.start("monitor", &[]);
+    standby.await_log("joined");
+    mission.await_decisions(6);
+    assert!(!standby.log().contains("in command"), "{}", standby.log());
+    leader.kill();
+    sim.code();
+    let summary = sim.json();
+    assert_eq!(commanders(&summary), ["mdp", "greedy"], "{summary}");
+    assert_exactly_once(&mission, &summary["digest"], &words);
+}
+
+/// P-HANG: a stopped leader loses its term, wakes, and steps back without a hop of its own.
+#[test]
+fn a_stopped_leader_is_relieved_and_steps_back_when_it_wakes() {
+    let mission = Mission::new("stopped");
+    let words = ["--seed", "10"];
+    let mut sim = mission.start("sim", &["--seed", "10", "--pace", "20"]);
+    let _perception = mission.start("perception", &[]);
+    let leader = mission.start("planner", &[]);
+    leader.await_log("in command");
+    let standby = mission.start("planner", &["--algorithm", "greedy"]);
+    let _monitor = mission.start("monitor", &[]);
+    standby.await_log("joined");
+    mission.await_decisions(5);
+    leader.signal(Signal::STOP);
+    standby.await_log("in command");
+    leader.signal(Signal::CONT);
+    leader.await_log("standing by");
+    sim.code();
+    let summary = sim.json();
+    assert_eq!(commanders(&summary), ["mdp", "greedy"], "{summary}");
+    assert_exactly_once(&mission, &summary["digest"], &words);
+}
+
+/// P-RIVALS: two planners at once: one commands, the other stands by.
+#[test]
+fn of_two_planners_at_once_one_commands() {
+    let mission = Mission::new("rivals");
+    let _perception = mission.start("perception", &[]);
+    let _monitor = mission.start("monitor", &[]);
+    let rivals = [mission.start("planner", &[]), mission.start("planner", &[])];
+    rivals.iter().for_each(|rival| rival.await_log("joined"));
+    let mut sim = mission.start("sim", &["--seed", "11"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    let summary = sim.json();
+    assert_eq!(commanders(&summary), ["mdp"]);
+    assert_eq!(summary["planners"][0]["term"], 1);
+    assert_exactly_once(&mission, &summary["digest"], &["--seed", "11"]);
+}
+
+/// P-TAKEOVER-ONCE: two planners told to take over do not fight for the term without end.
+#[test]
+fn two_takeovers_do_not_fight_without_end() {
+    let mission = Mission::new("fight");
+    let mut sim = mission.start("sim", &["--seed", "12", "--pace", "50"]);
+    let _perception = mission.start("perception", &[]);
+    let _monitor = mission.start("monitor", &[]);
+    let planners = [
+        mission.start("planner", &[]),
+        mission.start("planner", &["--algorithm", "greedy", "--takeover"]),
+        mission.start("planner", &["--algorithm", "mdp", "--takeover"]),
+    ];
+    sim.code();
+    let summary = sim.json();
+    let terms = summary["planners"].as_array().unwrap().len();
+    assert!(terms <= planners.len(), "each takeover fires once: {summary}");
+    assert_exactly_once(&mission, &summary["digest"], &["--seed", "12"]);
+}
+
+/// P-SWAP-RUN: a planner joins a mission that `hopper run` started.
+#[test]
+fn a_planner_takes_over_a_mission_of_hopper_run() {
+    let mission = Mission::new("guest");
+    let name = mission.name.clone();
+    let mut command = mission.hopper(&["run", "--instance", &name, "--out", ".", "--pace", "25", "--format", "json"]);
+    command.args(["--seed", "13"]);
+    let mut run = harness::Process::spawn("run", command, &mission.path(""));
+    mission.await_decisions(3);
+    let mut guest = mission.start("planner", &["--algorithm", "greedy", "--takeover"]);
+    guest.await_log("in command");
+    run.code();
+    assert_eq!(commanders(&run.json()), ["mdp", "greedy"]);
+    assert_eq!(guest.code(), 0, "{}", guest.log());
+    eventually("the run's journal to be whole", || verify(&mission.journal())["contiguous"] == true);
+    assert_exactly_once(&mission, &run.json()["digest"], &["--seed", "13"]);
+}
