@@ -95,7 +95,9 @@ impl Outbox {
         let last_pose = records.last().map_or(start, |record| record.pose);
         let policy = records.last().and_then(|last| {
             let mut planner = planner::algorithm(last.leader.planner.as_str()).ok()?;
-            let state = last.state_after(brief.run, last.timing.committed, last.timing.committed);
+            let mut state = last.state_after(brief.run, last.timing.committed, last.timing.committed);
+            // A policy covers the map, but where the mission has ended there is nothing to plan for.
+            state.pose.cell = last.outcome.from;
             planner.plan(&Situation { brief: &brief, map, state: &state }, &Budget::default());
             planner.policy()
         });

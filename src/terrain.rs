@@ -37,8 +37,7 @@ pub struct Args {
 /// Exit code 2 with what is wrong with the file.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let Command::Check(args) = command;
-    let survey =
-        Survey::of_file(&args.file, args.crop, args.slope_limit.to_radians()).map_err(Failure::usage)?;
+    let survey = Survey::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
     let mut out = io::stdout().lock();
     let written = match args.format {
         Format::Text => write!(out, "{survey}"),

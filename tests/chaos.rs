@@ -94,19 +94,25 @@ fn hopper_run_restarts_whatever_dies() {
     let undisturbed = lockstep(&["--seed", "23"]);
     let mut mission = Mission::new("revive");
     let name = mission.name.clone();
-    let mut command = mission.hopper(&["run", "--instance", &name, "--out", ".", "--pace", "20", "--format", "json"]);
-    command.args(["--seed", "23"]);
-    let mut run = Process::spawn("run", command, &mission.path(""));
-    for (count, role) in (1..).zip(["planner", "perception", "sim", "monitor"]) {
-        mission.await_decisions(3 * count);
-        kill_child(run.pid(), role);
+    let run = |pace: &str| {
+        let mut command = mission.hopper(&["run", "--instance", &name, "--out", ".", "--format", "json"]);
+        command.args(["--seed", "23", "--pace", pace]);
+        Process::spawn("run", command, &mission.path(""))
+    };
+    let mut slow = run("1");
+    for (decisions, role) in (1..).zip(["planner", "perception", "sim", "monitor"]) {
+        mission.await_decisions(decisions);
+        kill_child(slow.pid(), role);
     }
-    assert_eq!(run.code(), 0, "{}", run.log());
-    let summary = run.json();
-    assert_eq!(summary["digest"], undisturbed["digest"]);
-    for process in summary["processes"].as_array().unwrap() {
+    mission.await_decisions(6);
+    slow.signal(rustix::process::Signal::TERM);
+    assert_eq!(slow.code(), 130, "{}", slow.log());
+    for process in slow.json()["processes"].as_array().unwrap() {
         assert_eq!(process["restarts"], 1, "{process}");
     }
+    let mut fast = run("max");
+    assert_eq!(fast.code(), 0, "{}", fast.log());
+    assert_eq!(fast.json()["digest"], undisturbed["digest"]);
     mission.assert_nothing_left();
 }
 

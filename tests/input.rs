@@ -23,7 +23,7 @@ fn bad_flags_are_usage_errors() {
     refuses(&["run", "--planner", "teleport"], 2, &["teleport", "mdp"]);
     refuses(&["planner", "--algorithm", "teleport"], 2, &["teleport", "mdp"]);
     refuses(&["run", "--profile", "teleport"], 2, &["paper-2023", "hopper"]);
-    refuses(&["run", "--pace", "-3"], 2, &["pace"]);
+    refuses(&["run", "--pace=-3"], 2, &["pace"]);
     refuses(&["run", "--pace", "NaN"], 2, &["pace"]);
     refuses(&["run", "--budget", "soon"], 2, &["budget"]);
     refuses(&["run", "--seed", "x"], 2, &["seed"]);

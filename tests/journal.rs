@@ -52,7 +52,6 @@ fn a_foreign_journal_is_refused_by_name() {
         (&["--seed", "32"][..], "seed", "31"),
         (&["--seed", "31", "--scenario", "sandy"], "scenario", "hard"),
         (&["--seed", "31", "--profile", "hopper"], "scenario", "hard"),
-        (&["--seed", "31", "--budget", "1s"], "scenario", "hard"),
     ] {
         let mut sim = mission.start("sim", words);
         assert_eq!(sim.code(), 2, "{}", sim.log());

@@ -166,9 +166,9 @@ fn an_interrupted_run_leaves_nothing_and_resumes() {
     let name = mission.name.clone();
     let run = ["--instance", &name, "--out", ".", "--format", "json", "--seed", "4"];
     let mut command = mission.hopper(&["run"]);
-    command.args(run).args(["--pace", "20"]);
+    command.args(run).args(["--pace", "0.5"]);
     let mut first = harness::Process::spawn("run", command, &mission.path(""));
-    mission.await_decisions(5);
+    mission.await_decisions(2);
     let children = children_of(first.pid());
     assert_eq!(children.len(), 4);
     first.signal(Signal::TERM);
@@ -187,10 +187,10 @@ fn an_interrupted_run_leaves_nothing_and_resumes() {
 #[test]
 fn a_run_that_is_killed_outright_leaves_no_child() {
     let mission = Mission::new("outright");
-    let mut command = mission.hopper(&["run", "--instance", &mission.name, "--out", ".", "--pace", "10"]);
+    let mut command = mission.hopper(&["run", "--instance", &mission.name, "--out", ".", "--pace", "0.5"]);
     command.args(["--seed", "4"]);
     let mut run = harness::Process::spawn("run", command, &mission.path(""));
-    mission.await_decisions(3);
+    mission.await_decisions(2);
     let children = children_of(run.pid());
     assert_eq!(children.len(), 4);
     run.kill();

@@ -14,9 +14,10 @@
 //! Nothing is known to the world before the journal holds it; what the journal holds is told again
 //! and again until the world has moved on.
 
+use contract::roster::SILENCE_NS;
 use contract::{
-    Command, Decision, Heartbeat, Leader, MonotonicNs, Outcome, Pose, Record, Refusal, RefusalCounts, Role,
-    Roster, State, Status, Timing,
+    Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose, Record, Refusal,
+    RefusalCounts, Role, Roster, State, Status, Timing,
 };
 
 use crate::dynamics::{Execution, execute};
@@ -26,6 +27,10 @@ use crate::{Mission, Pace, ROBOT};
 
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
 pub const REPUBLISH_NS: u64 = 100_000_000;
+
+/// How long a decision is at least kept for a planner that takes over, nanoseconds; twice the
+/// decision budget if that is longer.
+pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
 /// What the arbiter is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +72,15 @@ enum Phase {
     Flying(State),
 }
 
+/// A takeover that came too late for one decision, and for which the next is kept: without it, a slow
+/// planner would lose every race against a quick incumbent.
+#[derive(Clone, Copy, Debug)]
+struct Bid {
+    incarnation: Incarnation,
+    /// The decision that is kept.
+    decision: Decision,
+}
+
 /// Sole judge of commands and sole source of states.
 #[derive(Clone, Debug)]
 pub struct Arbiter {
@@ -75,6 +89,7 @@ pub struct Arbiter {
     linger_ns: u64,
     state: State,
     phase: Phase,
+    bid: Option<Bid>,
     /// When the current state was last published; `None` before the first time.
     sent: Option<MonotonicNs>,
     finished: bool,
@@ -124,6 +139,7 @@ impl Arbiter {
             linger_ns,
             state,
             phase: Phase::Resting,
+            bid: None,
             sent: None,
             finished: false,
             roster: Roster::default(),
@@ -138,9 +154,10 @@ impl Arbiter {
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
         let mut effects = Vec::new();
         match event {
-            Event::Command(command) => match command.and_then(|command| self.accept(&command, now)) {
+            Event::Command(command) => match self.answer(command, now) {
                 Ok(record) => effects.push(self.commit(record)),
-                Err(refusal) => {
+                Err((refusal, bid)) => {
+                    self.bid = self.standing_bid(now).or(bid);
                     self.refusals.count(&refusal);
                     let missed = matches!(refusal, Refusal::RepeatedDecision { .. });
                     effects.push(Effect::Refused(refusal));
@@ -212,9 +229,42 @@ impl Arbiter {
         &self.refusals
     }
 
+    /// The record that a command leads to, or why it leads nowhere, with the bid that it amounts to.
+    fn answer(
+        &self,
+        command: Result<Command, Refusal>,
+        now: MonotonicNs,
+    ) -> Result<Record, (Refusal, Option<Bid>)> {
+        let command = command.map_err(|refusal| (refusal, None))?;
+        self.accept(&command, now).map_err(|refusal| {
+            let bid = self.bid_of(&command, &refusal);
+            (refusal, bid)
+        })
+    }
+
+    /// A refused command asks for the next term if it was only just too late.
+    fn bid_of(&self, command: &Command, refusal: &Refusal) -> Option<Bid> {
+        let late = match refusal {
+            Refusal::Busy { .. } => true,
+            Refusal::RepeatedDecision { need, got } => got.next() == *need,
+            _ => false,
+        };
+        let takes_over = command.term == self.leader().term.next();
+        let decision = command.decision.next();
+        (late && takes_over).then_some(Bid { incarnation: command.incarnation, decision })
+    }
+
+    /// The bid for which the present decision, or the one being executed, is still kept at `now`.
+    fn standing_bid(&self, now: MonotonicNs) -> Option<Bid> {
+        let bid = self.bid?;
+        let grace_ns = BID_GRACE_NS.max(2 * self.mission.brief.limits.decision_budget_ns);
+        let open = bid.decision == self.state.decision && now.since_ns(self.state.published) < grace_ns;
+        (open || bid.decision > self.state.decision).then_some(bid)
+    }
+
     /// The record that `command` leads to, outcome drawn, if the command stands up to every check.
     fn accept(&self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
-        let leader = self.judge(command)?;
+        let leader = self.judge(command, now)?;
         let state = &self.state;
         let Execution { outcome, pose, steps, status } = execute(&self.mission, state, command.action);
         let timing = Timing {
@@ -248,8 +298,8 @@ impl Arbiter {
     }
 
     /// Who leads once `command` is executed; or why it is not.
-    fn judge(&self, command: &Command) -> Result<Leader, Refusal> {
-        let Command { run, robot, decision, .. } = *command;
+    fn judge(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
+        let Command { run, robot, decision, incarnation, .. } = *command;
         let need = self.state.decision;
         if run != self.state.run {
             return Err(Refusal::WrongRun { need: self.state.run, got: run });
@@ -267,20 +317,28 @@ impl Arbiter {
             return Err(Refusal::MissionOver);
         }
         let leader = self.succession(command)?;
-        match self.phase {
-            Phase::Resting => Ok(leader),
-            _ => Err(Refusal::Busy { decision: need }),
+        if !matches!(self.phase, Phase::Resting) {
+            return Err(Refusal::Busy { decision: need });
+        }
+        match self.standing_bid(now) {
+            Some(bid) if bid.incarnation != incarnation => Err(Refusal::Yielding { decision: need }),
+            _ => Ok(leader),
+        }
+    }
+
+    /// Who leads, counting a command that is being executed.
+    fn leader(&self) -> Leader {
+        match &self.phase {
+            Phase::Resting => self.state.leader,
+            Phase::Committing(record) | Phase::Unwritten(record) => record.leader,
+            Phase::Flying(next) => next.leader,
         }
     }
 
     /// Compare-and-swap of the term: its holder goes on, or the next one begins, whoever asks first.
     /// A term counts as begun from the acceptance of its first command, before that is committed.
     fn succession(&self, command: &Command) -> Result<Leader, Refusal> {
-        let held = match &self.phase {
-            Phase::Resting => self.state.leader,
-            Phase::Committing(record) | Phase::Unwritten(record) => record.leader,
-            Phase::Flying(next) => next.leader,
-        };
+        let held = self.leader();
         let (need, got) = (held.term, command.term);
         let Command { incarnation, pid, planner, .. } = *command;
         if got == need.next() {

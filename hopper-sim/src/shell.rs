@@ -314,7 +314,8 @@ impl Service {
 
     fn summary(&self) -> Summary {
         let mut summary = self.summary.build(self.arbiter.state(), self.arbiter.refusals());
-        summary.processes = self.lives.iter().map(process).collect();
+        let own = Process { role: Role::HopperSim, pid: self.node.pid(), restarts: 0 };
+        summary.processes = std::iter::once(own).chain(self.lives.iter().map(process)).collect();
         summary
     }
 }

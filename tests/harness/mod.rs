@@ -54,10 +54,27 @@ impl Mission {
     pub fn start_with(&self, role: &str, words: &[&str], environment: &[(&str, &str)]) -> Process {
         let mut command = self.hopper(&[role, "--instance", &self.name]);
         if role == "sim" {
-            command.args(["--journal", "journal", "--format", "json"]);
+            command.args(["--format", "json"]);
+            if !words.contains(&"--journal") {
+                command.args(["--journal", "journal"]);
+            }
         }
         command.args(words).envs(environment.iter().copied());
         Process::spawn(role, command, self.dir.path())
+    }
+
+    /// Starts a mission so slow that it cannot end before a test has done what it wants to do; end it
+    /// with [`Mission::hurry`].
+    pub fn start_slow_sim(&self, seed: &str) -> Process {
+        self.start("sim", &["--seed", seed, "--pace", "0.5"])
+    }
+
+    /// Kills a slow hopper-sim and lets another finish its journal at full pace.
+    pub fn hurry(&self, mut slow: Process, seed: &str) -> Process {
+        slow.kill();
+        let mut sim = self.start("sim", &["--seed", seed]);
+        sim.code();
+        sim
     }
 
     /// Starts perception, planner and monitor.
@@ -191,7 +208,11 @@ impl Process {
 
     /// Waits until its log holds `text`.
     pub fn await_log(&self, text: &str) {
-        eventually(&format!("{:?} in the log of {}", text, self.role), || self.log().contains(text));
+        let since = Instant::now();
+        while !self.log().contains(text) {
+            assert!(since.elapsed() < PATIENCE, "{} never says {text:?}:\n{}", self.role, self.log());
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 }
 

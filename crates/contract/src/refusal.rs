@@ -64,6 +64,12 @@ pub enum Refusal {
         /// Term in force.
         term: Term,
     },
+    /// Another planner has asked for the next term, and this decision is kept for it a while.
+    #[error("decision {decision} is kept for a planner that takes over")]
+    Yielding {
+        /// Decision due.
+        decision: Decision,
+    },
     /// The mission is over.
     #[error("the mission is over")]
     MissionOver,
@@ -103,6 +109,7 @@ impl Refusal {
             Refusal::StaleTerm { .. } => "stale_term",
             Refusal::FutureTerm { .. } => "future_term",
             Refusal::NotLeader { .. } => "not_leader",
+            Refusal::Yielding { .. } => "yielding",
             Refusal::MissionOver => "mission_over",
             Refusal::Busy { .. } => "busy",
             Refusal::Malformed { .. } => "malformed",

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use contract::service::{NODES_MAX, Topic};
-use iceoryx2::node::{DeadNodeView, NodeDetails, NodeView};
+use iceoryx2::node::{DeadNodeView, NodeCleanupFailure, NodeDetails, NodeView};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{
@@ -21,6 +21,7 @@ use iceoryx2::service::builder::request_response::{
 use iceoryx2::service::static_config::StaticConfig;
 
 use crate::presence::Presence;
+use crate::scaffold::{Scaffold, clear_dead};
 use crate::{Instance, NodeError};
 
 /// The middleware's variant that we use.
@@ -41,8 +42,9 @@ const EVENT_PORTS_MAX: usize = 16;
 pub(crate) struct Base {
     node: Node<Ipc>,
     config: Config,
-    _presence: Presence,
+    scaffold: Scaffold,
     pub(crate) instance: Instance,
+    _presence: Presence,
 }
 
 /// How a try failed.
@@ -58,12 +60,15 @@ impl Base {
     pub(crate) fn new(instance: &Instance, name: &str) -> Result<Self, NodeError> {
         set_log_level(LogLevel::Warn);
         let presence = Presence::enter(instance)?;
+        let scaffold = Scaffold::open(instance)?;
         let config = instance.config();
         let name = NodeName::new(name).expect("a role or a command is a short name");
         let builder =
             NodeBuilder::new().name(&name).signal_handling_mode(SignalHandlingMode::Disabled).config(&config);
-        let node = persist("node", "creating a node", &config, || builder.clone().create::<Ipc>())?;
-        Ok(Self { node, config, _presence: presence, instance: instance.clone() })
+        let node =
+            persist("node", "creating a node", &config, &scaffold, || builder.clone().create::<Ipc>())?;
+        free_the_dead(&config);
+        Ok(Self { node, config, scaffold, instance: instance.clone(), _presence: presence })
     }
 
     pub(crate) fn node(&self) -> &Node<Ipc> {
@@ -82,7 +87,7 @@ impl Base {
         Trouble: for<'e> From<&'e E>,
     {
         let mut mismatch = false;
-        let opened = persist(service, "opening", &self.config, || match open() {
+        let opened = persist(service, "opening", &self.config, &self.scaffold, || match open() {
             Err(error) if Trouble::from(&error) == Trouble::Mismatch => {
                 mismatch = true;
                 Ok(None)
@@ -106,7 +111,7 @@ impl Base {
         what: &'static str,
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
-        persist(service, what, &self.config, create)
+        persist(service, what, &self.config, &self.scaffold, create)
     }
 
     /// The service as it exists.
@@ -194,16 +199,20 @@ pub(crate) fn describe(service: &StaticConfig) -> String {
     }
 }
 
-/// Tries until it works; between tries the resources of dead processes are freed.
+/// Tries until it works, each time as the only one of the instance that makes something, on ground cleared of
+/// what the dead left unfinished; between tries, what they left behind is freed.
 fn persist<T, E: fmt::Display>(
     service: &str,
     what: &'static str,
     config: &Config,
+    scaffold: &Scaffold,
     mut attempt: impl FnMut() -> Result<T, E>,
 ) -> Result<T, NodeError> {
     let started = Instant::now();
     let mut pause = Duration::from_millis(1);
     loop {
+        let hold = scaffold.hold()?;
+        hold.clear_unfinished();
         match attempt() {
             Ok(value) => return Ok(value),
             Err(error) if started.elapsed() > PATIENCE => {
@@ -212,9 +221,10 @@ fn persist<T, E: fmt::Display>(
             }
             Err(error) => tracing::debug!(service, what, "trying again: {error}"),
         }
+        drop(hold);
+        free_the_dead(config);
         std::thread::sleep(pause);
         pause = (pause * 2).min(PAUSE_MAX);
-        free_the_dead(config);
     }
 }
 
@@ -223,16 +233,7 @@ pub(crate) fn free_the_dead(config: &Config) -> usize {
     let mut freed = 0;
     let listed = Node::<Ipc>::list(config, |state| {
         if let NodeState::Dead(dead) = state {
-            // One who died while it was being freed has lost its details, without which the middleware
-            // would look in its default folders.
-            let cleaned = match dead.details() {
-                Some(_) => dead.try_remove_stale_resources(),
-                None => DeadNodeView::<Ipc>::__internal_try_remove_stale_resources(
-                    *dead.id(),
-                    NodeDetails::__internal_new(&None, config),
-                ),
-            };
-            match cleaned {
+            match free(&dead, config) {
                 Ok(()) => freed += 1,
                 Err(error) => tracing::debug!("a dead process is not yet freed: {error}"),
             }
@@ -243,6 +244,14 @@ pub(crate) fn free_the_dead(config: &Config) -> usize {
         tracing::debug!("could not look for dead processes: {error}");
     }
     freed
+}
+
+fn free(dead: &DeadNodeView<Ipc>, config: &Config) -> Result<(), NodeCleanupFailure> {
+    clear_dead(config, dead.id());
+    // Who died while it was being freed has lost its details, without which the middleware would look in
+    // its default folders.
+    let details = dead.details().clone().unwrap_or_else(|| NodeDetails::__internal_new(&None, config));
+    DeadNodeView::<Ipc>::__internal_try_remove_stale_resources(*dead.id(), details)
 }
 
 impl From<&PublishSubscribeOpenOrCreateError> for Trouble {

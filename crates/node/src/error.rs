@@ -37,8 +37,8 @@ pub enum NodeError {
         /// The name found.
         got: String,
     },
-    /// Another process is cleaning the instance and does not finish.
-    #[error("{root} needs to be free of cleaners, one has been at it for {waited_s} s")]
+    /// Another process makes or cleans something in the instance and does not finish; it may be stopped.
+    #[error("{root} needs to be free for a moment, another process has been at work in it for {waited_s} s")]
     Busy {
         /// The folder.
         root: PathBuf,

@@ -211,7 +211,7 @@ impl Instance {
         }
     }
 
-    fn prefix(&self) -> String {
+    pub(crate) fn prefix(&self) -> String {
         format!("{PREFIX}{}_", self.tag)
     }
 
@@ -223,8 +223,10 @@ impl Instance {
         config.global.set_root_path(&path);
         config.global.prefix =
             FileName::new(self.prefix().as_bytes()).expect("the prefix is made of hexadecimal digits");
-        // The janitor sees to the dead; opening a service shall not wait for it.
+        // We see to the dead ourselves; what is made under the scaffold's lock shall not wait for it.
         config.global.service.cleanup_dead_nodes_on_open = false;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.creation_timeout = Duration::from_millis(500);
         config
     }

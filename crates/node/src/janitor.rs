@@ -7,6 +7,7 @@ use std::time::Duration;
 use contract::Role;
 
 use crate::base::free_the_dead;
+use crate::scaffold::Scaffold;
 use crate::{Instance, NodeError};
 
 /// Works until it is dropped.
@@ -28,11 +29,15 @@ fn period(role: Option<Role>) -> Duration {
 impl Janitor {
     pub(crate) fn start(instance: &Instance, role: Option<Role>) -> Result<Self, NodeError> {
         let config = instance.config();
+        let scaffold = Scaffold::open(instance)?;
         let (leash, pull) = channel::<()>();
         let thread = std::thread::Builder::new()
             .name("janitor".into())
             .spawn(move || {
                 while pull.recv_timeout(period(role)) == Err(RecvTimeoutError::Timeout) {
+                    if let Ok(Some(hold)) = scaffold.try_hold() {
+                        hold.clear_unfinished();
+                    }
                     let freed = free_the_dead(&config);
                     if freed > 0 {
                         tracing::info!("freed what {freed} dead process(es) left behind");

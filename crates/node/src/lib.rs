@@ -46,6 +46,7 @@ mod port;
 mod presence;
 pub mod relay;
 mod room;
+mod scaffold;
 mod vigil;
 
 pub use clock::now;

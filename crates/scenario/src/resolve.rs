@@ -40,7 +40,7 @@ impl Scenario {
         let shaped = resolved.shape()?;
         resolved.settle_datum(&shaped.relief)?;
         let sand = resolved.sand(&shaped)?;
-        let slope_limit_rad = radians(self.robot.slope_limit_deg);
+        let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
         let terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
         resolved.settle_priors(&terrain);
         resolved.settle_sensor(&terrain.grid)?;
@@ -209,8 +209,8 @@ impl Scenario {
             motion: MotionParameters {
                 hard: robot.hard.into(),
                 sand: robot.sand.into(),
-                slope_limit_rad: radians(robot.slope_limit_deg),
-                launch_angle_rad: radians(robot.launch_angle_deg),
+                slope_limit_rad: robot.slope_limit_deg.to_radians(),
+                launch_angle_rad: robot.launch_angle_deg.to_radians(),
                 gravity_mps2: robot.gravity_mps2,
             },
             sensor: SensorParameters {
@@ -398,21 +398,5 @@ fn in_range(
         Ok(())
     } else {
         Err(ScenarioError::Value { field, need, got: value.to_string() })
-    }
-}
-
-/// Degrees to radians, such that 30° is π/6 and 45° is π/4 to the bit.
-fn radians(degrees: f64) -> f64 {
-    degrees.to_radians()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::radians;
-
-    #[test]
-    fn the_angles_of_the_papers_are_exact() {
-        assert_eq!(radians(30.0), std::f64::consts::FRAC_PI_6);
-        assert_eq!(radians(45.0), std::f64::consts::FRAC_PI_4);
     }
 }

@@ -65,20 +65,20 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Surveys the file at `path`, all of it or `window`.
+    /// Surveys the file at `path`, all of it or `window`, against a slope limit.
     ///
     /// # Errors
     /// [`TerrainError::File`] with what is wrong.
-    pub fn of_file(path: &Path, window: Option<Window>, slope_limit_rad: f64) -> Result<Self, TerrainError> {
+    pub fn of_file(path: &Path, window: Option<Window>, slope_limit_deg: f64) -> Result<Self, TerrainError> {
         let raster = RasterFile::open(path)?;
-        Self::of_raster(raster, path, window, slope_limit_rad).map_err(|error| error.of(path))
+        Self::of_raster(raster, path, window, slope_limit_deg).map_err(|error| error.of(path))
     }
 
     fn of_raster<R: std::io::BufRead + std::io::Seek>(
         raster: RasterFile<R>,
         path: &Path,
         window: Option<Window>,
-        slope_limit_rad: f64,
+        slope_limit_deg: f64,
     ) -> Result<Self, TerrainError> {
         let header = raster.header().clone();
         let georeference = raster.georeference()?;
@@ -93,7 +93,7 @@ impl Survey {
 
         let mut slopes = slopes_rad(&elevation)?;
         slopes.sort_by(f64::total_cmp);
-        let too_steep = slopes.iter().filter(|&&slope| slope > slope_limit_rad).count() as f64;
+        let too_steep = slopes.iter().filter(|&&slope| slope.to_degrees() > slope_limit_deg).count() as f64;
         let unknown = cells - slopes.len() as f64;
         // The smallest slope that at least `share` of the cells do not exceed.
         let percentile_deg = |share: f64| {
@@ -107,7 +107,7 @@ impl Survey {
             p95_deg: percentile_deg(0.95),
             p99_deg: percentile_deg(0.99),
             max_deg: percentile_deg(1.0),
-            limit_deg: slope_limit_rad.to_degrees(),
+            limit_deg: slope_limit_deg,
             over_limit_share: if slopes.is_empty() { 0.0 } else { too_steep / slopes.len() as f64 },
         };
         let mut survey = Self {

@@ -1,6 +1,9 @@
 //! Who may command, when a hop has happened, who is told.
 
-use contract::{Action, Cell, Command, Decision, Incarnation, MonotonicNs, RobotId, RunId, Status, Term};
+use contract::{
+    Action, Cell, Command, Decision, Incarnation, MonotonicNs, Refusal, RobotId, RunId, Status, Term,
+};
+use hopper_sim::arbiter::BID_GRACE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, REPUBLISH_NS};
 
 use crate::fixture::{EAST, Host, LINGER_NS, RUN, WEST, command, mission, name, sure_mission, undisturbed};
@@ -42,7 +45,7 @@ fn the_first_tick_publishes_the_opening_state() {
     let effects = arbiter.on(Event::Tick, MonotonicNs(1_200));
     let [Effect::Publish(state)] = effects[..] else { panic!("{effects:?}") };
     assert_eq!((state.run, state.decision, state.pose.cell), (RUN, Decision(0), Cell::new(1, 2)));
-    assert_eq!((state.landed, state.published), (MonotonicNs(1_000), MonotonicNs(1_200)));
+    assert_eq!((state.landed, state.published), (MonotonicNs(1_200), MonotonicNs(1_200)));
     assert_eq!((state.leader.term, state.last, state.digest), (Term(0), None, mission().genesis()));
 }
 
@@ -118,6 +121,45 @@ fn the_next_term_takes_over_by_compare_and_swap_and_a_leap_is_refused() {
     host.send(rival(command(&host.state(), EAST), 2));
     let leader = host.state().leader;
     assert_eq!((leader.term, leader.incarnation, leader.planner), (Term(2), Incarnation(2), name("greedy")));
+}
+
+#[test]
+fn a_takeover_that_came_too_late_gets_the_next_decision() {
+    let mut arbiter = led().arbiter;
+    let now = arbiter.state().published;
+    let incumbent = command(arbiter.state(), EAST);
+    let late = Command { decision: Decision(0), ..rival(incumbent, 2) };
+    arbiter.on(Event::Command(Ok(late)), now);
+    assert_eq!(arbiter.refusals().of("repeated_decision"), 1);
+    let effects = arbiter.on(Event::Command(Ok(incumbent)), now.plus_ns(BID_GRACE_NS - 1));
+    assert!(matches!(effects[..], [Effect::Refused(Refusal::Yielding { .. })]), "{effects:?}");
+    let effects = arbiter.on(Event::Command(Ok(rival(incumbent, 2))), now.plus_ns(BID_GRACE_NS - 1));
+    assert!(matches!(effects[..], [Effect::Append(record)] if record.leader.term == Term(2)), "{effects:?}");
+}
+
+#[test]
+fn a_takeover_that_falls_silent_keeps_nobody_waiting_for_long() {
+    let mut arbiter = led().arbiter;
+    let now = arbiter.state().published;
+    let incumbent = command(arbiter.state(), EAST);
+    let late = Command { decision: Decision(0), ..rival(incumbent, 2) };
+    arbiter.on(Event::Command(Ok(late)), now);
+    let grace_ns = BID_GRACE_NS.max(2 * arbiter.mission().brief.limits.decision_budget_ns);
+    let effects = arbiter.on(Event::Command(Ok(incumbent)), now.plus_ns(grace_ns));
+    assert!(matches!(effects[..], [Effect::Append(record)] if record.leader.term == Term(1)), "{effects:?}");
+}
+
+#[test]
+fn a_stale_term_or_an_old_decision_is_no_bid() {
+    let mut arbiter = led().arbiter;
+    let now = arbiter.state().published;
+    let incumbent = command(arbiter.state(), EAST);
+    for (decision, term) in [(0, 1), (0, 3), (2, 2)] {
+        let idle = Command { decision: Decision(decision), ..rival(incumbent, term) };
+        arbiter.on(Event::Command(Ok(idle)), now);
+    }
+    let effects = arbiter.on(Event::Command(Ok(incumbent)), now);
+    assert!(matches!(effects[..], [Effect::Append(_)]), "{effects:?}");
 }
 
 #[test]

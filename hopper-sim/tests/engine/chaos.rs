@@ -1,6 +1,7 @@
 //! Whatever comes in whatever order: every decision once, in order, told after it is durable.
 
 use contract::{Action, Command, Decision, Incarnation, MonotonicNs, Record, Role, RunId, Status, Term};
+use hopper_sim::arbiter::BID_GRACE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Pace};
 use proptest::prelude::*;
 
@@ -134,6 +135,8 @@ impl Witness {
             incarnation: Incarnation(77),
             ..command(&state, Action::Hold)
         };
+        // The decision may be kept a while for another planner that asked for it and fell silent.
+        self.now = self.now.plus_ns(2 * BID_GRACE_NS);
         self.on(Event::Command(Ok(heir)));
         self.answer(true);
         assert_eq!(

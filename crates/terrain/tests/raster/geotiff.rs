@@ -248,6 +248,17 @@ fn a_crop_beyond_the_edge_is_refused() {
 }
 
 #[test]
+fn a_strip_that_the_file_leaves_out_is_nodata() {
+    let mut file = GeoTiff { chunk: (0, 1), ..GeoTiff::new(2, 3, vec![5.0; 6]) };
+    file.extra = vec![(279, vec![8, 0, 8])];
+    let read = values(&file.bytes()).unwrap();
+    assert_eq!(
+        read.iter().map(|height| height.is_nan()).collect::<Vec<_>>(),
+        [false, false, true, true, false, false]
+    );
+}
+
+#[test]
 fn a_file_of_nothing_but_nan_is_refused() {
     let file = GeoTiff::new(4, 3, vec![f64::NAN; 12]);
     says(&error(&file.bytes()), &["need heights", "all 12 cells"]);

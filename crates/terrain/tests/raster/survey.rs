@@ -1,7 +1,5 @@
 //! `terrain check`: what it finds, and what it says of it.
 
-use std::f64::consts::FRAC_PI_6;
-
 use terrain::{Survey, Window};
 
 use crate::says;
@@ -18,7 +16,7 @@ fn survey(change: impl FnOnce(&mut GeoTiff), window: Option<Window>) -> Survey {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("dem.tif");
     std::fs::write(&path, file.bytes()).unwrap();
-    Survey::of_file(&path, window, FRAC_PI_6).unwrap()
+    Survey::of_file(&path, window, 30.0).unwrap()
 }
 
 #[test]
