@@ -166,9 +166,9 @@ impl Rows {
 
     fn print(&self) {
         for (name, values) in &self.0 {
-            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), value| {
-                (low.min(*value), high.max(*value))
-            });
+            let (low, high) = values
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
             println!("{name:<55} {:>10.2}   (rounds {low:.2} to {high:.2})", median(values.iter().copied()));
         }
     }

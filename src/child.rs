@@ -33,16 +33,7 @@ impl Supervised {
     /// If the process cannot be started.
     pub fn start(role: Role, arguments: Vec<String>) -> Result<Self, Failure> {
         let (child, lifeline, output) = spawn(role, &arguments, &[])?;
-        Ok(Self {
-            role,
-            restarts: 0,
-            started: Node::now(),
-            arguments,
-            child,
-            lifeline,
-            output,
-            ended: None,
-        })
+        Ok(Self { role, restarts: 0, started: Node::now(), arguments, child, lifeline, output, ended: None })
     }
 
     /// Starts the process again after its end; a planner is told whom it succeeds.

@@ -77,8 +77,7 @@ impl Outbox {
     pub fn illustrate(&self, world: &World, summary: &mut Summary) -> Result<(), Failure> {
         let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
         let run = history.header().run();
-        let records: Vec<Record> =
-            history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
+        let records: Vec<Record> = history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
         let brief = contract::Brief { run, ..world.brief };
         let robot = RobotId(0);
 
@@ -137,8 +136,9 @@ impl Outbox {
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.dir.join(file);
-        std::fs::write(&path, text)
-            .map_err(|error| Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display())))
+        std::fs::write(&path, text).map_err(|error| {
+            Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
+        })
     }
 }
 
@@ -148,5 +148,8 @@ fn fresh_folder(scenario: &str, seed: u64) -> PathBuf {
     if !base.exists() {
         return base;
     }
-    (2..).map(|n| base.with_file_name(format!("{scenario}-{seed}-{n}"))).find(|dir| !dir.exists()).unwrap_or(base)
+    (2..)
+        .map(|n| base.with_file_name(format!("{scenario}-{seed}-{n}")))
+        .find(|dir| !dir.exists())
+        .unwrap_or(base)
 }

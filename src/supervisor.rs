@@ -51,7 +51,12 @@ impl Supervisor {
         let node = Node::visit(instance)?;
         let texts = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
         let mut sim = texts(&["sim", "--instance", &args.instance, "--format", "json"]);
-        sim.extend(texts(&["--seed", &args.mission.seed.to_string(), "--pace", &args.mission.pace.to_string()]));
+        sim.extend(texts(&[
+            "--seed",
+            &args.mission.seed.to_string(),
+            "--pace",
+            &args.mission.pace.to_string(),
+        ]));
         let scenario = outbox.dir().join("scenario.toml");
         sim.extend(texts(&["--scenario", &scenario.to_string_lossy()]));
         sim.extend(texts(&["--journal", &outbox.journal_dir().to_string_lossy()]));
@@ -93,9 +98,9 @@ impl Supervisor {
             }
             self.revive_peers()?;
             self.kill_hung()?;
-            let helpless = self.gave_up.is_some_and(|since| {
-                u128::from(Node::now().since_ns(since)) >= args.patience.as_nanos()
-            });
+            let helpless = self
+                .gave_up
+                .is_some_and(|since| u128::from(Node::now().since_ns(since)) >= args.patience.as_nanos());
             if helpless {
                 return Err(Failure::new(
                     Exit::Failed,
@@ -113,7 +118,10 @@ impl Supervisor {
         if self.sim.restarts >= RESTARTS_MAX {
             return Err(Failure::new(
                 Exit::Failed,
-                format!("hopper-sim died {} times, last by {status}: the mission is stopped", RESTARTS_MAX + 1),
+                format!(
+                    "hopper-sim died {} times, last by {status}: the mission is stopped",
+                    RESTARTS_MAX + 1
+                ),
             ));
         }
         tracing::warn!("hopper-sim died ({status}): restarting it on its journal");
@@ -197,11 +205,8 @@ impl Supervisor {
         let mut summary: Summary = serde_json::from_str(&text).map_err(|_| {
             Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
         })?;
-        let process = |child: &Supervised| Process {
-            role: child.role,
-            pid: child.pid(),
-            restarts: child.restarts,
-        };
+        let process =
+            |child: &Supervised| Process { role: child.role, pid: child.pid(), restarts: child.restarts };
         summary.processes = std::iter::once(&self.sim).chain(&self.peers).map(process).collect();
         if !summary.outcome.is_over() {
             summary.outcome = Status::Stopped;

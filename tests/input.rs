@@ -1,5 +1,7 @@
 //! Bad input gets one clear error and an exit code, never a panic or a hang.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 mod harness;
 
 use harness::{hopper, stderr};

@@ -1,8 +1,10 @@
 //! hopper-sim on journals that are finished, foreign, torn or damaged.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 mod harness;
 
-use harness::{Mission, Process, hopper, stderr};
+use harness::{Mission, Process, hopper, json, stderr};
 use serde_json::Value;
 
 /// Flies a whole mission into the mission's `journal`, in lockstep.
@@ -11,7 +13,7 @@ fn flown(mission: &Mission, seed: &str) -> Value {
         .hopper(&["run", "--lockstep", "--out", ".", "--format", "json", "--seed", seed])
         .output()
         .unwrap();
-    serde_json::from_slice(&output.stdout).expect(&stderr(&output))
+    json(&output)
 }
 
 fn journal_file(mission: &Mission) -> std::path::PathBuf {
@@ -98,7 +100,8 @@ fn a_journal_in_use_is_refused_naming_its_holder() {
     let mission = Mission::new("locked");
     let first = mission.start("sim", &[]);
     first.await_log("joined");
-    let command = mission.hopper(&["sim", "--instance", &format!("{}-b", mission.name), "--journal", "journal"]);
+    let command =
+        mission.hopper(&["sim", "--instance", &format!("{}-b", mission.name), "--journal", "journal"]);
     let mut second = Process::spawn("second", command, &mission.path(""));
     assert_eq!(second.code(), 4, "{}", second.log());
     assert!(second.log().contains(&first.pid().to_string()), "{}", second.log());
@@ -125,8 +128,10 @@ fn verify_and_show_agree_with_the_summary() {
         assert_eq!(verified[field], summary[field], "{field}");
     }
     assert_eq!(verified["contiguous"], true);
-    let output = hopper(&["journal", "show", mission.journal().to_str().unwrap(), "--format", "json"]).output().unwrap();
-    let shown: Value = serde_json::from_slice(&output.stdout).expect(&stderr(&output));
+    let output = hopper(&["journal", "show", mission.journal().to_str().unwrap(), "--format", "json"])
+        .output()
+        .unwrap();
+    let shown = json(&output);
     let records = shown["records"].as_array().unwrap();
     assert_eq!(records.len() as u64, summary["decisions"].as_u64().unwrap());
     assert_eq!(records.last().unwrap()["digest"], summary["digest"]);

@@ -1,5 +1,7 @@
 //! The invariants of ARCHITECTURE.md, stated as absences and read from the sources.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -40,7 +42,12 @@ fn dependencies(package: &str) -> BTreeSet<String> {
     let manifest = read(format!("{package}/Cargo.toml"));
     let section = manifest.split("[dependencies]").nth(1).expect("a package has dependencies");
     let section = section.split("\n[").next().unwrap_or("");
-    section.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| !name.is_empty()).map(Into::into).collect()
+    section
+        .lines()
+        .filter_map(|line| line.split(['.', ' ', '=']).next())
+        .filter(|name| !name.is_empty())
+        .map(Into::into)
+        .collect()
 }
 
 #[test]
@@ -57,9 +64,10 @@ fn the_planner_never_depends_on_truth() {
 
 #[test]
 fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
-    for (package, strangers) in
-        [("perception", ["hopper-sim", "planner", "motion"]), ("hopper-sim", ["perception", "planner", "monitor"])]
-    {
+    for (package, strangers) in [
+        ("perception", ["hopper-sim", "planner", "motion"]),
+        ("hopper-sim", ["perception", "planner", "monitor"]),
+    ] {
         for stranger in strangers {
             assert!(!dependencies(package).contains(stranger), "{package} depends on {stranger}");
         }
@@ -79,11 +87,22 @@ fn only_node_uses_iceoryx2() {
 
 #[test]
 fn engines_own_no_clock_no_port_and_no_unordered_map() {
-    let engines = ["crates/contract/src", "crates/motion/src", "planner/src", "perception/src", "hopper-sim/src", "monitor/src"];
+    let engines = [
+        "crates/contract/src",
+        "crates/motion/src",
+        "planner/src",
+        "perception/src",
+        "hopper-sim/src",
+        "monitor/src",
+    ];
     for file in engines.iter().flat_map(|engine| sources(engine)) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let text = code(&file);
-        assert!(!text.contains("HashMap") && !text.contains("HashSet"), "{} iterates in no order", file.display());
+        assert!(
+            !text.contains("HashMap") && !text.contains("HashSet"),
+            "{} iterates in no order",
+            file.display()
+        );
         if ["shell.rs", "main.rs", "display.rs"].contains(&name.as_str()) {
             continue;
         }
@@ -95,7 +114,10 @@ fn engines_own_no_clock_no_port_and_no_unordered_map() {
 
 #[test]
 fn only_one_module_knows_bincode() {
-    for file in ["src", "hopper-sim", "perception", "planner", "monitor", "crates"].iter().flat_map(|dir| sources(dir)) {
+    for file in ["src", "hopper-sim", "perception", "planner", "monitor", "crates"]
+        .iter()
+        .flat_map(|dir| sources(dir))
+    {
         let codec = file.ends_with("hopper-sim/src/journal/codec.rs");
         assert!(codec || !code(&file).contains("bincode::"), "{}", file.display());
     }
@@ -107,7 +129,7 @@ fn every_promise_names_a_test_and_every_test_named_exists() {
     let tests: String = ["tests", "crates", "hopper-sim", "perception", "planner", "monitor"]
         .iter()
         .flat_map(|dir| sources(dir))
-        .map(|file| read(file))
+        .map(read)
         .collect();
     let rows: Vec<&str> = promises.lines().filter(|line| line.starts_with("| P-")).collect();
     assert!(rows.len() >= 20, "{} promises", rows.len());
@@ -129,8 +151,11 @@ fn every_path_that_the_architecture_names_exists() {
     let text = read("ARCHITECTURE.md");
     let mut paths = 0;
     for quoted in text.split('`').skip(1).step_by(2) {
-        let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', '$']) && !quoted.starts_with("hop/")
-            && !quoted.starts_with("truth/") && !quoted.starts_with("/dev");
+        let is_path = quoted.contains('/')
+            && !quoted.contains([' ', '<', '*', '$'])
+            && !quoted.starts_with("hop/")
+            && !quoted.starts_with("truth/")
+            && !quoted.starts_with("/dev");
         if is_path {
             assert!(root().join(quoted).exists(), "ARCHITECTURE.md names {quoted}");
             paths += 1;

@@ -1,8 +1,10 @@
 //! Four real processes fly a mission, however they are started and ended.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 mod harness;
 
-use harness::{Mission, eventually, hopper, lockstep, stderr};
+use harness::{Mission, eventually, hopper, json, lockstep, stderr};
 use rustix::process::Signal;
 
 const ROLES: [&str; 4] = ["sim", "perception", "planner", "monitor"];
@@ -18,7 +20,7 @@ fn four_processes_have_the_digest_of_lockstep() {
             .args(words)
             .output()
             .unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&stderr(&output));
+        let summary = json(&output);
         let undisturbed = lockstep(&words);
         assert_eq!(summary["digest"], undisturbed["digest"], "{}", stderr(&output));
         assert_eq!(summary["steps"], undisturbed["steps"]);
@@ -35,8 +37,12 @@ fn four_processes_have_the_digest_of_lockstep() {
         for stage in ["state", "sense", "map", "deliver", "plan", "command", "commit"] {
             assert!(latency["stages"][stage]["p50_us"].is_number(), "{stage}");
         }
-        let roles: Vec<&str> =
-            summary["processes"].as_array().unwrap().iter().filter_map(|process| process["role"].as_str()).collect();
+        let roles: Vec<&str> = summary["processes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|process| process["role"].as_str())
+            .collect();
         assert_eq!(roles, ["hopper-sim", "perception", "planner", "monitor"]);
         assert!(mission.path("out/mission.svg").exists());
         assert!(mission.path("out/scenario.toml").exists());
@@ -149,10 +155,20 @@ fn peers_that_stay_serve_the_next_mission() {
 fn a_hopper_that_never_moves_ends_in_deadlock() {
     let mut mission = Mission::new("hold");
     let output = mission
-        .hopper(&["run", "--instance", &mission.name, "--planner", "hold", "--out", "out", "--format", "json"])
+        .hopper(&[
+            "run",
+            "--instance",
+            &mission.name,
+            "--planner",
+            "hold",
+            "--out",
+            "out",
+            "--format",
+            "json",
+        ])
         .output()
         .unwrap();
-    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&stderr(&output));
+    let summary = json(&output);
     assert_eq!(summary["outcome"], "deadlock");
     assert_eq!((&summary["hops"], &summary["decisions"]), (&0.into(), &150.into()));
     assert_eq!(output.status.code(), Some(1));
@@ -178,7 +194,7 @@ fn an_interrupted_run_leaves_nothing_and_resumes() {
     mission.assert_nothing_left();
 
     let output = mission.hopper(&["run"]).args(run).output().unwrap();
-    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&stderr(&output));
+    let summary = json(&output);
     assert_eq!(summary["digest"], lockstep(&["--seed", "4"])["digest"]);
     mission.assert_nothing_left();
 }

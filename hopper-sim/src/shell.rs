@@ -10,7 +10,8 @@ use contract::{
 };
 use node::peer::{Patience, TICK, accept};
 use node::{
-    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TerrainWriter, Truth, crash_point,
+    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TerrainWriter,
+    Truth, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, World};
@@ -149,7 +150,10 @@ impl Service {
         let journal = open_journal(&args.journal, &world, args.mission.seed, args.sync)?;
         crash_point(crash::JOURNAL_OPENED);
         if journal.torn_bytes() > 0 {
-            tracing::warn!("cut {} bytes that a death tore off the journal's last record", journal.torn_bytes());
+            tracing::warn!(
+                "cut {} bytes that a death tore off the journal's last record",
+                journal.torn_bytes()
+            );
         }
         let brief = Brief { run: journal.header().run(), ..world.brief };
         let robot = RobotId(0);
@@ -246,8 +250,8 @@ impl Service {
     fn is_assembled(&mut self) -> bool {
         let now = Node::now();
         let crew = [Role::Perception, Role::Planner];
-        self.assembled |= self.arbiter.state().status.is_over()
-            || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled |=
+            self.arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
         self.assembled
     }
 
@@ -322,9 +326,5 @@ impl Service {
 
 /// One line of the summary for the lives of a role.
 fn process((role, lives): (&Role, &Vec<(Incarnation, u32)>)) -> Process {
-    Process {
-        role: *role,
-        pid: lives.last().map_or(0, |(_, pid)| *pid),
-        restarts: lives.len() as u64 - 1,
-    }
+    Process { role: *role, pid: lives.last().map_or(0, |(_, pid)| *pid), restarts: lives.len() as u64 - 1 }
 }

@@ -100,7 +100,9 @@ fn heard<T>(message: Result<T, contract::Refusal>, event: impl Fn(T) -> Event) -
 /// The last progress on standard output, for programs.
 fn print(watcher: &Watcher, format: report::Format) -> Result<(), Failure> {
     use std::io::Write;
-    let (report::Format::Json, Some(progress)) = (format, watcher.progress(Node::now())) else { return Ok(()) };
+    let (report::Format::Json, Some(progress)) = (format, watcher.progress(Node::now())) else {
+        return Ok(());
+    };
     let text = serde_json::to_string(&progress).map_err(Failure::run)?;
     writeln!(std::io::stdout(), "{text}").map_err(Failure::run)
 }

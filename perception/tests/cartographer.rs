@@ -1,8 +1,10 @@
 //! The cartographer builds one map, whatever the order and whoever died.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Leader, MonotonicNs, ObservedMap, Outcome,
-    PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status, Timing,
+    Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Leader, MonotonicNs, ObservedMap,
+    Outcome, PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status, Timing,
 };
 use perception::cartographer::REPUBLISH_NS;
 use perception::{Cartographer, Effect, Event};
@@ -114,11 +116,8 @@ fn the_first_map_holds_the_sensing_disc_and_nothing_else() {
 #[test]
 fn the_messages_of_a_run_may_come_in_any_order() {
     let world = World::new(contract::Profile::Paper2023);
-    let events = [
-        Event::Brief(world.brief),
-        Event::Terrain(RUN, world.terrain.clone()),
-        Event::State(world.state(0)),
-    ];
+    let events =
+        [Event::Brief(world.brief), Event::Terrain(RUN, world.terrain.clone()), Event::State(world.state(0))];
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let mut cartographer = Cartographer::new(RobotId(0));
         let mut effects = Vec::new();

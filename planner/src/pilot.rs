@@ -179,7 +179,8 @@ impl Pilot {
 
     fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let known = self.state.filter(|known| known.run == state.run);
-        if state.robot != self.commission.robot || known.is_some_and(|known| state.decision < known.decision) {
+        if state.robot != self.commission.robot || known.is_some_and(|known| state.decision < known.decision)
+        {
             return;
         }
         if known.is_none_or(|known| known.leader != state.leader) {
@@ -195,7 +196,8 @@ impl Pilot {
         if led && !self.leads {
             effects.push(Effect::StepsBack(state.leader.term));
         }
-        if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run) {
+        if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run)
+        {
             self.finished = true;
             effects.push(Effect::Finished(state.status));
         }

@@ -104,7 +104,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     }
                 }
                 Effect::Leads(term) => tracing::info!("in command, term {term}"),
-                Effect::StepsBack(term) => tracing::info!("another planner commands, term {term}: standing by"),
+                Effect::StepsBack(term) => {
+                    tracing::info!("another planner commands, term {term}: standing by")
+                }
                 Effect::Finished(status) => farewell.mission_ended(status, Node::now()),
             }
         }

@@ -1,9 +1,11 @@
 //! The pilot: who may speak, for which decision, under which term.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use contract::roster::SILENCE_NS;
 use contract::{
-    Action, Brief, Cell, Command, Decision, Digest, Direction, Heartbeat, Incarnation, Leader, MonotonicNs, Name,
-    ObservedMap, Pose, RobotId, Role, RunId, State, Status, Term, Timing,
+    Action, Brief, Cell, Command, Decision, Digest, Direction, Heartbeat, Incarnation, Leader, MonotonicNs,
+    Name, ObservedMap, Pose, RobotId, Role, RunId, State, Status, Term, Timing,
 };
 use planner::pilot::{Commission, Effect, Event, Pilot, RESEND_NS};
 use planner::{Plan, PlanStatus};
@@ -44,7 +46,12 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
         decision: Decision(decision),
         steps: 0,
         status: Status::Underway,
-        leader: Leader { term: Term(term), incarnation: leader, pid: leader.0 as u32 + 10, planner: name("mdp") },
+        leader: Leader {
+            term: Term(term),
+            incarnation: leader,
+            pid: leader.0 as u32 + 10,
+            planner: name("mdp"),
+        },
         pose: Pose { cell: Cell::new(1, 2), height_m: 0.0 },
         last: None,
         digest: Digest::default(),
@@ -59,7 +66,8 @@ fn map(decision: u64) -> ObservedMap {
 }
 
 fn planned() -> Event {
-    let plan = Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, residual: 0.0 };
+    let plan =
+        Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, residual: 0.0 };
     Event::Planned(plan, at(1), at(2))
 }
 

@@ -1,6 +1,7 @@
 //! Real processes under test: each test has an instance and a folder of its own, and leaves nothing behind.
 
 #![allow(dead_code, reason = "each test binary uses its part of the harness")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -93,7 +94,10 @@ impl Mission {
             return 0;
         }
         let output = self.hopper(&["journal", "verify", "journal", "--format", "json"]).output().unwrap();
-        serde_json::from_slice::<Value>(&output.stdout).ok().and_then(|value| value["decisions"].as_u64()).unwrap_or(0)
+        serde_json::from_slice::<Value>(&output.stdout)
+            .ok()
+            .and_then(|value| value["decisions"].as_u64())
+            .unwrap_or(0)
     }
 
     /// Waits until the journal holds `count` decisions.
@@ -188,7 +192,8 @@ impl Process {
     }
 
     fn stream(&self, stream: &str) -> String {
-        std::fs::read_to_string(self.dir.join(format!("{}-{}.{stream}", self.role, self.tag))).unwrap_or_default()
+        std::fs::read_to_string(self.dir.join(format!("{}-{}.{stream}", self.role, self.tag)))
+            .unwrap_or_default()
     }
 
     /// What it wrote to standard error.
@@ -203,7 +208,8 @@ impl Process {
 
     /// The JSON object it wrote to standard output.
     pub fn json(&self) -> Value {
-        serde_json::from_str(&self.out()).unwrap_or_else(|error| panic!("{error} in {:?}\n{}", self.out(), self.log()))
+        serde_json::from_str(&self.out())
+            .unwrap_or_else(|error| panic!("{error} in {:?}\n{}", self.out(), self.log()))
     }
 
     /// Waits until its log holds `text`.
@@ -234,10 +240,7 @@ pub fn eventually(what: &str, mut claim: impl FnMut() -> bool) {
 
 /// `hopper journal verify DIR --format json`.
 pub fn verify(journal: &Path) -> Value {
-    let output =
-        hopper(&["journal", "verify", &journal.to_string_lossy(), "--format", "json"]).output().unwrap();
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+    json(&hopper(&["journal", "verify", &journal.to_string_lossy(), "--format", "json"]).output().unwrap())
 }
 
 /// The undisturbed mission: summary of `hopper run --lockstep`.
@@ -245,9 +248,12 @@ pub fn lockstep(words: &[&str]) -> Value {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("out");
     let mut command = hopper(&["run", "--lockstep", "--format", "json", "--out", &out.to_string_lossy()]);
-    let output = command.args(words).output().unwrap();
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+    json(&command.args(words).output().unwrap())
+}
+
+/// The JSON object that a finished command wrote to standard output.
+pub fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", stderr(output)))
 }
 
 /// Standard error of a finished command.

@@ -326,23 +326,6 @@ fn the_mars_scenario_asks_for_its_model() {
 }
 
 #[test]
-#[ignore = "needs the model of scenarios/mars.toml: HOPPER_DEM=FILE cargo test -p scenario -- --ignored"]
-fn the_mars_scenario_connects_start_and_goal_around_the_scarp() {
-    let dem = std::env::var_os("HOPPER_DEM").expect("HOPPER_DEM names the model").into();
-    let overrides = Overrides { dem: Some(dem), ..Overrides::default() };
-    let world = load("mars").unwrap().with(&overrides).resolve().unwrap();
-    assert!(world.findings.is_empty(), "{:?}", world.findings);
-    let check = Check::of(&world);
-    assert_eq!(check.hops_min, Some(116));
-    assert!((0.08..0.10).contains(&check.impassable_share));
-    for cell in [world.brief.start, world.brief.goal] {
-        for ground in world.terrain.grid.iter().filter(|other| other.distance_cells(cell) < 4.0) {
-            assert!(world.terrain.ground(ground).unwrap().passable, "{ground} near {cell}");
-        }
-    }
-}
-
-#[test]
 fn the_hash_changes_with_any_cell_and_any_field_but_not_with_folder_or_budget() {
     let (here, there) = (Folder::new(), Folder::new());
     let hash = |folder: &Folder, text: &str| folder.world(text).unwrap().hash;

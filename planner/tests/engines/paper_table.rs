@@ -63,39 +63,24 @@ struct Tally {
     missions: f64,
     successes: f64,
     mean: f64,
-    deviation: f64,
-    /// Mean steps with every failure counted at the limit.
-    restricted_mean: f64,
-    left_map: u32,
 }
 
 /// Flies one cell; every cell has seeds of its own.
 fn fly(cell: usize, profile: Profile, missions: u64) -> Tally {
     let Reading { soils, planner, weights, .. } = READINGS[cell];
     let world = World::paper(soils, weights, profile);
-    let limit = world.brief.limits.steps_max as f64;
     let mut planner = algorithm(planner).unwrap();
     let mut successes = Vec::new();
-    let mut left_map = 0;
     for mission in 0..missions {
         let episode = world.fly(&mut *planner, 1_000_000 * (1 + cell as u64) + mission, |_, _| ());
-        match episode.status {
-            Status::Goal => successes.push(episode.steps as f64),
-            status => left_map += u32::from(status == Status::LeftMap),
+        if episode.status == Status::Goal {
+            successes.push(episode.steps as f64);
         }
     }
     let count = successes.len() as f64;
     let sum: f64 = successes.iter().sum();
     let mean = sum / count;
-    let squares: f64 = successes.iter().map(|steps| (steps - mean).powi(2)).sum();
-    Tally {
-        missions: missions as f64,
-        successes: count,
-        mean,
-        deviation: (squares / (count - 1.0)).sqrt(),
-        restricted_mean: (sum + (missions as f64 - count) * limit) / missions as f64,
-        left_map,
-    }
+    Tally { missions: missions as f64, successes: count, mean }
 }
 
 fn check(cell: usize, tally: &Tally) {
@@ -139,30 +124,4 @@ fn the_mdp_on_hard_ground_comes_out_as_in_the_papers_tables() {
 #[test]
 fn the_mdp_on_sandy_ground_comes_out_as_in_the_papers_tables() {
     check_cell(Soils::Sandy, "mdp", [0.5, 0.5], 300);
-}
-
-/// `cargo test --release -p planner --test engines -- --ignored --nocapture` prints the whole table.
-#[test]
-#[ignore = "a minute in release: all 18 cells with 1,000 missions each, in both profiles"]
-fn all_cells_of_the_papers_tables_come_out() {
-    for profile in Profile::ALL {
-        println!("{profile}: success %, steps mean ± sd, restricted mean, left the map");
-        for (cell, reading) in READINGS.iter().enumerate() {
-            let tally = fly(cell, profile, 1000);
-            println!(
-                "{:13} {:6} {:?}  {:5.1} %  {:6.2} ± {:5.2}  {:6.2}  {}",
-                format!("{:?}", reading.soils),
-                reading.planner,
-                reading.weights,
-                100.0 * tally.successes / tally.missions,
-                tally.mean,
-                tally.deviation,
-                tally.restricted_mean,
-                tally.left_map,
-            );
-            if profile == Profile::Paper2023 {
-                check(cell, &tally);
-            }
-        }
-    }
 }
