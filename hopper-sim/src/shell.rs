@@ -57,6 +57,9 @@ impl MissionArgs {
     }
 }
 
+/// How long before a landing hopper-sim no longer sleeps.
+const AWAKE: Duration = Duration::from_micros(300);
+
 /// Arguments of `hopper-sim` and of `hopper sim`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
@@ -255,10 +258,11 @@ impl Service {
         self.assembled
     }
 
-    /// Until the next moment that matters: a tick, or the landing.
+    /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited
+    /// awake, since a sleeping process wakes a tenth of a millisecond late.
     fn timeout(&self) -> Duration {
         let due = self.arbiter.wake_at().map(|at| Duration::from_nanos(at.since_ns(Node::now())));
-        due.map_or(TICK, |due| due.min(TICK))
+        due.map_or(TICK, |due| due.saturating_sub(AWAKE).min(TICK))
     }
 
     fn feed(&mut self, event: Event) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 //! Everything an instance owns is either in its folder `/dev/shm/hop_<tag>/` or a file beside it whose
 //! name begins with `hop_<tag>_`; the tag hashes the user and the instance's name, so that instances and
 //! users never meet. Who belongs to an instance holds a shared lock on a file in the folder for as long as
-//! it lives ([`crate::presence`]); whoever gets that lock exclusively has thereby proved that nobody lives.
+//! it lives (module `presence`); whoever gets that lock exclusively has thereby proved that nobody lives.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -65,7 +65,7 @@ impl Instance {
     /// The instance `name` of this user. Nothing is created yet.
     ///
     /// # Errors
-    /// If the name is empty, longer than [`NAME_MAX`], or has other than printable ASCII.
+    /// If the name is empty, longer than 64 characters, or has other than printable ASCII.
     pub fn new(name: &str) -> Result<Self, NodeError> {
         if name.is_empty() || name.len() > NAME_MAX || !name.bytes().all(|byte| byte.is_ascii_graphic()) {
             return Err(NodeError::InstanceName { max: NAME_MAX, got: name.into() });
