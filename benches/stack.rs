@@ -18,8 +18,8 @@ use node::{Instance, Node};
 /// Interleaved rounds of each measurement.
 const ROUNDS: u64 = 7;
 
-/// Landings a second at which latency is measured, on both sides.
-const PACE_HZ: u64 = 50;
+/// Landings a second at which latency is measured, on both sides: with time to fall asleep, and without.
+const PACES_HZ: [u64; 2] = [50, 1000];
 
 /// Decisions of one relay round, about as many as a mission on hard ground takes.
 const RELAY_ROUNDS: u64 = 40;
@@ -40,12 +40,14 @@ fn main() {
     }
     let mut rows = Rows::default();
     for round in 0..ROUNDS {
-        let bare_us = bare_relay_us(round);
-        let timings = fly(round, &PACE_HZ.to_string());
-        let stack_us = median(timings.iter().map(overhead_us));
-        rows.push("bare relay of three processes, a round trip [us]", bare_us);
-        rows.push("landing to command accepted, less planning [us]", stack_us);
-        rows.push("ratio of the two", stack_us / bare_us);
+        for pace_hz in PACES_HZ {
+            let bare_us = bare_relay_us(round, pace_hz);
+            let timings = fly(round, &pace_hz.to_string());
+            let stack_us = median(timings.iter().map(overhead_us));
+            rows.push(&format!("{pace_hz} Hz: bare relay of three processes [us]"), bare_us);
+            rows.push(&format!("{pace_hz} Hz: landing to accepted, less planning [us]"), stack_us);
+            rows.push(&format!("{pace_hz} Hz: ratio of the two"), stack_us / bare_us);
+        }
         let timings = fly(round, "max");
         rows.push("hops a second through four processes at --pace max", rate_hz(&timings));
         for algorithm in ["mdp", "greedy"] {
@@ -55,7 +57,7 @@ fn main() {
         }
     }
     println!("processor: {}", node::host::processor());
-    println!("cores: {}, rounds: {ROUNDS}, pace of the latency rows: {PACE_HZ} Hz\n", cores());
+    println!("cores: {}, rounds: {ROUNDS}\n", cores());
     rows.print();
 }
 
@@ -68,8 +70,8 @@ fn relay(instance: &str) -> Relay {
 }
 
 /// Median round trip of a relay that does no work, microseconds.
-fn bare_relay_us(round: u64) -> f64 {
-    let instance = format!("bench-relay-{}-{round}", std::process::id());
+fn bare_relay_us(round: u64, pace_hz: u64) -> f64 {
+    let instance = format!("bench-relay-{}-{round}-{pace_hz}", std::process::id());
     let executable = std::env::current_exe().expect("this benchmark");
     let stage = |stage: Stage| -> Child {
         Command::new(&executable)
@@ -79,7 +81,7 @@ fn bare_relay_us(round: u64) -> f64 {
             .expect("a stage starts")
     };
     let mut stages = [stage(Stage::Map), stage(Stage::Command)];
-    let period = Duration::from_nanos(1_000_000_000 / PACE_HZ);
+    let period = Duration::from_nanos(1_000_000_000 / pace_hz);
     let times_ns = relay(&instance).source(RELAY_ROUNDS, period).expect("the relay runs");
     for stage in &mut stages {
         stage.wait().expect("a stage ends");

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use contract::{Name, RobotId, Role};
-use node::peer::{Farewell, Patience, PeerArgs, waits_for};
+use node::peer::{Attendance, PeerArgs, TICK};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
 use crate::{Display, Effect, Event, Watcher};
@@ -45,19 +45,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     crash_point("monitor.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
-    let joined = Node::now();
     let mut watcher = Watcher::new(robot);
     let mut display = Display::on_stderr();
-    let mut patience = Patience::new(args.peer.wait);
-    let mut farewell = Farewell::new(args.peer.stay);
+    let mut attendance = Attendance::new(&args.peer);
     loop {
-        node.wait(PERIOD);
+        node.wait(if past.is_waiting() { TICK } else { PERIOD });
         if node.stop_requested().is_some() {
             display.finish();
             return Ok(Exit::Interrupted);
         }
         let mut events: Vec<Event> = Vec::new();
-        events.extend(node.heartbeats().into_iter().map(|beat| heard(beat, Event::Heartbeat)));
+        for beat in node.heartbeats() {
+            beat.iter().for_each(|beat| attendance.hear(beat));
+            events.push(heard(beat, Event::Heartbeat));
+        }
         events.extend(briefs.newest().map(|brief| heard(brief, Event::Brief)));
         for state in states.drain() {
             crash_point("monitor.state_received");
@@ -76,17 +77,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     Effect::Finished(status) => {
                         display.finish();
                         print(&watcher, args.format)?;
-                        farewell.mission_ended(status, Node::now());
+                        attendance.mission_ended(status);
                     }
                 }
             }
         }
-        let now = Node::now();
-        let (run, decision, status) = watcher.seen();
-        node.beat(run, decision, status)?;
-        let waits_for = waits_for(watcher.waits_for(), status.is_over(), watcher.roster(), now, joined);
-        patience.check(waits_for, now)?;
-        if farewell.is_due(now) {
+        if attendance.close_turn(&mut node, watcher.seen(), watcher.waits_for())? {
             return Ok(Exit::Done);
         }
     }

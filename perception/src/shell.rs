@@ -1,7 +1,7 @@
 //! The perception process: shared memory and clock around the [`Cartographer`].
 
-use contract::{Name, RobotId, Role, Roster};
-use node::peer::{Farewell, Patience, PeerArgs, TICK, accept, waits_for};
+use contract::{Name, RobotId, Role};
+use node::peer::{Attendance, PeerArgs, TICK, accept};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
 use terrain::Terrain;
@@ -39,11 +39,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     crash_point("perception.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
-    let joined = Node::now();
     let mut cartographer = Cartographer::new(robot);
-    let mut roster = Roster::default();
-    let mut patience = Patience::new(args.peer.wait);
-    let mut farewell = Farewell::new(args.peer.stay);
+    let mut attendance = Attendance::new(&args.peer);
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -51,7 +48,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         let mut effects = Vec::new();
         for beat in node.heartbeats().into_iter().flatten() {
-            roster.observe(beat, Node::now());
+            attendance.hear(&beat);
         }
         if let Some(brief) = accept(briefs.newest()) {
             let (run, grid) = (brief.run, brief.grid);
@@ -86,17 +83,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     }
                     crash_point("perception.published");
                 }
-                Effect::Finished(status) => farewell.mission_ended(status, Node::now()),
+                Effect::Finished(status) => attendance.mission_ended(status),
             }
         }
         if let Some((_, writer)) = &mut maps {
             writer.idle()?;
         }
-        let now = Node::now();
-        let (run, decision, status) = cartographer.seen();
-        node.beat(run, decision, status)?;
-        patience.check(waits_for(cartographer.waits_for(), status.is_over(), &roster, now, joined), now)?;
-        if farewell.is_due(now) {
+        if attendance.close_turn(&mut node, cartographer.seen(), cartographer.waits_for())? {
             return Ok(Exit::Done);
         }
     }

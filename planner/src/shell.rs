@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use contract::{Policy, RobotId, Role, Roster};
-use node::peer::{Farewell, Patience, PeerArgs, TICK, accept, waits_for};
+use contract::{Policy, RobotId, Role};
+use node::peer::{Attendance, PeerArgs, TICK, accept};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
 use crate::pilot::{Commission, Effect, Event, Pilot};
@@ -53,7 +53,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     crash_point("planner.joined");
     tracing::info!("joined instance {:?} as {}", args.peer.instance, planner.name());
 
-    let joined = Node::now();
     let mut pilot = Pilot::new(Commission {
         robot,
         incarnation: node.incarnation(),
@@ -62,9 +61,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         takeover: args.takeover,
         succeeds_pid: args.succeeds_pid,
     });
-    let mut roster = Roster::default();
-    let mut patience = Patience::new(args.peer.wait);
-    let mut farewell = Farewell::new(args.peer.stay);
+    let mut attendance = Attendance::new(&args.peer);
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -72,7 +69,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         let mut effects = VecDeque::new();
         for beat in node.heartbeats().into_iter().flatten() {
-            roster.observe(beat, Node::now());
+            attendance.hear(&beat);
             effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
         }
         if let Some(brief) = accept(briefs.newest()) {
@@ -107,15 +104,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 Effect::StepsBack(term) => {
                     tracing::info!("another planner commands, term {term}: standing by")
                 }
-                Effect::Finished(status) => farewell.mission_ended(status, Node::now()),
+                Effect::Finished(status) => attendance.mission_ended(status),
             }
         }
         commands.idle()?;
-        let now = Node::now();
-        let (run, decision, status) = pilot.seen();
-        node.beat(run, decision, status)?;
-        patience.check(waits_for(pilot.waits_for(), status.is_over(), &roster, now, joined), now)?;
-        if farewell.is_due(now) {
+        if attendance.close_turn(&mut node, pilot.seen(), pilot.waits_for())? {
             return Ok(Exit::Done);
         }
     }

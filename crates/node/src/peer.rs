@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{MonotonicNs, Refusal, Role, Roster, Status};
+use contract::{Decision, Heartbeat, MonotonicNs, Refusal, Role, Roster, RunId, Status};
 
-use crate::{Exit, Failure};
+use crate::{Exit, Failure, Node};
 
 /// How long a work loop sleeps at most.
 pub const TICK: Duration = Duration::from_millis(10);
@@ -82,42 +82,59 @@ impl Patience {
     }
 }
 
-/// What a peer waits for: what its machine lacks, else a hopper-sim that has fallen silent.
-#[must_use]
-pub fn waits_for(
-    machine: Option<&'static str>,
-    over: bool,
-    roster: &Roster,
-    now: MonotonicNs,
-    since: MonotonicNs,
-) -> Option<&'static str> {
-    let silent = !over && now.since_ns(since) > SILENCE_NS && !roster.has(Role::HopperSim, now);
-    machine.or(silent.then_some("hopper-sim: it is silent; holding"))
-}
-
-/// Lets a peer leave a while after the mission's end, unless it was told to stay.
+/// What every peer does beside its own work: knows who lives, beats, waits patiently, and leaves in time.
 #[derive(Debug)]
-pub struct Farewell {
+pub struct Attendance {
+    roster: Roster,
+    patience: Patience,
     stay: bool,
-    ended: Option<(MonotonicNs, Status)>,
+    joined: MonotonicNs,
+    ended: Option<MonotonicNs>,
 }
 
-impl Farewell {
-    /// A farewell not yet due.
+impl Attendance {
+    /// A peer that has just joined.
     #[must_use]
-    pub fn new(stay: bool) -> Self {
-        Self { stay, ended: None }
+    pub fn new(args: &PeerArgs) -> Self {
+        Self {
+            roster: Roster::default(),
+            patience: Patience::new(args.wait),
+            stay: args.stay,
+            joined: Node::now(),
+            ended: None,
+        }
     }
 
-    /// The mission ended at `now`.
-    pub fn mission_ended(&mut self, status: Status, now: MonotonicNs) {
+    /// Takes note of a sign of life.
+    pub fn hear(&mut self, beat: &Heartbeat) {
+        self.roster.observe(*beat, Node::now());
+    }
+
+    /// The mission has ended.
+    pub fn mission_ended(&mut self, status: Status) {
         tracing::info!("the mission is over: {status}");
-        self.ended = Some((now, status));
+        self.ended = Some(Node::now());
     }
 
-    /// Whether it is time to leave.
-    #[must_use]
-    pub fn is_due(&self, now: MonotonicNs) -> bool {
-        !self.stay && self.ended.is_some_and(|(ended, _)| now.since_ns(ended) >= FAREWELL_NS)
+    /// Closes one turn of the work loop: beats with what was `seen` last, and says whether to leave.
+    ///
+    /// `lacks` is what the peer's machine still needs; nothing, but a silent hopper-sim, is waited for too.
+    ///
+    /// # Errors
+    /// If patience has run out (exit code 4) or the beat cannot be sent.
+    pub fn close_turn(
+        &mut self,
+        node: &mut Node,
+        (run, decision, status): (RunId, Decision, Status),
+        lacks: Option<&'static str>,
+    ) -> Result<bool, Failure> {
+        let now = Node::now();
+        node.beat(run, decision, status)?;
+        let silent = !status.is_over()
+            && now.since_ns(self.joined) > SILENCE_NS
+            && !self.roster.has(Role::HopperSim, now);
+        self.patience.check(lacks.or(silent.then_some("hopper-sim: it is silent; holding")), now)?;
+        let farewell = self.ended.is_some_and(|ended| now.since_ns(ended) >= FAREWELL_NS);
+        Ok(farewell && !self.stay)
     }
 }
