@@ -1,5 +1,6 @@
 //! The command `hopper`: missions as separate processes or in lockstep, and the tools around them.
 
+pub mod campaign;
 pub mod child;
 pub mod doctor;
 pub mod journal;

@@ -128,11 +128,12 @@ impl<'a> Host<'a> {
         let (brief, terrain) = (mission.brief, mission.terrain.clone());
         cartographer.on(perception::Event::Terrain(brief.run, terrain), now);
         cartographer.on(perception::Event::Brief(brief), now);
+        let planner = enlist(first, &mission)?;
         let mut host = Self {
             arbiter: Arbiter::new(mission, None, Pace::Max, 0, now),
             cartographer,
             pilot: Pilot::new(commission(first, 1)),
-            planner: planner::algorithm(first.as_str())?,
+            planner,
             crew,
             lives: 1,
             inbox: VecDeque::new(),
@@ -169,7 +170,7 @@ impl<'a> Host<'a> {
     fn relieve(&mut self, decision: Decision, now: MonotonicNs) -> Result<(), PlannerError> {
         let Some(shift) = self.crew.pop_front_if(|shift| shift.from <= decision) else { return Ok(()) };
         self.lives += 1;
-        self.planner = planner::algorithm(shift.planner.as_str())?;
+        self.planner = enlist(shift.planner, self.arbiter.mission())?;
         self.pilot = Pilot::new(commission(shift.planner, self.lives));
         self.pilot.on(planner::pilot::Event::Brief(self.arbiter.mission().brief), now);
         Ok(())
@@ -208,6 +209,17 @@ impl<'a> Host<'a> {
             }
         }
     }
+}
+
+/// A fresh planner by name; here alone, where one thread holds the truth anyway, also the clairvoyant.
+fn enlist(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, PlannerError> {
+    if name.as_str() != planner::CLAIRVOYANT {
+        return planner::algorithm(name.as_str());
+    }
+    let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief, &mission.terrain);
+    let unsuited =
+        |error: clairvoyant::ClairvoyantError| PlannerError::Unsuited { reason: error.to_string() };
+    Ok(Box::new(clairvoyant.map_err(unsuited)?))
 }
 
 fn commission(planner: Name, life: u64) -> Commission {

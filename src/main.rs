@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{doctor, journal, run, scenario, terrain, topic};
+use hopper::{campaign, doctor, journal, run, scenario, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -24,6 +24,7 @@ Examples:
   hopper run --scenario sandy --profile hopper  another mission
   hopper run --lockstep --format json           the same machines in one thread
   hopper planner --algorithm greedy --takeover  swap the planner of a running mission
+  hopper campaign run campaigns/p23-tables.toml the paper's tables, 1,800 missions
   hopper doctor                                 what runs, what is missing, what to do next
 
 Exit codes: 0 done, 1 mission failed or run error, 2 usage or bad input, 3 threshold missed,
@@ -41,6 +42,9 @@ enum Command {
     Planner(planner::shell::Args),
     /// The monitor process: watches latency and health.
     Monitor(monitor::shell::Args),
+    /// Fly a grid of missions on all cores, and say what they come to.
+    #[command(subcommand)]
+    Campaign(campaign::Command),
     /// Check a scenario, or print the schema of scenarios.
     #[command(subcommand)]
     Scenario(scenario::Command),
@@ -72,6 +76,7 @@ fn main() -> ExitCode {
 
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
+        Command::Campaign(command) => campaign::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),

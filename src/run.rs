@@ -19,7 +19,7 @@ use crate::supervisor;
 pub struct Args {
     #[command(flatten)]
     pub(crate) mission: MissionArgs,
-    /// Algorithm of the planner: mdp, greedy, or hold.
+    /// Algorithm of the planner: mdp, greedy, astar, dstar_lite, hold; in lockstep also clairvoyant.
     #[arg(long, default_value = "mdp", value_name = "NAME")]
     pub(crate) planner: String,
     /// Instance to run as; processes of different instances never meet.
@@ -51,11 +51,14 @@ pub struct Args {
 /// # Errors
 /// If the arguments, the scenario or the output folder are at fault, or the processes cannot run.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    planner::algorithm(&args.planner).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
+    if !clairvoyant {
+        planner::algorithm(&args.planner).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    }
     let world = args.mission.world()?;
     let outbox = Outbox::open(args.out.clone(), &world, args.mission.seed)?;
     let (mut summary, interrupted) = if args.lockstep {
-        (in_lockstep(args, &world, &outbox)?, false)
+        (in_lockstep(&world, args.mission.seed, &crew(args)?, &outbox)?, false)
     } else {
         supervisor::fly(args, &outbox)?
     };
@@ -77,9 +80,12 @@ fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
     }
 }
 
-fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, Failure> {
-    let crew = crew(args)?;
-    let mut journal = open_journal(&outbox.journal_dir(), world, args.mission.seed, false)?;
+/// Flies `world` with `seed` in this thread, journal included.
+///
+/// # Errors
+/// If the output folder holds a mission already, or cannot be written.
+pub fn in_lockstep(world: &World, seed: u64, crew: &Crew, outbox: &Outbox) -> Result<Summary, Failure> {
+    let mut journal = open_journal(&outbox.journal_dir(), world, seed, false)?;
     if !journal.is_empty() {
         return Err(Failure::new(
             Exit::Usage,
@@ -91,10 +97,10 @@ fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, F
         ));
     }
     let brief = Brief { run: journal.header().run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: args.mission.seed };
-    let mut summary = SummaryBuilder::new(&brief, args.mission.seed);
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed };
+    let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
-    let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |record| {
+    let flown = lockstep::fly(mission, crew, &mut Node::now, &mut |record| {
         summary.record(record);
         if let Err(error) = journal.append(record) {
             failed.get_or_insert(error);

@@ -90,6 +90,7 @@ fn engines_own_no_clock_no_port_and_no_unordered_map() {
     let engines = [
         "crates/contract/src",
         "crates/motion/src",
+        "crates/campaign/src",
         "planner/src",
         "perception/src",
         "hopper-sim/src",

@@ -11,4 +11,15 @@ pub enum PlannerError {
         /// The name asked for.
         got: String,
     },
+    /// The clairvoyant planner was asked to plan from what has been seen.
+    #[error(
+        "the planner clairvoyant needs the whole ground, which only lockstep shows it; got a mission to discover"
+    )]
+    LockstepOnly,
+    /// The planner cannot take on this mission.
+    #[error("{reason}")]
+    Unsuited {
+        /// What was needed and what was got.
+        reason: String,
+    },
 }

@@ -12,9 +12,10 @@ pub mod mdp;
 pub mod payoff;
 pub mod pilot;
 pub mod plan;
+pub mod route;
 pub mod shell;
 mod tie;
 
-pub use algorithm::{ALGORITHMS, algorithm};
+pub use algorithm::{ALGORITHMS, CLAIRVOYANT, algorithm};
 pub use error::PlannerError;
 pub use plan::{Budget, Plan, PlanStatus, Planner, Situation};

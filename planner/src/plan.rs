@@ -57,7 +57,8 @@ impl Plan {
 /// # Law
 /// The plan is a function of the situation and the budget alone, bit for bit: what a planner keeps
 /// between calls may save time, never change an answer. A planner restarted with nothing decides as
-/// the one that died would have.
+/// the one that died would have. The work alone may differ, where a search is mended and the budget
+/// sets no bound: then nothing but the count depends on it.
 pub trait Planner: Send {
     /// The name it is asked for by, one of [`crate::ALGORITHMS`].
     fn name(&self) -> Name;

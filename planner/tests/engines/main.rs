@@ -8,5 +8,6 @@ mod independence;
 mod law;
 mod paper_table;
 mod profile;
+mod route;
 mod rows;
 mod world;

@@ -1,0 +1,103 @@
+//! One cell of the grid: a world and who crosses it.
+
+use contract::{Profile, Weights};
+use scenario::{Scenario, World};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use crate::CampaignError;
+
+/// A cell, complete: its world can be built from it without any other file but elevation models.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Place in the plan, from 0.
+    pub number: u64,
+    /// Scenario as the campaign names it.
+    pub scenario: String,
+    /// Reading of the model.
+    pub profile: Profile,
+    /// Algorithm.
+    pub planner: String,
+    /// Weights of the payoff.
+    pub weights: Weights,
+    /// Steps after which a mission is a deadlock.
+    pub steps_max: u64,
+    /// SHA-256 over the resolved world and the planner, hexadecimal.
+    pub config: String,
+    /// The resolved scenario as canonical TOML.
+    pub world: String,
+}
+
+impl Cell {
+    pub(crate) fn new(number: u64, selector: &str, planner: &str, weights: Weights, world: &World) -> Self {
+        Self {
+            number,
+            scenario: selector.into(),
+            profile: world.brief.profile,
+            planner: planner.into(),
+            weights,
+            steps_max: world.brief.limits.steps_max,
+            config: config(world, planner),
+            world: world.resolved.clone(),
+        }
+    }
+
+    /// Builds the world again.
+    ///
+    /// # Errors
+    /// If a file that it reads is gone or has changed.
+    pub fn world(&self) -> Result<World, CampaignError> {
+        let failed =
+            |source| CampaignError::Scenario { selector: self.scenario.clone(), source: Box::new(source) };
+        let world = Scenario::parse(&self.world, &self.scenario)
+            .and_then(|scenario| scenario.resolve())
+            .map_err(failed)?;
+        let got = config(&world, &self.planner);
+        if got != self.config {
+            let (number, name) = (self.number, self.to_string());
+            return Err(CampaignError::Changed { number, name, need: self.config.clone(), got });
+        }
+        Ok(world)
+    }
+
+    /// Seed of a repetition in a campaign of `campaign_seed`. It depends on what the cell is, never on
+    /// its place in the grid, so that a grid can grow without changing its trials. 53 bits, which every
+    /// reader of JSON keeps.
+    #[must_use]
+    pub fn seed(&self, campaign_seed: u64, repetition: u64) -> u64 {
+        let mut hasher = Sha256::new();
+        hasher.update(b"hopper campaign seed v1");
+        hasher.update(campaign_seed.to_le_bytes());
+        for text in [&self.scenario, &self.planner] {
+            hasher.update((text.len() as u64).to_le_bytes());
+            hasher.update(text);
+        }
+        hasher.update(self.profile.code().to_le_bytes());
+        let Weights { safety, information, distance } = self.weights;
+        for weight in [safety, information, distance] {
+            hasher.update(weight.to_bits().to_le_bytes());
+        }
+        hasher.update(repetition.to_le_bytes());
+        let bytes: [u8; 32] = hasher.finalize().into();
+        bytes[..8].iter().fold(0, |seed, byte| seed << 8 | u64::from(*byte)) >> 11
+    }
+}
+
+impl std::fmt::Display for Cell {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Weights { safety, information, .. } = self.weights;
+        write!(f, "{} {} ({safety}, {information}) in {}", self.scenario, self.planner, self.profile)
+    }
+}
+
+fn config(world: &World, planner: &str) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(b"hopper campaign cell v1");
+    hasher.update(world.hash);
+    hasher.update(planner);
+    hexadecimal(&hasher.finalize())
+}
+
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,106 @@
+//! A picture of how many steps the successes of each cell took, as SVG.
+
+use std::fmt::Write as _;
+
+use contract::Status;
+
+use crate::{Cell, Report, Tally};
+
+const WIDTH: f64 = 920.0;
+const LEFT: f64 = 310.0;
+const RIGHT: f64 = 190.0;
+const TOP: f64 = 64.0;
+const ROW: f64 = 46.0;
+const BOTTOM: f64 = 52.0;
+/// Width of a bin in steps: a hop.
+const BIN: u64 = 2;
+
+impl Report {
+    /// Small multiples: a histogram of steps over successes for each cell, the mean marked, and the
+    /// share of failures beside it. All on one axis from 0 to the largest step limit.
+    #[must_use]
+    pub fn distribution_svg(&self) -> String {
+        let cells: Vec<_> = self.cells().filter(|(_, tally)| tally.trials() > 0).collect();
+        let steps_max = cells.iter().map(|(cell, _)| cell.steps_max).max().unwrap_or(150);
+        let bottom = TOP + ROW * cells.len() as f64;
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"sans-serif\" \
+             font-size=\"12\" fill=\"#222\">\n<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
+             <text x=\"16\" y=\"26\" font-size=\"17\">Steps of successful missions</text>\n\
+             <text x=\"16\" y=\"46\" fill=\"#666\">bars: share of the cell's successes in bins of {BIN} steps, \
+             each row to its own height; line: mean; right: trials that reached the goal</text>\n",
+            height = bottom + BOTTOM
+        );
+        let x = |steps: f64| LEFT + (WIDTH - LEFT - RIGHT) * steps / (steps_max + BIN) as f64;
+        for tick in (0..=steps_max).step_by(usize::try_from(steps_max / 6).unwrap_or(25).max(1)) {
+            let at = x(tick as f64);
+            let _ = writeln!(
+                svg,
+                "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{bottom}\" stroke=\"#ddd\"/>\
+                 <text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tick}</text>",
+                bottom + 18.0
+            );
+        }
+        let _ = writeln!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">steps, in the paper's count</text>",
+            x(steps_max as f64 / 2.0),
+            bottom + 38.0
+        );
+        for (place, (cell, tally)) in cells.iter().enumerate() {
+            svg += &row(cell, tally, TOP + ROW * place as f64, &x);
+        }
+        svg + "</svg>\n"
+    }
+}
+
+fn row(cell: &Cell, tally: &Tally, top: f64, x: &impl Fn(f64) -> f64) -> String {
+    let base = top + ROW - 4.0;
+    let mut bins = std::collections::BTreeMap::<u64, u64>::new();
+    for (steps, count) in tally.steps() {
+        *bins.entry(steps / BIN).or_default() += count;
+    }
+    let most = bins.values().copied().max().unwrap_or(1) as f64;
+    let colour = if cell.planner == "greedy" { "#c77c2a" } else { "#2a6fb0" };
+    let mut svg = format!(
+        "<text x=\"16\" y=\"{:.1}\">{}</text>\n<line x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{base:.1}\" y2=\"{base:.1}\" \
+         stroke=\"#999\"/>\n",
+        base - 8.0,
+        escaped(&cell.to_string()),
+        x(0.0),
+        WIDTH - RIGHT
+    );
+    for (bin, count) in bins {
+        let (from, to) = (x((bin * BIN) as f64), x(((bin + 1) * BIN) as f64));
+        let height = (ROW - 12.0) * count as f64 / most;
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{colour}\"/>",
+            base - height,
+            to - from - 0.5
+        );
+    }
+    let numbers = tally.numbers(cell.steps_max);
+    if let Some(mean) = numbers.steps.mean {
+        let at = x(mean);
+        let _ = writeln!(
+            svg,
+            "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{:.1}\" y2=\"{base:.1}\" stroke=\"#000\" stroke-width=\"1.5\"/>",
+            top + 4.0
+        );
+    }
+    let mean = numbers.steps.mean.map_or(String::new(), |mean| format!(", mean {mean:.1}"));
+    let _ = writeln!(
+        svg,
+        "<text x=\"{:.1}\" y=\"{:.1}\">{} of {}{mean}</text>",
+        WIDTH - RIGHT + 10.0,
+        base - 8.0,
+        tally.count(Status::Goal),
+        tally.trials()
+    );
+    svg
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

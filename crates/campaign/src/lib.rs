@@ -1,0 +1,30 @@
+//! Campaigns: a grid of missions, what became of each, and what they say together.
+//!
+//! A [`Campaign`] is read from TOML and laid out as a [`Plan`] of numbered [`Cell`]s. Each [`Trial`] of
+//! the plan has a seed that follows from the campaign's seed, its cell and its repetition alone, so a
+//! [`Row`] is the same whichever job, shard or resumption flew it. A [`Report`] folds rows in constant
+//! memory and sets them beside the published tables of [`paper`].
+//!
+//! No threads, no clock; files are read by [`scenario::load`] only. The host flies the trials.
+
+pub mod cell;
+mod distribution;
+pub mod error;
+pub mod file;
+pub mod markdown;
+pub mod paper;
+pub mod plan;
+pub mod report;
+pub mod row;
+pub mod shard;
+pub mod statistics;
+pub mod tally;
+
+pub use cell::Cell;
+pub use error::CampaignError;
+pub use file::Campaign;
+pub use plan::{Plan, Trial};
+pub use report::Report;
+pub use row::Row;
+pub use shard::Shard;
+pub use tally::Tally;

@@ -1,0 +1,83 @@
+//! A*: one search from the hopper to the goal, anew before every hop.
+//!
+//! Cells are expanded in the order of (f, g, index), f = g + a consistent lower bound. The cells before
+//! a cell on a cheapest route have no larger f and a smaller g (a hop costs something), so all of them
+//! are expanded before it: when the goal's turn comes, the set of first hops that each cell carries is
+//! complete there, and the first of north, east, south, west can be told among all cheapest routes.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use contract::{Action, Cell, Direction, Grid, Name};
+
+use super::costs::{Costs, FORBIDDEN, at_least};
+use super::{Found, Search};
+use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+
+/// Plans the cheapest route by A*. Work is counted in expansions; a plan that is cut holds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AStar;
+
+impl Planner for AStar {
+    fn name(&self) -> Name {
+        algorithm::name("astar")
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
+        let (here, brief) = (situation.state.pose.cell, situation.brief);
+        if here == brief.goal {
+            return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        let costs = Costs::new(situation);
+        let (search, expansions) =
+            search(&costs, &brief.grid, here, brief.goal, budget.work_max.unwrap_or(u64::MAX));
+        search.plan(expansions)
+    }
+}
+
+/// Searches for a cheapest route from `start` to another cell `goal` with at most `expansions_max`
+/// expansions; gives how it ended, and the expansions made.
+#[must_use]
+pub fn search(costs: &Costs, grid: &Grid, start: Cell, goal: Cell, expansions_max: u64) -> (Search, u64) {
+    let (Some(first), Some(last)) = (grid.index(start), grid.index(goal)) else {
+        return (Search::NoRoute, 0);
+    };
+    let bound = |cell: Cell| at_least(grid, costs.cheapest, cell, goal);
+    // Cost from the start, and the first hops of the cheapest routes, a bit each.
+    let mut reached = vec![(FORBIDDEN, 0_u8); grid.cells()];
+    reached[first].0 = 0;
+    let mut open = BinaryHeap::from([Reverse((bound(start), 0, first))]);
+    let mut expansions = 0;
+    while let Some(Reverse((_, cost, index))) = open.pop() {
+        let (least, hops) = reached[index];
+        if cost > least {
+            continue;
+        }
+        if index == last {
+            let direction = Direction::ALL[hops.trailing_zeros() as usize];
+            return (Search::Found(Found { direction, cost }), expansions);
+        }
+        if expansions == expansions_max {
+            return (Search::Cut, expansions);
+        }
+        expansions += 1;
+        let cell = grid.cell(index);
+        for direction in Direction::ALL {
+            let hop = costs.hops[index][direction as usize];
+            if hop == FORBIDDEN {
+                continue;
+            }
+            let to = grid.hop(cell, direction);
+            let next = grid.index(to).expect("hops off the map are forbidden");
+            let sum = cost.saturating_add(hop);
+            let first_hops = if index == first { 1 << direction as u8 } else { hops };
+            if sum < reached[next].0 {
+                reached[next] = (sum, first_hops);
+                open.push(Reverse((sum.saturating_add(bound(to)), sum, next)));
+            } else if sum == reached[next].0 {
+                reached[next].1 |= first_hops;
+            }
+        }
+    }
+    (Search::NoRoute, expansions)
+}

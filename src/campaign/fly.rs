@@ -1,0 +1,218 @@
+//! `hopper campaign run`: every trial of a shard in lockstep, rows in order.
+
+use std::path::{Path, PathBuf};
+
+use ::campaign::row::Ending;
+use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
+use contract::{Action, Brief, RunId};
+use hopper_sim::Mission;
+use indicatif::{ProgressBar, ProgressStyle};
+use node::{Exit, Failure, Node};
+use rayon::prelude::*;
+use report::Format;
+use scenario::World;
+use serde::Serialize;
+
+use super::print;
+use super::store::{Manifest, Store, Times};
+use crate::lockstep::{self, Crew};
+
+/// Trials of one batch for each job: all that is ever held in memory, and all that a kill can lose.
+const BATCH_PER_JOB: u64 = 32;
+
+/// Arguments of `hopper campaign run`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// The campaign, a TOML file; see campaigns/ for examples.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Threads to fly on [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    jobs: Option<u16>,
+    /// Fly the I-th of N equal parts only, I from 1 to N.
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    shard: Shard,
+    /// Go on where a run into the same folder ended.
+    #[arg(long)]
+    resume: bool,
+    /// Folder for the rows [default: out/NAME, or out/NAME-I-of-N for a shard].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Form of the closing words on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
+/// How a run went; of this machine and this day.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// The folder.
+    pub out: PathBuf,
+    /// The part of the campaign.
+    pub shard: Shard,
+    /// Trials that the folder holds.
+    pub trials: u64,
+    /// Trials flown by this run.
+    pub flown: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// Wall-clock time, seconds.
+    pub wall_s: f64,
+    /// Episodes a second.
+    pub episodes_per_s: f64,
+    /// What the paper's machine would have needed for the trials flown whose kind it timed, seconds.
+    pub paper_s: f64,
+    /// How many times faster than the paper's machine.
+    pub paper_ratio: Option<f64>,
+    /// Commit of the program.
+    pub commit: &'static str,
+    /// The machine.
+    pub processor: String,
+}
+
+/// Flies the campaign.
+///
+/// # Errors
+/// Exit code 2 if the campaign, a flag or the folder is at fault.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let plan = plan(&args.file)?;
+    let worlds =
+        plan.cells.iter().map(|cell| cell.world()).collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
+    let jobs =
+        args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let out = args.out.clone().unwrap_or_else(|| default_folder(&plan, args.shard));
+    let manifest = Manifest { shard: args.shard, plan };
+    let mut store = Store::open(&out, &manifest, args.resume)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(Failure::run)?;
+
+    let (shard, plan) = (args.shard, &manifest.plan);
+    let due = shard.len(plan.trials());
+    let held = store.done();
+    let bar = progress(due, held);
+    let (started, mut paper_s) = (Node::now(), 0.0);
+    while store.done() < due {
+        let last = due.min(store.done() + BATCH_PER_JOB * jobs as u64);
+        let batch: Vec<u64> = (store.done()..last).collect();
+        let flown: Result<Vec<_>, Failure> = pool.install(|| {
+            let numbers = batch.into_par_iter().with_max_len(1);
+            let trials = numbers.filter_map(|index| plan.trial(shard.nth(index, plan.trials())?));
+            trials.map(|trial| fly(plan, &worlds[trial.cell.number as usize], &trial)).collect()
+        });
+        for (row, times) in flown? {
+            paper_s += paper::episode_s(&row.scenario, &row.planner).unwrap_or(0.0);
+            store.append(&row, &times)?;
+        }
+        store.flush()?;
+        bar.set_position(store.done());
+    }
+    bar.finish_and_clear();
+
+    let wall_s = Node::now().since_ns(started) as f64 / 1e9;
+    let flown = due - held;
+    let run = Run {
+        out,
+        shard,
+        trials: due,
+        flown,
+        jobs,
+        wall_s,
+        episodes_per_s: if flown > 0 { flown as f64 / wall_s } else { 0.0 },
+        paper_s,
+        paper_ratio: (paper_s > 0.0).then(|| paper_s / wall_s),
+        commit: env!("HOPPER_COMMIT"),
+        processor: node::host::processor(),
+    };
+    store.keep(&run)?;
+    print(&match args.format {
+        Format::Json => serde_json::to_string(&run).map_err(Failure::run)? + "\n",
+        Format::Text => run.text(),
+    })?;
+    Ok(Exit::Done)
+}
+
+impl Run {
+    fn text(&self) -> String {
+        let Self { out, trials, flown, jobs, wall_s, episodes_per_s, .. } = self;
+        if *flown == 0 {
+            return format!("Nothing left to fly: {} holds all {trials} trials.\n", out.display());
+        }
+        let mut text = format!(
+            "{flown} episodes in {wall_s:.1} s on {jobs} {}: {episodes_per_s:.0} episodes/s.\n",
+            if *jobs == 1 { "thread" } else { "threads" }
+        );
+        if let Some(ratio) = self.paper_ratio {
+            text += &format!(
+                "The paper's machine would have needed {}: {ratio:.0} times as long.\n",
+                long(self.paper_s)
+            );
+        }
+        text + &format!("{trials} rows in {}; see: hopper campaign report {}\n", out.display(), out.display())
+    }
+}
+
+/// A duration in the unit that fits it.
+fn long(duration_s: f64) -> String {
+    if duration_s < 100.0 { format!("{duration_s:.1} s") } else { format!("{:.1} h", duration_s / 3600.0) }
+}
+
+/// The plan of a campaign file, planners checked.
+fn plan(file: &Path) -> Result<Plan, Failure> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Failure::usage(format!("{}: cannot be read: {error}", file.display())))?;
+    let at = |error: &dyn std::fmt::Display| Failure::usage(format!("{}: {error}", file.display()));
+    let campaign = Campaign::parse(&text, &file.display().to_string()).map_err(|error| match error {
+        error @ ::campaign::CampaignError::Toml { .. } => Failure::usage(error),
+        error => at(&error),
+    })?;
+    // Campaigns fly in lockstep, so the clairvoyant may fly too.
+    for name in campaign.planners.iter().filter(|name| *name != planner::CLAIRVOYANT) {
+        planner::algorithm(name).map_err(|error| at(&format!("planners: {error}")))?;
+    }
+    let folder = file.parent().unwrap_or(Path::new(""));
+    campaign.plan(folder, env!("CARGO_PKG_VERSION")).map_err(|error| at(&error))
+}
+
+/// Flies one trial; the row depends on nothing but plan and trial.
+fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
+    let brief = Brief { run: RunId(1), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
+    let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let (mut hops, mut planning_ns) = (0, 0);
+    let started = Node::now();
+    let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |record| {
+        hops += u64::from(record.action != Action::Hold);
+        planning_ns += record.timing.planning_ended.since_ns(record.timing.planning_started);
+    })
+    .map_err(Failure::usage)?;
+    let episode_ns = Node::now().since_ns(started);
+    let ending = Ending {
+        outcome: flown.state.status,
+        steps: flown.state.steps,
+        hops,
+        coverage: flown.map.coverage(),
+        digest: flown.state.digest,
+    };
+    let seconds = |ns: u64| ns as f64 / 1e9;
+    let times =
+        Times { trial: trial.number, planning_s: seconds(planning_ns), episode_s: seconds(episode_ns) };
+    Ok((Row::new(plan, trial, ending), times))
+}
+
+fn default_folder(plan: &Plan, shard: Shard) -> PathBuf {
+    let name = if shard == Shard::WHOLE {
+        plan.name.clone()
+    } else {
+        format!("{}-{}-of-{}", plan.name, shard.number, shard.count)
+    };
+    Path::new("out").join(name)
+}
+
+/// A bar on standard error, on terminals only.
+fn progress(due: u64, held: u64) -> ProgressBar {
+    let bar = ProgressBar::new(due).with_position(held);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} trials, {per_sec}, {eta} left")
+    {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,357 @@
+//! Campaigns give the same rows whatever jobs, shards and kills, and say what they come to.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use harness::{eventually, hopper, json, stderr};
+use serde_json::Value;
+
+const TINY: &str = r#"
+name = "tiny"
+seed = 11
+repetitions = 5
+scenarios = ["hard", "sandy"]
+planners = ["mdp", "greedy"]
+weights = [{ safety = 0.5, information = 0.5 }]
+"#;
+
+/// A folder with the campaign `text` in `c.toml`.
+fn folder(text: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("c.toml"), text).unwrap();
+    dir
+}
+
+fn done(mut command: Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{command:?}: {}", stderr(&output));
+    output
+}
+
+/// `hopper campaign WORDS` in `dir`, which must succeed.
+fn campaign(dir: &Path, words: &[&str]) -> Output {
+    let mut command = hopper(&["campaign"]);
+    command.args(words).current_dir(dir);
+    done(command)
+}
+
+fn refused(dir: &Path, words: &[&str], says: &[&str]) {
+    let output = hopper(&["campaign"]).args(words).current_dir(dir).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{words:?}: {text}");
+    for part in says {
+        assert!(text.contains(part), "{words:?} does not say {part:?}: {text}");
+    }
+    assert!(!text.contains("panicked") && text.lines().count() <= 12, "{text}");
+}
+
+/// Both forms of the rows, byte for byte.
+fn rows(dir: PathBuf) -> (String, String) {
+    let read = |file| fs::read_to_string(dir.join(file)).unwrap();
+    (read("trials.jsonl"), read("trials.csv"))
+}
+
+/// P-ROWS
+#[test]
+fn rows_are_equal_whatever_the_jobs() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--jobs", "1", "--out", "one"]);
+    let run = json(&campaign(dir, &["run", "c.toml", "--jobs", "2", "--out", "two", "--format", "json"]));
+    assert_eq!((&run["flown"], &run["jobs"]), (&20.into(), &2.into()));
+    assert!(run["episodes_per_s"].as_f64().unwrap() > 0.0 && run["paper_ratio"].as_f64().unwrap() > 1.0);
+    assert_eq!(rows(dir.join("one")), rows(dir.join("two")));
+    let (lines, table) = rows(dir.join("one"));
+    let seeds: std::collections::BTreeSet<_> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap()["seed"].as_u64().unwrap())
+        .collect();
+    assert_eq!((lines.lines().count(), table.lines().count(), seeds.len()), (20, 21, 20));
+}
+
+/// P-SHARDS
+#[test]
+fn shards_merged_are_the_whole() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "whole"]);
+    for shard in ["3/3", "1/3", "2/3"] {
+        campaign(dir, &["run", "c.toml", "--shard", shard, "--out", &shard[..1]]);
+    }
+    campaign(dir, &["merge", "2", "3", "1", "--out", "merged"]);
+    assert_eq!(rows(dir.join("merged")), rows(dir.join("whole")));
+    refused(dir, &["merge", "1", "2", "--out", "m"], &["shard 3/3 is missing"]);
+    refused(dir, &["merge", "1", "2", "3", "3", "--out", "m"], &["shard 3/3 is given twice"]);
+    refused(dir, &["merge", "1", "2", "whole", "--out", "m"], &["shards of one campaign"]);
+    let lines = fs::read_to_string(dir.join("2/trials.jsonl")).unwrap();
+    let cut: String = lines.lines().take(3).flat_map(|line| [line, "\n"]).collect();
+    fs::write(dir.join("2/trials.jsonl"), cut).unwrap();
+    refused(dir, &["merge", "1", "2", "3", "--out", "m"], &["shard 2/3 is not finished", "--resume"]);
+    campaign(dir, &["run", "c.toml", "--shard", "2/3", "--out", "2", "--resume"]);
+    campaign(dir, &["merge", "1", "2", "3", "--out", "again"]);
+    assert_eq!(rows(dir.join("again")), rows(dir.join("whole")));
+}
+
+/// P-RESUME
+#[test]
+fn a_killed_campaign_resumes_to_the_same_rows() {
+    let text = TINY.replace("repetitions = 5", "repetitions = 250").replace("\"mdp\", ", "");
+    let dir = folder(&text);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "whole"]);
+
+    let mut child = hopper(&["campaign", "run", "c.toml", "--jobs", "1", "--out", "cut"])
+        .current_dir(dir)
+        .spawn()
+        .unwrap();
+    let held = dir.join("cut/trials.jsonl");
+    eventually("first rows", || fs::metadata(&held).is_ok_and(|file| file.len() > 0));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    refused(dir, &["run", "c.toml", "--out", "cut"], &["--resume", "--out"]);
+
+    // A kill may also fall between the files, and within a line.
+    let mut lines = fs::read_to_string(&held).unwrap();
+    lines += "{\"trial\":";
+    fs::write(&held, lines).unwrap();
+    let table = fs::read_to_string(dir.join("cut/trials.csv")).unwrap();
+    fs::write(dir.join("cut/trials.csv"), &table[..table.len().saturating_sub(300)]).unwrap();
+
+    campaign(dir, &["run", "c.toml", "--out", "cut", "--resume"]);
+    assert_eq!(rows(dir.join("cut")), rows(dir.join("whole")));
+    assert_eq!(fs::read_to_string(dir.join("cut/times.csv")).unwrap().lines().count(), 501);
+    let again = json(&campaign(dir, &["run", "c.toml", "--out", "cut", "--resume", "--format", "json"]));
+    assert_eq!((&again["flown"], &again["trials"]), (&0.into(), &500.into()));
+    assert_eq!(rows(dir.join("cut")), rows(dir.join("whole")));
+}
+
+/// P-GRID
+#[test]
+fn a_trials_seed_is_its_own_wherever_its_cell_stands() {
+    let dir = folder(&TINY.replace("\"hard\", \"sandy\"", "\"sandy\"").replace("\"mdp\", ", ""));
+    let dir = dir.path();
+    fs::write(dir.join("d.toml"), TINY.replace("\"mdp\", ", "")).unwrap();
+    campaign(dir, &["run", "c.toml", "--out", "small"]);
+    campaign(dir, &["run", "d.toml", "--out", "large"]);
+    let digests = |name: &str| -> Vec<Value> {
+        let (lines, _) = rows(dir.join(name));
+        let rows = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        rows.filter(|row| row["scenario"] == "sandy").map(|row| row["digest"].clone()).collect()
+    };
+    assert_eq!(digests("small"), digests("large"));
+    refused(dir, &["run", "d.toml", "--out", "small", "--resume"], &["another campaign", "plan"]);
+}
+
+/// P-TRIAL: the weights of a trial override the scenario's, and are part of what it is.
+#[test]
+fn a_trial_is_the_mission_that_hopper_run_would_fly() {
+    let dir = folder(
+        &TINY.replace("\"hard\", \"sandy\"", "\"sandy\"").replace("repetitions = 5", "repetitions = 1"),
+    );
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let (lines, _) = rows(dir.join("a"));
+    for line in lines.lines() {
+        let row: Value = serde_json::from_str(line).unwrap();
+        let words = [
+            "--scenario",
+            "sandy",
+            "--seed",
+            &row["seed"].to_string(),
+            "--planner",
+            row["planner"].as_str().unwrap(),
+        ];
+        let summary = harness::lockstep(&words);
+        for field in ["digest", "steps", "hops", "outcome", "coverage"] {
+            assert_eq!(summary[field], row[field], "{field}");
+        }
+    }
+    fs::write(
+        dir.join("w.toml"),
+        TINY.replace("0.5 }", "0.25 }").replace("repetitions = 5", "repetitions = 1"),
+    )
+    .unwrap();
+    campaign(dir, &["run", "w.toml", "--out", "w"]);
+    assert!(rows(dir.join("w")).0.contains("\"information\":0.25"));
+}
+
+/// P-RERUN
+#[test]
+fn a_trial_flown_again_has_the_digest_of_its_row() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let (lines, _) = rows(dir.join("a"));
+    let row: Value = serde_json::from_str(lines.lines().nth(13).unwrap()).unwrap();
+    let summary = json(&campaign(dir, &["rerun", "a", "--trial", "13", "--out", "r", "--format", "json"]));
+    assert_eq!(summary["digest"], row["digest"]);
+    assert_eq!(harness::verify(&dir.join("r/journal"))["digest"], row["digest"]);
+    assert!(fs::read_to_string(dir.join("r/mission.svg")).unwrap().contains("<svg"));
+    refused(dir, &["rerun", "a", "--trial", "20", "--out", "s"], &["--trial", "0 to 19"]);
+
+    let digest = row["digest"].as_str().unwrap();
+    fs::write(dir.join("a/trials.jsonl"), lines.replace(digest, &"0".repeat(64))).unwrap();
+    let output =
+        hopper(&["campaign", "rerun", "a", "--trial", "13", "--out", "t"]).current_dir(dir).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains(digest), "{}", stderr(&output));
+}
+
+/// P-CAMPAIGN-FILE
+#[test]
+fn bad_campaigns_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    refused(dir, &["run", "none.toml"], &["none.toml", "cannot be read"]);
+    for (from, to, says) in [
+        ("seed = 11", "sead = 11", "sead"),
+        ("seed = 11", "seed = -1", "seed"),
+        ("seed = 11", "seed = 11\nseed = 12", "duplicate key"),
+        ("name = \"tiny\"", "", "name"),
+        ("\"tiny\"", "\"../tiny\"", "name: need"),
+        ("repetitions = 5", "repetitions = 0", "repetitions: need"),
+        ("repetitions = 5", "repetitions = 9000000000000000000", "repetitions: need"),
+        ("\"mdp\"", "\"teleport\"", "teleport"),
+        ("\"mdp\", \"greedy\"", "", "planners: need at least one"),
+        ("\"greedy\"", "\"mdp\"", "twice"),
+        ("\"hard\"", "\"no-such\"", "no-such"),
+        ("\"hard\"", "7", "string"),
+        ("safety = 0.5", "safety = nan", "weights"),
+        ("safety = 0.5", "saftey = 0.5", "saftey"),
+        ("repetitions = 5", "repetitions = 5\nprofiles = [\"teleport\"]", "paper-2023"),
+    ] {
+        let text = TINY.replace(from, to);
+        assert_ne!(text, TINY, "{from}");
+        fs::write(dir.join("bad.toml"), text).unwrap();
+        refused(dir, &["run", "bad.toml", "--out", "bad"], &["bad.toml", says]);
+    }
+    assert!(!dir.join("bad").exists(), "nothing is written for a campaign that cannot be flown");
+    fs::write(dir.join("bad.toml"), [0xff, 0xfe, 0]).unwrap();
+    refused(dir, &["run", "bad.toml"], &["bad.toml"]);
+    fs::write(dir.join("good.toml"), TINY).unwrap();
+    refused(dir, &["run", "good.toml", "--shard", "4/3"], &["--shard", "1 <= I <= N"]);
+    refused(dir, &["run", "good.toml", "--jobs", "0"], &["--jobs"]);
+    refused(dir, &["report", "nowhere"], &["nowhere"]);
+    refused(dir, &["merge", "nowhere"], &["nowhere"]);
+}
+
+/// P-DAMAGED-ROWS
+#[test]
+fn damaged_rows_are_refused_by_line() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let (lines, _) = rows(dir.join("a"));
+    let all: Vec<&str> = lines.lines().collect();
+    let write = |rows: Vec<&str>| fs::write(dir.join("a/trials.jsonl"), rows.join("\n") + "\n").unwrap();
+    write([&all[..3], &all[4..]].concat());
+    refused(dir, &["report", "a"], &["line 4: need trial 3, got 4"]);
+    write([&all[..3], &["{}"], &all[4..]].concat());
+    refused(dir, &["report", "a"], &["line 4", "trial"]);
+    let foreign = all[3].replace("\"config\":\"", "\"config\":\"0");
+    write([&all[..3], &[&foreign], &all[4..]].concat());
+    refused(dir, &["report", "a"], &["trial 3: need configuration"]);
+}
+
+/// P-REPORT
+#[test]
+fn the_report_of_a_tiny_campaign_is_as_ever() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let output = campaign(dir, &["report", "a", "--against", "paper"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (reproducible, times) = text.split_once("## Times").expect("times stand apart");
+    assert_eq!(times.matches("in paper-2023 |").count(), 4);
+    // The plan's hash is new with every version.
+    let (version, plan) = (env!("CARGO_PKG_VERSION"), reproducible.split("plan ").nth(1).unwrap());
+    let plan = plan.split('.').next().unwrap();
+    let settled = reproducible.replace(version, "VERSION").replace(plan, "PLAN");
+    insta::assert_snapshot!("campaign_report", settled);
+
+    let findings = json(&campaign(dir, &["report", "a", "--against", "paper", "--format", "json"]));
+    assert_eq!(findings["cells"].as_array().unwrap().len(), 4);
+    assert_eq!(findings["cells"][0]["paper"]["table"], 3);
+    let table = String::from_utf8(campaign(dir, &["report", "a", "--format", "csv"]).stdout).unwrap();
+    assert_eq!(table.lines().count(), 5);
+    let picture = String::from_utf8(campaign(dir, &["report", "a", "--format", "svg"]).stdout).unwrap();
+    assert!(
+        picture.starts_with("<svg") && picture.contains("sandy greedy (0.5, 0.5) in paper-2023"),
+        "{picture}"
+    );
+}
+
+/// The fenced block of docs/campaigns.md with this info string.
+fn documented(fence: &str) -> String {
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/campaigns.md")).unwrap();
+    let block = page.split(&format!("```{fence}\n")).nth(1).expect("the page has the block");
+    block.split("```").next().unwrap().into()
+}
+
+/// A script of the documentation, with this build's `hopper` first in the path.
+fn script(dir: &Path, text: &str, environment: &[(&str, &str)]) {
+    let bin = Path::new(env!("CARGO_BIN_EXE_hopper")).parent().unwrap();
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
+    let mut command = Command::new("sh");
+    command.args(["-euc", text]).current_dir(dir).env("PATH", path).envs(environment.iter().copied());
+    done(command);
+}
+
+/// P-BATCH
+#[test]
+fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
+    let (slurm, parallel, merge) = (documented("slurm"), documented("parallel"), documented("merge"));
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("campaigns")).unwrap();
+    // The documented lines, on a smaller campaign of the documented name.
+    fs::write(dir.path().join("campaigns/p23-tables.toml"), TINY).unwrap();
+    campaign(dir.path(), &["run", "campaigns/p23-tables.toml", "--out", "single"]);
+    let single = rows(dir.path().join("single"));
+
+    for id in ["1", "2", "3", "4"] {
+        let array =
+            [("SLURM_ARRAY_TASK_ID", id), ("SLURM_ARRAY_TASK_COUNT", "4"), ("SLURM_CPUS_PER_TASK", "2")];
+        script(dir.path(), &slurm, &array);
+    }
+    script(dir.path(), &merge, &[]);
+    assert_eq!(rows(dir.path().join("out/p23-tables")), single, "Slurm");
+
+    fs::remove_dir_all(dir.path().join("out")).unwrap();
+    if Command::new("parallel").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        script(dir.path(), &parallel, &[]);
+    } else {
+        // What GNU parallel would run: the command once for each argument after `:::`.
+        let (_, command) = parallel.split_once("--resume ").unwrap();
+        let (command, arguments) = command.trim().split_once(" ::: ").unwrap();
+        let lines = arguments.split(' ').fold(String::new(), |mut lines, argument| {
+            let _ = writeln!(lines, "{}", command.replace("{}", argument));
+            lines
+        });
+        script(dir.path(), &lines, &[]);
+    }
+    script(dir.path(), &merge, &[]);
+    assert_eq!(rows(dir.path().join("out/p23-tables")), single, "GNU parallel");
+}
+
+/// P-CAMPAIGNS: every campaign of the house can be flown.
+#[test]
+fn the_campaigns_of_the_house_are_sound() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
+    let dir = tempfile::tempdir().unwrap();
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        // One trial of so many shards is enough to know.
+        let out = dir.path().join(path.file_stem().unwrap());
+        let words = ["run", path.to_str().unwrap(), "--shard", "1800/1800", "--out", out.to_str().unwrap()];
+        campaign(dir.path(), &words);
+        count += 1;
+    }
+    assert_eq!(count, 3);
+}
