@@ -1,18 +1,18 @@
 //! `hopper run`: a mission from start to end, as four processes or in lockstep.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Brief, Name, Status};
+use contract::{Brief, Name, State, Status};
 use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
 use hopper_sim::{History, Mission};
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
-use scenario::World;
+use scenario::{Scenario, World};
 
 use crate::lockstep::{self, Crew};
 use crate::outbox::Outbox;
-use crate::supervisor;
+use crate::supervisor::{self, Flight};
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]
@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Run the same machines in one thread, without shared memory; the digest is the same.
-    #[arg(long, conflicts_with_all = ["instance", "pace"])]
+    #[arg(long, conflicts_with = "pace")]
     pub(crate) lockstep: bool,
     /// Let those planners command which this journal tells of, each for its decisions.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
@@ -52,17 +52,53 @@ pub struct Args {
 /// If the arguments, the scenario or the output folder are at fault, or the processes cannot run.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     planner::algorithm(&args.planner).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
-    let world = args.mission.world()?;
-    let outbox = Outbox::open(args.out.clone(), &world, args.mission.seed)?;
-    let (mut summary, interrupted) = if args.lockstep {
-        (in_lockstep(args, &world, &outbox)?, false)
+    let (world, seed) = match &args.planners_from {
+        Some(dir) => flown_world(args, dir)?,
+        None => (args.mission.world()?, args.mission.seed()),
+    };
+    let outbox = Outbox::open(args.out.clone(), &world, seed)?;
+    let flight = if args.lockstep {
+        Flight { summary: Some(in_lockstep(args, &world, seed, &outbox)?), verdict: Ok(false) }
     } else {
         supervisor::fly(args, &outbox)?
+    };
+    let Some(mut summary) = flight.summary else {
+        return Err(match flight.verdict {
+            Ok(true) => Failure::new(Exit::Interrupted, "interrupted before anything was executed"),
+            Ok(false) => {
+                Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
+            }
+            Err(failure) => failure,
+        });
     };
     outbox.illustrate(&world, &mut summary)?;
     outbox.keep(&summary)?;
     print_summary(&summary, args.format)?;
-    Ok(exit(&summary, args.strict_budget, interrupted))
+    Ok(exit(&summary, args.strict_budget, flight.verdict?))
+}
+
+/// The mission that a journal is of; whatever the command line says besides must agree with it.
+fn flown_world(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
+    let history = History::open(dir).map_err(Failure::usage)?;
+    let (header, mission) = (history.header(), &args.mission);
+    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
+    let world = scenario.resolve().map_err(Failure::usage)?;
+    let given = match mission.is_given() {
+        true => mission.world()?.brief.scenario_hash,
+        false => header.brief.scenario_hash,
+    };
+    let seed = mission.seed.unwrap_or(header.seed);
+    if (given, seed) != (header.brief.scenario_hash, header.seed) {
+        return Err(Failure::new(
+            Exit::Usage,
+            format!(
+                "--planners-from needs the journal's own mission, scenario {} with seed {}, got another: \
+                 leave --scenario, --profile, --dem and --seed out",
+                header.brief.scenario, header.seed
+            ),
+        ));
+    }
+    Ok((world, seed))
 }
 
 fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
@@ -77,9 +113,9 @@ fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
     }
 }
 
-fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, Failure> {
+fn in_lockstep(args: &Args, world: &World, seed: u64, outbox: &Outbox) -> Result<Summary, Failure> {
     let crew = crew(args)?;
-    let mut journal = open_journal(&outbox.journal_dir(), world, args.mission.seed, false)?;
+    let mut journal = open_journal(&outbox.journal_dir(), world, seed, false)?;
     if !journal.is_empty() {
         return Err(Failure::new(
             Exit::Usage,
@@ -91,8 +127,8 @@ fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, F
         ));
     }
     let brief = Brief { run: journal.header().run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: args.mission.seed };
-    let mut summary = SummaryBuilder::new(&brief, args.mission.seed);
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed };
+    let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
     let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |record| {
         summary.record(record);
@@ -103,8 +139,24 @@ fn in_lockstep(args: &Args, world: &World, outbox: &Outbox) -> Result<Summary, F
     .map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
     match failed {
         Some(error) => Err(Failure::run(error)),
-        None => Ok(summary.build(&flown.state, &flown.refusals)),
+        None => {
+            check_repetition(args, &flown.state)?;
+            Ok(summary.build(&flown.state, &flown.refusals))
+        }
     }
+}
+
+/// A repeated mission that went to its end has the digest of the first.
+fn check_repetition(args: &Args, state: &State) -> Result<(), Failure> {
+    let Some(dir) = &args.planners_from else { return Ok(()) };
+    let verified = hopper_sim::verify(dir).map_err(Failure::usage)?;
+    if verified.outcome.is_over() && verified.digest != state.digest {
+        let message =
+            format!("the repeated mission has digest {}, the journal's is {}", state.digest, verified.digest);
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    tracing::info!("the mission of {} is repeated, digest {}", dir.display(), state.digest);
+    Ok(())
 }
 
 fn crew(args: &Args) -> Result<Crew, Failure> {
@@ -112,7 +164,11 @@ fn crew(args: &Args) -> Result<Crew, Failure> {
     match &args.planners_from {
         Some(dir) => {
             let history = History::open(dir).map_err(|error| usage(&error))?;
-            Crew::from_records(history.records()).map_err(|error| usage(&error))
+            let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
+            if crew.shifts().is_empty() {
+                return Err(usage(&format!("--planners-from {} tells of no decision", dir.display())));
+            }
+            Ok(crew)
         }
         None => {
             let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;
