@@ -150,7 +150,7 @@ fn peers_that_stay_serve_the_next_mission() {
     }
 }
 
-/// P-OUTCOME: hopper-sim's exit code tells the outcome, and a hold is a decision that costs a step.
+/// P-HOLD: hopper-sim's exit code tells the outcome, and a hold is a decision that costs a step.
 #[test]
 fn a_hopper_that_never_moves_ends_in_deadlock() {
     let mut mission = Mission::new("hold");

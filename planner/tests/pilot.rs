@@ -96,6 +96,7 @@ fn beat(of: Incarnation, counter: u64) -> Event {
     })
 }
 
+/// P-TOGETHER.
 #[test]
 fn nobody_decides_before_state_and_map_are_of_one_decision() {
     let mut pilot = pilot(false);

@@ -199,7 +199,7 @@ impl fmt::Display for LatencyReport {
         let budget_ms = self.budget_us / 1e3;
         writeln!(
             f,
-            "Latency in ms; {} of {} decisions missed the budget of {budget_ms} ms (p99 of it: last column).",
+            "Latency in ms; {} of {} decisions missed the budget of {budget_ms} ms (last column: p99).",
             self.misses, self.decisions
         )?;
         let mut rows: Vec<_> = self

@@ -164,14 +164,14 @@ impl fmt::Display for Summary {
             way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
         }
         fact("route", way)?;
-        let seen = self.coverage.map(|share| format!("{:.0} % of the map seen, ", 100.0 * share));
+        if let Some(share) = self.coverage {
+            fact("map", format!("{:.0} % seen", 100.0 * share))?;
+        }
         fact(
             "time",
             format!(
-                "{}{:.2} s from first landing to last commit, {:.1} s of flight",
-                seen.unwrap_or_default(),
-                self.duration_s,
-                route.flight_s
+                "{:.2} s from first landing to last commit, {:.1} s of flight",
+                self.duration_s, route.flight_s
             ),
         )?;
         let hidden = self.planners.len().saturating_sub(TENURES_SHOWN);

@@ -41,6 +41,7 @@ fn worlds() -> Vec<World> {
     worlds
 }
 
+/// P-LAW.
 #[test]
 fn a_planner_with_an_empty_cache_decides_the_same() {
     let worlds = worlds();
