@@ -19,6 +19,10 @@ pub struct Supervised {
     pub restarts: u64,
     /// When the present life began.
     pub started: MonotonicNs,
+    /// It has died too often to be started again.
+    pub given_up: bool,
+    /// Processes of its former lives.
+    former: Vec<u32>,
     arguments: Vec<String>,
     child: Child,
     lifeline: Option<ChildStdin>,
@@ -33,7 +37,18 @@ impl Supervised {
     /// If the process cannot be started.
     pub fn start(role: Role, arguments: Vec<String>) -> Result<Self, Failure> {
         let (child, lifeline, output) = spawn(role, &arguments, &[])?;
-        Ok(Self { role, restarts: 0, started: Node::now(), arguments, child, lifeline, output, ended: None })
+        Ok(Self {
+            role,
+            restarts: 0,
+            started: Node::now(),
+            given_up: false,
+            former: Vec::new(),
+            arguments,
+            child,
+            lifeline,
+            output,
+            ended: None,
+        })
     }
 
     /// Starts the process again after its end; a planner is told whom it succeeds.
@@ -45,6 +60,7 @@ impl Supervised {
         if self.role == Role::Planner {
             extra = vec!["--succeeds-pid".to_owned(), self.pid().to_string()];
         }
+        self.former.push(self.pid());
         (self.child, self.lifeline, self.output) = spawn(self.role, &self.arguments, &extra)?;
         self.restarts += 1;
         self.started = Node::now();
@@ -56,6 +72,12 @@ impl Supervised {
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.child.id()
+    }
+
+    /// Whether `pid` is, or was, one of its lives.
+    #[must_use]
+    pub fn is(&self, pid: u32) -> bool {
+        pid == self.pid() || self.former.contains(&pid)
     }
 
     /// How the present life ended, once it has.

@@ -12,7 +12,8 @@ use serde::Serialize;
 /// Tools for the journal of a run.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
-    /// Check a journal from its first byte to its last; exit code 1 if it is not sound.
+    /// Check a journal from its first byte to its last; exit code 1 if it is not
+    /// sound, 2 if it cannot be read as a journal.
     Verify(Args),
     /// Check a journal, then show its records.
     Show(Args),

@@ -10,7 +10,7 @@ use node::{Exit, Failure};
 ///
 /// Without a command this is `hopper run`: four processes cross the hard ground of Sakamoto & Kunii 2023.
 #[derive(Parser)]
-#[command(version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+#[command(version = concat!(env!("CARGO_PKG_VERSION"), " (", env!("HOPPER_COMMIT"), ")"), after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,

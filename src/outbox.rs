@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use contract::{Decision, Pose, Record, RobotId};
-use hopper_sim::History;
+use contract::{Decision, Pose, Record, RefusalCounts, RobotId};
+use hopper_sim::{History, Journal, JournalHeader};
 use node::{Exit, Failure};
 use perception::Observation;
 use planner::{Budget, Situation};
-use report::{Picture, Summary};
+use report::{Picture, Summary, SummaryBuilder};
 use scenario::World;
 use serde::Serialize;
 
@@ -39,6 +39,12 @@ impl Outbox {
     /// If the folder cannot be written.
     pub fn open(dir: Option<PathBuf>, world: &World, seed: u64) -> Result<Self, Failure> {
         let dir = dir.unwrap_or_else(|| fresh_folder(world.brief.scenario.as_str(), seed));
+        let journal_dir = dir.join("journal");
+        if Journal::exists(&journal_dir) {
+            // Another mission's folder is refused before anything in it is written over.
+            let history = History::open(&journal_dir).map_err(Failure::usage)?;
+            JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
+        }
         std::fs::create_dir_all(&dir).map_err(|error| {
             Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
         })?;
@@ -68,6 +74,43 @@ impl Outbox {
     #[must_use]
     pub fn journal_dir(&self) -> PathBuf {
         self.dir.join("journal")
+    }
+
+    /// What the journal tells, if there is one: for a mission whose hopper-sim can no longer say it.
+    ///
+    /// # Errors
+    /// If the journal is damaged.
+    pub fn summary_of_journal(&self) -> Result<Option<Summary>, Failure> {
+        let dir = self.journal_dir();
+        if !Journal::exists(&dir) {
+            return Ok(None);
+        }
+        let history = History::open(&dir).map_err(Failure::run)?;
+        let (brief, seed) = (history.header().brief, history.header().seed);
+        let mut summary = SummaryBuilder::new(&brief, seed);
+        let mut last = None;
+        for record in history.records() {
+            let record = record.map_err(Failure::run)?;
+            summary.record(&record);
+            last = Some(record);
+        }
+        let state =
+            last.map(|last| last.state_after(brief.run, last.timing.committed, last.timing.committed));
+        Ok(state.map(|state| summary.build(&state, &RefusalCounts::default())))
+    }
+
+    /// `failure` with the way to go on, if there is something to go on from.
+    #[must_use]
+    pub fn with_resumption(&self, failure: Failure) -> Failure {
+        if failure.exit != Exit::Failed || !Journal::exists(&self.journal_dir()) {
+            return failure;
+        }
+        let message = format!(
+            "{}: the mission is stopped; the same command with --out {} resumes it",
+            failure.message,
+            self.dir.display()
+        );
+        Failure { message, ..failure }
     }
 
     /// Draws the mission from its journal, and completes the summary with what the map shows.

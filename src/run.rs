@@ -1,18 +1,18 @@
 //! `hopper run`: a mission from start to end, as four processes or in lockstep.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Brief, Name, Status};
+use contract::{Brief, Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
 use hopper_sim::{History, Mission};
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
-use scenario::World;
+use scenario::{Scenario, World};
 
 use crate::lockstep::{self, Crew};
 use crate::outbox::Outbox;
-use crate::supervisor;
+use crate::supervisor::{self, Flight};
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]
@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Run the same machines in one thread, without shared memory; the digest is the same.
-    #[arg(long, conflicts_with_all = ["instance", "pace"])]
+    #[arg(long, conflicts_with = "pace")]
     pub(crate) lockstep: bool,
     /// Let those planners command which this journal tells of, each for its decisions.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
@@ -53,19 +53,57 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
     if !clairvoyant {
-        planner::algorithm(&args.planner).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+        planner::algorithm(&args.planner).map_err(Failure::usage)?;
     }
-    let world = args.mission.world()?;
-    let outbox = Outbox::open(args.out.clone(), &world, args.mission.seed)?;
-    let (mut summary, interrupted) = if args.lockstep {
-        (in_lockstep(&world, args.mission.seed, &crew(args)?, &outbox)?, false)
+    let (world, seed) = match &args.planners_from {
+        Some(dir) => flown_world(args, dir)?,
+        None => (args.mission.world()?, args.mission.seed()),
+    };
+    let outbox = Outbox::open(args.out.clone(), &world, seed)?;
+    let flight = if args.lockstep {
+        let summary = in_lockstep(&world, seed, &crew(args)?, &outbox)?;
+        check_repetition(args, summary.digest)?;
+        Flight { summary: Some(summary), verdict: Ok(false) }
     } else {
         supervisor::fly(args, &outbox)?
+    };
+    let Some(mut summary) = flight.summary else {
+        return Err(match flight.verdict {
+            Ok(true) => Failure::new(Exit::Interrupted, "interrupted before anything was executed"),
+            Ok(false) => {
+                Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
+            }
+            Err(failure) => failure,
+        });
     };
     outbox.illustrate(&world, &mut summary)?;
     outbox.keep(&summary)?;
     print_summary(&summary, args.format)?;
-    Ok(exit(&summary, args.strict_budget, interrupted))
+    Ok(exit(&summary, args.strict_budget, flight.verdict?))
+}
+
+/// The mission that a journal is of; whatever the command line says besides must agree with it.
+fn flown_world(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
+    let history = History::open(dir).map_err(Failure::usage)?;
+    let (header, mission) = (history.header(), &args.mission);
+    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
+    let world = scenario.resolve().map_err(Failure::usage)?;
+    let given = match mission.is_given() {
+        true => mission.world()?.brief.scenario_hash,
+        false => header.brief.scenario_hash,
+    };
+    let seed = mission.seed.unwrap_or(header.seed);
+    if (given, seed) != (header.brief.scenario_hash, header.seed) {
+        return Err(Failure::new(
+            Exit::Usage,
+            format!(
+                "--planners-from needs the journal's own mission, scenario {} with seed {}, got another: \
+                 leave --scenario, --profile, --dem and --seed out",
+                header.brief.scenario, header.seed
+            ),
+        ));
+    }
+    Ok((world, seed))
 }
 
 fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
@@ -113,12 +151,29 @@ pub fn in_lockstep(world: &World, seed: u64, crew: &Crew, outbox: &Outbox) -> Re
     }
 }
 
+/// A repeated mission that went to its end has the digest of the first.
+fn check_repetition(args: &Args, digest: Digest) -> Result<(), Failure> {
+    let Some(dir) = &args.planners_from else { return Ok(()) };
+    let verified = hopper_sim::verify(dir).map_err(Failure::usage)?;
+    if verified.outcome.is_over() && verified.digest != digest {
+        let message =
+            format!("the repeated mission has digest {digest}, the journal's is {}", verified.digest);
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    tracing::info!("the mission of {} is repeated, digest {digest}", dir.display());
+    Ok(())
+}
+
 fn crew(args: &Args) -> Result<Crew, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
     match &args.planners_from {
         Some(dir) => {
             let history = History::open(dir).map_err(|error| usage(&error))?;
-            Crew::from_records(history.records()).map_err(|error| usage(&error))
+            let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
+            if crew.shifts().is_empty() {
+                return Err(usage(&format!("--planners-from {} tells of no decision", dir.display())));
+            }
+            Ok(crew)
         }
         None => {
             let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;

@@ -4,7 +4,7 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{MonotonicNs, Role, Roster, Status};
+use contract::{MonotonicNs, Role, Roster};
 use node::{Exit, Failure, Instance, Node};
 use report::{Process, Summary};
 
@@ -21,21 +21,33 @@ const FAREWELL_NS: u64 = 3_000_000_000;
 /// How often the supervisor looks.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// Flies the mission with four processes; says whether it was interrupted.
+/// A mission flown by four processes.
+#[derive(Debug)]
+pub struct Flight {
+    /// What it came to, as far as anything was executed.
+    pub summary: Option<Summary>,
+    /// Whether it was interrupted, or why it could not go on.
+    pub verdict: Result<bool, Failure>,
+}
+
+/// Flies the mission with four processes.
 ///
 /// # Errors
-/// If a process cannot be started, or hopper-sim ends without a summary.
-pub fn fly(args: &Args, outbox: &Outbox) -> Result<(Summary, bool), Failure> {
+/// If shared memory or a process cannot be had at all.
+pub fn fly(args: &Args, outbox: &Outbox) -> Result<Flight, Failure> {
     let instance = Instance::new(&args.instance)?;
     instance.clean()?;
     let mut supervisor = Supervisor::start(args, &instance, outbox)?;
-    let watched = supervisor.watch(args);
+    let verdict = supervisor.watch(args);
     supervisor.end()?;
-    let summary = supervisor.summary();
+    let summary = match supervisor.summary() {
+        Some(summary) => Some(summary),
+        None => outbox.summary_of_journal()?,
+    };
     drop(supervisor);
     instance.clean()?;
-    let interrupted = watched?;
-    Ok((summary?, interrupted))
+    let verdict = verdict.map_err(|failure| outbox.with_resumption(failure));
+    Ok(Flight { summary, verdict })
 }
 
 struct Supervisor {
@@ -43,7 +55,12 @@ struct Supervisor {
     roster: Roster,
     sim: Supervised,
     peers: Vec<Supervised>,
-    gave_up: Option<MonotonicNs>,
+    /// When the last turn of the watch was, and when the supervisor itself last woke from a pause: the
+    /// children's silence before that proves nothing.
+    turned: MonotonicNs,
+    woke: MonotonicNs,
+    /// Since when the hopper holds for want of a process that was given up.
+    holding: Option<MonotonicNs>,
 }
 
 impl Supervisor {
@@ -53,7 +70,7 @@ impl Supervisor {
         let mut sim = texts(&["sim", "--instance", &args.instance, "--format", "json"]);
         sim.extend(texts(&[
             "--seed",
-            &args.mission.seed.to_string(),
+            &args.mission.seed().to_string(),
             "--pace",
             &args.mission.pace.to_string(),
         ]));
@@ -74,7 +91,9 @@ impl Supervisor {
                 Supervised::start(Role::Planner, peer(&["planner", "--algorithm", &args.planner]))?,
                 Supervised::start(Role::Monitor, peer(&["monitor"]))?,
             ],
-            gave_up: None,
+            turned: Node::now(),
+            woke: Node::now(),
+            holding: None,
         })
     }
 
@@ -82,6 +101,10 @@ impl Supervisor {
     fn watch(&mut self, args: &Args) -> Result<bool, Failure> {
         loop {
             self.node.wait(PERIOD);
+            if Node::now().since_ns(self.turned) > SILENCE_NS {
+                self.woke = Node::now();
+            }
+            self.turned = Node::now();
             if self.node.stop_requested().is_some() {
                 return Ok(true);
             }
@@ -98,19 +121,7 @@ impl Supervisor {
             }
             self.revive_peers()?;
             self.kill_hung()?;
-            let helpless = self
-                .gave_up
-                .is_some_and(|since| u128::from(Node::now().since_ns(since)) >= args.patience.as_nanos());
-            if helpless {
-                return Err(Failure::new(
-                    Exit::Failed,
-                    format!(
-                        "the hopper held for {:?} and no help came: the mission is stopped; \
-                         the same command with --out resumes it",
-                        args.patience
-                    ),
-                ));
-            }
+            self.hold_for_help(args)?;
         }
     }
 
@@ -118,10 +129,7 @@ impl Supervisor {
         if self.sim.restarts >= RESTARTS_MAX {
             return Err(Failure::new(
                 Exit::Failed,
-                format!(
-                    "hopper-sim died {} times, last by {status}: the mission is stopped",
-                    RESTARTS_MAX + 1
-                ),
+                format!("hopper-sim died {} times, last by {status}", RESTARTS_MAX + 1),
             ));
         }
         tracing::warn!("hopper-sim died ({status}): restarting it on its journal");
@@ -131,39 +139,60 @@ impl Supervisor {
     fn revive_peers(&mut self) -> Result<(), Failure> {
         for peer in &mut self.peers {
             let Some(status) = peer.ended()? else { continue };
-            if let Some(code @ (2 | 4)) = status.code() {
+            if let Some(code @ (2 | 4)) = status.code().filter(|_| peer.role != Role::Monitor) {
                 return Err(gave_in(peer.role, code));
             }
             let finished = status.success();
             if finished {
                 continue;
             }
-            if peer.restarts >= RESTARTS_MAX {
-                if self.gave_up.is_none() {
-                    tracing::error!(
-                        "{} died {} times, last by {status}: the hopper holds until another is started by hand",
-                        peer.role,
-                        RESTARTS_MAX + 1
-                    );
-                    self.gave_up = Some(Node::now());
-                }
-                continue;
+            if peer.restarts < RESTARTS_MAX {
+                tracing::warn!("{} died ({status}): restarting it", peer.role);
+                peer.restart()?;
+            } else if !peer.given_up {
+                peer.given_up = true;
+                tracing::error!(
+                    "{} died {} times, last by {status}: giving it up",
+                    peer.role,
+                    RESTARTS_MAX + 1
+                );
             }
-            tracing::warn!("{} died ({status}): restarting it", peer.role);
-            peer.restart()?;
-        }
-        let now = Node::now();
-        if self.peers.iter().all(|peer| self.roster.has(peer.role, now)) {
-            // Help came by hand.
-            self.gave_up = None;
         }
         Ok(())
+    }
+
+    /// Without perception or planner the hopper holds; help may come by hand, for as long as patience lasts.
+    /// Nobody needs a monitor to hop.
+    fn hold_for_help(&mut self, args: &Args) -> Result<(), Failure> {
+        let now = Node::now();
+        let wanted = |peer: &&Supervised| {
+            peer.given_up && peer.role != Role::Monitor && !self.roster.has(peer.role, now)
+        };
+        let Some(role) = self.peers.iter().find(wanted).map(|peer| peer.role) else {
+            self.holding = None;
+            return Ok(());
+        };
+        let since = *self.holding.get_or_insert_with(|| {
+            tracing::error!(
+                "the hopper holds: start another by hand with `hopper {role} --instance {}`; waiting {:?}",
+                args.instance,
+                args.patience
+            );
+            now
+        });
+        if u128::from(now.since_ns(since)) < args.patience.as_nanos() {
+            return Ok(());
+        }
+        let message =
+            format!("the hopper held for {:?} for want of a {role}, and no help came", args.patience);
+        Err(Failure::new(Exit::Failed, message))
     }
 
     fn kill_hung(&mut self) -> Result<(), Failure> {
         let now = Node::now();
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
-            let heard = self.roster.by_pid(child.pid()).map_or(child.started, |peer| peer.advanced);
+            let heard =
+                self.roster.by_pid(child.pid()).map_or(child.started, |peer| peer.advanced).max(self.woke);
             if child.ended()?.is_none() && now.since_ns(heard) > HANG_NS {
                 tracing::warn!("{} hangs: killing it", child.role);
                 child.kill();
@@ -199,19 +228,20 @@ impl Supervisor {
         Ok(false)
     }
 
-    /// The summary that hopper-sim wrote, with the supervisor's count of restarts.
-    fn summary(&mut self) -> Result<Summary, Failure> {
-        let text = self.sim.output();
-        let mut summary: Summary = serde_json::from_str(&text).map_err(|_| {
-            Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
-        })?;
-        let process =
-            |child: &Supervised| Process { role: child.role, pid: child.pid(), restarts: child.restarts };
-        summary.processes = std::iter::once(&self.sim).chain(&self.peers).map(process).collect();
-        if !summary.outcome.is_over() {
-            summary.outcome = Status::Stopped;
-        }
-        Ok(summary)
+    /// The summary that hopper-sim wrote, with the supervisor's count of restarts; `None` if it wrote none.
+    fn summary(&mut self) -> Option<Summary> {
+        let mut summary: Summary = serde_json::from_str(&self.sim.output()).ok()?;
+        let children: Vec<&Supervised> = std::iter::once(&self.sim).chain(&self.peers).collect();
+        let own = children.iter().map(|child| Process {
+            role: child.role,
+            pid: child.pid(),
+            restarts: child.restarts,
+        });
+        // Whoever came by hand is told too.
+        let guests =
+            summary.processes.iter().filter(|process| !children.iter().any(|child| child.is(process.pid)));
+        summary.processes = own.chain(guests.copied()).collect();
+        Some(summary)
     }
 }
 

@@ -127,8 +127,24 @@ fn a_crash_looping_planner_is_given_up_and_the_hopper_holds() {
     command.env("HOPPER_CRASH", "planner.map_received");
     let mut run = Process::spawn("run", command, &mission.path(""));
     assert_eq!(run.code(), 1, "{}", run.log());
-    assert!(run.log().contains("the hopper holds"), "{}", run.log());
+    let told = run.log().matches("the hopper holds").count();
+    assert_eq!(told, 1, "{}", run.log());
     assert_eq!(mission.verified()["decisions"], 0, "no hop without a planner");
+    mission.assert_nothing_left();
+}
+
+/// P-WATCHER: a monitor that keeps dying is given up, and the mission goes on.
+#[test]
+fn a_crash_looping_monitor_stops_nobody() {
+    let mut mission = Mission::new("blind");
+    let name = mission.name.clone();
+    let words =
+        ["run", "--instance", &name, "--out", ".", "--patience", "0s", "--format", "json", "--pace", "20"];
+    let mut command = mission.hopper(&words);
+    command.env("HOPPER_CRASH", "monitor.joined");
+    let mut run = Process::spawn("run", command, &mission.path(""));
+    assert_eq!(run.code(), 0, "{}", run.log());
+    assert_eq!(run.json()["digest"], lockstep(&[])["digest"]);
     mission.assert_nothing_left();
 }
 

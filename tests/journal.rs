@@ -136,3 +136,15 @@ fn verify_and_show_agree_with_the_summary() {
     assert_eq!(records.len() as u64, summary["decisions"].as_u64().unwrap());
     assert_eq!(records.last().unwrap()["digest"], summary["digest"]);
 }
+
+/// P-OUT: another mission's folder is refused before anything in it is written over.
+#[test]
+fn another_missions_folder_is_left_as_it_was() {
+    let mission = Mission::new("theirs");
+    flown(&mission, "31");
+    let before = std::fs::read_to_string(mission.path("scenario.toml")).unwrap();
+    let output =
+        mission.hopper(&["run", "--out", ".", "--scenario", "sandy", "--seed", "9"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(std::fs::read_to_string(mission.path("scenario.toml")).unwrap(), before);
+}

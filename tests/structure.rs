@@ -50,6 +50,7 @@ fn dependencies(package: &str) -> BTreeSet<String> {
         .collect()
 }
 
+/// P-NO-TRUTH.
 #[test]
 fn the_planner_never_depends_on_truth() {
     let known = dependencies("planner");
@@ -74,6 +75,7 @@ fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
     }
 }
 
+/// P-ONE-SHELL.
 #[test]
 fn only_node_uses_iceoryx2() {
     for package in [".", "hopper-sim", "perception", "planner", "monitor"] {
@@ -85,6 +87,7 @@ fn only_node_uses_iceoryx2() {
     }
 }
 
+/// P-ENGINES.
 #[test]
 fn engines_own_no_clock_no_port_and_no_unordered_map() {
     let engines = [
@@ -125,26 +128,37 @@ fn only_one_module_knows_bincode() {
 }
 
 #[test]
-fn every_promise_names_a_test_and_every_test_named_exists() {
+fn every_promise_names_its_tests_and_every_test_its_promise() {
     let promises = read("PROMISES.md");
-    let tests: String = ["tests", "crates", "hopper-sim", "perception", "planner", "monitor"]
-        .iter()
-        .flat_map(|dir| sources(dir))
-        .map(read)
-        .collect();
+    let folders = ["tests", "crates", "hopper-sim", "perception", "planner", "monitor"];
+    let files: Vec<PathBuf> = folders.iter().flat_map(|folder| sources(folder)).collect();
     let rows: Vec<&str> = promises.lines().filter(|line| line.starts_with("| P-")).collect();
-    assert!(rows.len() >= 20, "{} promises", rows.len());
+    assert!(rows.len() >= 40, "{} promises", rows.len());
+    let mut promised = BTreeSet::new();
     for row in rows {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let (id, names) = (cells[1], cells[3]);
-        let mut named = 0;
-        for name in names.split('`').skip(1).step_by(2) {
-            let function = name.rsplit("::").next().unwrap_or(name);
-            assert!(tests.contains(&format!("fn {function}(")), "{id} names {name}, which is no test");
-            named += 1;
+        assert!(promised.insert(id.to_owned()), "{id} is promised twice");
+        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
+        assert!(!names.is_empty(), "{id} names no test");
+        for name in names {
+            let (module, function) = name.split_once("::").expect("module::function");
+            let found = files.iter().any(|file| {
+                let path = file.to_string_lossy();
+                let here = path.ends_with(&format!("/{module}.rs")) || path.contains(&format!("/{module}/"));
+                here && read(file).contains(&format!("fn {function}("))
+            });
+            assert!(found, "{id} names {name}, which is no test");
         }
-        assert!(named > 0, "{id} names no test");
     }
+    let mut named = BTreeSet::new();
+    for line in files.iter().flat_map(|file| read(file).lines().map(str::to_owned).collect::<Vec<_>>()) {
+        if let Some(id) = line.trim_start().strip_prefix("/// P-") {
+            let end = id.find([':', '.', ' ']).unwrap_or(id.len());
+            named.insert(format!("P-{}", &id[..end]));
+        }
+    }
+    assert_eq!(promised, named, "promises and the ids that tests name");
 }
 
 #[test]

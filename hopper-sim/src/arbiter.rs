@@ -28,6 +28,9 @@ use crate::{Mission, Pace, ROBOT};
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
 pub const REPUBLISH_NS: u64 = 100_000_000;
 
+/// How long the end is served to a role that nobody plays, nanoseconds, once all others know it.
+const LATE_COMER_NS: u64 = 250_000_000;
+
 /// How long a decision is at least kept for a planner that takes over, nanoseconds; twice the
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
@@ -79,6 +82,8 @@ struct Bid {
     incarnation: Incarnation,
     /// The decision that is kept.
     decision: Decision,
+    /// When it was asked for.
+    since: MonotonicNs,
 }
 
 /// Sole judge of commands and sole source of states.
@@ -157,7 +162,7 @@ impl Arbiter {
             Event::Command(command) => match self.answer(command, now) {
                 Ok(record) => effects.push(self.commit(record)),
                 Err((refusal, bid)) => {
-                    self.bid = self.standing_bid(now).or(bid);
+                    self.bid = self.standing_bid(now).or(bid).or(self.bid);
                     self.refusals.count(&refusal);
                     let missed = matches!(refusal, Refusal::RepeatedDecision { .. });
                     effects.push(Effect::Refused(refusal));
@@ -237,28 +242,29 @@ impl Arbiter {
     ) -> Result<Record, (Refusal, Option<Bid>)> {
         let command = command.map_err(|refusal| (refusal, None))?;
         self.accept(&command, now).map_err(|refusal| {
-            let bid = self.bid_of(&command, &refusal);
+            let bid = self.bid_of(&command, &refusal, now);
             (refusal, bid)
         })
     }
 
-    /// A refused command asks for the next term if it was only just too late.
-    fn bid_of(&self, command: &Command, refusal: &Refusal) -> Option<Bid> {
-        let late = match refusal {
-            Refusal::Busy { .. } => true,
-            Refusal::RepeatedDecision { need, got } => got.next() == *need,
-            _ => false,
-        };
+    /// A refused command asks for the next term if it was only too late.
+    fn bid_of(&self, command: &Command, refusal: &Refusal, now: MonotonicNs) -> Option<Bid> {
+        let late = matches!(refusal, Refusal::Busy { .. } | Refusal::RepeatedDecision { .. });
         let takes_over = command.term == self.leader().term.next();
-        let decision = command.decision.next();
-        (late && takes_over).then_some(Bid { incarnation: command.incarnation, decision })
+        // Whoever let one decision pass that was kept for it is too slow to be waited for.
+        let slow = self.bid.is_some_and(|bid| bid.incarnation == command.incarnation);
+        let due = self.state.decision;
+        let decision = if matches!(self.phase, Phase::Resting) { due } else { due.next() };
+        let bid = Bid { incarnation: command.incarnation, decision, since: now };
+        (late && takes_over && !slow).then_some(bid)
     }
 
     /// The bid for which the present decision, or the one being executed, is still kept at `now`.
     fn standing_bid(&self, now: MonotonicNs) -> Option<Bid> {
         let bid = self.bid?;
-        let grace_ns = BID_GRACE_NS.max(2 * self.mission.brief.limits.decision_budget_ns);
-        let open = bid.decision == self.state.decision && now.since_ns(self.state.published) < grace_ns;
+        let grace_ns = BID_GRACE_NS.max(self.mission.brief.limits.decision_budget_ns.saturating_mul(2));
+        let kept_since = bid.since.max(self.state.published);
+        let open = bid.decision == self.state.decision && now.since_ns(kept_since) < grace_ns;
         (open || bid.decision > self.state.decision).then_some(bid)
     }
 
@@ -401,14 +407,18 @@ impl Arbiter {
         }
         let (run, status) = (self.state.run, self.state.status);
         let is_peer = |role: &Role| *role != Role::HopperSim;
-        let everyone_is_here =
-            Role::ALL.iter().filter(|role| is_peer(role)).all(|&role| self.roster.has(role, now));
+        let here = |role: Role| self.roster.has(role, now);
+        let served_ns = now.since_ns(self.state.published);
+        // Perception and a planner flew the mission; whoever else may come is given a moment.
+        let everyone_is_here = here(Role::Perception)
+            && here(Role::Planner)
+            && (here(Role::Monitor) || served_ns >= LATE_COMER_NS);
         let everyone_knows = self
             .roster
             .live(now)
             .filter(|peer| is_peer(&peer.beat.role))
             .all(|peer| peer.beat.run == run && peer.beat.status == status);
-        let waited_enough = now.since_ns(self.state.published) >= self.linger_ns;
+        let waited_enough = served_ns >= self.linger_ns;
         self.finished = waited_enough || (everyone_is_here && everyone_knows);
         self.finished.then_some(Effect::Finished(status))
     }

@@ -22,26 +22,39 @@ use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Missio
 #[derive(clap::Args, Clone, Debug)]
 pub struct MissionArgs {
     /// Scenario: hard, heterogeneous, sandy, … or a TOML file; `hopper scenario` explains.
-    #[arg(long, default_value = "hard", value_name = "NAME|FILE")]
-    pub scenario: String,
-    /// Seed of the hops' scatter.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// [default: hard]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub scenario: Option<String>,
+    /// Seed of the hops' scatter [default: 1].
+    #[arg(long, allow_negative_numbers = true)]
+    pub seed: Option<u64>,
     /// Reading of the model, instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     pub profile: Option<Profile>,
     /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
-    #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
+    #[arg(long, value_parser = positive_duration, value_name = "DURATION", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
     /// Elevation model, instead of the scenario's.
     #[arg(long, value_name = "FILE")]
     pub dem: Option<PathBuf>,
     /// How fast landings follow each other: max, real (as the hop flies), or a rate in hertz.
-    #[arg(long, default_value = "max", value_name = "max|real|HZ")]
+    #[arg(long, default_value = "max", value_name = "max|real|HZ", allow_negative_numbers = true)]
     pub pace: Pace,
 }
 
 impl MissionArgs {
+    /// The seed, or its default.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    /// Whether anything is given that says which mission this is, the seed aside.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.scenario.is_some() || self.profile.is_some() || self.dem.is_some()
+    }
+
     /// The world of the mission.
     ///
     /// # Errors
@@ -53,12 +66,25 @@ impl MissionArgs {
             decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
             dem: self.dem.clone(),
         };
-        scenario::load(&self.scenario).map_err(usage)?.with(&overrides).resolve().map_err(usage)
+        scenario::load(self.scenario.as_deref().unwrap_or("hard"))
+            .map_err(usage)?
+            .with(&overrides)
+            .resolve()
+            .map_err(usage)
     }
 }
 
 /// How long before a landing hopper-sim no longer sleeps.
 const AWAKE: Duration = Duration::from_micros(300);
+
+/// A duration above zero.
+fn positive_duration(text: &str) -> Result<Duration, String> {
+    match humantime::parse_duration(text) {
+        Ok(duration) if duration > Duration::ZERO => Ok(duration),
+        Ok(_) => Err("a budget needs to be above zero".into()),
+        Err(error) => Err(format!("a duration is e.g. 600ms or 2s; {error}")),
+    }
+}
 
 /// Arguments of `hopper-sim` and of `hopper sim`.
 #[derive(clap::Args, Clone, Debug)]
@@ -77,7 +103,8 @@ pub struct Args {
     /// Serve the end of the mission at most this long to peers that have not seen it.
     #[arg(long, default_value = "2s", value_parser = humantime::parse_duration, value_name = "DURATION")]
     linger: Duration,
-    /// Give up with exit code 4 when no command comes within this time, e.g. 30s [default: wait forever].
+    /// Give up with exit code 4 when no perception or no planner beats for this time, e.g. 30s
+    /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
     /// Form of the summary on standard output.
@@ -112,7 +139,13 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
         report::Format::Text => summary.to_string(),
         report::Format::Json => serde_json::to_string(summary).map_err(Failure::run)?,
     };
-    writeln!(std::io::stdout(), "{}", text.trim_end()).map_err(Failure::run)
+    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        // Whoever reads no further has what they wanted; the mission's outcome stands.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|error| {
+            Failure::run(format!("the summary cannot be written to standard output: {error}"))
+        }),
+    }
 }
 
 /// Opens the journal of this very mission, or begins one.
@@ -150,7 +183,7 @@ struct Service {
 
 impl Service {
     fn open(args: &Args, instance: &Instance, world: World) -> Result<Self, Failure> {
-        let journal = open_journal(&args.journal, &world, args.mission.seed, args.sync)?;
+        let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
         crash_point(crash::JOURNAL_OPENED);
         if journal.torn_bytes() > 0 {
             tracing::warn!(
@@ -165,7 +198,7 @@ impl Service {
         if args.lifeline {
             node.hold_lifeline();
         }
-        let mut summary = SummaryBuilder::new(&brief, args.mission.seed);
+        let mut summary = SummaryBuilder::new(&brief, args.mission.seed());
         for record in journal.records() {
             summary.record(&record.map_err(Failure::run)?);
         }
@@ -177,7 +210,7 @@ impl Service {
             commands: node.command_reader(robot)?,
             past: node.past_server()?,
             arbiter: Arbiter::new(
-                Mission { brief, terrain: world.terrain, seed: args.mission.seed },
+                Mission { brief, terrain: world.terrain, seed: args.mission.seed() },
                 journal.last(),
                 args.mission.pace,
                 args.linger.as_nanos() as u64,
@@ -198,7 +231,7 @@ impl Service {
         service.briefs.publish(&brief)?;
         crash_point(crash::JOINED);
         tracing::info!(
-            run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed,
+            run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed(),
             "joined instance {:?} at decision {}", args.instance, service.arbiter.state().decision
         );
         Ok(service)
@@ -227,7 +260,11 @@ impl Service {
             let Self { past, journal, .. } = self;
             let refusals = past.serve(|request| {
                 let ours = request.run == journal.header().run();
-                let mut page = journal.page(request.from).ok().filter(|_| ours)?;
+                let mut page = journal
+                    .page(request.from)
+                    .inspect_err(|error| tracing::error!("the past cannot be served: {error}"))
+                    .ok()
+                    .filter(|_| ours)?;
                 // A hop that is still in the air has not been seen to land.
                 page.records.retain(|record| record.decision < due);
                 Some(page)
@@ -261,6 +298,9 @@ impl Service {
     /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited
     /// awake, since a sleeping process wakes a tenth of a millisecond late.
     fn timeout(&self) -> Duration {
+        if !self.assembled {
+            return TICK;
+        }
         let due = self.arbiter.wake_at().map(|at| Duration::from_nanos(at.since_ns(Node::now())));
         due.map_or(TICK, |due| due.saturating_sub(AWAKE).min(TICK))
     }
@@ -323,12 +363,10 @@ impl Service {
     fn summary(&self) -> Summary {
         let mut summary = self.summary.build(self.arbiter.state(), self.arbiter.refusals());
         let own = Process { role: Role::HopperSim, pid: self.node.pid(), restarts: 0 };
-        summary.processes = std::iter::once(own).chain(self.lives.iter().map(process)).collect();
+        let heard = self.lives.iter().flat_map(|(role, lives)| {
+            lives.iter().map(|(_, pid)| Process { role: *role, pid: *pid, restarts: 0 })
+        });
+        summary.processes = std::iter::once(own).chain(heard).collect();
         summary
     }
-}
-
-/// One line of the summary for the lives of a role.
-fn process((role, lives): (&Role, &Vec<(Incarnation, u32)>)) -> Process {
-    Process { role: *role, pid: lives.last().map_or(0, |(_, pid)| *pid), restarts: lives.len() as u64 - 1 }
 }

@@ -86,6 +86,25 @@ impl Progress {
         }
     }
 
+    /// The essentials in some fifty columns, for a terminal of eighty.
+    #[must_use]
+    pub fn compact(&self) -> String {
+        let mut text = format!("hop {} · {:.1} m", self.decision, self.distance_to_goal_m);
+        if let Some(coverage) = self.coverage {
+            text += &format!(" · {:.0} % seen", 100.0 * coverage);
+        }
+        if self.latency.decisions > 0 {
+            text += &format!(" · {}", duration(self.latency.last_us));
+        }
+        if let Some(Tenure { name, term, .. }) = self.leader() {
+            text += &format!(" · {name} t{term}");
+        }
+        if self.latency.misses > 0 {
+            text += &format!(" · {} missed", self.latency.misses);
+        }
+        text
+    }
+
     /// Whose turn at the command it is.
     #[must_use]
     pub fn leader(&self) -> Option<&Tenure> {

@@ -60,11 +60,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             events.push(heard(beat, Event::Heartbeat));
         }
         events.extend(briefs.newest().map(|brief| heard(brief, Event::Brief)));
+        // The map first: the mission may end with the last of these states.
+        events.extend(maps.newest().map(|map| heard(map, Event::Map)));
         for state in states.drain() {
             crash_point("monitor.state_received");
             events.push(heard(state, Event::State));
         }
-        events.extend(maps.newest().map(|map| heard(map, Event::Map)));
         while let Some(page) = past.receive() {
             events.push(heard(page, Event::Past));
         }

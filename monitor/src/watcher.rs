@@ -18,6 +18,12 @@ use crate::progress::{Health, Progress, Pulse};
 /// Pause between two looks at progress.
 const PROGRESS_PERIOD_NS: u64 = 100_000_000;
 
+/// How long the end of a mission waits for the last map, nanoseconds.
+const LAST_MAP_NS: u64 = 300_000_000;
+
+/// The roles a monitor looks after: not its own.
+const OTHERS: [Role; 3] = [Role::HopperSim, Role::Perception, Role::Planner];
+
 /// What the monitor hears.
 #[derive(Clone, Debug)]
 pub enum Event {
@@ -134,7 +140,7 @@ impl Watcher {
                 misses: tally.latency.misses(),
             },
             planners: tally.planners.clone(),
-            health: Role::ALL.map(|role| self.health(mission, role, now)).into(),
+            health: OTHERS.map(|role| self.health(mission, role, now)).into(),
             refusals: refusals.clone(),
         })
     }
@@ -293,7 +299,11 @@ impl Watcher {
         };
         let ended = *mission.ended.get_or_insert(now);
         let given_up = !sim_lives && now.since_ns(ended) > SILENCE_NS;
-        if mission.finished || (mission.missing() > 0 && !given_up) {
+        let whole = mission.missing() == 0;
+        // The last map is a nicety: perception may be gone, or may never have been there.
+        let mapped = mission.mapped.is_none_or(|mapped| mapped == mission.decision())
+            || now.since_ns(ended) > LAST_MAP_NS;
+        if mission.finished || !(whole && mapped || given_up) {
             return Vec::new();
         }
         mission.finished = true;

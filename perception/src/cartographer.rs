@@ -50,6 +50,8 @@ pub struct Cartographer {
     observation: Option<Observation>,
     /// Poses 0..folded are in the map.
     folded: u64,
+    /// The decision whose map has its moment of sensing.
+    stamped: Option<Decision>,
     published: Option<MonotonicNs>,
     finished: bool,
 }
@@ -65,6 +67,7 @@ impl Cartographer {
             state: None,
             observation: None,
             folded: 0,
+            stamped: None,
             published: None,
             finished: false,
         }
@@ -76,9 +79,14 @@ impl Cartographer {
             Event::Brief(brief) => self.brief(brief),
             Event::Terrain(run, terrain) => self.terrain = Some((run, terrain)),
             Event::State(state) => {
-                let old = |known: &State| known.run == state.run && state.decision < known.decision;
-                if state.robot != self.robot || self.state.as_ref().is_some_and(old) {
+                let lower = |known: &State| known.run == state.run && state.decision < known.decision;
+                let back = self.state.filter(lower);
+                if state.robot != self.robot || back.is_some_and(|known| state.published <= known.published) {
                     return Vec::new();
+                }
+                if back.is_some() {
+                    // Published later, it is that of a journal that has lost its tail.
+                    self.forget();
                 }
                 self.state = Some(state);
             }
@@ -95,7 +103,10 @@ impl Cartographer {
     pub fn stamped_map(&mut self, sensed: MonotonicNs, published: MonotonicNs) -> &ObservedMap {
         let map = self.observation.as_mut().expect("a map is published only once it exists").map_mut();
         map.sequence += 1;
-        map.sensed = sensed;
+        if self.stamped != map.through {
+            self.stamped = map.through;
+            map.sensed = sensed;
+        }
         map.published = published;
         map
     }
@@ -126,19 +137,28 @@ impl Cartographer {
             Some("hopper-sim: no state yet")
         } else if !self.current() {
             Some("hopper-sim: brief, terrain and state of one run")
+        } else if !self.caught_up() {
+            Some("hopper-sim: the past of this run")
         } else {
             None
         }
     }
 
     fn brief(&mut self, brief: Brief) {
-        if self.brief.is_none_or(|known| known.run != brief.run) {
-            self.observation = Some(Observation::unseen(&brief, self.robot));
-            self.folded = 0;
-            self.published = None;
-            self.finished = false;
-        }
+        let news = self.brief.is_none_or(|known| known.run != brief.run);
         self.brief = Some(brief);
+        if news {
+            self.forget();
+        }
+    }
+
+    /// Begins the map of the brief's run anew.
+    fn forget(&mut self) {
+        self.observation = self.brief.map(|brief| Observation::unseen(&brief, self.robot));
+        self.folded = 0;
+        self.stamped = None;
+        self.published = None;
+        self.finished = false;
     }
 
     /// Whether brief, terrain and state belong to one run.

@@ -12,13 +12,15 @@ pub fn radius_m(sensor: &SensorParameters, height_m: f64) -> f64 {
 /// outside the grid sees nothing.
 pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<Item = Cell> {
     let radius_cells = radius_m(sensor, pose.height_m) / grid.cell_size_m;
-    let reach = if grid.contains(pose.cell) { radius_cells.floor() as i32 } else { -1 };
     let centre = pose.cell;
-    (-reach..=reach)
-        .flat_map(move |dy| (-reach..=reach).map(move |dx| (dx, dy)))
-        .filter(move |&(dx, dy)| f64::from(dx * dx + dy * dy) <= radius_cells * radius_cells)
-        .map(move |(dx, dy)| Cell::new(centre.x + dx, centre.y + dy))
-        .filter(move |&cell| grid.contains(cell))
+    // Clipped before it is walked: a sensor may see further than any grid is wide.
+    let clip = |at: i32, side: u32| {
+        let reach = if grid.contains(centre) { radius_cells as i32 } else { -1 };
+        at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
+    };
+    let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));
+    rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
+        .filter(move |cell| cell.distance_cells(centre) <= radius_cells)
 }
 
 #[cfg(test)]
@@ -55,5 +57,8 @@ mod tests {
         assert_eq!(seen(10, 10, -0.01), 9, "just below two metres the four far cells are out of sight");
         assert_eq!(seen(0, 0, 0.0), 6, "a corner sees a quarter of the disc");
         assert_eq!(seen(-1, 5, 0.0), 0, "outside the map there is nothing to see");
+        let far = SensorParameters { radius_max_m: 1e6, gain: 1e6, ..sensor() };
+        let pose = Pose { cell: Cell::new(3, 4), height_m: 0.0 };
+        assert_eq!(disc(Grid::new(1000, 1000, 1.0, 1).unwrap(), &far, pose).count(), 1_000_000);
     }
 }

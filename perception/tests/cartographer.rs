@@ -130,6 +130,7 @@ fn the_messages_of_a_run_may_come_in_any_order() {
     }
 }
 
+/// P-REBUILD.
 #[test]
 fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
     for profile in contract::Profile::ALL {
@@ -146,6 +147,7 @@ fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
     }
 }
 
+/// P-UNSEEN.
 #[test]
 fn gradients_of_profile_hopper_come_from_seen_cells_only() {
     let world = World::new(contract::Profile::Hopper);

@@ -7,14 +7,18 @@
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, Name, ObservedMap, RobotId, Roster, RunId,
-    State, Status, Term,
+    Brief, Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Name, ObservedMap, RobotId,
+    Roster, RunId, State, Status, Term,
 };
 
 use crate::{Plan, PlanStatus, Situation};
 
 /// An unanswered command is sent again after this long.
 pub const RESEND_NS: u64 = 10_000_000;
+
+/// A leader whose process is gone needs to be silent only this long: a process of another container is
+/// gone to us though it lives, but it beats.
+pub const DEATH_SILENCE_NS: u64 = SILENCE_NS / 5;
 
 /// Who this planner is, and what it may presume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +48,8 @@ pub enum Event {
     Map(ObservedMap),
     /// A sign of life.
     Heartbeat(Heartbeat),
+    /// The operating system knows of no process with this number.
+    Gone(u32),
     /// The plan that was asked for, with the moments at which planning began and ended.
     Planned(Plan, MonotonicNs, MonotonicNs),
     /// Time passes.
@@ -59,8 +65,10 @@ pub enum Effect {
     Send(Command),
     /// This planner now commands, under the given term.
     Leads(Term),
-    /// Another planner commands now; this one stands by.
+    /// Another planner commands now; this one no longer does.
     StepsBack(Term),
+    /// Another planner commands, and this one waits for its end.
+    StandsBy(Leader),
     /// The mission is over.
     Finished(Status),
 }
@@ -82,6 +90,10 @@ pub struct Pilot {
     roster: Roster,
     /// When the present leader was first heard of as such.
     leader_since: MonotonicNs,
+    /// A process that no longer exists.
+    gone: Option<u32>,
+    /// When time last passed: a pilot that was stopped itself has missed the leader's beats.
+    ticked: MonotonicNs,
     takeover: bool,
     leads: bool,
     /// The decision for which a plan was asked and has not been reported.
@@ -101,6 +113,8 @@ impl Pilot {
             map: None,
             roster: Roster::default(),
             leader_since: MonotonicNs(0),
+            gone: None,
+            ticked: MonotonicNs(0),
             takeover: commission.takeover,
             leads: false,
             planning: None,
@@ -117,8 +131,9 @@ impl Pilot {
             Event::State(state) => self.state(state, now, &mut effects),
             Event::Map(map) => self.map(map),
             Event::Heartbeat(beat) => self.roster.observe(beat, now),
+            Event::Gone(pid) => self.gone = Some(pid),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
-            Event::Tick => self.resend(now, &mut effects),
+            Event::Tick => self.tick(now, &mut effects),
         }
         self.plan(now, &mut effects);
         effects
@@ -149,6 +164,13 @@ impl Pilot {
         }
     }
 
+    /// The process of the planner in command, if it is another one.
+    #[must_use]
+    pub fn rival_pid(&self) -> Option<u32> {
+        let leader = self.state?.leader;
+        (leader.term > Term(0) && leader.incarnation != self.commission.incarnation).then_some(leader.pid)
+    }
+
     /// Whether this planner is in command.
     #[must_use]
     pub fn leads(&self) -> bool {
@@ -164,8 +186,9 @@ impl Pilot {
         if brief.run != state.run {
             return Some("hopper-sim: brief and state of one run");
         }
-        let behind = self.map.as_ref().is_none_or(|map| map.run != state.run);
-        (behind && !state.status.is_over()).then_some("perception: no map of this run yet")
+        let current = |map: &ObservedMap| map.run == state.run && map.through == Some(state.decision);
+        let behind = !self.map.as_ref().is_some_and(current);
+        (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")
     }
 
     fn brief(&mut self, brief: Brief) {
@@ -179,11 +202,13 @@ impl Pilot {
 
     fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let known = self.state.filter(|known| known.run == state.run);
-        if state.robot != self.commission.robot || known.is_some_and(|known| state.decision < known.decision)
-        {
+        // A lower decision published later is that of a journal that has lost its tail.
+        let old = |known: State| state.decision < known.decision && state.published <= known.published;
+        if state.robot != self.commission.robot || known.is_some_and(old) {
             return;
         }
-        if known.is_none_or(|known| known.leader != state.leader) {
+        let news = known.is_none_or(|known| known.leader != state.leader);
+        if news {
             self.leader_since = now;
         }
         self.state = Some(state);
@@ -195,6 +220,8 @@ impl Pilot {
         }
         if led && !self.leads {
             effects.push(Effect::StepsBack(state.leader.term));
+        } else if news && !state.status.is_over() && self.term(now).is_none() {
+            effects.push(Effect::StandsBy(state.leader));
         }
         if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run)
         {
@@ -204,8 +231,7 @@ impl Pilot {
     }
 
     fn map(&mut self, map: ObservedMap) {
-        let old = |known: &ObservedMap| known.run == map.run && map.through < known.through;
-        if map.robot == self.commission.robot && !self.map.as_ref().is_some_and(old) {
+        if map.robot == self.commission.robot {
             self.map = Some(map);
         }
     }
@@ -222,9 +248,10 @@ impl Pilot {
     }
 
     fn leader_is_silent(&self, now: MonotonicNs) -> bool {
-        let leader = self.state.map_or(Incarnation(0), |state| state.leader.incarnation);
-        let heard = self.roster.peer(leader).map_or(self.leader_since, |peer| peer.advanced);
-        now.since_ns(heard.max(self.leader_since)) > SILENCE_NS
+        let leader = self.state.map_or_else(Leader::default, |state| state.leader);
+        let heard = self.roster.peer(leader.incarnation).map_or(self.leader_since, |peer| peer.advanced);
+        let limit_ns = if self.gone == Some(leader.pid) { DEATH_SILENCE_NS } else { SILENCE_NS };
+        now.since_ns(heard.max(self.leader_since)) > limit_ns
     }
 
     fn planned_for(&self) -> Option<(RunId, Decision)> {
@@ -286,6 +313,14 @@ impl Pilot {
         let Some(planned) = &mut self.planned else { return };
         planned.sent = now;
         effects.push(Effect::Send(Command { term, ..planned.command }));
+    }
+
+    fn tick(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        if now.since_ns(self.ticked) > SILENCE_NS / 2 {
+            self.leader_since = now;
+        }
+        self.ticked = now;
+        self.resend(now, effects);
     }
 
     fn resend(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {

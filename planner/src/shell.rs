@@ -83,6 +83,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             crash_point("planner.map_received");
             effects.extend(pilot.on(Event::Map(map), Node::now()));
         }
+        if let Some(gone) = pilot.rival_pid().filter(|&pid| !node::host::process_exists(pid)) {
+            effects.extend(pilot.on(Event::Gone(gone), Node::now()));
+        }
         effects.extend(pilot.on(Event::Tick, Node::now()));
         while let Some(effect) = effects.pop_front() {
             match effect {
@@ -104,6 +107,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 Effect::StepsBack(term) => {
                     tracing::info!("another planner commands, term {term}: standing by")
                 }
+                Effect::StandsBy(leader) => tracing::info!(
+                    "standing by: {} (process {}) commands, term {}",
+                    leader.planner,
+                    leader.pid,
+                    leader.term
+                ),
                 Effect::Finished(status) => attendance.mission_ended(status),
             }
         }

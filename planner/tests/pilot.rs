@@ -7,7 +7,7 @@ use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Heartbeat, Incarnation, Leader, MonotonicNs,
     Name, ObservedMap, Pose, RobotId, Role, RunId, State, Status, Term, Timing,
 };
-use planner::pilot::{Commission, Effect, Event, Pilot, RESEND_NS};
+use planner::pilot::{Commission, DEATH_SILENCE_NS, Effect, Event, Pilot, RESEND_NS};
 use planner::{Plan, PlanStatus};
 
 const RUN: RunId = RunId(7);
@@ -96,13 +96,15 @@ fn beat(of: Incarnation, counter: u64) -> Event {
     })
 }
 
+/// P-TOGETHER.
 #[test]
 fn nobody_decides_before_state_and_map_are_of_one_decision() {
     let mut pilot = pilot(false);
     assert_eq!(pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0)), []);
     assert_eq!(pilot.on(Event::Map(map(2)), at(0)), []);
-    assert!(pilot.waits_for().is_none());
+    assert!(pilot.waits_for().is_some_and(|what| what.contains("perception")));
     assert_eq!(pilot.on(Event::Map(map(3)), at(0)), [Effect::Plan]);
+    assert!(pilot.waits_for().is_none());
     assert_eq!(sent(&pilot.on(planned(), at(2))), [(3, 1)]);
 }
 
@@ -153,11 +155,37 @@ fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
     pilot.on(Event::Map(map(0)), at(0));
     pilot.on(beat(OTHER, 1), at(0));
     pilot.on(beat(OTHER, 1), at(SILENCE_NS));
+    assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS / 2)), []);
     assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS)), []);
     assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS + 1)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(SILENCE_NS + 1))), [(0, 5)]);
     let effects = pilot.on(Event::State(state(1, 5, ME)), at(SILENCE_NS + 2));
     assert_eq!(effects, [Effect::Leads(Term(5))]);
+}
+
+#[test]
+fn a_leader_whose_process_is_gone_is_waited_for_less() {
+    let mut pilot = pilot(false);
+    let leader = state(0, 4, OTHER).leader;
+    assert_eq!(pilot.on(Event::State(state(0, 4, OTHER)), at(0)), [Effect::StandsBy(leader)]);
+    pilot.on(Event::Map(map(0)), at(0));
+    assert_eq!(pilot.rival_pid(), Some(leader.pid));
+    assert_eq!(pilot.on(Event::Gone(leader.pid), at(DEATH_SILENCE_NS)), []);
+    pilot.on(beat(OTHER, 1), at(DEATH_SILENCE_NS));
+    assert_eq!(pilot.on(Event::Tick, at(2 * DEATH_SILENCE_NS)), [], "it beats: it lives elsewhere");
+    assert_eq!(pilot.on(Event::Tick, at(2 * DEATH_SILENCE_NS + 1)), [Effect::Plan]);
+}
+
+#[test]
+fn a_stand_by_that_was_stopped_itself_gives_the_leader_time_to_be_heard() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Tick, at(1));
+    let awake = 20 * SILENCE_NS;
+    assert_eq!(pilot.on(Event::Tick, at(awake)), []);
+    pilot.on(beat(OTHER, 9), at(awake + 1));
+    assert_eq!(pilot.on(Event::Tick, at(awake + SILENCE_NS / 2)), []);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use campaign::paper;
 use campaign::statistics::{Sample, share_difference, welch, wilson};
 use contract::Weights;
 
+/// P-STATISTICS.
 /// Newcombe 1998, "Two-sided confidence intervals for the single proportion", Table I, method 3.
 #[test]
 fn wilson_intervals_are_those_newcombe_published() {

@@ -81,6 +81,7 @@ fn enumerated(brief: &Brief, terrain: &Terrain, cell: Cell, spent: u64) -> Bound
     best
 }
 
+/// P-BOUNDS.
 #[test]
 fn the_bounds_are_those_of_enumeration_on_nine_cells() {
     for steps_max in 0..=10 {

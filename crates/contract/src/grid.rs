@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::Direction;
-use crate::limits::{GRID_CELLS_MAX, GRID_SIDE_MAX};
+use crate::limits::{CELL_SIZE_MIN_M, GRID_CELLS_MAX, GRID_SIDE_MAX, LENGTH_MAX_M};
 
 /// A cell of the grid, possibly outside of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ pub enum GridError {
         height: u32,
     },
     /// The cell size is not a length.
-    #[error("a cell needs a finite size above 0 m, got {got_m} m")]
+    #[error("a cell needs a size of {CELL_SIZE_MIN_M} to {LENGTH_MAX_M} m, got {got_m} m")]
     CellSize {
         /// The size asked for.
         got_m: f64,
@@ -88,7 +88,7 @@ impl Grid {
         if !sides.contains(&width) || !sides.contains(&height) || width * height > GRID_CELLS_MAX {
             return Err(GridError::Size { width, height });
         }
-        if !(cell_size_m.is_finite() && cell_size_m > 0.0) {
+        if !(CELL_SIZE_MIN_M..=LENGTH_MAX_M).contains(&cell_size_m) {
             return Err(GridError::CellSize { got_m: cell_size_m });
         }
         if !sides.contains(&hop_cells) {

@@ -6,6 +6,9 @@ pub const GRID_SIDE_MAX: u32 = 1024;
 /// Most cells of a grid.
 pub const GRID_CELLS_MAX: u32 = 1 << 20;
 
+/// Smallest edge of a cell, metres: no hopper is smaller.
+pub const CELL_SIZE_MIN_M: f64 = 1.0e-3;
+
 /// Most decisions of a run; a million-hop patrol with room to spare.
 pub const DECISIONS_MAX: u64 = 1 << 32;
 

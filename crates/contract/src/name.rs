@@ -5,13 +5,14 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Up to 31 printable ASCII characters, zero-padded; what a planner, a scenario or a leader is called.
+/// Up to 31 letters, digits, or `._-+`, zero-padded; what a planner, a scenario or a leader is called.
+/// It may become part of a file's name, so it never begins with a dot and holds no slash.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Name([u8; Name::BYTES]);
 
 /// Why a text or a byte array is no [`Name`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("a name needs 1 to {max} printable ASCII characters without spaces, got {got:?}", max = Name::BYTES - 1)]
+#[error("a name needs 1 to {max} of the characters A-Z a-z 0-9 . _ - +, not beginning with a dot, got {got:?}", max = Name::BYTES - 1)]
 pub struct NameError {
     /// The text that was refused, lossily decoded.
     pub got: String,
@@ -40,11 +41,12 @@ impl Name {
     /// Reads a zero-padded array; all zeros is [`Name::NONE`].
     ///
     /// # Errors
-    /// If a byte is not printable ASCII, the last is not zero, or something follows the first zero.
+    /// If a byte is none a name may have, the last is not zero, or something follows the first zero.
     pub fn from_bytes(bytes: [u8; Self::BYTES]) -> Result<Self, NameError> {
         let end = bytes.iter().position(|&b| b == 0).unwrap_or(Self::BYTES);
         let clean = end < Self::BYTES
-            && bytes[..end].iter().all(u8::is_ascii_graphic)
+            && bytes[0] != b'.'
+            && bytes[..end].iter().all(|b| b.is_ascii_alphanumeric() || b"._-+".contains(b))
             && bytes[end..].iter().all(|&b| b == 0);
         if clean { Ok(Name(bytes)) } else { Err(NameError { got: String::from_utf8_lossy(&bytes).into() }) }
     }
@@ -103,6 +105,8 @@ mod tests {
     fn an_unprintable_overlong_or_unterminated_name_is_refused() {
         assert!("".parse::<Name>().is_err());
         assert!("two words".parse::<Name>().is_err());
+        assert!("../evil".parse::<Name>().is_err());
+        assert!("a/b".parse::<Name>().is_err());
         assert!("x".repeat(32).parse::<Name>().is_err());
         assert!(Name::from_bytes([b'x'; 32]).is_err());
         let mut hidden = [0; 32];

@@ -7,6 +7,7 @@ fn draw(seed: u64, robot: u16, decision: u64) -> Draw {
     Draw::new(seed, Domain::Motion, RobotId(robot), Decision(decision))
 }
 
+/// P-DRAW.
 #[test]
 fn draws_are_those_of_an_independent_chacha8() {
     // The first three and the last of a decision's uniforms, times 2^53: computed by a direct

@@ -17,6 +17,7 @@ fn close(got: f64, need: f64) {
     assert!((got - need).abs() <= 1e-12 * need.abs().max(1.0), "need {need}, got {got}");
 }
 
+/// P-PHYSICS.
 #[test]
 fn a_hop_on_the_flat_goes_one_metre_far_and_a_quarter_high() {
     // P22 section III: a 45° hop on the flat goes 1.0 m far and 0.25 m high.

@@ -18,3 +18,10 @@ pub fn operating_system() -> String {
     let release = read("/proc/sys/kernel/osrelease").unwrap_or_default();
     format!("{kernel} {release} {}", std::env::consts::ARCH)
 }
+
+/// Whether the operating system knows a process of this number; one that nobody has buried yet counts.
+#[must_use]
+pub fn process_exists(pid: u32) -> bool {
+    let pid = i32::try_from(pid).ok().and_then(rustix::process::Pid::from_raw);
+    pid.is_some_and(|pid| rustix::process::test_kill_process(pid) != Err(rustix::io::Errno::SRCH))
+}

@@ -313,6 +313,14 @@ impl Node {
         Reader::new(&self.base, &service::heartbeat())
     }
 
+    /// A writer of `hop/heartbeat` beside our own beats, for tests of who refuses what.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn heartbeat_writer(&self) -> Result<HeartbeatWriter, NodeError> {
+        Writer::new(&self.base, &service::heartbeat())
+    }
+
     /// The server of `hop/past`; requests end [`Node::wait`].
     ///
     /// # Errors

@@ -10,6 +10,9 @@ use crate::{Exit, Failure, Node};
 /// How long a work loop sleeps at most.
 pub const TICK: Duration = Duration::from_millis(10);
 
+/// A wait as long as this is told.
+const WORTH_A_LINE_NS: u64 = 300_000_000;
+
 /// A peer that has seen the end of the mission goes on beating this long, so that hopper-sim hears it.
 const FAREWELL_NS: u64 = 120_000_000;
 
@@ -47,13 +50,15 @@ pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
 pub struct Patience {
     limit: Option<Duration>,
     waits: Option<(&'static str, MonotonicNs)>,
+    /// What the log has said is waited for.
+    told: Option<&'static str>,
 }
 
 impl Patience {
     /// Patience for at most `limit`; `None` is for ever.
     #[must_use]
     pub fn new(limit: Option<Duration>) -> Self {
-        Self { limit, waits: None }
+        Self { limit, waits: None, told: None }
     }
 
     /// Takes note of what is waited for at `now`.
@@ -62,16 +67,19 @@ impl Patience {
     /// Exit code 4 when something was waited for without a break for longer than the limit.
     pub fn check(&mut self, waits_for: Option<&'static str>, now: MonotonicNs) -> Result<(), Failure> {
         let Some(what) = waits_for else {
-            if let Some((what, since)) = self.waits.take() {
-                tracing::debug!(waited_ms = now.since_ns(since) / 1_000_000, "no longer waiting for {what}");
+            self.waits = None;
+            if let Some(what) = self.told.take() {
+                tracing::info!("no longer waiting for {what}");
             }
             return Ok(());
         };
-        if self.waits.is_none_or(|(known, _)| known != what) {
-            tracing::info!("waiting for {what}");
-        }
         let since = self.waits.map_or(now, |(_, since)| since);
         self.waits = Some((what, since));
+        // Between two decisions everybody waits a little; only what lasts is worth a line.
+        if self.told != Some(what) && now.since_ns(since) >= WORTH_A_LINE_NS {
+            self.told = Some(what);
+            tracing::info!("waiting for {what}");
+        }
         match self.limit {
             Some(limit) if u128::from(now.since_ns(since)) >= limit.as_nanos() => Err(Failure::new(
                 Exit::Peer,

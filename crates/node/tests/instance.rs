@@ -39,6 +39,7 @@ fn two_instances_never_meet() {
     other.assert_gone();
 }
 
+/// P-LEAVE.
 #[test]
 fn whoever_leaves_last_leaves_nothing_in_whatever_order_ports_and_nodes_go() {
     let own = Own::new();

@@ -198,6 +198,7 @@ fn the_dead_are_seen_and_freed_by_those_who_live() {
     own.assert_gone();
 }
 
+/// P-START-KILL.
 #[test]
 fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     let own = Own::new();

@@ -199,7 +199,7 @@ impl fmt::Display for LatencyReport {
         let budget_ms = self.budget_us / 1e3;
         writeln!(
             f,
-            "Latency in milliseconds; {} of {} decisions missed the budget of {budget_ms} ms.",
+            "Latency in ms; {} of {} decisions missed the budget of {budget_ms} ms (last column: p99).",
             self.misses, self.decisions
         )?;
         let mut rows: Vec<_> = self
@@ -207,9 +207,9 @@ impl fmt::Display for LatencyReport {
             .iter()
             .map(|(&stage, spent)| self.row(stage.as_str(), span(stage), spent, percent(self.share(stage))))
             .collect();
-        rows.push(self.row("total", "landed to committed", &self.total, percent(1.0)));
-        rows.push(self.row("a step", "total / the papers' steps", &self.per_step.percentiles, String::new()));
-        let headings = ["stage", "from .. to", "p50", "p90", "p99", "max", "of total", "p99 of budget"];
+        rows.push(self.row("total", "since landed", &self.total, percent(1.0)));
+        rows.push(self.row("a step", "in the paper's count", &self.per_step.percentiles, String::new()));
+        let headings = ["stage", "until", "p50", "p90", "p99", "max", "share", "of budget"];
         f.write_str(&table(headings, &rows))
     }
 }

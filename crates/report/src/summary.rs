@@ -13,6 +13,10 @@ use crate::{Executed, LatencyReport, Route, Tally, Tenure};
 /// Changes of command that the text shows, the last ones; the JSON holds all.
 const TENURES_SHOWN: usize = 6;
 
+/// Refusals that belong to the protocol: commands repeated until answered, and planners that learn that
+/// they have been relieved. The text leaves them out; the JSON has them.
+const EVERYDAY_REFUSALS: [&str; 5] = ["busy", "repeated_decision", "stale_term", "not_leader", "yielding"];
+
 /// One process of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Process {
@@ -160,14 +164,14 @@ impl fmt::Display for Summary {
             way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
         }
         fact("route", way)?;
-        let seen = self.coverage.map(|share| format!("{:.0} % of the map seen, ", 100.0 * share));
+        if let Some(share) = self.coverage {
+            fact("map", format!("{:.0} % seen", 100.0 * share))?;
+        }
         fact(
             "time",
             format!(
-                "{}{:.2} s from first landing to last commit, {:.1} s of flight",
-                seen.unwrap_or_default(),
-                self.duration_s,
-                route.flight_s
+                "{:.2} s from first landing to last commit, {:.1} s of flight",
+                self.duration_s, route.flight_s
             ),
         )?;
         let hidden = self.planners.len().saturating_sub(TENURES_SHOWN);
@@ -185,9 +189,10 @@ impl fmt::Display for Summary {
             });
             fact("processes", processes.collect::<Vec<_>>().join(", "))?;
         }
-        if !self.refusals.0.is_empty() {
-            let refusals = self.refusals.0.iter().map(|(reason, count)| format!("{count} {reason}"));
-            fact("refused", refusals.collect::<Vec<_>>().join(", "))?;
+        let odd = self.refusals.0.iter().filter(|(reason, _)| !EVERYDAY_REFUSALS.contains(&reason.as_str()));
+        let odd: Vec<String> = odd.map(|(reason, count)| format!("{count} {reason}")).collect();
+        if !odd.is_empty() {
+            fact("refused", odd.join(", "))?;
         }
         fact("digest", self.digest.to_string())?;
         write!(f, "\n{}", self.latency)?;

@@ -129,16 +129,6 @@ fn arrows_thin_out_on_large_maps() {
 }
 
 #[test]
-fn names_cannot_break_the_document() {
-    let mut brief = brief(4);
-    brief.scenario = mission::name("<a&b>\"'");
-    let map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
-    let text = svg(&brief, &[], &map, None, &[]);
-    let document = Document::parse(&text).unwrap();
-    assert!(document.descendants().any(|node| node.text().is_some_and(|text| text.contains("<a&b>\"'"))));
-}
-
-#[test]
 fn a_hop_off_the_map_is_drawn_just_beyond_its_edge() {
     let brief = brief(4);
     let (terrain, map) = ground(&brief);

@@ -17,7 +17,12 @@ pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainEr
         Err(TerrainError::HopOverCell {
             hop_distance_m,
             cell_size_m,
-            resample_m: hop_distance_m / whole.max(1.0),
+            // A hop of more cells than a grid has sides is mended by cells as long as the hop.
+            resample_m: if whole <= f64::from(GRID_SIDE_MAX) {
+                hop_distance_m / whole.max(1.0)
+            } else {
+                hop_distance_m
+            },
         })
     }
 }
@@ -39,6 +44,8 @@ mod tests {
         assert!(text.contains("cell_size_m = 6"), "{text}");
         let text = hop_cells(1.0, 4.98).unwrap_err().to_string();
         assert!(text.contains("cell_size_m = 1"), "{text}");
+        let text = hop_cells(4.98, 0.0001).unwrap_err().to_string();
+        assert!(text.contains("set cell_size_m = 4.98"), "{text}");
         assert!(hop_cells(f64::NAN, 1.0).is_err());
         assert!(hop_cells(1.0, 0.0).is_err());
     }

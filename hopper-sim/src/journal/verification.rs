@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use contract::{Decision, Digest, Name, Profile, Record, RunId, Status, Term};
+use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Status, Term};
 use report::Tenure;
 use serde::Serialize;
 
@@ -43,6 +43,8 @@ pub struct Verification {
     pub torn_bytes: u64,
     /// Who commanded.
     pub planners: Vec<Tenure>,
+    /// The life that commanded last; 0 if none has.
+    pub commander: Incarnation,
 }
 
 impl Verification {
@@ -106,6 +108,7 @@ impl Verification {
             terms_rise: true,
             torn_bytes: 0,
             planners: Vec::new(),
+            commander: Incarnation::default(),
         }
     }
 
@@ -132,12 +135,16 @@ impl Verification {
     fn name_planner(&mut self, record: &Record) {
         let leader = &record.leader;
         match self.planners.last_mut() {
-            Some(tenure) if (tenure.name, tenure.term) == (leader.planner, leader.term) => {
+            Some(tenure)
+                if (tenure.name, tenure.term, self.commander)
+                    == (leader.planner, leader.term, leader.incarnation) =>
+            {
                 tenure.to_decision = record.decision;
             }
             last => {
                 // Term 0 is before every planner; a change of hands takes a higher term.
                 self.terms_rise &= leader.term > last.map_or(Term(0), |tenure| tenure.term);
+                self.commander = leader.incarnation;
                 self.planners.push(Tenure {
                     name: leader.planner,
                     term: leader.term,

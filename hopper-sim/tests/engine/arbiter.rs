@@ -60,6 +60,7 @@ fn the_state_is_published_again_unchanged_every_period() {
     assert_eq!(arbiter.wake_at(), Some(due.plus_ns(REPUBLISH_NS)));
 }
 
+/// P-COMMIT.
 #[test]
 fn nothing_is_published_before_the_journal_holds_it() {
     let (mut arbiter, record) = committing(Pace::Max);
@@ -101,6 +102,7 @@ fn the_record_says_who_commanded_what_and_continues_the_chain() {
     assert_eq!(record.digest, record.previous.chain(&record));
 }
 
+/// P-TERM.
 #[test]
 fn the_current_term_goes_on_and_a_stale_one_is_refused() {
     let mut host = led();
@@ -123,6 +125,7 @@ fn the_next_term_takes_over_by_compare_and_swap_and_a_leap_is_refused() {
     assert_eq!((leader.term, leader.incarnation, leader.planner), (Term(2), Incarnation(2), name("greedy")));
 }
 
+/// P-BID.
 #[test]
 fn a_takeover_that_came_too_late_gets_the_next_decision() {
     let mut arbiter = led().arbiter;
@@ -211,6 +214,7 @@ fn one_life_may_not_lead_a_term_under_two_names() {
     assert_eq!(host.refused, ["not_leader"]);
 }
 
+/// P-ONCE.
 #[test]
 fn a_repeated_decision_gets_the_recorded_outcome() {
     let mut host = led();

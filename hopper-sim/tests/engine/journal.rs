@@ -320,6 +320,7 @@ fn journal_and_directory_are_for_the_owner_only() {
     assert_eq!(mode(&journal.join("lock")), 0o600);
 }
 
+/// P-FULL.
 #[test]
 fn a_full_disk_leaves_whole_records_only_and_the_very_same_one_fits_later() {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

@@ -48,6 +48,7 @@ fn a_sound_journal_is_told_in_full() {
             terms_rise: true,
             torn_bytes: 0,
             planners: vec![tenure(name("mdp"), 1, 0, 3), tenure(name("greedy"), 2, 4, last.decision.0)],
+            commander: last.leader.incarnation,
         }
     );
 }

@@ -15,6 +15,7 @@ fn valid() -> CommandV1 {
 /// A change to a valid command with the reason for which it is refused.
 type Case = (&'static str, fn(&mut CommandV1));
 
+/// P-HOSTILE.
 #[test]
 fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
     let refused: [Case; 24] = [

@@ -17,18 +17,23 @@ pub fn tie_tolerance(model: &Model) -> f64 {
 /// The action at a node: hold wherever nothing is left to decide.
 #[must_use]
 pub fn action(model: &Model, values: &[f64], node: usize) -> Action {
+    action_within(model, values, node, tie_tolerance(model))
+}
+
+/// [`action`] with a tie tolerance computed beforehand: it takes a look at every cell.
+fn action_within(model: &Model, values: &[f64], node: usize, tie: f64) -> Action {
     if model.nodes[node] != Node::Free {
         return Action::Hold;
     }
-    first_best(model.action_values(values, node).map(Some), tie_tolerance(model))
-        .map_or(Action::Hold, Action::Hop)
+    first_best(model.action_values(values, node).map(Some), tie).map_or(Action::Hold, Action::Hop)
 }
 
 /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
 #[must_use]
 pub fn cells(model: &Model, values: &[f64]) -> Vec<PolicyCell> {
+    let tie = tie_tolerance(model);
     let policy_cell = |cell: Cell| match model.node(cell) {
-        Some(node) => PolicyCell { action: action(model, values, node), value: values[node] },
+        Some(node) => PolicyCell { action: action_within(model, values, node, tie), value: values[node] },
         None => PolicyCell { action: Action::Hold, value: 0.0 },
     };
     model.grid().iter().map(policy_cell).collect()

@@ -102,6 +102,7 @@ fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
     map
 }
 
+/// P-SOLVED.
 #[test]
 fn value_iteration_agrees_with_the_linear_solve() {
     let mut solved = 0;

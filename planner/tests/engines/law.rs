@@ -44,6 +44,7 @@ fn worlds() -> Vec<World> {
     worlds
 }
 
+/// P-LAW.
 #[test]
 fn a_planner_with_an_empty_cache_decides_the_same() {
     let worlds = worlds();
@@ -95,7 +96,10 @@ fn every_algorithm_answers_to_its_name_and_an_unknown_one_names_the_known() {
     }
     let error = algorithm("oracle").err().unwrap();
     assert_eq!(error, PlannerError::UnknownAlgorithm { got: "oracle".into() });
-    assert_eq!(error.to_string(), "a planner needs one of the algorithms mdp, greedy, astar, dstar_lite, hold, got \"oracle\"");
+    assert_eq!(
+        error.to_string(),
+        "a planner needs one of the algorithms mdp, greedy, astar, dstar_lite, hold, got \"oracle\""
+    );
 }
 
 #[test]
@@ -106,6 +110,7 @@ fn hold_never_moves() {
     assert_eq!(hold.policy(), None);
 }
 
+/// P-CLAIRVOYANT.
 #[test]
 fn the_clairvoyant_is_refused_outside_lockstep() {
     assert_eq!(algorithm(planner::CLAIRVOYANT).err(), Some(PlannerError::LockstepOnly));

@@ -107,6 +107,7 @@ fn check_cell(soils: Soils, planner: &str, weights: [f64; 2], missions: u64) {
     check(cell, &fly(cell, Profile::Paper2023, missions));
 }
 
+/// P-PAPER.
 #[test]
 fn the_greedy_cells_of_the_papers_tables_come_out() {
     for (cell, reading) in READINGS.iter().enumerate() {

@@ -59,6 +59,7 @@ fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
     Costs::new(&Situation { brief: &world.brief, map, state: &state })
 }
 
+/// P-ROUTE.
 #[test]
 fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     let (mut routes, mut dead_ends) = (0, 0);
@@ -88,6 +89,7 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     assert!(routes > 2_000 && dead_ends > 20, "{routes} routes, {dead_ends} dead ends");
 }
 
+/// P-MENDED.
 #[test]
 fn a_mended_search_decides_as_a_new_one_and_as_a_star() {
     let mut decisions = 0;

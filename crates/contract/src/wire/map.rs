@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{GroundV1, Wire, robot_from_wire, run_from_wire, run_to_wire};
+use crate::limits::DECISIONS_MAX;
 use crate::{Decision, Grid, Ground, MonotonicNs, ObservedMap, Refusal};
 
 /// What the map covers and when it was made.
@@ -63,6 +64,9 @@ pub fn map_from_wire(header: &MapHeaderV1, cells: &[GroundV1]) -> Result<Observe
         .map_err(|error| Refusal::malformed("map.grid", "a grid within bounds", error))?;
     if cells.len() != grid.cells() {
         return Err(Refusal::malformed("map.cells", &format!("{} cells", grid.cells()), cells.len()));
+    }
+    if header.folded > DECISIONS_MAX {
+        return Err(Refusal::malformed("map.folded", &format!("at most {DECISIONS_MAX}"), header.folded));
     }
     // Into room made beforehand: collecting results would grow the vector again and again.
     let mut ground = Vec::with_capacity(cells.len());

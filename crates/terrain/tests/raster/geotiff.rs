@@ -19,6 +19,7 @@ fn south_first(values: &[f64]) -> Vec<f64> {
     values.chunks(WIDTH).rev().flatten().copied().collect()
 }
 
+/// P-GEOTIFF.
 #[test]
 fn every_layout_packing_predictor_sample_and_byte_order_reads_the_same_heights() {
     let mut layouts = 0;

@@ -39,6 +39,7 @@ fn read(bytes: &[u8]) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
 
+    /// P-DAMAGED-DEM.
     #[test]
     fn a_geotiff_with_flipped_bits_is_read_or_refused(
         file in geotiff(),

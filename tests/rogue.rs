@@ -1,0 +1,314 @@
+//! A rogue process writes what it should not beside a real mission: it is refused, counted, and moves nothing.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use std::time::Duration;
+
+use contract::wire::{CommandV1, GroundV1, HeartbeatV1, MapHeaderV1};
+use contract::{
+    Action, Brief, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, ObservedMap,
+    RobotId, Role, State, Status,
+};
+use harness::{Mission, Process, eventually, lockstep};
+use node::{CommandWriter, Instance, MapWriter, Node, StateReader};
+use rustix::process::Signal;
+use serde_json::Value;
+
+const ROBOT: RobotId = RobotId(0);
+
+/// One that joined the instance without a role.
+struct Rogue {
+    node: Node,
+    states: StateReader,
+    commands: CommandWriter,
+}
+
+impl Rogue {
+    fn new(mission: &Mission) -> Self {
+        let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+        let states = node.state_reader(ROBOT).unwrap();
+        let commands = node.command_writer(ROBOT).unwrap();
+        Self { node, states, commands }
+    }
+
+    /// The state in which the hopper has just landed: a whole flight is left before the next.
+    fn landing(&mut self) -> State {
+        let mut before = None::<Decision>;
+        let mut landed = None;
+        eventually("a landing", || {
+            self.node.wait(Duration::from_millis(5));
+            for state in self.states.drain().map(Result::unwrap) {
+                landed = before.is_some_and(|before| before < state.decision).then_some(state);
+                before = Some(state.decision);
+            }
+            landed.is_some()
+        });
+        landed.unwrap()
+    }
+
+    /// A command that would be obeyed at `state` if it came from the planner in command.
+    fn command(state: &State) -> CommandV1 {
+        CommandV1::from(&Command {
+            run: state.run,
+            robot: ROBOT,
+            decision: state.decision,
+            term: state.leader.term,
+            action: Action::Hop(Direction::West),
+            observation: 7,
+            planner: "rogue".parse().unwrap(),
+            incarnation: Incarnation(0xbad),
+            pid: std::process::id(),
+            work: 1,
+            cut: false,
+            sensed: MonotonicNs(1),
+            map_published: MonotonicNs(2),
+            planning_started: MonotonicNs(3),
+            planning_ended: MonotonicNs(4),
+        })
+    }
+
+    fn send(&self, commands: impl IntoIterator<Item = CommandV1>) {
+        for command in commands {
+            self.commands.publish_wire(command).unwrap();
+        }
+    }
+}
+
+/// Ends a slow hopper-sim in good order; its summary.
+fn stop(sim: &mut Process) -> Value {
+    sim.signal(Signal::TERM);
+    assert_eq!(sim.code(), 130, "{}", sim.log());
+    sim.json()
+}
+
+/// Lets another hopper-sim finish the journal; the digest is that of the undisturbed mission, and only
+/// planners of the stack commanded.
+fn assert_nothing_moved(mission: &Mission, seed: &str) {
+    let mut sim = mission.start("sim", &["--seed", seed]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    let summary = sim.json();
+    assert_eq!(summary["digest"], lockstep(&["--seed", seed])["digest"], "{summary}");
+    let verified = mission.verified();
+    assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+    for planner in summary["planners"].as_array().unwrap() {
+        assert_eq!(planner["name"], "mdp", "{summary}");
+    }
+}
+
+/// P-ROGUE: a stale or leaping term, a repeated or future decision, a wrong run or robot: refused, counted.
+#[test]
+fn commands_out_of_turn_are_refused_by_name_and_nothing_moves() {
+    let mission = Mission::new("turn");
+    let mut sim = mission.start_slow_sim("41");
+    let _perception = mission.start("perception", &[]);
+    let _monitor = mission.start("monitor", &[]);
+    // A second term, so that the first is stale: the heir of a planner that was killed.
+    let mut leader = mission.start("planner", &[]);
+    leader.await_log("in command");
+    mission.await_decisions(1);
+    leader.kill();
+    let heir = mission.start("planner", &[]);
+    heir.await_log("in command, term 2");
+
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+    assert_eq!((state.leader.term.0, state.decision.0 > 0), (2, true));
+    let valid = Rogue::command(&state);
+    // Each reason another number of times, fewer than a queue holds.
+    rogue.send([
+        CommandV1 { term: 1, ..valid },
+        CommandV1 { term: 4, ..valid },
+        CommandV1 { term: 1 << 30, ..valid },
+        CommandV1 { decision: valid.decision + 1, ..valid },
+        CommandV1 { decision: valid.decision + 2, term: 3, ..valid },
+        CommandV1 { decision: valid.decision + 1_000_000, ..valid },
+        CommandV1 { run: [valid.run[0], !valid.run[1]], ..valid },
+        CommandV1 { run: [0, 0], ..valid },
+        CommandV1 { run: [valid.run[1], valid.run[0]], ..valid },
+        CommandV1 { run: [u64::MAX; 2], term: 3, ..valid },
+        CommandV1 { robot: 1, ..valid },
+        CommandV1 { robot: 70_000, ..valid },
+        CommandV1 { decision: valid.decision - 1, ..valid },
+        // The very life and name of the planner in command, for a decision that is taken.
+        CommandV1 {
+            decision: 0,
+            incarnation: state.leader.incarnation.0,
+            planner: state.leader.planner.bytes(),
+            ..valid
+        },
+        // The term in force, which the rogue does not hold.
+        valid,
+    ]);
+    mission.await_decisions(state.decision.0 + 2);
+    let refusals = stop(&mut sim)["refusals"].take();
+    for (reason, count) in [
+        ("stale_term", 1),
+        ("future_term", 2),
+        ("future_decision", 3),
+        ("wrong_run", 4),
+        ("wrong_robot", 2),
+        ("not_leader", 1),
+    ] {
+        assert_eq!(refusals[reason], count, "{reason} in {refusals}");
+    }
+    // The leader repeats itself too when its command crosses the landing.
+    assert!(refusals["repeated_decision"].as_u64().unwrap() >= 2, "{refusals}");
+    assert_nothing_moved(&mission, "41");
+}
+
+/// P-ROGUE-FIELDS: unknown tags, zeros and numbers out of range are refused as malformed.
+#[test]
+fn commands_with_impossible_fields_are_refused_as_malformed_and_nothing_moves() {
+    let mission = Mission::new("fields");
+    let mut sim = mission.start_slow_sim("42");
+    let _peers = mission.start_peers();
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+    // Were it not for its field, each would take over.
+    let valid = CommandV1 { term: state.leader.term.0 + 1, ..Rogue::command(&state) };
+    let zero = CommandV1 {
+        run: [0; 2],
+        decision: 0,
+        term: 0,
+        incarnation: 0,
+        observation: 0,
+        work: 0,
+        sensed_ns: 0,
+        map_published_ns: 0,
+        planning_started_ns: 0,
+        planning_ended_ns: 0,
+        robot: 0,
+        action: 0,
+        pid: 0,
+        cut: 0,
+        planner: [0; Name::BYTES],
+    };
+    let malformed = [
+        zero,
+        CommandV1 { action: 5, ..valid },
+        CommandV1 { action: 99, ..valid },
+        CommandV1 { action: u32::MAX, ..valid },
+        CommandV1 { term: 0, ..valid },
+        CommandV1 { term: u64::MAX, ..valid },
+        CommandV1 { decision: u64::MAX, ..valid },
+        CommandV1 { incarnation: 0, ..valid },
+        CommandV1 { cut: 2, ..valid },
+        CommandV1 { planning_ended_ns: valid.planning_started_ns - 1, ..valid },
+        CommandV1 { planner: [0; Name::BYTES], ..valid },
+        CommandV1 { planner: [0xff; Name::BYTES], ..valid },
+    ];
+    rogue.send(malformed);
+    mission.await_decisions(state.decision.0 + 2);
+    let summary = stop(&mut sim);
+    assert_eq!(summary["refusals"]["malformed"], malformed.len() as u64, "{summary}");
+    assert_eq!(summary["planners"].as_array().unwrap().len(), 1, "{summary}");
+    assert_nothing_moved(&mission, "42");
+}
+
+/// P-ROGUE-BEAT: heartbeats that are broken, or of nobody, neither crash nor stall anyone.
+#[test]
+fn rogue_heartbeats_crash_and_stall_nobody() {
+    let mission = Mission::new("beats");
+    let mut sim = mission.start_slow_sim("43");
+    let mut peers = mission.start_peers();
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+    let beats = rogue.node.heartbeat_writer().unwrap();
+    let valid = HeartbeatV1::from(&Heartbeat {
+        role: Role::Monitor,
+        incarnation: Incarnation(0xbad),
+        pid: std::process::id(),
+        version: "9.9.9".parse().unwrap(),
+        planner: Name::NONE,
+        counter: 1,
+        run: state.run,
+        decision: state.decision,
+        status: Status::Underway,
+    });
+    for beat in [
+        HeartbeatV1 { incarnation: 0, ..valid },
+        HeartbeatV1 { role: 0, ..valid },
+        HeartbeatV1 { role: u32::MAX, ..valid },
+        HeartbeatV1 { status: 77, ..valid },
+        HeartbeatV1 { version: [0xff; Name::BYTES], ..valid },
+        HeartbeatV1 { planner: [0x80; Name::BYTES], ..valid },
+        // Nothing wrong with these but what they say.
+        HeartbeatV1 { counter: u64::MAX, decision: u64::MAX, ..valid },
+        HeartbeatV1 { incarnation: 1, run: [u64::MAX; 2], status: Status::Goal.code(), pid: 0, ..valid },
+        HeartbeatV1 { incarnation: 2, role: Role::HopperSim.code(), decision: u64::MAX, ..valid },
+        HeartbeatV1 { incarnation: 3, role: Role::Planner.code(), counter: u64::MAX, ..valid },
+    ] {
+        beats.publish_wire(beat).unwrap();
+    }
+    mission.await_decisions(state.decision.0 + 2);
+    for process in peers.iter_mut().chain([&mut sim]) {
+        assert!(process.has_ended().is_none(), "{} ended: {}", process.role, process.log());
+    }
+    drop((beats, rogue));
+    stop(&mut sim);
+    assert_nothing_moved(&mission, "43");
+    for peer in &mut peers {
+        assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
+    }
+}
+
+/// The rogue's map writer and a map of the mission with nothing but NaN in it.
+fn maps_of_nan(node: &Node, brief: &Brief) -> (MapWriter, MapHeaderV1, GroundV1) {
+    let map = ObservedMap { through: Some(Decision(0)), ..ObservedMap::unseen(brief.run, ROBOT, brief.grid) };
+    let cell = GroundV1 { height_m: f64::NAN, gradient: [f64::NAN; 2], soil: 1, passable: 1 };
+    (node.map_writer(ROBOT, brief.grid.cells()).unwrap(), MapHeaderV1::from(&map), cell)
+}
+
+/// P-ROGUE-MAP: a map of NaN, or of too few cells, is refused by every reader, and the mission goes on.
+#[test]
+fn maps_of_nan_are_refused_and_the_mission_flies_on() {
+    let mission = Mission::new("nan");
+    let mut sim = mission.start("sim", &["--seed", "44"]);
+    let mut peers = ["planner", "monitor"].map(|role| mission.start(role, &[]));
+    peers.iter().for_each(|peer| peer.await_log("joined"));
+    let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+    let mut briefs = node.brief_reader().unwrap();
+    let mut brief = None;
+    eventually("the brief", || {
+        node.wait(Duration::from_millis(5));
+        brief = briefs.newest().map(Result::unwrap);
+        brief.is_some()
+    });
+    let brief = brief.unwrap();
+    let (maps, header, cell) = maps_of_nan(&node, &brief);
+    let whole = brief.grid.cells();
+    eventually("the planner to refuse the maps", || {
+        maps.publish_wire(&header, whole, |_| cell).unwrap();
+        maps.publish_wire(&header, whole - 1, |_| GroundV1::UNSEEN).unwrap();
+        maps.publish_wire(&MapHeaderV1 { cell_size_m: f64::NAN, ..header }, whole, |_| cell).unwrap();
+        node.wait(Duration::from_millis(5));
+        peers[0].log().contains("refused a message")
+    });
+    assert!(peers[0].log().contains("malformed"), "{}", peers[0].log());
+    drop((maps, briefs, node));
+    let mut perception = mission.start("perception", &[]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "44"])["digest"]);
+    for peer in peers.iter_mut().chain([&mut perception]) {
+        assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
+    }
+}
+
+/// P-ONE-MAP: beside a perception nobody else can write the map: the topic has one writer.
+#[test]
+fn a_second_writer_of_the_map_is_refused_by_name() {
+    let mission = Mission::new("maps");
+    let _sim = mission.start_slow_sim("45");
+    let _peers = mission.start_peers();
+    mission.await_decisions(1);
+    let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+    let error = node.map_writer(ROBOT, 400).unwrap_err().to_string();
+    assert!(error.contains("hop/r0/map") && error.contains("publish"), "{error}");
+    // So it is for all that hopper-sim alone writes.
+    let error = node.state_writer(ROBOT).unwrap_err().to_string();
+    assert!(error.contains("hop/r0/state"), "{error}");
+    let decisions = mission.decisions();
+    mission.await_decisions(decisions + 1);
+}
