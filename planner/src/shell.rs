@@ -18,7 +18,7 @@ pub const CRASH_POINTS: &[&str] =
 pub struct Args {
     #[command(flatten)]
     peer: PeerArgs,
-    /// Algorithm: mdp, greedy, or hold.
+    /// Algorithm: mdp, greedy, astar, dstar_lite, or hold.
     #[arg(long, default_value = "mdp", value_name = "NAME")]
     algorithm: String,
     /// Take over from a living planner with the first command, once. Without it this planner stands by
