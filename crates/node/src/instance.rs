@@ -18,7 +18,7 @@ use rustix::fs::FlockOperation;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::NodeError;
-use crate::presence::{Presence, try_flock};
+use crate::presence::{Presence, try_flock, unlock};
 
 /// The file system that holds everything.
 pub const SHARED_MEMORY: &str = "/dev/shm";
@@ -253,7 +253,8 @@ pub struct Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // An emptied file names nobody to who comes next; the lock itself goes with the file.
+        // An emptied file names nobody to who comes next.
         let _ = self.lock.set_len(0);
+        unlock(&self.lock);
     }
 }

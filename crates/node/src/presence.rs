@@ -102,6 +102,7 @@ impl Drop for Presence {
         if let Err(error) = self.leave() {
             tracing::warn!("could not tidy up behind the last process: {error}");
         }
+        unlock(&self.lock);
     }
 }
 
@@ -163,6 +164,12 @@ pub(crate) fn try_flock(file: &File, operation: FlockOperation, path: &Path) -> 
             Err(error) => return Err(NodeError::system("lock", path, error)),
         }
     }
+}
+
+/// Gives up a lock. Closing the file would not do: a child that another thread has forked and that has not
+/// yet come to its exec holds the very same open file, and the lock with it.
+pub(crate) fn unlock(file: &File) {
+    let _ = flock(file, FlockOperation::Unlock);
 }
 
 /// Whether the path still leads to this very file.

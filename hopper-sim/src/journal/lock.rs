@@ -15,7 +15,7 @@ const FILE_NAME: &str = "lock";
 /// Held as long as it lives; the operating system lets go of it when the process dies.
 #[derive(Debug)]
 pub(super) struct Lock {
-    _file: File,
+    file: File,
 }
 
 impl Lock {
@@ -42,6 +42,14 @@ impl Lock {
         };
         // On a full disk the lock holds all the same; only the holder's name is missing.
         let _ = sign(&mut file);
-        Ok(Self { _file: file })
+        Ok(Self { file })
+    }
+}
+
+/// Closing the file would not do: a child that another thread has forked and that has not yet come to its
+/// exec holds the very same open file, and the lock with it.
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = flock(&self.file, FlockOperation::Unlock);
     }
 }
