@@ -232,7 +232,12 @@ impl Service {
         };
         service.node.listen(&contract::service::command(robot))?;
         let terrain = &service.arbiter.mission().terrain;
-        let truth = Truth { run: brief.run, grid: terrain.grid, cells: terrain.cells.clone() };
+        let truth = Truth {
+            run: brief.run,
+            grid: terrain.grid,
+            cells: terrain.cells.clone(),
+            treasures: terrain.treasures.clone(),
+        };
         service.terrains.publish(&truth)?;
         service.briefs.publish(&brief)?;
         crash_point(crash::JOINED);
