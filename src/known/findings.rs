@@ -106,8 +106,9 @@ impl Account {
             "mean slope",
             "on sand",
             "vertical hops",
-            "carried out, %",
+            "arrived, %",
             "95 %",
+            "left the map, %",
             "hops of a success",
         ];
         table(form, headings, &rows)
@@ -142,7 +143,7 @@ impl Account {
     }
 }
 
-fn row(case: &Case, execution: &Execution) -> [String; 12] {
+fn row(case: &Case, execution: &Execution) -> [String; 13] {
     let path = &case.path;
     let arriving = |text: String| if path.arrives() { text } else { "-".into() };
     let interval = wilson(execution.successes, execution.trials);
@@ -159,6 +160,7 @@ fn row(case: &Case, execution: &Execution) -> [String; 12] {
         arriving(if ups.is_empty() { "-".into() } else { ups.join(" ") }),
         format!("{:.1}", 100.0 * execution.success()),
         format!("{:.1} to {:.1}", 100.0 * interval.low, 100.0 * interval.high),
+        format!("{:.1}", 100.0 * execution.lost as f64 / execution.trials as f64),
         execution.mean_hops().map_or("-".into(), |hops| format!("{hops:.1}")),
     ]
 }

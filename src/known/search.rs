@@ -1,6 +1,6 @@
 //! `hopper known search`: which reading of the paper reproduces most of it.
 
-use ::known::search::{self, Found, Search};
+use ::known::search::{self, Found, Judged, Search};
 use ::known::{P22, Reading};
 use indicatif::{ProgressBar, ProgressStyle};
 use node::{Exit, Failure};
@@ -12,16 +12,16 @@ use super::{Form, heading, print, table};
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     /// Readings drawn at random to begin with.
-    #[arg(long, default_value_t = 2000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 3000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: u32,
     /// Best of them that are climbed from, one answer at a time.
-    #[arg(long, default_value_t = 24, value_name = "N")]
+    #[arg(long, default_value_t = 30, value_name = "N")]
     climbs: u32,
     /// Best of the summits that are climbed on from, two answers at a time.
     #[arg(long, default_value_t = 3, value_name = "N")]
     high_climbs: u32,
     /// Seed of the sample.
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 7, value_name = "N")]
     seed: u64,
     /// Threads [default: one a core]; the result does not depend on them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
@@ -30,6 +30,9 @@ pub struct Args {
     #[arg(long, default_value_t)]
     format: Form,
 }
+
+/// Longer lists of answers are summed up.
+const ANSWERS_SHOWN: usize = 12;
 
 /// Searches, and prints what was found.
 ///
@@ -78,18 +81,25 @@ fn written(form: Form, found: &Found) -> String {
     let questions = P22.questions();
     let rows: Vec<_> = questions
         .iter()
-        .map(|question| {
-            let answers: Vec<String> =
-                question.answers.iter().map(|reading| answer(reading, question.field)).collect();
-            let all = if answers.len() > 12 {
-                format!("{} sets of three", answers.len())
-            } else {
-                answers.join(", ")
+        .zip(&found.around)
+        .map(|(question, around)| {
+            let field = question.field;
+            let with = |judged: &Judged| format!("{} ({})", answer(&judged.reading, field), judged.holds);
+            let few: Vec<String> = around.iter().map(with).collect();
+            let best = around.iter().filter(|judged| judged.holds >= found.chosen.holds).map(with);
+            let tried = match few.len() > ANSWERS_SHOWN {
+                true => format!(
+                    "{} others; as good or better: {}",
+                    few.len(),
+                    best.collect::<Vec<_>>().join(", ")
+                ),
+                false => few.join(", "),
             };
-            [question.field.to_owned(), all, answer(&P22, question.field)]
+            [field.to_owned(), answer(&P22, field), tried]
         })
         .collect();
-    text += &table(form, ["question", "answers tried", "in use"], &rows);
+    text +=
+        &table(form, ["question", "in use", "answers tried (claims that hold, all else as in use)"], &rows);
     text += &heading(form, "Summits");
     let rows: Vec<_> = found
         .summits

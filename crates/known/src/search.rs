@@ -49,8 +49,11 @@ pub struct Found {
     pub judged: usize,
     /// The summit of each climb, best first, equal ones once.
     pub summits: Vec<Judged>,
-    /// The reading chosen, [`P22`].
+    /// The reading in use, [`P22`].
     pub chosen: Judged,
+    /// The readings that differ from it in one answer at most: for each of [`Reading::questions`] its
+    /// answers, in order.
+    pub around: Vec<Vec<Judged>>,
 }
 
 /// Judges one reading.
@@ -90,7 +93,8 @@ impl Search {
         let mut summits = higher;
         summits.sort_by_key(|judged| std::cmp::Reverse(judged.holds));
         let chosen = judged(&[P22])[0];
-        Found { search: self, judged: known.len(), summits, chosen }
+        let around = P22.questions().iter().map(|question| judged(&question.answers)).collect();
+        Found { search: self, judged: known.len(), summits, chosen, around }
     }
 
     /// The sample: readings with every question answered at random.
