@@ -21,6 +21,7 @@ pub mod bellman;
 pub mod certificate;
 pub mod error;
 pub mod hop;
+pub mod online;
 pub mod policy;
 pub mod reach;
 pub mod soil;
