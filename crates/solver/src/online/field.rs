@@ -71,8 +71,8 @@ impl Field {
                 for (node, place) in nodes {
                     field.put(quadrant, place, &world.site(node));
                 }
-                for block in field.rings.blocks(ring) {
-                    field.sort(field.rings.place(ring, block));
+                for block in field.rings.at(ring).blocks() {
+                    field.sort(field.rings.at(ring).place(block));
                 }
             }
         }

@@ -131,10 +131,10 @@ pub struct Decision {
 pub struct Online {
     world: World,
     field: Field,
-    /// The values' worths; super-harmonic while there is a line.
-    upper: Relaxation,
-    /// Sub-harmonic while there is a line; otherwise without meaning.
-    lower: Relaxation,
+    /// The values' worths, while there is no line.
+    values_at: Relaxation<1>,
+    /// While there is a line, a super-harmonic field and a sub-harmonic one.
+    bounds_at: Relaxation<2>,
     line: Option<Line>,
     /// Whether values, field and world belong together.
     laid_out: bool,
@@ -168,8 +168,8 @@ impl Online {
         Self {
             world,
             field,
-            upper: Relaxation::default(),
-            lower: Relaxation::default(),
+            values_at: Relaxation::default(),
+            bounds_at: Relaxation::default(),
             line: None,
             laid_out: false,
             lost,
@@ -207,28 +207,27 @@ impl Online {
             return;
         };
         let level = self.field.rings.level(node).expect("a node with a seat has a level");
-        let worth = |worth: f64| match (old.kind, site.kind) {
-            (_, Kind::Lost) => self.world.rules().loss,
-            (Kind::Free, _) => worth + (site.payoff - old.payoff),
-            // Ground where there was none: as good as its surroundings, to begin with.
-            _ => site.payoff + self.around(node),
+        let loss = self.world.rules().loss;
+        let change = |worths: &mut [f64]| {
+            worths[seat.place] = match (old.kind, site.kind) {
+                (_, Kind::Lost) => loss,
+                // Ground where there was none: whatever, to begin with.
+                (Kind::Lost, _) => worths[seat.place].max(-self.field.magnitude),
+                _ => worths[seat.place] + (site.payoff - old.payoff),
+            };
         };
-        let (upper, lower) = (worth(self.upper.worths[seat.place]), self.line.map(|_| worth(self.lower.worths[seat.place])));
-        self.upper.worths[seat.place] = upper;
-        self.upper.touch(&self.field, seat, level);
-        if let (Some(line), Some(lower)) = (&mut self.line, lower) {
-            self.lower.worths[seat.place] = lower;
-            self.lower.touch(&self.field, seat, level);
-            line.broken |= level + 2 > line.level;
-            line.updated = line.updated.max(level);
+        match &mut self.line {
+            None => {
+                self.values_at.worths.iter_mut().for_each(|worths| change(worths));
+                self.values_at.touch(&self.field, seat, level);
+            }
+            Some(line) => {
+                self.bounds_at.worths.iter_mut().for_each(|worths| change(worths));
+                self.bounds_at.touch(&self.field, seat, level);
+                line.broken |= level + 2 > line.level;
+                line.updated = line.updated.max(level);
+            }
         }
-    }
-
-    /// The largest worth beside a node.
-    fn around(&self, node: usize) -> f64 {
-        let beside = Hop::ALL.into_iter().filter_map(|hop| self.world.neighbour(node, hop));
-        let worths = beside.filter_map(|to| self.field.rings.seat(to)).map(|seat| self.upper.worths[seat.place]);
-        worths.fold(self.world.rules().loss, f64::max)
     }
 
     /// Changes what being lost is worth.
@@ -274,7 +273,7 @@ impl Online {
         }
         let rested = self.settle(&mut work, work_max);
         let bound = if rested { self.error() } else { self.cut_error() };
-        let bounds = self.bounds(here, &self.upper, &self.upper, bound);
+        let bounds = self.bounds(here, [&self.values_at.worths[0]; 2], bound);
         match bounds.hop() {
             Some(hop) if rested => {
                 let margin = bounds.margin(hop);
@@ -311,7 +310,7 @@ impl Online {
             self.values.extend((0..self.world.nodes()).map(|node| match self.world.kind(node) {
                 Kind::Free => {
                     let seat = self.field.rings.seat(node).expect("a free node has a seat");
-                    self.upper.worths[seat.place] - self.world.payoff(node)
+                    self.values_at.worths[0][seat.place] - self.world.payoff(node)
                 }
                 Kind::Goal => 0.0,
                 Kind::Lost => self.world.rules().loss,
@@ -348,7 +347,7 @@ impl Online {
 
     /// Error of values that are not.
     fn cut_error(&self) -> f64 {
-        let residual = self.upper.worst(&self.field, 0..usize::MAX, f64::abs).max(self.tolerance());
+        let residual = self.values_at.worst(&self.field, 0..usize::MAX, |[residual]| residual.abs()).max(self.tolerance());
         (residual + rounding(self.field.magnitude)) / (1.0 - self.world.rules().discount)
     }
 
@@ -365,10 +364,10 @@ impl Online {
         let effort = Effort { error_max: WARM_ERROR, sweeps_max: (work_max / nodes).max(1) };
         let solution = self.solver.solve(&self.world, &effort);
         *work += solution.sweeps * nodes;
-        self.field.worths(&self.world, self.solver.values(), &mut self.upper.worths);
-        self.upper.clear(&self.field.rings);
+        self.field.worths(&self.world, self.solver.values(), &mut self.values_at.worths[0]);
+        self.values_at.clear(&self.field.rings);
         for level in 0..self.field.rings.levels {
-            self.upper.touch_level(&self.field.rings, level);
+            self.values_at.touch_level(&self.field.rings, level);
         }
         self.line = None;
         self.laid_out = true;
@@ -378,13 +377,14 @@ impl Online {
     /// Brings all values to rest, the line given up; whether the work sufficed.
     fn settle(&mut self, work: &mut u64, work_max: u64) -> bool {
         if let Some(line) = self.line.take() {
+            self.values_at.take_over(&self.bounds_at);
             for level in line.level..self.field.rings.levels {
-                self.upper.touch_level(&self.field.rings, level);
+                self.values_at.touch_level(&self.field.rings, level);
             }
         }
         let limits = self.limits(usize::MAX, *work, work_max);
-        *work += LANES as u64 * relax(&mut self.upper, &self.field, &limits);
-        self.upper.at_rest(usize::MAX)
+        *work += LANES as u64 * relax(&mut self.values_at, &self.field, &limits);
+        self.values_at.at_rest(usize::MAX)
     }
 
     fn limits(&self, frozen_from: usize, work: u64, work_max: u64) -> Limits {
@@ -399,7 +399,7 @@ impl Online {
             None => {
                 let worthwhile = level + DEPTH + STRIDE < self.field.rings.levels;
                 (worthwhile && self.settle(work, work_max)).then_some(())?;
-                self.lower.clone_from(&self.upper);
+                self.bounds_at.take_over(&self.values_at);
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
             }
         };
@@ -416,7 +416,7 @@ impl Online {
             } else if line.level > nearest + STRIDE {
                 line.level = nearest + GAP;
             } else {
-                let bounds = self.bounds(here, &self.lower, &self.upper, self.error());
+                let bounds = self.bounds(here, self.bounds_at.worths.each_ref().map(Vec::as_slice), self.error());
                 let hop = bounds.hop()?;
                 return Some(Decision {
                     action: Some(hop),
@@ -434,39 +434,37 @@ impl Online {
 
     /// Raises what is frozen, and lowers it below.
     fn lay_reserve(&mut self, line: &Line) {
-        for (field, sign) in [(&mut self.upper, 1.0), (&mut self.lower, -1.0)] {
-            for level in [line.level, line.level + 1] {
-                field.raise_level(&self.field, level, sign * line.reserve);
-            }
-            field.touch_level(&self.field.rings, line.level - 1);
+        for level in [line.level, line.level + 1] {
+            self.bounds_at.raise_level(&self.field, level, [line.reserve, -line.reserve]);
         }
+        self.bounds_at.pass_over(&self.field.rings, line.level);
+        self.bounds_at.touch_level(&self.field.rings, line.level - 1);
     }
 
-    /// Brings both fields to rest on the clear nodes; whether the work sufficed.
+    /// Brings both bounds to rest on the clear nodes; whether the work sufficed.
     fn clear(&mut self, line: &Line, work: &mut u64, work_max: u64) -> bool {
-        let frozen_from = line.level;
-        for upper in [true, false] {
-            let limits = self.limits(frozen_from, *work, work_max);
-            let field = if upper { &mut self.upper } else { &mut self.lower };
-            *work += LANES as u64 * relax(field, &self.field, &limits);
-        }
-        self.upper.at_rest(frozen_from) && self.lower.at_rest(frozen_from)
+        let limits = self.limits(line.level, *work, work_max);
+        *work += 2 * LANES as u64 * relax(&mut self.bounds_at, &self.field, &limits);
+        self.bounds_at.at_rest(line.level)
     }
 
     /// By how much the line's ring fails to be super- and sub-harmonic.
-    fn reserve_short(&self, line: &Line) -> f64 {
-        let above = self.upper.worst(&self.field, line.level..line.level.saturating_add(1), |residual| residual);
-        let below = self.lower.worst(&self.field, line.level..line.level.saturating_add(1), |residual| -residual);
-        above.max(below)
+    fn reserve_short(&mut self, line: &Line) -> f64 {
+        let ring = line.level..line.level.saturating_add(1);
+        let short = self.bounds_at.worst(&self.field, ring, |[upper, lower]| upper.max(-lower));
+        if short <= self.tolerance() {
+            self.bounds_at.pass_over(&self.field.rings, line.level);
+        }
+        short
     }
 
     /// Bounds on the hops' worth, from fields that are super- and sub-harmonic to within `error` (1 − γ).
-    fn bounds(&self, here: usize, lower: &Relaxation, upper: &Relaxation, error: f64) -> Bounds {
+    fn bounds(&self, here: usize, [upper, lower]: [&[f64]; 2], error: f64) -> Bounds {
         let slack = error + rounding(self.field.magnitude);
-        let values = |field: &Relaxation, slack: f64| {
-            self.hop_values(here, &field.worths).map(|value| value + slack)
-        };
-        Bounds { lower: values(lower, -slack), upper: values(upper, slack) }
+        Bounds {
+            lower: self.hop_values(here, lower).map(|value| value - slack),
+            upper: self.hop_values(here, upper).map(|value| value + slack),
+        }
     }
 
     /// Bellman's right-hand sides at a node, from the definition.

@@ -16,15 +16,15 @@ use std::ops::Range;
 
 use super::field::{Field, lanes};
 use super::kernel::{Around, Lanes, ScatteredLanes, backup};
-use super::rings::{LANES, Rings, Seat};
+use super::rings::{LANES, Ring, Rings, Seat};
 
 /// Rings of a pass.
 const WINDOW: usize = 40;
 
-/// Worths and what is marked in them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Relaxation {
-    pub worths: Vec<f64>,
+/// One or several fields of worths on one world, and what is marked in them: a block if it is in any.
+#[derive(Clone, Debug)]
+pub(super) struct Relaxation<const FIELDS: usize> {
+    pub worths: [Vec<f64>; FIELDS],
     marks: Vec<u64>,
     /// Levels outside of which nothing is marked: from the first to before the second.
     levels: (usize, usize),
@@ -48,7 +48,13 @@ fn with(levels: (usize, usize), level: usize) -> (usize, usize) {
     (levels.0.min(level), levels.1.max(level + 1))
 }
 
-impl Relaxation {
+impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
+    fn default() -> Self {
+        Self { worths: std::array::from_fn(|_| Vec::new()), marks: Vec::new(), levels: NONE }
+    }
+}
+
+impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// Nothing marked.
     pub fn clear(&mut self, rings: &Rings) {
         self.marks.clear();
@@ -56,16 +62,18 @@ impl Relaxation {
         self.levels = NONE;
     }
 
+    /// Becomes what `other` is, each field its first.
+    pub fn take_over<const OTHERS: usize>(&mut self, other: &Relaxation<OTHERS>) {
+        for worths in &mut self.worths {
+            worths.clone_from(&other.worths[0]);
+        }
+        self.marks.clone_from(&other.marks);
+        self.levels = other.levels;
+    }
+
     /// Whether nothing is marked below `frozen_from`.
     pub fn at_rest(&self, frozen_from: usize) -> bool {
         self.levels.0 >= self.levels.1.min(frozen_from)
-    }
-
-    #[inline(always)]
-    fn mark(&mut self, rings: &Rings, ring: usize, block: usize) {
-        if let Some((word, bit)) = rings.mark(ring, block) {
-            self.marks[word] |= 1 << bit;
-        }
     }
 
     /// Marks a node's block and those of its neighbours: its worth has been changed, or its ground.
@@ -78,44 +86,57 @@ impl Relaxation {
     pub fn touch_level(&mut self, rings: &Rings, level: usize) {
         for quadrant in rings.quadrants() {
             if let Some(ring) = rings.ring(quadrant, level) {
-                for block in rings.blocks(ring) {
-                    self.mark(rings, ring, block);
+                for block in rings.at(ring).blocks() {
+                    self.mark(rings.at(ring), block);
                 }
                 self.levels = with(self.levels, level);
             }
         }
     }
 
-    /// Adds `rise` to the worths of a level's free nodes; marks nothing.
-    pub fn raise_level(&mut self, field: &Field, level: usize, rise: f64) {
+    /// Unmarks all of a level.
+    pub fn pass_over(&mut self, rings: &Rings, level: usize) {
+        for quadrant in rings.quadrants() {
+            if let Some(ring) = rings.ring(quadrant, level) {
+                self.marks[rings.at(ring).marks().0].fill(0);
+            }
+        }
+    }
+
+    /// Adds each field's rise to its worths of a level's free nodes; marks nothing.
+    pub fn raise_level(&mut self, field: &Field, level: usize, rises: [f64; FIELDS]) {
         let rings = &field.rings;
         for quadrant in rings.quadrants() {
             let Some(ring) = rings.ring(quadrant, level) else { continue };
-            for (_, place) in rings.nodes(quadrant, level) {
-                if field.is_free(place) {
-                    self.worths[place] += rise;
+            for (worths, rise) in self.worths.iter_mut().zip(rises) {
+                for (_, place) in rings.nodes(quadrant, level) {
+                    if field.is_free(place) {
+                        worths[place] += rise;
+                    }
                 }
-            }
-            for mirror in rings.mirrors(ring) {
-                if !(mirror.rim && field.loses) {
-                    self.worths[mirror.to] = self.worths[mirror.from];
+                for mirror in rings.mirrors(ring) {
+                    if !(mirror.rim && field.loses) {
+                        worths[mirror.to] = worths[mirror.from];
+                    }
                 }
             }
         }
     }
 
-    /// The largest value of `of` over the residuals TW − W of the marked blocks of the levels from `first`
-    /// to before `end`, at least 0. Visits nothing, marks nothing.
-    pub fn worst(&self, field: &Field, levels: Range<usize>, of: impl Fn(f64) -> f64) -> f64 {
+    /// The largest value of `of` over the fields' residuals TW − W in the marked blocks of `levels`, at
+    /// least 0. Visits nothing, marks nothing.
+    pub fn worst(&self, field: &Field, levels: Range<usize>, of: impl Fn([f64; FIELDS]) -> f64) -> f64 {
         let mut worst = 0.0_f64;
         for level in levels.start.max(self.levels.0)..levels.end.min(self.levels.1) {
             for quadrant in field.rings.quadrants() {
                 let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                let (words, first) = field.rings.marks(ring);
+                let (words, first) = field.rings.at(ring).marks();
                 for (index, word) in words.enumerate() {
                     for bit in (0..64).filter(|bit| self.marks[word] & (1 << bit) != 0) {
-                        let (residual, _) = self.measure(field, ring, first + 64 * index + bit);
-                        worst = residual.into_iter().map(&of).fold(worst, f64::max);
+                        let block = Block::new(field, ring, first + 64 * index + bit);
+                        let residuals = self.worths.each_ref().map(|worths| block.measure(field, worths).0);
+                        let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
+                        worst = (0..LANES).map(of_lane).fold(worst, f64::max);
                     }
                 }
             }
@@ -146,7 +167,7 @@ impl Relaxation {
             }
             for quadrant in 0..4 {
                 let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                let (words, first) = field.rings.marks(ring);
+                let (words, first) = field.rings.at(ring).marks();
                 for (index, word) in words.enumerate() {
                     let mut marks = std::mem::take(&mut self.marks[word]);
                     while marks != 0 {
@@ -173,70 +194,105 @@ impl Relaxation {
     /// Visits a block; whether a lane stepped.
     #[inline(always)]
     fn visit(&mut self, field: &Field, ring: usize, block: usize, tolerance: f64) -> bool {
-        let (residual, step) = self.measure(field, ring, block);
-        let place = field.rings.place(ring, block);
-        let mut worths = *lanes(&self.worths, place);
-        let mut changed = 0_u32;
+        let at = Block::new(field, ring, block);
         let magnitude = field.magnitude;
-        for lane in 0..LANES {
-            let moves = residual[lane] > tolerance || -residual[lane] > tolerance;
-            let worth = worths[lane] + step[lane];
-            let worth = if worth > magnitude { magnitude } else { worth };
-            let worth = if worth < -magnitude { -magnitude } else { worth };
-            worths[lane] = if moves { worth } else { worths[lane] };
-            changed |= u32::from(moves) << lane;
+        let mut changed = 0;
+        for worths in &mut self.worths {
+            let (residual, step) = at.measure(field, worths);
+            let here = *lanes(worths, at.place);
+            let mut next = [0.0; LANES];
+            let mut moved = [0_u64; LANES];
+            for lane in 0..LANES {
+                let moves = residual[lane].abs() > tolerance;
+                let worth = here[lane] + step[lane];
+                let worth = if worth > magnitude { magnitude } else { worth };
+                let worth = if worth < -magnitude { -magnitude } else { worth };
+                next[lane] = if moves { worth } else { here[lane] };
+                moved[lane] = if moves { 1 << lane } else { 0 };
+            }
+            worths[at.place..at.place + LANES].copy_from_slice(&next);
+            changed |= moved.into_iter().fold(0, |all, lane| all | lane);
         }
         if changed == 0 {
             return false;
         }
-        self.worths[place..place + LANES].copy_from_slice(&worths);
         self.touched(field, ring, block, changed);
         true
     }
 
-    /// Residuals and steps of a block.
     #[inline(always)]
-    fn measure(&self, field: &Field, ring: usize, block: usize) -> (Lanes, Lanes) {
-        let rings = &field.rings;
-        let place = rings.place(ring, block);
-        let (inwards, outwards) = (rings.place(ring - 1, block), rings.place(ring + 1, block));
-        let around = Around {
-            here: lanes(&self.worths, place),
-            in_u: lanes(&self.worths, inwards),
-            in_v: lanes(&self.worths, inwards - 1),
-            out_u: lanes(&self.worths, outwards),
-            out_v: lanes(&self.worths, outwards + 1),
-        };
-        let soil = match field.soil(place) {
-            Ok(soil) => ScatteredLanes::uniform(soil),
-            Err(classes) => ScatteredLanes::each(field.soils(), classes),
-        };
-        backup(&soil, &field.ground(place), &around)
+    fn mark(&mut self, ring: &Ring, block: usize) {
+        if let Some((word, bit)) = ring.mark(block) {
+            self.marks[word] |= 1 << bit;
+        }
     }
 
     /// Marks what reads the lanes of a block that are set in `changed`, and the block; brings their mirrors
     /// up to date.
     #[inline(always)]
-    fn touched(&mut self, field: &Field, ring: usize, block: usize, changed: u32) {
+    fn touched(&mut self, field: &Field, ring: usize, block: usize, changed: u64) {
         let rings = &field.rings;
-        self.mark(rings, ring, block);
-        self.mark(rings, ring - 1, block);
-        self.mark(rings, ring + 1, block);
+        let (inwards, here, outwards) = (rings.at(ring - 1), rings.at(ring), rings.at(ring + 1));
+        self.mark(here, block);
+        self.mark(inwards, block);
+        self.mark(outwards, block);
         if changed & 1 != 0 {
-            self.mark(rings, ring - 1, block - 1);
+            self.mark(inwards, block - 1);
         }
         if changed & (1 << (LANES - 1)) != 0 {
-            self.mark(rings, ring + 1, block + 1);
+            self.mark(outwards, block + 1);
         }
-        let place = rings.place(ring, block);
+        // Only the ends of a ring have mirrors.
+        if here.blocks().contains(&(block + 1)) && here.blocks().contains(&(block - 1)) {
+            return;
+        }
+        let place = here.place(block);
         for mirror in rings.mirrors(ring) {
             let lane = mirror.from.wrapping_sub(place);
             if lane < LANES && changed & (1 << lane) != 0 {
                 if !(mirror.rim && field.loses) {
-                    self.worths[mirror.to] = self.worths[mirror.from];
+                    for worths in &mut self.worths {
+                        worths[mirror.to] = worths[mirror.from];
+                    }
                 }
-                self.mark(rings, mirror.reader.0, mirror.reader.1);
+                self.mark(rings.at(mirror.reader.0), mirror.reader.1);
             }
         }
+    }
+}
+
+/// A block and the places that its equations read.
+struct Block {
+    place: usize,
+    inwards: usize,
+    outwards: usize,
+}
+
+impl Block {
+    #[inline(always)]
+    fn new(field: &Field, ring: usize, block: usize) -> Self {
+        let rings = &field.rings;
+        Self {
+            place: rings.at(ring).place(block),
+            inwards: rings.at(ring - 1).place(block),
+            outwards: rings.at(ring + 1).place(block),
+        }
+    }
+
+    /// Residuals and steps of one field.
+    #[inline(always)]
+    fn measure(&self, field: &Field, worths: &[f64]) -> (Lanes, Lanes) {
+        let around = Around {
+            here: lanes(worths, self.place),
+            in_u: lanes(worths, self.inwards),
+            in_v: lanes(worths, self.inwards - 1),
+            out_u: lanes(worths, self.outwards),
+            out_v: lanes(worths, self.outwards + 1),
+        };
+        let soil = match field.soil(self.place) {
+            Ok(soil) => ScatteredLanes::uniform(soil),
+            Err(classes) => ScatteredLanes::each(field.soils(), classes),
+        };
+        backup(&soil, &field.ground(self.place), &around)
     }
 }

@@ -12,10 +12,12 @@
 //! end mirrors the node that lies there: one of the next quadrant, the centre, or what leaving the grid
 //! is worth.
 
+use std::ops::{Range, RangeInclusive};
+
 use crate::Hop;
 
 /// Nodes worked on at a time, and what rings are aligned to.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 
 /// One ring of one quadrant.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +30,35 @@ pub(super) struct Ring {
     /// First and last block with a lane that is a node or its mirror, counted from the origin.
     blocks: (u32, u32),
     /// Where the ring's words of marks begin.
-    pub words: usize,
+    words: usize,
+}
+
+impl Ring {
+    /// Place of a block.
+    #[inline(always)]
+    pub fn place(&self, block: usize) -> usize {
+        self.origin + block * LANES
+    }
+
+    /// Word and bit of a block's mark; `None` where the ring has no such block.
+    #[inline(always)]
+    pub fn mark(&self, block: usize) -> Option<(usize, u32)> {
+        let offset = (block as u32).wrapping_sub(self.blocks.0);
+        (offset <= self.blocks.1 - self.blocks.0).then(|| (self.words + offset as usize / 64, offset % 64))
+    }
+
+    /// Words of marks, and the block of their first bit.
+    #[inline(always)]
+    pub fn marks(&self) -> (Range<usize>, usize) {
+        let (first, last) = self.blocks;
+        (self.words..self.words + ((last - first + 1) as usize).div_ceil(64), first as usize)
+    }
+
+    /// The blocks that hold nodes.
+    pub fn blocks(&self) -> RangeInclusive<usize> {
+        let block = |lane: i32| (lane + LANES as i32) as usize / LANES;
+        block(self.first)..=block(self.last)
+    }
 }
 
 /// A place that repeats a node's worth.
@@ -256,32 +286,10 @@ impl Rings {
         })
     }
 
-    /// The blocks of a ring that hold nodes.
-    pub fn blocks(&self, ring: usize) -> std::ops::RangeInclusive<usize> {
-        let Ring { first, last, .. } = self.rings[ring];
-        let block = |lane: i32| (lane + LANES as i32) as usize / LANES;
-        block(first)..=block(last)
-    }
-
-    /// Place of a ring's block.
+    /// One ring, by its index.
     #[inline(always)]
-    pub fn place(&self, ring: usize, block: usize) -> usize {
-        self.rings[ring].origin + block * LANES
-    }
-
-    /// Word and bit of a block's mark; `None` where the ring has no such block.
-    #[inline(always)]
-    pub fn mark(&self, ring: usize, block: usize) -> Option<(usize, u32)> {
-        let Ring { blocks: (first, last), words, .. } = self.rings[ring];
-        let block = block as u32;
-        (first <= block && block <= last).then(|| (words + (block - first) as usize / 64, (block - first) % 64))
-    }
-
-    /// Words of marks of a ring, and the block of their first bit.
-    #[inline(always)]
-    pub fn marks(&self, ring: usize) -> (std::ops::Range<usize>, usize) {
-        let Ring { blocks: (first, last), words, .. } = self.rings[ring];
-        (words..words + ((last - first + 1) as usize).div_ceil(64), first as usize)
+    pub fn at(&self, ring: usize) -> &Ring {
+        &self.rings[ring]
     }
 
     /// The mirrors of a ring's nodes.
@@ -312,7 +320,7 @@ mod tests {
                         for (node, place) in rings.nodes(quadrant, level) {
                             let seat = rings.seat(node).expect("not the centre");
                             assert_eq!((seat.place, rings.level(node)), (place, Some(level)));
-                            assert_eq!(rings.place(seat.ring, seat.block), place / LANES * LANES);
+                            assert_eq!(rings.at(seat.ring).place(seat.block), place / LANES * LANES);
                             assert!(!std::mem::replace(&mut taken[place], true));
                             nodes += 1;
                         }

@@ -7,7 +7,7 @@ use super::field::Field;
 use super::relaxation::{Limits, Relaxation};
 
 /// [`Relaxation::relax`] with the widest registers there are.
-pub(super) fn relax(relaxation: &mut Relaxation, field: &Field, limits: &Limits) -> u64 {
+pub(super) fn relax<const FIELDS: usize>(relaxation: &mut Relaxation<FIELDS>, field: &Field, limits: &Limits) -> u64 {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f")
@@ -27,12 +27,20 @@ pub(super) fn relax(relaxation: &mut Relaxation, field: &Field, limits: &Limits)
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2")]
-fn relax_avx512(relaxation: &mut Relaxation, field: &Field, limits: &Limits) -> u64 {
+fn relax_avx512<const FIELDS: usize>(
+    relaxation: &mut Relaxation<FIELDS>,
+    field: &Field,
+    limits: &Limits,
+) -> u64 {
     relaxation.relax(field, limits)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
-fn relax_avx2(relaxation: &mut Relaxation, field: &Field, limits: &Limits) -> u64 {
+fn relax_avx2<const FIELDS: usize>(
+    relaxation: &mut Relaxation<FIELDS>,
+    field: &Field,
+    limits: &Limits,
+) -> u64 {
     relaxation.relax(field, limits)
 }
