@@ -72,10 +72,10 @@ use witness::{Witness, landings};
 const WARM_ERROR: f64 = 1e-6;
 
 /// Rings between the hopper and the line, beyond those that its sensor reaches.
-const DEPTH: usize = 9;
+const DEPTH: usize = 7;
 
 /// The line is drawn anew when the hopper has gone on by so many rings.
-const STRIDE: usize = 24;
+const STRIDE: usize = 10;
 
 /// Rings it may then go back before the line is too near.
 const GAP: usize = 4;
@@ -403,7 +403,7 @@ impl Online {
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
             }
         };
-        line.reach = line.reach.max(line.updated.saturating_sub(level));
+        line.reach = line.reach.saturating_sub(1).max(line.updated.saturating_sub(level));
         line.updated = 0;
         let nearest = level + line.reach + DEPTH;
         (line.level >= nearest).then_some(())?;
