@@ -5,6 +5,8 @@
 //! over, preconditioned from the right by a sweep outwards and one back: lingering makes one eigenvalue
 //! near 1 for every place that is lingered at, all close together, which a Krylov method removes at once.
 
+use std::ops::Range;
+
 use crate::World;
 use crate::simd::{Simd, dispatch};
 use crate::skew::{LANES, Skew, chunk};
@@ -24,15 +26,15 @@ pub(crate) struct Krylov {
 }
 
 impl Planes {
-    /// Fills in one row of a policy's equation: coefficients in the order of [`Skew::steps`].
-    pub fn load_row(&mut self, skew: &Skew, y: usize, row: &Row) {
+    /// Fills in one row of a panel of a policy's equation: coefficients in the order of [`Skew::steps`].
+    pub fn load_row(&mut self, skew: &Skew, columns: Range<usize>, y: usize, row: &Row) {
         let [north, east, south, west] = &row.landings;
         let (low_i, high_i) = if skew.flip[0] { (east, west) } else { (west, east) };
         let (low_j, high_j) = if skew.flip[1] { (north, south) } else { (south, north) };
-        let Self { unknown, own, coefficients: [c_low_i, c_low_j, c_high_i, c_high_j] } = self;
-        for x in 0..skew.width {
-            let at = skew.entry(x, y);
-            unknown[at] = 0.0;
+        let Self { own, coefficients: [c_low_i, c_low_j, c_high_i, c_high_j], .. } = self;
+        let mut entries = skew.entries(columns.clone(), y);
+        for x in 0..columns.len() {
+            let at = entries.next().expect("an entry a node");
             own[at] = row.own[x] as f32;
             c_low_i[at] = low_i[x] as f32;
             c_low_j[at] = low_j[x] as f32;
@@ -43,14 +45,14 @@ impl Planes {
 
     /// Adds the corrections to the values.
     pub fn add_to(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let node = y * skew.width + x;
-                if world.kind(node) == crate::Kind::Free {
-                    values[node] += f64::from(self.unknown[skew.entry(x, y)]);
-                }
+        skew.visit(|columns, y| {
+            let values = &mut values[y * skew.width..][columns.clone()];
+            let classes = &world.row(y).3[columns.clone()];
+            for ((value, class), at) in values.iter_mut().zip(classes).zip(skew.entries(columns, y)) {
+                let correction = f64::from(self.unknown[at]);
+                *value += if class.is_free() { correction } else { 0.0 };
             }
-        }
+        });
     }
 
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
@@ -205,8 +207,8 @@ fn landed(
     sign: f32,
 ) -> [f32; LANES] {
     let mut sum = [0.0_f32; LANES];
-    for (step, coefficient) in steps.into_iter().zip(coefficients) {
-        let (e, c) = (chunk(e, at.wrapping_add_signed(step)), chunk(coefficient, at));
+    for side in 0..4 {
+        let (e, c) = (chunk(e, at.wrapping_add_signed(steps[side])), chunk(&coefficients[side], at));
         for lane in 0..LANES {
             sum[lane] += c[lane] * e[lane];
         }

@@ -6,6 +6,9 @@
 //! after the other, and news of the goal crosses the grid in one sweep. Around the grid runs a halo of
 //! one node, and each diagonal is padded to whole chunks of [`LANES`].
 
+use std::ops::Range;
+
+use crate::survey::PANEL;
 use crate::{Kind, World};
 
 /// Lanes of a chunk.
@@ -63,11 +66,26 @@ impl Skew {
         (self.base[diagonal] + first, last + 1 - first)
     }
 
-    /// Entry of the node in column x and row y.
-    pub fn entry(&self, x: usize, y: usize) -> usize {
-        let i = 1 + if self.flip[0] { self.width - 1 - x } else { x };
+    /// Entries of the nodes in `columns` of row y, in the order of the columns.
+    pub fn entries(&self, columns: Range<usize>, y: usize) -> impl Iterator<Item = usize> + '_ {
         let j = 1 + if self.flip[1] { self.height - 1 - y } else { y };
-        self.base[i + j] + i
+        // i counts up with x, or down.
+        let (first, down) =
+            if self.flip[0] { (self.width - columns.start, true) } else { (1 + columns.start, false) };
+        columns.enumerate().map(move |(k, _)| {
+            let i = if down { first - k } else { first + k };
+            self.base[i + j] + i
+        })
+    }
+
+    /// Calls `row` for each row of each panel of columns: entries of one panel stay in the nearest cache
+    /// from row to row.
+    pub fn visit(&self, mut row: impl FnMut(Range<usize>, usize)) {
+        for start in (0..self.width).step_by(PANEL) {
+            for y in 0..self.height {
+                row(start..self.width.min(start + PANEL), y);
+            }
+        }
     }
 
     /// Distances from an entry of `diagonal` to its neighbours: at i − 1, j − 1, i + 1, j + 1.

@@ -16,7 +16,7 @@ use crate::certificate::rounding;
 use crate::correct::Krylov;
 use crate::simd::Simd;
 use crate::skew::Skew;
-use crate::survey::{Findings, Survey};
+use crate::survey::{self, Findings};
 use crate::sweep::Planes;
 use crate::window::Window;
 use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
@@ -69,7 +69,6 @@ pub struct Solver {
     skew: Skew,
     planes: Planes,
     krylov: Krylov,
-    survey: Survey,
 }
 
 /// Most rounds of survey and correction before plain sweeps take over.
@@ -199,9 +198,9 @@ impl Solver {
     }
 
     fn survey(&mut self, world: &World) -> Findings {
-        let Self { simd, values, skew, planes, survey, .. } = self;
+        let Self { simd, values, skew, planes, .. } = self;
         planes.clear(skew.len);
-        survey.run(*simd, world, values, |y, row| planes.load_row(skew, y, row))
+        survey::run(*simd, world, values, |columns, y, row| planes.load_row(skew, columns, y, row))
     }
 }
 

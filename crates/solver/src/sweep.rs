@@ -16,7 +16,7 @@
 
 use crate::simd::dispatch;
 use crate::skew::{LANES, Skew, chunk};
-use crate::{Kind, Leaving, World};
+use crate::{Leaving, World};
 
 /// The six planes of a layout, used by one kernel at a time.
 #[derive(Clone, Debug, Default)]
@@ -46,27 +46,29 @@ impl Planes {
         let soils = soils(world);
         let sign = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
         let Self { unknown, own, coefficients: [ahead, beside, slope_i, slope_j] } = self;
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let (node, at) = (y * skew.width + x, skew.entry(x, y));
-                match world.kind(node) {
-                    Kind::Free => {
-                        let [per_payoff, a, c] = soils[world.soil_index(node)];
-                        let [east, north] = world.slopes(node);
-                        unknown[at] = (world.payoff(node) + values[node]) as f32;
-                        own[at] = (world.payoff(node) * per_payoff) as f32;
-                        ahead[at] = a as f32;
-                        beside[at] = c as f32;
-                        slope_i[at] = (east * sign[0]) as f32;
-                        slope_j[at] = (north * sign[1]) as f32;
-                    }
-                    kind => {
-                        own[at] = if kind == Kind::Goal { world.payoff(node) } else { rules.loss } as f32;
-                        unknown[at] = own[at];
-                    }
+        skew.visit(|columns, y| {
+            let (payoffs, east, north, classes) = world.row(y);
+            let values = &values[y * skew.width..];
+            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
+                let class = classes[x];
+                if class.is_free() {
+                    let [per_payoff, a, c] = soils[class.soil()];
+                    unknown[at] = (payoffs[x] + values[x]) as f32;
+                    own[at] = (payoffs[x] * per_payoff) as f32;
+                    ahead[at] = a as f32;
+                    beside[at] = c as f32;
+                    slope_i[at] = (east[x] * sign[0]) as f32;
+                    slope_j[at] = (north[x] * sign[1]) as f32;
+                } else {
+                    own[at] = if class.is_lost() { rules.loss } else { payoffs[x] } as f32;
+                    unknown[at] = own[at];
+                    ahead[at] = 0.0;
+                    beside[at] = 0.0;
+                    slope_i[at] = 0.0;
+                    slope_j[at] = 0.0;
                 }
             }
-        }
+        });
         for diagonal in skew.diagonals() {
             self.halo(skew, diagonal, rules.leaving, rules.loss as f32);
         }
@@ -74,14 +76,15 @@ impl Planes {
 
     /// Takes the values out again.
     pub fn store(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let node = y * skew.width + x;
-                if world.kind(node) == Kind::Free {
-                    values[node] = f64::from(self.unknown[skew.entry(x, y)]) - world.payoff(node);
+        skew.visit(|columns, y| {
+            let (payoffs, _, _, classes) = world.row(y);
+            let values = &mut values[y * skew.width..];
+            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
+                if classes[x].is_free() {
+                    values[x] = f64::from(self.unknown[at]) - payoffs[x];
                 }
             }
-        }
+        });
     }
 
     /// Renews the halo beside the border nodes of a diagonal.
@@ -160,9 +163,13 @@ fn relax_lanes(
     nodes: usize,
     steps: [isize; 4],
 ) -> f32 {
+    // No closures in here: they would be compiled without the vector instructions, and be called.
     let mut change = [0.0_f32; LANES];
     for at in (first..first + nodes).step_by(LANES) {
-        let [low_i, low_j, high_i, high_j] = steps.map(|step| chunk(worths, at.wrapping_add_signed(step)));
+        let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
+        let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
+        let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
+        let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
         let (old, own) = (chunk(worths, at), chunk(own, at));
         let (ahead, beside) = (chunk(ahead, at), chunk(beside, at));
         let (slope_i, slope_j) = (chunk(slope_i, at), chunk(slope_j, at));
