@@ -28,8 +28,8 @@ pub(crate) struct Skew {
 }
 
 impl Skew {
-    /// The layout for `world`.
-    pub fn fit(&mut self, world: &World) {
+    /// Becomes the layout for `world`; whether entries lie elsewhere than before.
+    pub fn fit(&mut self, world: &World) -> bool {
         let (width, height) = (world.width(), world.height());
         let goal = (0..world.nodes())
             .filter(|&node| world.kind(node) == Kind::Goal)
@@ -37,7 +37,7 @@ impl Skew {
         self.flip =
             goal.map_or([false; 2], |goal| [2 * (goal % width) >= width, 2 * (goal / width) >= height]);
         if (self.width, self.height) == (width, height) {
-            return;
+            return false;
         }
         (self.width, self.height) = (width, height);
         self.base.clear();
@@ -52,14 +52,16 @@ impl Skew {
             start += (nodes + 2).next_multiple_of(LANES);
         }
         self.len = start + 2 * LANES;
+        true
     }
 
     /// The diagonals that hold nodes of the grid.
-    pub fn diagonals(&self) -> std::ops::RangeInclusive<usize> {
-        2..=self.width + self.height
+    pub fn diagonals(&self) -> Range<usize> {
+        2..self.width + self.height + 1
     }
 
     /// Entry of the first node of a diagonal, and nodes on it.
+    #[inline(always)]
     pub fn run(&self, diagonal: usize) -> (usize, usize) {
         let first = diagonal.saturating_sub(self.height).max(1);
         let last = (diagonal - 1).min(self.width);
@@ -88,7 +90,22 @@ impl Skew {
         }
     }
 
+    /// The four places where a diagonal, from entry `first` to `last`, may touch the rim of the grid: an entry
+    /// on it, and the step from there into the halo, or 0 where it does not.
+    #[inline(always)]
+    pub fn rim(&self, diagonal: usize, first: usize, last: usize, steps: [isize; 4]) -> [(usize, isize); 4] {
+        let (i_first, i_last) = (first - self.base[diagonal], last - self.base[diagonal]);
+        let [before_i, before_j, after_i, after_j] = steps;
+        [
+            (first, if i_first == 1 { before_i } else { 0 }),
+            (first, if diagonal - i_first == self.height { after_j } else { 0 }),
+            (last, if diagonal - i_last == 1 { before_j } else { 0 }),
+            (last, if i_last == self.width { after_i } else { 0 }),
+        ]
+    }
+
     /// Distances from an entry of `diagonal` to its neighbours: at i − 1, j − 1, i + 1, j + 1.
+    #[inline(always)]
     pub fn steps(&self, diagonal: usize) -> [isize; 4] {
         let here = self.base[diagonal] as isize;
         let before = self.base[diagonal - 1] as isize - here;

@@ -18,15 +18,15 @@ const LANES: usize = 8;
 
 /// Nodes of a panel: rows are surveyed in panels, so that what one panel's rows write to the skewed layout,
 /// where neighbours in a row lie far apart, stays in the nearest cache from row to row.
-pub(crate) const PANEL: usize = 64;
+pub(crate) const PANEL: usize = 128;
 
 /// What the survey found along one row of a panel.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     /// δ / (1 − g p_stay).
-    pub own: [f64; PANEL],
+    pub own: [f32; PANEL],
     /// g p / (1 − g p_stay) for the landings north, east, south and west of the best hop.
-    pub landings: [[f64; PANEL]; 4],
+    pub landings: [[f32; PANEL]; 4],
 }
 
 /// What the survey reads along one row of a panel.
@@ -72,23 +72,25 @@ pub(crate) fn run(
         let columns = start..width.min(start + PANEL);
         let mut worths = [[0.0; PANEL + 2]; 3];
         inputs.classes.fill(Class::LOST);
-        worths_of(world, values, &columns, 0, &mut worths[1]);
+        worths_of(simd, world, values, &columns, 0, &mut worths[1]);
         worths[0] = beyond(rules, &worths[1]);
         for y in 0..height {
             if y + 1 < height {
-                worths_of(world, values, &columns, y + 1, &mut worths[2]);
+                worths_of(simd, world, values, &columns, y + 1, &mut worths[(y + 2) % 3]);
             } else {
-                worths[2] = beyond(rules, &worths[1]);
+                worths[(y + 2) % 3] = beyond(rules, &worths[(y + 1) % 3]);
             }
             inputs.fill(world, values, &columns, y);
-            let [residual, worth_max] = survey(simd, rules, &worths, &inputs, &mut row);
+            let [residual, worth_max] = {
+                let [south, here, north] = [y % 3, (y + 1) % 3, (y + 2) % 3].map(|row| &worths[row]);
+                survey(simd, rules, south, here, north, &inputs, &mut row, columns.len())
+            };
             findings.residual = findings.residual.max(residual);
             findings.worth_max = findings.worth_max.max(worth_max);
             if rules.leaving == Leaving::Stays {
                 row.close_border([y == 0, y + 1 == height], &columns, width);
             }
             take(columns.clone(), y, &row);
-            worths.rotate_left(1);
         }
     }
     findings
@@ -134,23 +136,35 @@ impl Inputs {
     }
 }
 
-fn worths_of(world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
+fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
     let (payoffs, _, _, classes) = world.row(y);
     let (width, loss) = (payoffs.len(), world.rules().loss);
-    let values = &values[y * width..(y + 1) * width];
     let inside = columns.start.saturating_sub(1)..width.min(columns.end + 1);
     let shift = inside.start + 1 - columns.start;
-    let all = payoffs[inside.clone()].iter().zip(&values[inside.clone()]).zip(&classes[inside]);
-    for (into, ((payoff, value), class)) in into[shift..].iter_mut().zip(all) {
-        let landed = if class.is_free() { payoff + value } else { *payoff };
-        *into = if class.is_lost() { loss } else { landed };
-    }
+    let values = &values[y * width..(y + 1) * width][inside.clone()];
+    land(simd, &mut into[shift..], &payoffs[inside.clone()], values, &classes[inside], loss);
     let stays = world.rules().leaving == Leaving::Stays;
     if columns.start == 0 {
         into[0] = if stays { into[1] } else { loss };
     }
     if columns.end == width {
         into[columns.len() + 1] = if stays { into[columns.len()] } else { loss };
+    }
+}
+
+dispatch! {
+    /// The worths of landing on some nodes.
+    fn land(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) = land_lanes
+}
+
+#[inline(always)]
+fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) {
+    let nodes = payoffs.len();
+    let (into, values, classes) = (&mut into[..nodes], &values[..nodes], &classes[..nodes]);
+    for x in 0..nodes {
+        let sum = payoffs[x] + values[x];
+        let landed = if classes[x].is_free() { sum } else { payoffs[x] };
+        into[x] = if classes[x].is_lost() { loss } else { landed };
     }
 }
 
@@ -161,7 +175,9 @@ fn beyond(rules: &Rules, edge: &Worths) -> Worths {
 
 dispatch! {
     /// Surveys one row; its largest deviation and its largest |r| + |V|.
-    fn survey(rules: &Rules, worths: &[Worths; 3], inputs: &Inputs, row: &mut Row) -> [f64; 2] = survey_lanes
+    fn survey(
+        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs, row: &mut Row, nodes: usize,
+    ) -> [f64; 2] = survey_lanes
 }
 
 #[inline(always)]
@@ -172,16 +188,24 @@ fn chunk(of: &[f64], at: usize) -> [f64; LANES] {
 }
 
 #[inline(always)]
-fn survey_lanes(rules: &Rules, worths: &[Worths; 3], inputs: &Inputs, row: &mut Row) -> [f64; 2] {
+#[allow(clippy::too_many_arguments, reason = "one row needs its neighbours")]
+fn survey_lanes(
+    rules: &Rules,
+    souths: &Worths,
+    heres: &Worths,
+    norths: &Worths,
+    inputs: &Inputs,
+    row: &mut Row,
+    nodes: usize,
+) -> [f64; 2] {
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let [souths, heres, norths] = worths;
     let discount = rules.discount;
     let mut residual = [0.0_f64; LANES];
     let mut worth_max = [0.0_f64; LANES];
     let mut unsound = [0.0_f64; LANES];
     let [mut p_north, mut p_east, mut p_south, mut p_west] = [[0.0; LANES]; 4];
     let mut own = [0.0; LANES];
-    for at in (0..PANEL).step_by(LANES) {
+    for at in (0..nodes).step_by(LANES) {
         let (value, payoff) = (chunk(&inputs.values, at), chunk(&inputs.payoffs, at));
         let (east, north) = (chunk(&inputs.slopes_east, at), chunk(&inputs.slopes_north, at));
         let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
@@ -284,12 +308,14 @@ fn survey_lanes(rules: &Rules, worths: &[Worths; 3], inputs: &Inputs, row: &mut 
                 right
             };
         }
-        row.own[at..at + LANES].copy_from_slice(&own);
         let [to_north, to_east, to_south, to_west] = &mut row.landings;
-        to_north[at..at + LANES].copy_from_slice(&p_north);
-        to_east[at..at + LANES].copy_from_slice(&p_east);
-        to_south[at..at + LANES].copy_from_slice(&p_south);
-        to_west[at..at + LANES].copy_from_slice(&p_west);
+        for l in 0..LANES {
+            row.own[at + l] = own[l] as f32;
+            to_north[at + l] = p_north[l] as f32;
+            to_east[at + l] = p_east[l] as f32;
+            to_south[at + l] = p_south[l] as f32;
+            to_west[at + l] = p_west[l] as f32;
+        }
     }
     let residual =
         if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
