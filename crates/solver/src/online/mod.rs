@@ -68,8 +68,8 @@ use rings::LANES;
 use simd::relax;
 use witness::{Witness, landings};
 
-/// Error of warm values, in units of payoff.
-const WARM_ERROR: f64 = 1e-6;
+/// Bound on the error of a session's values, in units of payoff.
+pub const VALUE_ERROR: f64 = 1e-6;
 
 /// Rings between the hopper and the line, beyond those that its sensor reaches.
 const DEPTH: usize = 7;
@@ -155,7 +155,7 @@ struct Line {
     broken: bool,
     /// Level of the farthest node updated since the last decision.
     updated: usize,
-    /// How far behind the hopper updates have come.
+    /// How far behind the hopper updates have come of late, in eighths of a ring.
     reach: usize,
 }
 
@@ -208,6 +208,7 @@ impl Online {
         };
         let level = self.field.rings.level(node).expect("a node with a seat has a level");
         let loss = self.world.rules().loss;
+        self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
         let change = |worths: &mut [f64]| {
             worths[seat.place] = match (old.kind, site.kind) {
                 (_, Kind::Lost) => loss,
@@ -337,7 +338,7 @@ impl Online {
 
     /// Residual to come to rest at.
     fn tolerance(&self) -> f64 {
-        WARM_ERROR * (1.0 - self.world.rules().discount) - 2.0 * rounding(self.field.magnitude)
+        VALUE_ERROR * (1.0 - self.world.rules().discount) - 2.0 * rounding(self.field.magnitude)
     }
 
     /// Error of values at rest.
@@ -361,7 +362,7 @@ impl Online {
             return false;
         }
         let nodes = self.world.nodes() as u64;
-        let effort = Effort { error_max: WARM_ERROR, sweeps_max: (work_max / nodes).max(1) };
+        let effort = Effort { error_max: VALUE_ERROR, sweeps_max: (work_max / nodes).max(1) };
         let solution = self.solver.solve(&self.world, &effort);
         *work += solution.sweeps * nodes;
         self.field.worths(&self.world, self.solver.values(), &mut self.values_at.worths[0]);
@@ -403,9 +404,9 @@ impl Online {
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
             }
         };
-        line.reach = line.reach.saturating_sub(1).max(line.updated.saturating_sub(level));
+        line.reach = line.reach.saturating_sub(1).max(8 * line.updated.saturating_sub(level));
         line.updated = 0;
-        let nearest = level + line.reach + DEPTH;
+        let nearest = level + line.reach.div_ceil(8) + DEPTH;
         (line.level >= nearest).then_some(())?;
         for _ in 0..RESERVES_MAX {
             self.line = Some(line);
