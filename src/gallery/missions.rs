@@ -34,7 +34,8 @@ pub const WORLDS: &[World] = &[
     },
 ];
 
-const PLANNERS: [&str; 2] = ["mdp", "greedy"];
+/// Algorithms and what they are called.
+const PLANNERS: [(&str, &str); 2] = [("mdp", "MDP"), ("greedy", "Greedy")];
 /// The paper's three columns: w1 of safety, w2 of information.
 const WEIGHTS: [[f64; 2]; 3] = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]];
 
@@ -45,12 +46,12 @@ const WEIGHTS: [[f64; 2]; 3] = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]];
 pub fn states(world: &World) -> Result<Figure, Failure> {
     let flights: Vec<Flight> = PLANNERS
         .iter()
-        .map(|planner| Flight::new(world.scenario, planner, None))
+        .map(|(planner, _)| Flight::new(world.scenario, planner, None))
         .collect::<Result<_, _>>()?;
     let moments = |flight: &Flight| [0, flight.hops() / 2, flight.hops()].map(|hops| flight.moment(hops));
     let moments: Vec<[Moment; 3]> = flights.iter().map(moments).collect();
     let mut panels = Vec::new();
-    for (planner, (flight, moments)) in PLANNERS.iter().zip(flights.iter().zip(&moments)) {
+    for ((_, name), (flight, moments)) in PLANNERS.iter().zip(flights.iter().zip(&moments)) {
         for moment in moments {
             let what = match moment.hops {
                 0 => "before the first hop".to_owned(),
@@ -58,7 +59,7 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
                 _ => ending(moment),
             };
             let seen = 100.0 * moment.map.coverage();
-            panels.push(flight.panel(moment, format!("{planner}: {what}, {seen:.0} % seen")));
+            panels.push(flight.panel(moment, format!("{name}: {what}, {seen:.0} % seen")));
         }
     }
     let title = format!("{}: initial, halfway and final states", world.name);
@@ -82,14 +83,14 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
 /// If the scenario cannot be flown.
 pub fn weights(world: &World) -> Result<Figure, Failure> {
     let mut flights = Vec::new();
-    for planner in PLANNERS {
+    for (planner, name) in PLANNERS {
         for weights in WEIGHTS {
-            flights.push((planner, weights, Flight::new(world.scenario, planner, Some(weights))?));
+            flights.push((name, weights, Flight::new(world.scenario, planner, Some(weights))?));
         }
     }
     let moments: Vec<Moment> = flights.iter().map(|(_, _, flight)| flight.moment(flight.hops())).collect();
-    let panels = flights.iter().zip(&moments).map(|((planner, [safety, information], flight), moment)| {
-        flight.panel(moment, format!("{planner}, w = ({safety}, {information}): {}", ending(moment)))
+    let panels = flights.iter().zip(&moments).map(|((name, [safety, information], flight), moment)| {
+        flight.panel(moment, format!("{name}, w = ({safety}, {information}): {}", ending(moment)))
     });
     let title = format!("{}: three weightings", world.name);
     let caption = format!("{}; final states, w = (w1, w2), profile paper-2023, seed {SEED}", world.ground);
