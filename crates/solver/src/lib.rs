@@ -19,13 +19,19 @@
 
 pub mod bellman;
 pub mod certificate;
+mod correct;
 pub mod error;
 pub mod hop;
 pub mod policy;
 pub mod reach;
+pub mod simd;
+mod skew;
 pub mod soil;
 pub mod solve;
 pub mod specimen;
+mod survey;
+mod sweep;
+mod window;
 pub mod world;
 
 pub use bellman::action_values;
@@ -33,6 +39,7 @@ pub use certificate::{Certificate, certify};
 pub use error::Error;
 pub use hop::Hop;
 pub use reach::Reach;
+pub use simd::Simd;
 pub use soil::Soil;
 pub use solve::{Effort, Solution, Solver, Status};
 pub use world::{Kind, Leaving, Rules, Scatter, Site, World};

@@ -1,13 +1,32 @@
 //! The solver: values from nothing, to a certified bound or to the end of the budget.
+//!
+//! 1. **Start** from below: every free node has the worst value there can be, min r / (1 − γ) or the loss.
+//! 2. **Sweep** Bellman's operator in single precision ([`crate::sweep`]) in a window that moves outwards
+//!    from the goal ([`crate::window`]), as long as that pays: on most worlds until the last bits of
+//!    single precision, on worlds where lingering beats the goal until the change stalls.
+//! 3. **Survey** in double precision, straight from the definition ([`crate::survey`]): residual, and the
+//!    best hops. Within the target, that is the certificate, and the end.
+//! 4. **Correct** the values by the best hops' linear equation, in single precision
+//!    ([`crate::correct`]); on to 3, or, while the residual is above what single precision can tell, to 2.
+//!
+//! Should a round of 3 and 4 not bring the residual down, sweeps in double precision, which contract by γ
+//! whatever happens, take over.
 
-use crate::{Certificate, Hop, Kind, Leaving, Scatter, World, certify};
+use crate::certificate::rounding;
+use crate::correct::Krylov;
+use crate::simd::Simd;
+use crate::skew::Skew;
+use crate::survey::{Findings, Survey};
+use crate::sweep::Planes;
+use crate::window::Window;
+use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Bound on |V − V*| to reach, in units of payoff.
     pub error_max: f64,
-    /// Most sweeps over all nodes; at least one is made.
+    /// Most sweeps over all nodes; at least one pass is made.
     pub sweeps_max: u64,
 }
 
@@ -34,21 +53,43 @@ pub struct Solution {
     pub certificate: Certificate,
     /// Whether that is what was asked for.
     pub status: Status,
-    /// Sweeps made, in node updates over nodes, rounded up; the certificate's sweep is not counted.
+    /// Sweeps made: updates of nodes over nodes, rounded up. An update of the linear equation counts as a
+    /// quarter, about what it takes; surveys are not counted.
     pub sweeps: u64,
+    /// Surveys made, the certificate's included.
+    pub surveys: u64,
 }
 
-/// The solver, with buffers that each solve overwrites: repeated solves allocate nothing.
+/// The solver, with buffers that each solve overwrites: repeated solves of worlds of one size allocate
+/// nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Solver {
+    simd: Simd,
     values: Vec<f64>,
+    skew: Skew,
+    planes: Planes,
+    krylov: Krylov,
+    survey: Survey,
 }
 
+/// Most rounds of survey and correction before plain sweeps take over.
+const ROUNDS_MAX: u64 = 60;
+/// Change of a worth, relative to the largest worth, that single precision can still tell: 16 units in
+/// the last place.
+const SINGLE: f64 = 1e-6;
+
 impl Solver {
-    /// A solver without buffers yet.
+    /// A solver without buffers yet, for the widest vectors this processor has.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A solver for given vectors, or the widest there are if the processor lacks those. The values are
+    /// the same bit for bit.
+    #[must_use]
+    pub fn with_simd(simd: Simd) -> Self {
+        Self { simd: simd.or_available(), ..Self::default() }
     }
 
     /// Value of each node of the world solved last, row-major: 0 at a goal, the loss where lost.
@@ -59,36 +100,115 @@ impl Solver {
 
     /// Solves `world` from nothing. The result depends on the world and the effort alone.
     pub fn solve(&mut self, world: &World, effort: &Effort) -> Solution {
-        let rules = world.rules();
+        let worth_max = world.worth_max();
+        let discount = world.rules().discount;
         // Below this the sweeps' own rounding may keep the residual from falling.
-        let limit = 64.0 * f64::EPSILON * world.worth_max() / (1.0 - rules.discount);
+        let limit = 2.0 * rounding(2.0 * worth_max) / (1.0 - discount);
         let error_max = effort.error_max.max(limit);
-        let worst = (0..world.nodes()).map(|node| world.payoff(node)).fold(f64::INFINITY, f64::min);
+        let residual_max = (error_max * (1.0 - discount) - rounding(2.0 * worth_max)) * (1.0 - 1e-9);
+        let nodes = world.nodes() as u64;
+        let updates_max = effort.sweeps_max.saturating_mul(nodes);
+        let single = (SINGLE * worth_max).max(residual_max);
+
+        self.skew.fit(world);
+        self.start(world);
+        let mut updates = 0;
+        let mut surveys = 0;
+        let mut before = f64::INFINITY;
+        loop {
+            if before > 10.0 * single && surveys < ROUNDS_MAX {
+                updates +=
+                    self.sweep(world, single as f32, updates_max.saturating_sub(updates), surveys == 0);
+            }
+            let findings = self.survey(world);
+            surveys += 1;
+            let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
+            let solved = certificate.error_bound <= error_max;
+            if solved || updates >= updates_max {
+                let status = if solved { Status::Solved } else { Status::Cut };
+                return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
+            }
+            let stuck = before <= 10.0 * single && findings.residual > 0.5 * before;
+            before = findings.residual;
+            if stuck || surveys >= ROUNDS_MAX {
+                for _ in 0..4 {
+                    sweep_plainly(world, &mut self.values, false);
+                    sweep_plainly(world, &mut self.values, true);
+                }
+                updates += 8 * nodes;
+            } else {
+                let Self { planes, skew, krylov, values, simd, .. } = self;
+                let change_max = (0.05 * residual_max) as f32;
+                updates += planes.correct(*simd, skew, krylov, change_max).div_ceil(4);
+                planes.add_to(skew, world, values);
+            }
+        }
+    }
+
+    fn start(&mut self, world: &World) {
+        let rules = world.rules();
+        let worst = (0..world.nodes()).map(|node| world.payoff(node)).fold(0.0, f64::min);
+        let mut worst = worst / (1.0 - rules.discount);
+        if rules.leaving == Leaving::Loses || (0..world.nodes()).any(|node| world.kind(node) == Kind::Lost) {
+            worst = worst.min(rules.loss);
+        }
         self.values.clear();
         self.values.extend((0..world.nodes()).map(|node| match world.kind(node) {
             Kind::Free => worst,
             Kind::Goal => 0.0,
             Kind::Lost => rules.loss,
         }));
-        let mut sweeps = 0;
-        loop {
-            let change = sweep(world, &mut self.values, sweeps % 2 == 1);
-            sweeps += 1;
-            let out = sweeps >= effort.sweeps_max;
-            if out || change <= error_max * (1.0 - rules.discount) {
-                let certificate = certify(world, &self.values);
-                let solved = certificate.error_bound <= error_max;
-                if solved || out {
-                    let status = if solved { Status::Solved } else { Status::Cut };
-                    return Solution { certificate, status, sweeps };
+    }
+
+    /// Sweeps in single precision while that pays; updates made.
+    fn sweep(&mut self, world: &World, change_min: f32, updates_max: u64, first: bool) -> u64 {
+        let Self { simd, values, skew, planes, .. } = self;
+        let nodes = world.nodes() as u64;
+        planes.load(skew, world, values);
+        let window = Window::default();
+        let mut updates = 0;
+        let mut last = f32::INFINITY;
+        for pass in 0.. {
+            let mut change = 0.0_f32;
+            if first || pass % 2 == 0 {
+                updates += nodes * window.visits();
+                window.pass(skew.diagonals(), |diagonal, leaves| {
+                    let moved = planes.relax(*simd, skew, diagonal, world);
+                    if leaves && moved > change {
+                        change = moved;
+                    }
+                });
+            } else {
+                updates += 3 * nodes;
+                for _ in 0..3 {
+                    for diagonal in skew.diagonals().rev() {
+                        change = change.max(planes.relax(*simd, skew, diagonal, world));
+                    }
                 }
             }
+            if change <= change_min || updates >= updates_max || (!first && pass == 1) {
+                break;
+            }
+            if first && pass > 1 && change > STALL * last {
+                break;
+            }
+            last = change;
         }
+        planes.store(skew, world, values);
+        updates
+    }
+
+    fn survey(&mut self, world: &World) -> Findings {
+        let Self { simd, values, skew, planes, survey, .. } = self;
+        planes.clear(skew.len);
+        survey.run(*simd, world, values, |y, row| planes.load_row(skew, y, row))
     }
 }
 
+/// Reduction of the change from pass to pass below which sweeping no longer pays.
+const STALL: f32 = 0.7;
 /// One Gauss–Seidel sweep; the largest change of a value.
-fn sweep(world: &World, values: &mut [f64], backwards: bool) -> f64 {
+fn sweep_plainly(world: &World, values: &mut [f64], backwards: bool) -> f64 {
     let mut change = 0.0_f64;
     for index in 0..values.len() {
         let node = if backwards { values.len() - 1 - index } else { index };

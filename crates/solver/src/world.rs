@@ -242,6 +242,23 @@ impl World {
         &self.rules.soils[self.classes[node].soil()]
     }
 
+    /// Slopes towards the east and the north.
+    pub(crate) fn slopes(&self, node: usize) -> [f64; 2] {
+        [self.slopes_east[node], self.slopes_north[node]]
+    }
+
+    /// Index of a node's soil.
+    pub(crate) fn soil_index(&self, node: usize) -> usize {
+        self.classes[node].soil()
+    }
+
+    /// Payoffs, slopes towards the east and the north, and classes of a row.
+    pub(crate) fn row(&self, y: usize) -> (&[f64], &[f64], &[f64], &[Class]) {
+        let row = y * self.width..(y + 1) * self.width;
+        let Self { payoffs, slopes_east, slopes_north, classes, .. } = self;
+        (&payoffs[row.clone()], &slopes_east[row.clone()], &slopes_north[row.clone()], &classes[row])
+    }
+
     /// The node that `hop` from `node` aims at; `None` outside the grid.
     #[must_use]
     pub fn neighbour(&self, node: usize, hop: Hop) -> Option<usize> {
