@@ -47,9 +47,9 @@ impl Flight {
         Moment::after(&self.world, &self.brief, &self.route[..hops], self.planner)
     }
 
-    /// A panel that shows `moment`.
-    pub fn panel<'a>(&'a self, moment: &'a Moment, heading: String) -> report::Panel<'a> {
-        report::Panel {
+    /// A view that shows `moment`.
+    pub fn view<'a>(&'a self, moment: &'a Moment, heading: String) -> report::View<'a> {
+        report::View {
             heading,
             picture: moment.picture(&self.world, &self.brief, &self.route[..moment.hops]),
         }

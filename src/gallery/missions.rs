@@ -50,7 +50,7 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
         .collect::<Result<_, _>>()?;
     let moments = |flight: &Flight| [0, flight.hops() / 2, flight.hops()].map(|hops| flight.moment(hops));
     let moments: Vec<[Moment; 3]> = flights.iter().map(moments).collect();
-    let mut panels = Vec::new();
+    let mut views = Vec::new();
     for ((_, name), (flight, moments)) in PLANNERS.iter().zip(flights.iter().zip(&moments)) {
         for moment in moments {
             let what = match moment.hops {
@@ -59,12 +59,12 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
                 _ => ending(moment),
             };
             let seen = 100.0 * moment.map.coverage();
-            panels.push(flight.panel(moment, format!("{name}: {what}, {seen:.0} % seen")));
+            views.push(flight.view(moment, format!("{name}: {what}, {seen:.0} % seen")));
         }
     }
     let title = format!("{}: initial, halfway and final states", world.name);
     let caption = format!("{}; w1 = 0.5, w2 = 0.5, profile paper-2023, seed {SEED}", world.ground);
-    let plate = Plate { title: title.clone(), caption, columns: 3, panels };
+    let plate = Plate { title: title.clone(), caption, columns: 3, views };
     Ok(Figure {
         name: format!("states-{}", world.scenario),
         title,
@@ -89,12 +89,12 @@ pub fn weights(world: &World) -> Result<Figure, Failure> {
         }
     }
     let moments: Vec<Moment> = flights.iter().map(|(_, _, flight)| flight.moment(flight.hops())).collect();
-    let panels = flights.iter().zip(&moments).map(|((name, [safety, information], flight), moment)| {
-        flight.panel(moment, format!("{name}, w = ({safety}, {information}): {}", ending(moment)))
+    let views = flights.iter().zip(&moments).map(|((name, [safety, information], flight), moment)| {
+        flight.view(moment, format!("{name}, w = ({safety}, {information}): {}", ending(moment)))
     });
     let title = format!("{}: three weightings", world.name);
     let caption = format!("{}; final states, w = (w1, w2), profile paper-2023, seed {SEED}", world.ground);
-    let plate = Plate { title: title.clone(), caption, columns: 3, panels: panels.collect() };
+    let plate = Plate { title: title.clone(), caption, columns: 3, views: views.collect() };
     Ok(Figure {
         name: format!("weights-{}", world.scenario),
         title,

@@ -25,7 +25,7 @@ use contract::{
 
 use crate::ReportError;
 use crate::ending::{Ending, commanders, counted};
-pub use plate::{Panel, Plate};
+pub use plate::{View, Plate};
 use raster::Raster;
 use scale::Ticks;
 use sheet::{Number, Sheet};
@@ -74,8 +74,8 @@ impl Picture<'_> {
     /// # Errors
     /// [`ReportError::Cells`] if terrain, map or policy do not cover the grid.
     pub fn svg(&self) -> Result<String, ReportError> {
-        let panel = Panel { heading: String::new(), picture: *self };
-        Plate { title: self.title(), caption: self.caption(), columns: 1, panels: vec![panel] }.svg()
+        let view = View { heading: String::new(), picture: *self };
+        Plate { title: self.title(), caption: self.caption(), columns: 1, views: vec![view] }.svg()
     }
 
     /// Draws the plot into its frame.

@@ -10,21 +10,21 @@ use super::{
 };
 use crate::ReportError;
 
-/// Between two panels side by side, in the picture's units.
+/// Between two views side by side, in the picture's units.
 const GAP: f64 = 22.0;
-/// Of the line of text over a panel.
+/// Of the line of text over a view.
 const HEADING: f64 = 30.0;
 
 /// A picture with a line of text over it.
 #[derive(Clone, Debug)]
-pub struct Panel<'a> {
+pub struct View<'a> {
     /// The line; may be empty.
     pub heading: String,
     /// The picture; its own title and caption are not drawn.
     pub picture: Picture<'a>,
 }
 
-/// A sheet of panels in rows.
+/// A sheet of views in rows.
 #[derive(Clone, Debug)]
 pub struct Plate<'a> {
     /// Title of the sheet.
@@ -33,18 +33,18 @@ pub struct Plate<'a> {
     pub caption: String,
     /// Panels in a row, at least 1.
     pub columns: usize,
-    /// The panels, row by row; best on grids of one size.
-    pub panels: Vec<Panel<'a>>,
+    /// The views, row by row; best on grids of one size.
+    pub views: Vec<View<'a>>,
 }
 
 impl Plate<'_> {
-    /// The sheet as an SVG document. Heights have one scale, from the lowest of any panel to the highest.
+    /// The sheet as an SVG document. Heights have one scale, from the lowest of any view to the highest.
     ///
     /// # Errors
-    /// [`ReportError::Cells`] if terrain, map or policy of a panel do not cover its grid.
+    /// [`ReportError::Cells`] if terrain, map or policy of a view do not cover its grid.
     pub fn svg(&self) -> Result<String, ReportError> {
-        self.panels.iter().try_for_each(|panel| panel.picture.check())?;
-        let rasters: Vec<Raster> = self.panels.iter().map(|panel| Raster::new(&panel.picture)).collect();
+        self.views.iter().try_for_each(|view| view.picture.check())?;
+        let rasters: Vec<Raster> = self.views.iter().map(|view| Raster::new(&view.picture)).collect();
         let heights =
             rasters.iter().map(Raster::heights).reduce(union).unwrap_or(Range { min: 0.0, max: 1.0 });
         let frames = self.frames();
@@ -57,9 +57,9 @@ impl Plate<'_> {
         let mut sheet = Sheet::new(width, legend_top + legend::height(legend.len(), width), &self.title);
         sheet.heading(MARGIN_LEFT, 36.0, 20.0, "font-weight=\"bold\"", &self.title);
         sheet.heading(MARGIN_LEFT, 60.0, 14.0, "fill=\"#555\"", &self.caption);
-        for ((place, frame), Panel { heading, picture }) in frames.iter().enumerate().zip(&self.panels) {
+        for ((place, frame), View { heading, picture }) in frames.iter().enumerate().zip(&self.views) {
             picture.plot(&mut sheet, frame, &rasters[place], heights);
-            let last_of_column = place + self.columns >= self.panels.len();
+            let last_of_column = place + self.columns >= self.views.len();
             let numbered = Numbered { left: place % self.columns == 0, below: last_of_column };
             axes(&mut sheet, frame, &picture.brief.grid, numbered);
             if !heading.is_empty() {
@@ -74,12 +74,12 @@ impl Plate<'_> {
         Ok(sheet.finish())
     }
 
-    /// Where each panel lies.
+    /// Where each view lies.
     fn frames(&self) -> Vec<Frame> {
-        let side = if self.panels.len() > 1 { PANEL_SIDE } else { PLOT_SIDE };
-        let heading = if self.panels.iter().any(|panel| !panel.heading.is_empty()) { HEADING } else { 0.0 };
+        let side = if self.views.len() > 1 { PANEL_SIDE } else { PLOT_SIDE };
+        let heading = if self.views.iter().any(|view| !view.heading.is_empty()) { HEADING } else { 0.0 };
         let mut frames: Vec<Frame> =
-            self.panels.iter().map(|panel| Frame::of(&panel.picture.brief.grid, side)).collect();
+            self.views.iter().map(|view| Frame::of(&view.picture.brief.grid, side)).collect();
         let mut top = MARGIN_TOP;
         for (number, row) in frames.chunks_mut(self.columns.max(1)).enumerate() {
             let mut left = MARGIN_LEFT;
@@ -94,9 +94,9 @@ impl Plate<'_> {
     }
 
     fn legend(&self, rasters: &[Raster]) -> Vec<legend::Entry> {
-        let panels = self.panels.iter().zip(rasters);
+        let views = self.views.iter().zip(rasters);
         let mut entries: Vec<_> =
-            panels.map(|(panel, raster)| legend::entries(&panel.picture, raster)).collect();
+            views.map(|(view, raster)| legend::entries(&view.picture, raster)).collect();
         if entries.len() == 1 { entries.remove(0) } else { legend::shared(entries) }
     }
 }
