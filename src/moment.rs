@@ -52,6 +52,7 @@ impl Moment {
         Picture {
             brief,
             terrain: &world.terrain.cells,
+            treasures: &world.terrain.treasures,
             map: &self.map,
             policy: self.policy.as_deref(),
             route,

@@ -31,7 +31,7 @@ pub struct Plate<'a> {
     pub title: String,
     /// A smaller line below the title.
     pub caption: String,
-    /// Panels in a row, at least 1.
+    /// Views in a row, at least 1.
     pub columns: usize,
     /// The views, row by row; best on grids of one size.
     pub views: Vec<View<'a>>,
