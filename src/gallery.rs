@@ -67,7 +67,8 @@ fn all() -> Vec<Draw> {
         draws.push(Box::new(move || missions::states(world)));
         draws.push(Box::new(move || missions::weights(world)));
     }
-    draws.push(Box::new(steps::figure));
+    draws.push(Box::new(steps::small));
+    draws.push(Box::new(steps::large));
     draws
 }
 

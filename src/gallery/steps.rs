@@ -8,17 +8,33 @@ use rayon::prelude::*;
 
 use super::Figure;
 use crate::campaign::fly::fly;
+use crate::campaign::store::VERSION;
 
+/// The scenario with a step limit of its own, and so an axis of its own.
+const LARGE: &str = "large";
 /// The paper's tables at the paper's repetitions.
 const TABLES: &str = include_str!("../../campaigns/p23-tables.toml");
 
-/// The distribution of steps in every cell of the tables.
+/// The distribution of steps in every cell of the tables on maps of 20 × 20 cells.
 ///
 /// # Errors
 /// If a mission cannot be flown.
-pub fn figure() -> Result<Figure, Failure> {
-    let campaign = Campaign::parse(TABLES, "campaigns/p23-tables.toml").map_err(Failure::usage)?;
-    let plan = campaign.plan(Path::new(""), env!("CARGO_PKG_VERSION")).map_err(Failure::usage)?;
+pub fn small() -> Result<Figure, Failure> {
+    figure("steps", "Steps of the paper's tables", "3 to 11 and 15 to 17", |scenario| scenario != LARGE)
+}
+
+/// The distribution of steps on the large map.
+///
+/// # Errors
+/// If a mission cannot be flown.
+pub fn large() -> Result<Figure, Failure> {
+    figure("steps-large", "Steps on the large map", "12 to 14", |scenario| scenario == LARGE)
+}
+
+fn figure(name: &str, title: &str, tables: &str, wanted: impl Fn(&str) -> bool) -> Result<Figure, Failure> {
+    let mut campaign = Campaign::parse(TABLES, "campaigns/p23-tables.toml").map_err(Failure::usage)?;
+    campaign.scenarios.retain(|scenario| wanted(scenario));
+    let plan = campaign.plan(Path::new(""), VERSION).map_err(Failure::usage)?;
     let worlds =
         plan.cells.iter().map(|cell| cell.world()).collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
     let trials: Vec<_> = (0..plan.trials()).filter_map(|number| plan.trial(number)).collect();
@@ -29,11 +45,11 @@ pub fn figure() -> Result<Figure, Failure> {
     let mut report = Report::new(plan.clone());
     rows.iter().for_each(|row| report.fold(row));
     Ok(Figure {
-        name: "steps".into(),
-        title: "Steps of the paper's tables".into(),
+        name: name.into(),
+        title: title.into(),
         text: format!(
-            "The {} missions of `campaigns/p23-tables.toml`, {} a cell: behind every mean of Tables 3, 4, 6, 7, 9 \
-             and 10 of Sakamoto & Kunii 2023 stands a distribution, and failures stay in the denominator. \
+            "{} missions of `campaigns/p23-tables.toml`, {} a cell: behind every mean of Tables {tables} of \
+             Sakamoto & Kunii 2023 stands a distribution, and failures stay in the denominator. \
              `hopper campaign report DIR --format svg` draws the same of any campaign.",
             plan.trials(),
             plan.repetitions
