@@ -4,6 +4,7 @@
 //! `paper-2023`. `docs/gallery.md` shows them all.
 
 mod flight;
+mod known;
 mod missions;
 mod page;
 mod steps;
@@ -37,15 +38,16 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// How a figure comes about.
-type Draw = Box<dyn Fn() -> Result<Figure, Failure> + Send + Sync>;
+/// How some figures come about.
+type Draw = Box<dyn Fn() -> Result<Vec<Figure>, Failure> + Send + Sync>;
 
 /// Draws everything and writes it down.
 ///
 /// # Errors
 /// If the folder cannot be written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let figures: Vec<Figure> = all().into_par_iter().map(|draw| draw()).collect::<Result<_, _>>()?;
+    let figures: Vec<Vec<Figure>> = all().into_par_iter().map(|draw| draw()).collect::<Result<_, _>>()?;
+    let figures: Vec<Figure> = figures.into_iter().flatten().collect();
     let at = |path: &Path, error: std::io::Error| {
         Failure::usage(format!("--out: {} cannot be written: {error}", path.display()))
     };
@@ -64,11 +66,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 fn all() -> Vec<Draw> {
     let mut draws: Vec<Draw> = Vec::new();
     for world in missions::WORLDS {
-        draws.push(Box::new(move || missions::states(world)));
-        draws.push(Box::new(move || missions::weights(world)));
+        draws.push(Box::new(move || Ok(vec![missions::states(world)?, missions::weights(world)?])));
     }
-    draws.push(Box::new(steps::small));
-    draws.push(Box::new(steps::large));
+    draws.push(Box::new(|| Ok(vec![steps::small()?, steps::large()?])));
+    draws.push(Box::new(known::figures));
     draws
 }
 

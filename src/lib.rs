@@ -5,6 +5,7 @@ pub mod child;
 pub mod doctor;
 pub mod gallery;
 pub mod journal;
+pub mod known;
 pub mod lockstep;
 pub mod moment;
 pub mod outbox;

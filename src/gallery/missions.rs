@@ -32,6 +32,16 @@ pub const WORLDS: &[World] = &[
         name: "Sandy ground",
         ground: "the same hills, sand wherever the ground is below 0.1 m",
     },
+    World {
+        scenario: "large",
+        name: "The large map",
+        ground: "50 × 50 cells, our hills and sand, since the paper's are in a figure only",
+    },
+    World {
+        scenario: "treasures",
+        name: "Treasure hunting",
+        ground: "hard ground with four treasures, each known once seen and collected once",
+    },
 ];
 
 /// Algorithms and what they are called.

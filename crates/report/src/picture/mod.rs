@@ -10,7 +10,9 @@
 //! [`Picture`], to the byte.
 
 mod colour;
+mod curves;
 mod legend;
+mod panels;
 mod plate;
 mod raster;
 mod scale;
@@ -23,9 +25,12 @@ use contract::{
     Action, Branch, Brief, Cell, Direction, Grid, Ground, ObservedMap, PolicyCell, Range, Record, Status,
 };
 
+pub use curves::{Chart, Curves, Line};
+pub use panels::{Aim, Panel, Panels};
+
 use crate::ReportError;
 use crate::ending::{Ending, commanders, counted};
-pub use plate::{View, Plate};
+pub use plate::{Plate, View};
 use raster::Raster;
 use scale::Ticks;
 use sheet::{Number, Sheet};
@@ -173,25 +178,21 @@ impl Picture<'_> {
         let pitch_min = (ARROW_PITCH_MIN * frame.width.max(frame.height)).max(ARROW_PITCH_LEAST);
         let hops = ((pitch_min / (frame.pitch * f64::from(span))).ceil() as u32).max(1);
         let stride = (hops * span) as i32;
-        // In units of a hundredth of an arrow, coordinates are short whole numbers.
-        let unit = ((0.66 * frame.pitch * f64::from(stride)).min(26.0) * 100.0).round() / 10_000.0;
-        let unit = unit.max(0.0001);
+        let quiver = Quiver::new((0.66 * frame.pitch * f64::from(stride)).min(26.0));
         let drawn = |cell: &Cell| {
             (cell.x - self.brief.start.x).rem_euclid(stride) == 0
                 && (cell.y - self.brief.start.y).rem_euclid(stride) == 0
         };
-        sheet.open("g", &format!("transform=\"scale({})\"", Number(unit)));
+        quiver.open(sheet);
         for (seen, opacity) in [(false, ".4"), (true, "1")] {
             for direction in Direction::ALL {
-                let arrow = arrow(direction);
                 let mut path = String::new();
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
                         policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
                     if points && self.map.cells[index].is_some() == seen {
-                        let (x, y) = frame.centre(cell);
-                        let _ = write!(path, "M{:.0} {:.0}{arrow}", x / unit, y / unit);
+                        quiver.put(&mut path, frame.centre(cell), direction);
                     }
                 }
                 let ink = colour::arrow(direction);
@@ -350,6 +351,30 @@ enum Find {
 
 fn is_slip(branch: Branch) -> bool {
     matches!(branch, Branch::Left | Branch::Right)
+}
+
+/// Arrows of one length, in units of a hundredth of it: their coordinates are short whole numbers.
+#[derive(Clone, Copy, Debug)]
+struct Quiver {
+    /// A hundredth of an arrow, in the picture's units.
+    unit: f64,
+}
+
+impl Quiver {
+    fn new(length: f64) -> Self {
+        // As many digits as are written, so that what is written is where the arrows go.
+        Self { unit: ((length * 100.0).round() / 10_000.0).max(0.0001) }
+    }
+
+    /// Opens the group that the arrows' paths belong in.
+    fn open(self, sheet: &mut Sheet) {
+        sheet.open("g", &format!("transform=\"scale({})\"", Number(self.unit)));
+    }
+
+    /// Adds an arrow with its middle at (x, y).
+    fn put(self, path: &mut String, (x, y): (f64, f64), direction: Direction) {
+        let _ = write!(path, "M{:.0} {:.0}{}", x / self.unit, y / self.unit, arrow(direction));
+    }
 }
 
 /// Outline of an arrow 100 units long, centred on the pen, pointing towards `direction`; north is up on
