@@ -162,19 +162,25 @@ fn compass(x: f64, y: f64) -> String {
     let arrows = order.into_iter().zip([-15.0, -7.0, 4.0, 18.0]).map(|(direction, shift)| {
         let (path, ink) = (arrow(direction), colour::arrow(direction));
         let (x, y) = (Number(x + shift), Number(y));
-        format!("<path fill=\"{ink}\" transform=\"translate({x} {y}) scale(.13)\" d=\"M0 0{path}\"/>")
+        format!("<path fill=\"{ink}\" transform=\"translate({x} {y}) scale(.26)\" d=\"M0 0{path}\"/>")
     });
     arrows.collect()
 }
 
-/// The entries of several pictures, each but once, in the order of the picture that has most.
-pub fn shared(mut pictures: Vec<Vec<Entry>>) -> Vec<Entry> {
-    pictures.sort_by_key(|entries| std::cmp::Reverse(entries.len()));
+/// The entries of several pictures, each but once, in the order of each.
+pub fn shared(pictures: Vec<Vec<Entry>>) -> Vec<Entry> {
     let mut all: Vec<Entry> = Vec::new();
-    for mut entry in pictures.into_iter().flatten() {
-        entry.words = entry.shared.map_or(entry.words, str::to_owned);
-        if all.iter().all(|known| known.words != entry.words) {
-            all.push(entry);
+    for entries in pictures {
+        let mut place = 0;
+        for mut entry in entries {
+            entry.words = entry.shared.map_or(entry.words, str::to_owned);
+            match all.iter().position(|known| known.words == entry.words) {
+                Some(known) => place = known + 1,
+                None => {
+                    all.insert(place, entry);
+                    place += 1;
+                }
+            }
         }
     }
     all

@@ -186,16 +186,17 @@ impl Picture<'_> {
         quiver.open(sheet);
         for (seen, opacity) in [(false, ".4"), (true, "1")] {
             for direction in Direction::ALL {
-                let mut path = String::new();
+                let mut at = Vec::new();
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
                         policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
                     if points && self.map.cells[index].is_some() == seen {
-                        quiver.put(&mut path, frame.centre(cell), direction);
+                        at.push(frame.centre(cell));
                     }
                 }
                 let ink = colour::arrow(direction);
+                let path = quiver.path(direction, at);
                 sheet.path(&path, &format!("fill=\"{ink}\" fill-opacity=\"{opacity}\""));
             }
         }
@@ -353,17 +354,17 @@ fn is_slip(branch: Branch) -> bool {
     matches!(branch, Branch::Left | Branch::Right)
 }
 
-/// Arrows of one length, in units of a hundredth of it: their coordinates are short whole numbers.
+/// Arrows of one length, in units of a fiftieth of it: their coordinates are short whole numbers.
 #[derive(Clone, Copy, Debug)]
 struct Quiver {
-    /// A hundredth of an arrow, in the picture's units.
+    /// A fiftieth of an arrow, in the picture's units.
     unit: f64,
 }
 
 impl Quiver {
     fn new(length: f64) -> Self {
         // As many digits as are written, so that what is written is where the arrows go.
-        Self { unit: ((length * 100.0).round() / 10_000.0).max(0.0001) }
+        Self { unit: ((length * 200.0).round() / 10_000.0).max(0.0001) }
     }
 
     /// Opens the group that the arrows' paths belong in.
@@ -371,24 +372,45 @@ impl Quiver {
         sheet.open("g", &format!("transform=\"scale({})\"", Number(self.unit)));
     }
 
-    /// Adds an arrow with its middle at (x, y).
-    fn put(self, path: &mut String, (x, y): (f64, f64), direction: Direction) {
-        let _ = write!(path, "M{:.0} {:.0}{}", x / self.unit, y / self.unit, arrow(direction));
+    /// The path of arrows towards `direction` with their middles at the points (x, y).
+    fn path(self, direction: Direction, at: impl IntoIterator<Item = (f64, f64)>) -> String {
+        let mut path = String::new();
+        let mut pen = (0, 0);
+        for (x, y) in at {
+            let (x, y) = ((x / self.unit).round() as i64, (y / self.unit).round() as i64);
+            // The pen is where the last arrow began.
+            let _ = write!(path, "m{}{}{}", x - pen.0, Next(y - pen.1), arrow(direction));
+            pen = (x, y);
+        }
+        path
     }
 }
 
-/// Outline of an arrow 100 units long, centred on the pen, pointing towards `direction`; north is up on
-/// the sheet.
+/// A number after another one: with a space unless a minus parts them.
+struct Next(i64);
+
+impl std::fmt::Display for Next {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 < 0 { write!(f, "{}", self.0) } else { write!(f, " {}", self.0) }
+    }
+}
+
+/// Outline of an arrow 50 units long towards `direction`, from its middle and back; north is up on the
+/// sheet.
 fn arrow(direction: Direction) -> String {
     let (dx, dy) = direction.step();
-    let (ahead, aside) = ((dx, -dy), (dy, dx));
-    let corners = [(-50, 7), (8, 7), (8, 26), (50, 0), (8, -26), (8, -7), (-50, -7)];
+    let (ahead, aside) = ((i64::from(dx), i64::from(-dy)), (i64::from(dy), i64::from(dx)));
+    let corners = [(-25, 4), (4, 4), (4, 13), (25, 0), (4, -13), (4, -4), (-25, -4), (-25, 0)];
     let mut path = String::new();
     let mut pen = (0, 0);
-    for (n, (along, across)) in corners.into_iter().enumerate() {
+    // The first stroke runs inside the outline to its tail: filled, it does not show.
+    for (along, across) in std::iter::once((-25, 0)).chain(corners) {
         let at = (along * ahead.0 + across * aside.0, along * ahead.1 + across * aside.1);
-        let verb = if n == 0 { "m" } else { "l" };
-        let _ = write!(path, "{verb}{} {}", at.0 - pen.0, at.1 - pen.1);
+        let _ = match (at.0 - pen.0, at.1 - pen.1) {
+            (along_x, 0) => write!(path, "h{along_x}"),
+            (0, along_y) => write!(path, "v{along_y}"),
+            (along_x, along_y) => write!(path, "l{along_x}{}", Next(along_y)),
+        };
         pen = at;
     }
     path.push('z');

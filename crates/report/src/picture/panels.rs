@@ -157,7 +157,7 @@ impl Panels<'_> {
         let hop = |x: f64, direction, up| {
             let (x, y, ink) = (Number(x), Number(y), ink(direction, up));
             format!(
-                "<path {ink} transform=\"translate({x} {y}) scale(.14)\" d=\"M0 0{}\"/>",
+                "<path {ink} transform=\"translate({x} {y}) scale(.28)\" d=\"M0 0{}\"/>",
                 arrow(direction)
             )
         };
@@ -173,7 +173,7 @@ impl Panels<'_> {
 /// Attributes of an arrow: vertical hops are white with a dark rim.
 fn ink(direction: Direction, up: bool) -> String {
     match up {
-        true => "fill=\"#fff\" stroke=\"#111\" stroke-width=\"9\" stroke-linejoin=\"round\"".to_owned(),
+        true => "fill=\"#fff\" stroke=\"#111\" stroke-width=\"4.5\" paint-order=\"stroke\" stroke-linejoin=\"round\"".to_owned(),
         false => format!("fill=\"{}\"", colour::arrow(direction)),
     }
 }
@@ -256,10 +256,8 @@ impl Frame {
         for direction in Direction::ALL {
             for up in [false, true] {
                 let quiver = Quiver::new(self.pitch * if up { 0.95 } else { 0.72 });
-                let mut path = String::new();
-                for (cell, _) in aims().filter(|(_, aim)| *aim == Aim { direction, up }) {
-                    quiver.put(&mut path, self.centre(cell), direction);
-                }
+                let wanted = aims().filter(|(_, aim)| *aim == Aim { direction, up });
+                let path = quiver.path(direction, wanted.map(|(cell, _)| self.centre(cell)));
                 if !path.is_empty() {
                     quiver.open(sheet);
                     sheet.path(&path, &ink(direction, up));
