@@ -145,18 +145,10 @@ impl Picture<'_> {
                 Number(-scale)
             ),
         );
-        sheet.path(&raster.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
-        let shade_of =
-            |height_m: f64| (heights.normalise(height_m) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
-        for shade in 0..SHADES {
-            let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
-            let cells = raster.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
-            sheet.path(&cells, &format!("fill=\"{colour}\""));
+        match frame.ground {
+            None => truth(sheet, frame, raster, heights),
+            Some(place) => sheet.raw(&format!("<use href=\"#ground-{place}\"/>")),
         }
-        sheet.path(&raster.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
-        let blocked = raster.fill(|tile| tile.blocked);
-        sheet.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
-        sheet.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));
         let unseen = raster.fill(|tile| !tile.seen);
         sheet.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
         let hatch = format!("fill=\"url(#{})\" shape-rendering=\"auto\"", frame.id("unseen-hatch"));
@@ -350,6 +342,24 @@ enum Find {
     Unseen,
 }
 
+/// Heights, sand and impassable ground, as a group that other plots can use.
+fn truth(sheet: &mut Sheet, frame: &Frame, raster: &Raster, heights: Range) {
+    sheet.open("g", &format!("id=\"{}\"", frame.id("ground")));
+    sheet.path(&raster.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
+    let shade_of =
+        |height_m: f64| (heights.normalise(height_m) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
+    for shade in 0..SHADES {
+        let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
+        let cells = raster.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
+        sheet.path(&cells, &format!("fill=\"{colour}\""));
+    }
+    sheet.path(&raster.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
+    let blocked = raster.fill(|tile| tile.blocked);
+    sheet.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
+    sheet.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));
+    sheet.close("g");
+}
+
 fn is_slip(branch: Branch) -> bool {
     matches!(branch, Branch::Left | Branch::Right)
 }
@@ -428,6 +438,8 @@ struct Frame {
     pitch: f64,
     /// Number of the plot on its sheet, from 0.
     place: usize,
+    /// The plot whose ground this one shares, if an earlier one has the same.
+    ground: Option<usize>,
 }
 
 impl Frame {
@@ -436,7 +448,7 @@ impl Frame {
         let (columns, rows) = (f64::from(grid.width), f64::from(grid.height));
         let pitch = side / columns.max(rows);
         let (width, height) = ((columns * pitch).max(FRAME_MIN), (rows * pitch).max(FRAME_MIN));
-        Self { left: 0.0, top: 0.0, width, height, pitch, place: 0 }
+        Self { left: 0.0, top: 0.0, width, height, pitch, place: 0, ground: None }
     }
 
     /// An id that no other plot on the sheet has.

@@ -47,7 +47,7 @@ impl Plate<'_> {
         let rasters: Vec<Raster> = self.views.iter().map(|view| Raster::new(&view.picture)).collect();
         let heights =
             rasters.iter().map(Raster::heights).reduce(union).unwrap_or(Range { min: 0.0, max: 1.0 });
-        let frames = self.frames();
+        let frames = self.frames(&rasters);
         let right = frames.iter().map(|frame| frame.left + frame.width).fold(MARGIN_LEFT, f64::max);
         let bottom = frames.iter().map(|frame| frame.top + frame.height).fold(MARGIN_TOP, f64::max);
         let width = right + MARGIN_RIGHT;
@@ -75,7 +75,7 @@ impl Plate<'_> {
     }
 
     /// Where each view lies.
-    fn frames(&self) -> Vec<Frame> {
+    fn frames(&self, rasters: &[Raster]) -> Vec<Frame> {
         let side = if self.views.len() > 1 { PANEL_SIDE } else { PLOT_SIDE };
         let heading = if self.views.iter().any(|view| !view.heading.is_empty()) { HEADING } else { 0.0 };
         let mut frames: Vec<Frame> =
@@ -89,6 +89,9 @@ impl Plate<'_> {
                 left += frame.width + GAP;
             }
             top += row.iter().map(|frame| frame.height).fold(0.0, f64::max) + GAP / 2.0;
+        }
+        for (place, frame) in frames.iter_mut().enumerate() {
+            frame.ground = rasters[..place].iter().position(|raster| raster.has_ground_of(&rasters[place]));
         }
         frames
     }
