@@ -1,7 +1,8 @@
 //! Planning on the known ground of Sakamoto & Kubota 2022, beside the times that they give.
 //!
 //! `cargo bench --bench known_ground`. Each figure is the median of so many plans from nothing: world,
-//! collision checks, model, value iteration, path.
+//! collision checks, model, value iteration, path. Sweeps are those that choose; at the smaller change twelve
+//! that keep their choices lie between two of them.
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 

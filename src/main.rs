@@ -24,7 +24,7 @@ Examples:
   hopper run --scenario sandy --profile hopper  another mission
   hopper run --lockstep --format json           the same machines in one thread
   hopper planner --algorithm greedy --takeover  swap the planner of a running mission
-  hopper campaign run campaigns/p23-tables.toml the paper's tables, 1,800 missions
+  hopper campaign run campaigns/p23-tables.toml the paper's tables, 3,000 missions
   hopper known findings --out out/known         the known-ground paper's findings, with its figures
   hopper doctor                                 what runs, what is missing, what to do next
 

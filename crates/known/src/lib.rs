@@ -31,7 +31,6 @@ pub use findings::{Case, Findings};
 pub use model::{Choice, Hop, Landing, Model};
 pub use path::{Ending, Path};
 pub use picture::{Figure, figure, figures};
-
 pub use plan::{Plan, Weights};
 pub use reading::{Edge, GoalPayoff, HalfHops, HillHeight, LongHops, Moment, P22, Reading, SandPayoff, Span};
 pub use solve::{Solution, solve};

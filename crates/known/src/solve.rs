@@ -17,7 +17,7 @@ pub struct Solution {
     /// Index into [`Model::choices`] of every cell; `None` where no hop is offered, and at a goal that
     /// ends the journey.
     pub policy: Vec<Option<usize>>,
-    /// Sweeps made.
+    /// Sweeps that chose; those that kept their choices in between are not counted.
     pub sweeps: u32,
     /// Whether the values settled.
     pub settled: bool,

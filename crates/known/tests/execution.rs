@@ -1,5 +1,7 @@
 //! Policies carried out, against the exact probabilities.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use known::execution::{HOPS_MAX, execute};
 use known::{Experiment, KnownError, Model, P22, Plan, Weights, World};
 

@@ -1,6 +1,9 @@
 //! What the hopper is offered, case by case: the collision check, the vertical hop, the edge, sand.
 
-use contract::{Cell, Direction, Soil};
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::Direction::{East, North, South, West};
+use contract::{Cell, Soil};
 use known::{
     Choice, Edge, Experiment, GoalPayoff, HalfHops, Hop, LongHops, Model, P22, Reading, Rocks, World,
 };
@@ -33,8 +36,6 @@ fn built(experiment: Experiment, reading: &Reading) -> (World, Model) {
     let model = Model::new(&world, reading);
     (world, model)
 }
-
-use Direction::{East, North, South, West};
 
 /// P-KNOWN-RULES.
 #[test]

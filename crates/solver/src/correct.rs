@@ -5,12 +5,14 @@
 //! over, preconditioned from the right by a sweep outwards and one back: lingering makes one eigenvalue
 //! near 1 for every place that is lingered at, all close together, which a Krylov method removes at once.
 
+use std::ops::Range;
+
 use crate::World;
 use crate::simd::{Simd, dispatch};
 use crate::skew::{LANES, Skew, chunk};
 use crate::survey::Row;
 use crate::sweep::Planes;
-use crate::window::Window;
+use crate::window::{Diagonals, Window, largest};
 
 /// The linear solve's additional planes; empty until lingering is met.
 #[derive(Clone, Debug, Default)]
@@ -24,70 +26,62 @@ pub(crate) struct Krylov {
 }
 
 impl Planes {
-    /// Fills in one row of a policy's equation: coefficients in the order of [`Skew::steps`].
-    pub fn load_row(&mut self, skew: &Skew, y: usize, row: &Row) {
+    /// Fills in one row of a panel of a policy's equation: coefficients in the order of [`Skew::steps`].
+    pub fn load_row(&mut self, skew: &Skew, columns: Range<usize>, y: usize, row: &Row) {
         let [north, east, south, west] = &row.landings;
         let (low_i, high_i) = if skew.flip[0] { (east, west) } else { (west, east) };
         let (low_j, high_j) = if skew.flip[1] { (north, south) } else { (south, north) };
-        let Self { unknown, own, coefficients: [c_low_i, c_low_j, c_high_i, c_high_j] } = self;
-        for x in 0..skew.width {
-            let at = skew.entry(x, y);
-            unknown[at] = 0.0;
-            own[at] = row.own[x] as f32;
-            c_low_i[at] = low_i[x] as f32;
-            c_low_j[at] = low_j[x] as f32;
-            c_high_i[at] = high_i[x] as f32;
-            c_high_j[at] = high_j[x] as f32;
+        let Self { own, coefficients: [c_low_i, c_low_j, c_high_i, c_high_j], .. } = self;
+        let mut entries = skew.entries(columns.clone(), y);
+        for x in 0..columns.len() {
+            let at = entries.next().expect("an entry a node");
+            own[at] = row.own[x];
+            c_low_i[at] = low_i[x];
+            c_low_j[at] = low_j[x];
+            c_high_i[at] = high_i[x];
+            c_high_j[at] = high_j[x];
         }
     }
 
     /// Adds the corrections to the values.
     pub fn add_to(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let node = y * skew.width + x;
-                if world.kind(node) == crate::Kind::Free {
-                    values[node] += f64::from(self.unknown[skew.entry(x, y)]);
-                }
+        skew.visit(|columns, y| {
+            let values = &mut values[y * skew.width..][columns.clone()];
+            let classes = &world.row(y).3[columns.clone()];
+            for ((value, class), at) in values.iter_mut().zip(classes).zip(skew.entries(columns, y)) {
+                let correction = f64::from(self.unknown[at]);
+                *value += if class.is_free() { correction } else { 0.0 };
             }
-        }
+        });
     }
 
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
-    /// a thousandth of its first change; work in updates of nodes.
-    pub fn correct(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, change_max: f32) -> u64 {
+    /// [`REDUCTION`] of its first change; work in updates of nodes, and whether the former was reached.
+    pub fn correct(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, change_max: f32) -> (u64, bool) {
         let nodes = (skew.width * skew.height) as u64;
         let mut updates = 0;
         let mut first = 0.0_f32;
         let mut last = f32::INFINITY;
         let window = Window::default();
         for pass in 0..PASSES_MAX {
-            let mut change = 0.0_f32;
+            let mut change = [0.0_f32; LANES];
             updates += nodes * window.visits();
-            window.pass(skew.diagonals(), |diagonal, leaves| {
-                let moved = self.correct_diagonal(simd, skew, diagonal);
-                if leaves && moved > change {
-                    change = moved;
-                }
+            window.pass(skew.diagonals(), |diagonals| {
+                correct(simd, &mut self.unknown, &self.own, &self.coefficients, skew, diagonals, &mut change);
             });
+            let change = largest(&change);
             if pass == 0 {
                 first = change;
             }
             if change <= change_max.max(first * REDUCTION) {
-                return updates;
+                return (updates, change <= change_max);
             }
             if pass > 0 && change > SLOW * last {
-                return updates + self.krylov(simd, skew, krylov);
+                return (updates + self.krylov(simd, skew, krylov), false);
             }
             last = change;
         }
-        updates
-    }
-
-    fn correct_diagonal(&mut self, simd: Simd, skew: &Skew, diagonal: usize) -> f32 {
-        let (first, nodes) = skew.run(diagonal);
-        let Self { unknown, own, coefficients } = self;
-        correct(simd, unknown, own, coefficients, first, nodes, skew.steps(diagonal))
+        (updates, false)
     }
 
     /// BiCGStab for e from 0; the entries beyond the grid are 0 throughout, as their coefficients are.
@@ -105,17 +99,13 @@ impl Planes {
         solution.fill(0.0);
         let precondition = |of: &[f32], into: &mut [f32]| {
             into.fill(0.0);
-            for diagonal in skew.diagonals().chain(skew.diagonals().rev()) {
-                let (first, nodes) = skew.run(diagonal);
-                correct(simd, into, of, coefficients, first, nodes, skew.steps(diagonal));
+            let mut ignored = [0.0; LANES];
+            for back in [false, true] {
+                let diagonals = Diagonals::all(skew.diagonals(), back);
+                correct(simd, into, of, coefficients, skew, diagonals, &mut ignored);
             }
         };
-        let apply = |to: &[f32], into: &mut [f32]| {
-            for diagonal in skew.diagonals() {
-                let (first, nodes) = skew.run(diagonal);
-                apply(simd, into, to, coefficients, first, nodes, skew.steps(diagonal));
-            }
-        };
+        let apply = |to: &[f32], into: &mut [f32]| apply(simd, into, to, coefficients, skew);
         let nodes = (skew.width * skew.height) as u64;
         let start = dot(simd, residual, residual);
         let mut rho = start;
@@ -166,10 +156,12 @@ const ITERATIONS_MAX: usize = 12;
 const KRYLOV_REDUCTION: f64 = 0.03;
 
 dispatch! {
-    /// Updates a run of corrections; the largest change.
+    /// Updates the corrections of some diagonals; the largest change, lane by lane, goes into `change` for
+    /// diagonals that the window leaves behind.
     fn correct(
-        unknown: &mut [f32], own: &[f32], coefficients: &[Vec<f32>; 4], first: usize, nodes: usize, steps: [isize; 4],
-    ) -> f32 = correct_lanes
+        unknown: &mut [f32], own: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew, diagonals: Diagonals,
+        change: &mut [f32; LANES],
+    ) = correct_lanes
 }
 
 #[inline(always)]
@@ -177,21 +169,27 @@ fn correct_lanes(
     unknown: &mut [f32],
     own: &[f32],
     coefficients: &[Vec<f32>; 4],
-    first: usize,
-    nodes: usize,
-    steps: [isize; 4],
-) -> f32 {
-    let mut change = [0.0_f32; LANES];
-    for at in (first..first + nodes).step_by(LANES) {
-        let new = landed(unknown, own, coefficients, at, steps, 1.0);
-        let old = chunk(unknown, at);
-        for lane in 0..LANES {
-            let moved = (new[lane] - old[lane]).abs();
-            change[lane] = if moved > change[lane] { moved } else { change[lane] };
+    skew: &Skew,
+    diagonals: Diagonals,
+    change: &mut [f32; LANES],
+) {
+    for index in 0..diagonals.len() {
+        let diagonal = diagonals.at(index);
+        let (first, nodes) = skew.run(diagonal);
+        let steps = skew.steps(diagonal);
+        let counts = diagonal < diagonals.leaves;
+        for at in (first..first + nodes).step_by(LANES) {
+            let new = landed(unknown, own, coefficients, at, steps, 1.0);
+            if counts {
+                let old = chunk(unknown, at);
+                for lane in 0..LANES {
+                    let moved = (new[lane] - old[lane]).abs();
+                    change[lane] = if moved > change[lane] { moved } else { change[lane] };
+                }
+            }
+            unknown[at..at + LANES].copy_from_slice(&new);
         }
-        unknown[at..at + LANES].copy_from_slice(&new);
     }
-    change.into_iter().fold(0.0, f32::max)
 }
 
 /// own + sign · Σ c e over the neighbours.
@@ -205,8 +203,8 @@ fn landed(
     sign: f32,
 ) -> [f32; LANES] {
     let mut sum = [0.0_f32; LANES];
-    for (step, coefficient) in steps.into_iter().zip(coefficients) {
-        let (e, c) = (chunk(e, at.wrapping_add_signed(step)), chunk(coefficient, at));
+    for side in 0..4 {
+        let (e, c) = (chunk(e, at.wrapping_add_signed(steps[side])), chunk(&coefficients[side], at));
         for lane in 0..LANES {
             sum[lane] += c[lane] * e[lane];
         }
@@ -219,24 +217,19 @@ fn landed(
 }
 
 dispatch! {
-    /// e − Σ c e over the neighbours, for a run.
-    fn apply(
-        into: &mut [f32], e: &[f32], coefficients: &[Vec<f32>; 4], first: usize, nodes: usize, steps: [isize; 4],
-    ) = apply_lanes
+    /// e − Σ c e over the neighbours.
+    fn apply(into: &mut [f32], e: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew) = apply_lanes
 }
 
 #[inline(always)]
-fn apply_lanes(
-    into: &mut [f32],
-    e: &[f32],
-    coefficients: &[Vec<f32>; 4],
-    first: usize,
-    nodes: usize,
-    steps: [isize; 4],
-) {
-    for at in (first..first + nodes).step_by(LANES) {
-        let image = landed(e, e, coefficients, at, steps, -1.0);
-        into[at..at + LANES].copy_from_slice(&image);
+fn apply_lanes(into: &mut [f32], e: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew) {
+    for diagonal in skew.diagonals() {
+        let (first, nodes) = skew.run(diagonal);
+        let steps = skew.steps(diagonal);
+        for at in (first..first + nodes).step_by(LANES) {
+            let image = landed(e, e, coefficients, at, steps, -1.0);
+            into[at..at + LANES].copy_from_slice(&image);
+        }
     }
 }
 

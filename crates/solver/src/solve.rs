@@ -15,10 +15,10 @@
 use crate::certificate::rounding;
 use crate::correct::Krylov;
 use crate::simd::Simd;
-use crate::skew::Skew;
-use crate::survey::{Findings, Survey};
+use crate::skew::{LANES, Skew};
+use crate::survey::{self, Findings};
 use crate::sweep::Planes;
-use crate::window::Window;
+use crate::window::{Diagonals, Window, largest};
 use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
 
 /// How far to go.
@@ -69,7 +69,6 @@ pub struct Solver {
     skew: Skew,
     planes: Planes,
     krylov: Krylov,
-    survey: Survey,
 }
 
 /// Most rounds of survey and correction before plain sweeps take over.
@@ -110,23 +109,32 @@ impl Solver {
         let updates_max = effort.sweeps_max.saturating_mul(nodes);
         let single = (SINGLE * worth_max).max(residual_max);
 
-        self.skew.fit(world);
+        if self.skew.fit(world) {
+            self.planes.reset(self.skew.len);
+        }
         self.start(world);
         let mut updates = 0;
         let mut surveys = 0;
         let mut before = f64::INFINITY;
+        // Whether the next survey is expected to be the last.
+        let mut expected = false;
         loop {
-            if before > 10.0 * single && surveys < ROUNDS_MAX {
+            if !expected && before > 10.0 * single && surveys < ROUNDS_MAX {
                 updates +=
                     self.sweep(world, single as f32, updates_max.saturating_sub(updates), surveys == 0);
             }
-            let findings = self.survey(world);
+            let findings = self.survey(world, expected);
             surveys += 1;
             let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
             let solved = certificate.error_bound <= error_max;
             if solved || updates >= updates_max {
                 let status = if solved { Status::Solved } else { Status::Cut };
                 return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
+            }
+            if expected {
+                // Close, but not there: survey again, for the correction this time.
+                expected = false;
+                continue;
             }
             let stuck = before <= 10.0 * single && findings.residual > 0.5 * before;
             before = findings.residual;
@@ -139,7 +147,9 @@ impl Solver {
             } else {
                 let Self { planes, skew, krylov, values, simd, .. } = self;
                 let change_max = (0.05 * residual_max) as f32;
-                updates += planes.correct(*simd, skew, krylov, change_max).div_ceil(4);
+                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max);
+                updates += corrected.div_ceil(4);
+                expected = settled && before < EXPECTED * single;
                 planes.add_to(skew, world, values);
             }
         }
@@ -165,27 +175,25 @@ impl Solver {
         let Self { simd, values, skew, planes, .. } = self;
         let nodes = world.nodes() as u64;
         planes.load(skew, world, values);
+        let leaving = world.rules().leaving;
         let window = Window::default();
         let mut updates = 0;
         let mut last = f32::INFINITY;
         for pass in 0.. {
-            let mut change = 0.0_f32;
+            let mut change = [0.0_f32; LANES];
             if first || pass % 2 == 0 {
                 updates += nodes * window.visits();
-                window.pass(skew.diagonals(), |diagonal, leaves| {
-                    let moved = planes.relax(*simd, skew, diagonal, world);
-                    if leaves && moved > change {
-                        change = moved;
-                    }
+                window.pass(skew.diagonals(), |diagonals| {
+                    planes.relax(*simd, skew, leaving, diagonals, &mut change);
                 });
             } else {
-                updates += 3 * nodes;
-                for _ in 0..3 {
-                    for diagonal in skew.diagonals().rev() {
-                        change = change.max(planes.relax(*simd, skew, diagonal, world));
-                    }
+                updates += BACK * nodes;
+                for _ in 0..BACK {
+                    let diagonals = Diagonals::all(skew.diagonals(), true);
+                    planes.relax(*simd, skew, leaving, diagonals, &mut change);
                 }
             }
+            let change = largest(&change);
             if change <= change_min || updates >= updates_max || (!first && pass == 1) {
                 break;
             }
@@ -198,13 +206,22 @@ impl Solver {
         updates
     }
 
-    fn survey(&mut self, world: &World) -> Findings {
-        let Self { simd, values, skew, planes, survey, .. } = self;
-        planes.clear(skew.len);
-        survey.run(*simd, world, values, |y, row| planes.load_row(skew, y, row))
+    /// Surveys the values, and, unless that is to be all, takes down the best hops' equation.
+    fn survey(&mut self, world: &World, measure_only: bool) -> Findings {
+        let Self { simd, values, skew, planes, .. } = self;
+        if measure_only {
+            return survey::run(*simd, world, values, |_, _, _| {});
+        }
+        planes.clear();
+        survey::run(*simd, world, values, |columns, y, row| planes.load_row(skew, columns, y, row))
     }
 }
 
+/// A correction that settles, from a residual of at most so many times what single precision can tell, is
+/// expected to be the last.
+const EXPECTED: f64 = 100.0;
+/// Sweeps back towards the goal between two surveys.
+const BACK: u64 = 3;
 /// Reduction of the change from pass to pass below which sweeping no longer pays.
 const STALL: f32 = 0.7;
 /// One Gauss–Seidel sweep; the largest change of a value.

@@ -7,31 +7,39 @@
 //! It is Newton's method for Bellman's equation (policy iteration), and each round begins with a residual
 //! in double precision, so single precision is enough for the corrections.
 
+use std::ops::Range;
+
 use crate::simd::{Simd, dispatch};
 use crate::world::Class;
-use crate::{Hop, Kind, Leaving, World};
+use crate::{Hop, Leaving, Rules, World};
 
 /// Lanes of a chunk in double precision.
 const LANES: usize = 8;
 
-/// What the survey found along one row, padded to whole chunks.
-#[derive(Clone, Debug, Default)]
+/// Nodes of a panel: rows are surveyed in panels, so that what one panel's rows write to the skewed layout,
+/// where neighbours in a row lie far apart, stays in the nearest cache from row to row.
+pub(crate) const PANEL: usize = 128;
+
+/// What the survey found along one row of a panel.
+#[derive(Clone, Debug)]
 pub(crate) struct Row {
     /// δ / (1 − g p_stay).
-    pub own: Vec<f64>,
+    pub own: [f32; PANEL],
     /// g p / (1 − g p_stay) for the landings north, east, south and west of the best hop.
-    pub landings: [Vec<f64>; 4],
+    pub landings: [[f32; PANEL]; 4],
 }
 
-/// The survey's buffers.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Survey {
-    row: Row,
-    /// Worths of the rows south of, at and north of the present one, with a node beyond either end.
-    worths: [Vec<f64>; 3],
-    /// Value, payoff, slopes; intended, stuck, sideways, wait of the row's nodes.
-    inputs: [Vec<f64>; 8],
+/// What the survey reads along one row of a panel.
+struct Inputs {
+    values: [f64; PANEL],
+    payoffs: [f64; PANEL],
+    slopes_east: [f64; PANEL],
+    slopes_north: [f64; PANEL],
+    classes: [Class; PANEL],
 }
+
+/// Worths along one row of a panel, from the node before it to the node after it.
+type Worths = [f64; PANEL + 2];
 
 /// What a survey found over all.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,58 +50,55 @@ pub(crate) struct Findings {
     pub worth_max: f64,
 }
 
-impl Survey {
-    /// Surveys `values`, handing each row to `take`.
-    pub fn run(
-        &mut self,
-        simd: Simd,
-        world: &World,
-        values: &[f64],
-        mut take: impl FnMut(usize, &Row),
-    ) -> Findings {
-        let (width, height) = (world.width(), world.height());
-        let padded = width.next_multiple_of(LANES);
-        let Self { row, worths, inputs } = self;
-        for buffer in worths.iter_mut() {
-            buffer.clear();
-            buffer.resize(padded + 2, 0.0);
-        }
-        for buffer in inputs.iter_mut().chain(&mut row.landings).chain([&mut row.own]) {
-            buffer.clear();
-            buffer.resize(padded, 0.0);
-        }
-        let rules = world.rules();
-        let stays = rules.leaving == Leaving::Stays;
-        let mut findings = Findings { residual: 0.0, worth_max: rules.loss.abs() };
-        worths_of(world, values, 0, &mut worths[1]);
+/// Surveys `values`, handing each row of each panel to `take` with its columns and its y.
+pub(crate) fn run(
+    simd: Simd,
+    world: &World,
+    values: &[f64],
+    mut take: impl FnMut(Range<usize>, usize, &Row),
+) -> Findings {
+    let (width, height) = (world.width(), world.height());
+    let rules = world.rules();
+    let mut findings = Findings { residual: 0.0, worth_max: rules.loss.abs() };
+    let mut row = Row { own: [0.0; PANEL], landings: [[0.0; PANEL]; 4] };
+    let mut inputs = Inputs {
+        values: [0.0; PANEL],
+        payoffs: [0.0; PANEL],
+        slopes_east: [0.0; PANEL],
+        slopes_north: [0.0; PANEL],
+        classes: [Class::LOST; PANEL],
+    };
+    for start in (0..width).step_by(PANEL) {
+        let columns = start..width.min(start + PANEL);
+        let mut worths = [[0.0; PANEL + 2]; 3];
+        inputs.classes.fill(Class::LOST);
+        worths_of(simd, world, values, &columns, 0, &mut worths[1]);
+        worths[0] = beyond(rules, &worths[1]);
         for y in 0..height {
-            let [south, here, north] = worths;
             if y + 1 < height {
-                worths_of(world, values, y + 1, north);
+                worths_of(simd, world, values, &columns, y + 1, &mut worths[(y + 2) % 3]);
             } else {
-                beyond(here, north, stays, rules.loss);
+                worths[(y + 2) % 3] = beyond(rules, &worths[(y + 1) % 3]);
             }
-            if y == 0 {
-                beyond(here, south, stays, rules.loss);
-            }
-            let here_values = &values[y * width..(y + 1) * width];
-            gather(world, y, here_values, inputs);
-            let [residual, worth_max] = survey(simd, rules.discount, [south, here, north], inputs, row);
+            inputs.fill(world, values, &columns, y);
+            let [residual, worth_max] = {
+                let [south, here, north] = [y % 3, (y + 1) % 3, (y + 2) % 3].map(|row| &worths[row]);
+                survey(simd, rules, south, here, north, &inputs, &mut row, columns.len())
+            };
             findings.residual = findings.residual.max(residual);
             findings.worth_max = findings.worth_max.max(worth_max);
-            if stays {
-                row.close_border(y == 0, y + 1 == height, width);
+            if rules.leaving == Leaving::Stays {
+                row.close_border([y == 0, y + 1 == height], &columns, width);
             }
-            take(y, row);
-            worths.rotate_left(1);
+            take(columns.clone(), y, &row);
         }
-        findings
     }
+    findings
 }
 
 impl Row {
     /// Adds to the stay what leaves the map: e = own + l e + … is e = (own + …) / (1 − l).
-    fn close_border(&mut self, southernmost: bool, northernmost: bool, width: usize) {
+    fn close_border(&mut self, [south, north]: [bool; 2], columns: &Range<usize>, width: usize) {
         let mut close = |hop: Hop, x: usize| {
             let leaves = std::mem::take(&mut self.landings[hop as usize][x]);
             if leaves > 0.0 {
@@ -102,69 +107,77 @@ impl Row {
                 self.landings.iter_mut().for_each(|landing| landing[x] *= scale);
             }
         };
-        close(Hop::West, 0);
-        close(Hop::East, width - 1);
-        for x in 0..width {
-            if southernmost {
+        if columns.start == 0 {
+            close(Hop::West, 0);
+        }
+        if columns.end == width {
+            close(Hop::East, columns.len() - 1);
+        }
+        for x in 0..columns.len() {
+            if south {
                 close(Hop::South, x);
             }
-            if northernmost {
+            if north {
                 close(Hop::North, x);
             }
         }
     }
 }
 
-fn worths_of(world: &World, values: &[f64], y: usize, into: &mut [f64]) {
-    let (payoffs, _, _, classes) = world.row(y);
-    let width = payoffs.len();
-    let loss = world.rules().loss;
-    let values = &values[y * width..(y + 1) * width];
-    for x in 0..width {
-        into[x + 1] = match classes[x].kind() {
-            Kind::Free => payoffs[x] + values[x],
-            Kind::Goal => payoffs[x],
-            Kind::Lost => loss,
-        };
+impl Inputs {
+    fn fill(&mut self, world: &World, values: &[f64], columns: &Range<usize>, y: usize) {
+        let (payoffs, east, north, classes) = world.row(y);
+        let (width, len) = (payoffs.len(), columns.len());
+        self.values[..len].copy_from_slice(&values[y * width..(y + 1) * width][columns.clone()]);
+        self.payoffs[..len].copy_from_slice(&payoffs[columns.clone()]);
+        self.slopes_east[..len].copy_from_slice(&east[columns.clone()]);
+        self.slopes_north[..len].copy_from_slice(&north[columns.clone()]);
+        self.classes[..len].copy_from_slice(&classes[columns.clone()]);
     }
+}
+
+fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
+    let (payoffs, _, _, classes) = world.row(y);
+    let (width, loss) = (payoffs.len(), world.rules().loss);
+    let inside = columns.start.saturating_sub(1)..width.min(columns.end + 1);
+    let shift = inside.start + 1 - columns.start;
+    let values = &values[y * width..(y + 1) * width][inside.clone()];
+    land(simd, &mut into[shift..], &payoffs[inside.clone()], values, &classes[inside], loss);
     let stays = world.rules().leaving == Leaving::Stays;
-    into[0] = if stays { into[1] } else { loss };
-    into[width + 1] = if stays { into[width] } else { loss };
+    if columns.start == 0 {
+        into[0] = if stays { into[1] } else { loss };
+    }
+    if columns.end == width {
+        into[columns.len() + 1] = if stays { into[columns.len()] } else { loss };
+    }
+}
+
+dispatch! {
+    /// The worths of landing on some nodes.
+    fn land(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) = land_lanes
+}
+
+#[inline(always)]
+fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) {
+    let nodes = payoffs.len();
+    let (into, values, classes) = (&mut into[..nodes], &values[..nodes], &classes[..nodes]);
+    for x in 0..nodes {
+        let sum = payoffs[x] + values[x];
+        let landed = if classes[x].is_free() { sum } else { payoffs[x] };
+        into[x] = if classes[x].is_lost() { loss } else { landed };
+    }
 }
 
 /// The row beyond the map's edge, beside the row `edge`.
-fn beyond(edge: &[f64], into: &mut [f64], stays: bool, loss: f64) {
-    if stays {
-        into.copy_from_slice(edge);
-    } else {
-        into.fill(loss);
-    }
-}
-
-fn gather(world: &World, y: usize, values: &[f64], inputs: &mut [Vec<f64>; 8]) {
-    let (payoffs, east, north, classes): (_, _, _, &[Class]) = world.row(y);
-    let width = values.len();
-    let [value, payoff, slope_east, slope_north, intended, stuck, sideways, wait] = inputs;
-    value[..width].copy_from_slice(values);
-    payoff[..width].copy_from_slice(payoffs);
-    slope_east[..width].copy_from_slice(east);
-    slope_north[..width].copy_from_slice(north);
-    let soils = &world.rules().soils;
-    for x in 0..width {
-        // A wait of −1 marks a node without hops.
-        let free = classes[x].kind() == Kind::Free;
-        let soil = &soils[classes[x].soil()];
-        intended[x] = soil.intended;
-        stuck[x] = soil.stuck;
-        sideways[x] = soil.sideways;
-        wait[x] = if free { soil.wait } else { -1.0 };
-    }
-    wait[width..].fill(-1.0);
+fn beyond(rules: &Rules, edge: &Worths) -> Worths {
+    if rules.leaving == Leaving::Stays { *edge } else { [rules.loss; PANEL + 2] }
 }
 
 dispatch! {
     /// Surveys one row; its largest deviation and its largest |r| + |V|.
-    fn survey(discount: f64, worths: [&[f64]; 3], inputs: &[Vec<f64>; 8], row: &mut Row) -> [f64; 2] = survey_lanes
+    fn survey(
+        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs, row: &mut Row, nodes: usize,
+    ) -> [f64; 2] = survey_lanes
 }
 
 #[inline(always)]
@@ -175,21 +188,47 @@ fn chunk(of: &[f64], at: usize) -> [f64; LANES] {
 }
 
 #[inline(always)]
-fn survey_lanes(discount: f64, worths: [&[f64]; 3], inputs: &[Vec<f64>; 8], row: &mut Row) -> [f64; 2] {
-    let [souths, heres, norths] = worths;
+#[allow(clippy::too_many_arguments, reason = "one row needs its neighbours")]
+fn survey_lanes(
+    rules: &Rules,
+    souths: &Worths,
+    heres: &Worths,
+    norths: &Worths,
+    inputs: &Inputs,
+    row: &mut Row,
+    nodes: usize,
+) -> [f64; 2] {
+    // No closures in here: they would be compiled without the vector instructions, and be called.
+    let discount = rules.discount;
     let mut residual = [0.0_f64; LANES];
     let mut worth_max = [0.0_f64; LANES];
-    let mut sound = [true; LANES];
+    let mut unsound = [0.0_f64; LANES];
     let [mut p_north, mut p_east, mut p_south, mut p_west] = [[0.0; LANES]; 4];
     let mut own = [0.0; LANES];
-    for at in (0..inputs[0].len()).step_by(LANES) {
-        let [value, payoff, east, north] = [0, 1, 2, 3].map(|input: usize| chunk(&inputs[input], at));
-        let [intended, stuck, sideways, wait] = [4, 5, 6, 7].map(|input: usize| chunk(&inputs[input], at));
+    for at in (0..nodes).step_by(LANES) {
+        let (value, payoff) = (chunk(&inputs.values, at), chunk(&inputs.payoffs, at));
+        let (east, north) = (chunk(&inputs.slopes_east, at), chunk(&inputs.slopes_north, at));
+        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
+        // 1 where the node is free, 0 elsewhere.
+        let mut is_free = [0.0; LANES];
+        for index in 0..rules.soils.len() {
+            let soil = rules.soils[index];
+            for l in 0..LANES {
+                let this = inputs.classes[at + l].soil() == index;
+                intended[l] = if this { soil.intended } else { intended[l] };
+                stuck[l] = if this { soil.stuck } else { stuck[l] };
+                sideways[l] = if this { soil.sideways } else { sideways[l] };
+                waits[l] = if this { soil.wait } else { waits[l] };
+            }
+        }
+        for l in 0..LANES {
+            is_free[l] = if inputs.classes[at + l].is_free() { 1.0 } else { 0.0 };
+        }
         let (w_here, w_north, w_south) = (chunk(heres, at + 1), chunk(norths, at + 1), chunk(souths, at + 1));
         let (w_west, w_east) = (chunk(heres, at), chunk(heres, at + 2));
         for l in 0..LANES {
-            let free = wait[l] >= 0.0;
-            let wait = if free { wait[l] } else { 0.0 };
+            let free = is_free[l] > 0.0;
+            let wait = waits[l];
             // (slope ahead, slope to the right), worths ahead, to the left, to the right.
             let hops = [
                 (north[l], east[l], w_north[l], w_west[l], w_east[l]),
@@ -201,7 +240,8 @@ fn survey_lanes(discount: f64, worths: [&[f64]; 3], inputs: &[Vec<f64>; 8], row:
             let mut best = f64::NEG_INFINITY;
             let mut chosen = [0.0; 4];
             let mut hop_chosen = 0.0;
-            for (index, (ahead, right_up, w_ahead, w_left, w_right)) in hops.into_iter().enumerate() {
+            for index in 0..4 {
+                let (ahead, right_up, w_ahead, w_left, w_right) = hops[index];
                 let forwards = if ahead > 0.0 { ahead } else { 0.0 };
                 let p = intended[l] * (1.0 - forwards);
                 let stayed = intended[l] * forwards + stuck[l];
@@ -213,13 +253,14 @@ fn survey_lanes(discount: f64, worths: [&[f64]; 3], inputs: &[Vec<f64>; 8], row:
                 let better = worth > best;
                 best = if better { worth } else { best };
                 hop_chosen = if better { index as f64 } else { hop_chosen };
-                for (entry, p) in chosen.iter_mut().zip([p, stayed, left, right]) {
-                    *entry = if better { p } else { *entry };
-                }
+                chosen[0] = if better { p } else { chosen[0] };
+                chosen[1] = if better { stayed } else { chosen[1] };
+                chosen[2] = if better { left } else { chosen[2] };
+                chosen[3] = if better { right } else { chosen[3] };
             }
             let deviation = best - value[l];
             let size = if free { deviation.abs() } else { 0.0 };
-            sound[l] &= size < f64::INFINITY;
+            unsound[l] = if size < f64::INFINITY { unsound[l] } else { 1.0 };
             residual[l] = if size > residual[l] { size } else { residual[l] };
             let size = if free { payoff[l].abs() + value[l].abs() } else { 0.0 };
             worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
@@ -267,17 +308,16 @@ fn survey_lanes(discount: f64, worths: [&[f64]; 3], inputs: &[Vec<f64>; 8], row:
                 right
             };
         }
-        row.own[at..at + LANES].copy_from_slice(&own);
         let [to_north, to_east, to_south, to_west] = &mut row.landings;
-        to_north[at..at + LANES].copy_from_slice(&p_north);
-        to_east[at..at + LANES].copy_from_slice(&p_east);
-        to_south[at..at + LANES].copy_from_slice(&p_south);
-        to_west[at..at + LANES].copy_from_slice(&p_west);
+        for l in 0..LANES {
+            row.own[at + l] = own[l] as f32;
+            to_north[at + l] = p_north[l] as f32;
+            to_east[at + l] = p_east[l] as f32;
+            to_south[at + l] = p_south[l] as f32;
+            to_west[at + l] = p_west[l] as f32;
+        }
     }
-    let residual = if sound.into_iter().all(|sound| sound) {
-        residual.into_iter().fold(0.0, f64::max)
-    } else {
-        f64::INFINITY
-    };
+    let residual =
+        if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
     [residual, worth_max.into_iter().fold(0.0, f64::max)]
 }

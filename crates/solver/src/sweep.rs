@@ -14,9 +14,10 @@
 //! Beyond the map lies the loss, or, where leaving counts as staying, the last worth of the border node
 //! itself: the same fixed point, approached from one sweep to the next.
 
-use crate::simd::dispatch;
+use crate::simd::{Simd, dispatch};
 use crate::skew::{LANES, Skew, chunk};
-use crate::{Kind, Leaving, World};
+use crate::window::Diagonals;
+use crate::{Leaving, Rules, World};
 
 /// The six planes of a layout, used by one kernel at a time.
 #[derive(Clone, Debug, Default)]
@@ -30,96 +31,93 @@ pub(crate) struct Planes {
 }
 
 impl Planes {
-    /// Planes of `len` zeros.
-    pub fn clear(&mut self, len: usize) {
-        let Self { unknown, own, coefficients } = self;
-        for plane in [unknown, own].into_iter().chain(coefficients) {
+    /// Planes of `len` zeros. Coefficients beside the grid are never written after.
+    pub fn reset(&mut self, len: usize) {
+        for plane in [&mut self.unknown, &mut self.own].into_iter().chain(&mut self.coefficients) {
             plane.clear();
             plane.resize(len, 0.0);
         }
     }
 
+    /// Zeros in what else lies beside the grid.
+    pub fn clear(&mut self) {
+        self.unknown.fill(0.0);
+        self.own.fill(0.0);
+    }
+
     /// Fills in `world` with the worths that `values` imply.
     pub fn load(&mut self, skew: &Skew, world: &World, values: &[f64]) {
-        self.clear(skew.len);
+        self.clear();
         let rules = world.rules();
         let soils = soils(world);
         let sign = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
         let Self { unknown, own, coefficients: [ahead, beside, slope_i, slope_j] } = self;
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let (node, at) = (y * skew.width + x, skew.entry(x, y));
-                match world.kind(node) {
-                    Kind::Free => {
-                        let [per_payoff, a, c] = soils[world.soil_index(node)];
-                        let [east, north] = world.slopes(node);
-                        unknown[at] = (world.payoff(node) + values[node]) as f32;
-                        own[at] = (world.payoff(node) * per_payoff) as f32;
-                        ahead[at] = a as f32;
-                        beside[at] = c as f32;
-                        slope_i[at] = (east * sign[0]) as f32;
-                        slope_j[at] = (north * sign[1]) as f32;
-                    }
-                    kind => {
-                        own[at] = if kind == Kind::Goal { world.payoff(node) } else { rules.loss } as f32;
-                        unknown[at] = own[at];
-                    }
+        skew.visit(|columns, y| {
+            let (payoffs, east, north, classes) = world.row(y);
+            let values = &values[y * skew.width..];
+            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
+                let class = classes[x];
+                if class.is_free() {
+                    let [per_payoff, a, c] = soils[class.soil()];
+                    unknown[at] = (payoffs[x] + values[x]) as f32;
+                    own[at] = (payoffs[x] * per_payoff) as f32;
+                    ahead[at] = a as f32;
+                    beside[at] = c as f32;
+                    slope_i[at] = (east[x] * sign[0]) as f32;
+                    slope_j[at] = (north[x] * sign[1]) as f32;
+                } else {
+                    own[at] = if class.is_lost() { rules.loss } else { payoffs[x] } as f32;
+                    unknown[at] = own[at];
+                    ahead[at] = 0.0;
+                    beside[at] = 0.0;
+                    slope_i[at] = 0.0;
+                    slope_j[at] = 0.0;
                 }
             }
-        }
-        for diagonal in skew.diagonals() {
-            self.halo(skew, diagonal, rules.leaving, rules.loss as f32);
-        }
+        });
+        self.halo(skew, rules);
     }
 
     /// Takes the values out again.
     pub fn store(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        for y in 0..skew.height {
-            for x in 0..skew.width {
-                let node = y * skew.width + x;
-                if world.kind(node) == Kind::Free {
-                    values[node] = f64::from(self.unknown[skew.entry(x, y)]) - world.payoff(node);
+        skew.visit(|columns, y| {
+            let (payoffs, _, _, classes) = world.row(y);
+            let values = &mut values[y * skew.width..];
+            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
+                if classes[x].is_free() {
+                    values[x] = f64::from(self.unknown[at]) - payoffs[x];
+                }
+            }
+        });
+    }
+
+    /// Fills the halo: with the loss, or with the worths of the border.
+    fn halo(&mut self, skew: &Skew, rules: &Rules) {
+        for diagonal in skew.diagonals() {
+            let (first, nodes) = skew.run(diagonal);
+            for (at, step) in skew.rim(diagonal, first, first + nodes - 1, skew.steps(diagonal)) {
+                if step != 0 {
+                    let beyond = at.wrapping_add_signed(step);
+                    let stays = rules.leaving == Leaving::Stays;
+                    self.unknown[beyond] = if stays { self.unknown[at] } else { rules.loss as f32 };
+                    self.own[beyond] = self.unknown[beyond];
                 }
             }
         }
     }
 
-    /// Renews the halo beside the border nodes of a diagonal.
-    fn halo(&mut self, skew: &Skew, diagonal: usize, leaving: Leaving, loss: f32) {
-        let (first, nodes) = skew.run(diagonal);
-        let last = first + nodes - 1;
-        let [before_i, before_j, after_i, after_j] = skew.steps(diagonal);
-        let (i, j) = (first - skew.base[diagonal], diagonal - (last - skew.base[diagonal]));
-        let mut set = |node: usize, step: isize| {
-            let at = node.wrapping_add_signed(step);
-            let worth = if leaving == Leaving::Stays { self.unknown[node] } else { loss };
-            self.unknown[at] = worth;
-            self.own[at] = worth;
-        };
-        if i == 1 {
-            set(first, before_i);
-        }
-        if diagonal - i == skew.height {
-            set(first, after_j);
-        }
-        if j == 1 {
-            set(last, before_j);
-        }
-        if diagonal - j == skew.width {
-            set(last, after_i);
-        }
-    }
-
-    /// Updates the worths of one diagonal; the largest change.
-    pub fn relax(&mut self, simd: crate::simd::Simd, skew: &Skew, diagonal: usize, world: &World) -> f32 {
-        let (first, nodes) = skew.run(diagonal);
-        let Self { unknown, own, coefficients: [ahead, beside, slope_i, slope_j] } = self;
-        let change =
-            relax(simd, unknown, own, ahead, beside, slope_i, slope_j, first, nodes, skew.steps(diagonal));
-        if world.rules().leaving == Leaving::Stays {
-            self.halo(skew, diagonal, Leaving::Stays, 0.0);
-        }
-        change
+    /// Updates the worths of some diagonals, outwards or back; the largest change, lane by lane, goes into
+    /// `change` for diagonals below `leaves`.
+    pub fn relax(
+        &mut self,
+        simd: Simd,
+        skew: &Skew,
+        leaving: Leaving,
+        diagonals: Diagonals,
+        change: &mut [f32; LANES],
+    ) {
+        let Self { unknown, own, coefficients } = self;
+        relax(simd, unknown, own, coefficients, skew, leaving == Leaving::Stays, diagonals, change);
     }
 }
 
@@ -140,29 +138,64 @@ fn soils(world: &World) -> [[f64; 3]; World::SOILS_MAX] {
 }
 
 dispatch! {
-    /// Updates a run of worths; the largest change.
+    /// Updates the worths of some diagonals.
     fn relax(
-        worths: &mut [f32], own: &[f32], ahead: &[f32], beside: &[f32], slope_i: &[f32], slope_j: &[f32],
-        first: usize, nodes: usize, steps: [isize; 4],
-    ) -> f32 = relax_lanes
+        worths: &mut [f32], own: &mut [f32], coefficients: &[Vec<f32>; 4], skew: &Skew, stays: bool,
+        diagonals: Diagonals, change: &mut [f32; LANES],
+    ) = relax_lanes
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn relax_lanes(
     worths: &mut [f32],
+    own: &mut [f32],
+    coefficients: &[Vec<f32>; 4],
+    skew: &Skew,
+    stays: bool,
+    diagonals: Diagonals,
+    change: &mut [f32; LANES],
+) {
+    // No closures in here: they would be compiled without the vector instructions, and be called.
+    let mut ignored = [0.0; LANES];
+    for index in 0..diagonals.len() {
+        let diagonal = diagonals.at(index);
+        let (first, nodes) = skew.run(diagonal);
+        let steps = skew.steps(diagonal);
+        if diagonal < diagonals.leaves {
+            relax_run(worths, own, coefficients, first, nodes, steps, change);
+        } else {
+            relax_run(worths, own, coefficients, first, nodes, steps, &mut ignored);
+        }
+        if stays {
+            let last = first + nodes - 1;
+            for (at, step) in skew.rim(diagonal, first, last, steps) {
+                if step != 0 {
+                    let beyond = at.wrapping_add_signed(step);
+                    worths[beyond] = worths[at];
+                    own[beyond] = worths[at];
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn relax_run(
+    worths: &mut [f32],
     own: &[f32],
-    ahead: &[f32],
-    beside: &[f32],
-    slope_i: &[f32],
-    slope_j: &[f32],
+    coefficients: &[Vec<f32>; 4],
     first: usize,
     nodes: usize,
     steps: [isize; 4],
-) -> f32 {
-    let mut change = [0.0_f32; LANES];
+    change: &mut [f32; LANES],
+) {
+    let [ahead, beside, slope_i, slope_j] = coefficients;
     for at in (first..first + nodes).step_by(LANES) {
-        let [low_i, low_j, high_i, high_j] = steps.map(|step| chunk(worths, at.wrapping_add_signed(step)));
+        let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
+        let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
+        let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
+        let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
         let (old, own) = (chunk(worths, at), chunk(own, at));
         let (ahead, beside) = (chunk(ahead, at), chunk(beside, at));
         let (slope_i, slope_j) = (chunk(slope_i, at), chunk(slope_j, at));
@@ -194,5 +227,4 @@ fn relax_lanes(
         }
         worths[at..at + LANES].copy_from_slice(&new);
     }
-    change.into_iter().fold(0.0, f32::max)
 }

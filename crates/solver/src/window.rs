@@ -7,7 +7,7 @@
 //! with what flowed back in between taken up: about half the updates for the same residual, all of them in
 //! cache.
 
-use std::ops::RangeInclusive;
+use std::ops::Range;
 
 /// A window over diagonals.
 #[derive(Clone, Copy, Debug)]
@@ -28,14 +28,47 @@ impl Window {
         (1 + self.behind / self.stride) as u64
     }
 
-    /// One pass outwards; `visit` is told whether the window leaves the diagonal behind after this visit.
-    pub fn pass(self, diagonals: RangeInclusive<usize>, mut visit: impl FnMut(usize, bool)) {
-        let (first, end) = (*diagonals.start(), *diagonals.end() + 1);
-        for top in (first + self.stride..end + self.behind + self.stride).step_by(self.stride) {
-            let bottom = top.saturating_sub(self.behind + self.stride).max(first);
-            for diagonal in bottom..top.min(end) {
-                visit(diagonal, diagonal + self.behind + self.stride < top + self.stride);
+    /// One pass outwards over `diagonals`, window by window.
+    pub fn pass(self, diagonals: Range<usize>, mut visit: impl FnMut(Diagonals)) {
+        let Range { start, end } = diagonals;
+        for top in (start + self.stride..end + self.behind + self.stride).step_by(self.stride) {
+            let bottom = top.saturating_sub(self.behind + self.stride).max(start);
+            if bottom < end {
+                let leaves = top.saturating_sub(self.behind);
+                visit(Diagonals { range: [bottom, top.min(end)], back: false, leaves });
             }
         }
     }
+}
+
+/// Diagonals to visit one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Diagonals {
+    range: [usize; 2],
+    back: bool,
+    /// Only the changes of diagonals below this one count: the window leaves them behind.
+    pub leaves: usize,
+}
+
+impl Diagonals {
+    /// All of `diagonals`, outwards or back, all of their changes counting.
+    pub fn all(diagonals: Range<usize>, back: bool) -> Self {
+        Self { range: [diagonals.start, diagonals.end], back, leaves: usize::MAX }
+    }
+
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.range[1] - self.range[0]
+    }
+
+    /// The diagonal visited as the `index`-th.
+    #[inline(always)]
+    pub fn at(&self, index: usize) -> usize {
+        if self.back { self.range[1] - 1 - index } else { self.range[0] + index }
+    }
+}
+
+/// The largest of the lanes.
+pub(crate) fn largest(lanes: &[f32]) -> f32 {
+    lanes.iter().copied().fold(0.0, f32::max)
 }

@@ -92,27 +92,37 @@ pub struct World {
 pub(crate) struct Class(u8);
 
 impl Class {
-    const GOAL: u8 = 0x40;
-    const LOST: u8 = 0x80;
+    const GOAL_BIT: u8 = 0x40;
+    const LOST_BIT: u8 = 0x80;
+    /// A node where the hopper is lost.
+    pub(crate) const LOST: Self = Self(Self::LOST_BIT);
 
     fn new(kind: Kind, soil: u8) -> Self {
         match kind {
             Kind::Free => Self(soil),
-            Kind::Goal => Self(soil | Self::GOAL),
-            Kind::Lost => Self(soil | Self::LOST),
+            Kind::Goal => Self(soil | Self::GOAL_BIT),
+            Kind::Lost => Self(soil | Self::LOST_BIT),
         }
     }
 
     pub(crate) fn kind(self) -> Kind {
-        match self.0 & (Self::GOAL | Self::LOST) {
+        match self.0 & (Self::GOAL_BIT | Self::LOST_BIT) {
             0 => Kind::Free,
-            Self::GOAL => Kind::Goal,
+            Self::GOAL_BIT => Kind::Goal,
             _ => Kind::Lost,
         }
     }
 
+    pub(crate) fn is_free(self) -> bool {
+        self.0 < Self::GOAL_BIT
+    }
+
+    pub(crate) fn is_lost(self) -> bool {
+        self.0 >= Self::LOST_BIT
+    }
+
     pub(crate) fn soil(self) -> usize {
-        usize::from(self.0 & !(Self::GOAL | Self::LOST))
+        usize::from(self.0 & !(Self::GOAL_BIT | Self::LOST_BIT))
     }
 }
 
