@@ -6,11 +6,16 @@ use crate::{Hop, Kind, Leaving, World};
 /// the order of [`Hop::ALL`].
 #[must_use]
 pub fn action_values(world: &World, values: &[f64], node: usize) -> [f64; 4] {
+    hop_values(world, node, |to| world.worth(values, to))
+}
+
+/// The same, `worth` saying what landing on a node is worth.
+pub(crate) fn hop_values(world: &World, node: usize, worth: impl Fn(usize) -> f64) -> [f64; 4] {
     let rules = world.rules();
     let wait = world.soil(node).wait;
-    let here = world.worth(values, node);
+    let here = worth(node);
     let lands = |hop| match (world.neighbour(node, hop), rules.leaving) {
-        (Some(to), _) => world.worth(values, to),
+        (Some(to), _) => worth(to),
         (None, Leaving::Stays) => here,
         (None, Leaving::Loses) => rules.loss,
     };

@@ -22,6 +22,7 @@ pub mod certificate;
 mod correct;
 pub mod error;
 pub mod hop;
+pub mod online;
 pub mod policy;
 pub mod reach;
 pub mod simd;

@@ -69,18 +69,29 @@ impl Specimen {
     /// # Errors
     /// If its size is out of range.
     pub fn world(&self) -> Result<World, Error> {
+        self.survey(true)
+    }
+
+    /// The same world before anything of it has been seen: flat, hard, at height 0, where it is not the
+    /// goal; the ranges that payoffs are normalised by are known beforehand.
+    ///
+    /// # Errors
+    /// If its size is out of range.
+    pub fn unseen(&self) -> Result<World, Error> {
+        self.survey(false)
+    }
+
+    fn survey(&self, seen: bool) -> Result<World, Error> {
         let rules = Rules { discount: DISCOUNT, loss: 0.0, leaving: self.leaving, soils: vec![HARD, SAND] };
         let mut world = World::new(self.width, self.height, rules)?;
         let mut draw = Draw(self.seed);
         let relief = self.relief(&mut draw);
         let sand = self.sand(&mut draw);
-        let steepness = |node: usize| {
-            let (_, east, north) = relief[node];
-            (east * east + north * north).sqrt()
+        let safety = |&(_, east, north): &(f64, f64, f64), sand: bool| {
+            -(east * east + north * north).sqrt() + if sand { 5.0 } else { 0.0 }
         };
-        let safety = |node: usize| -steepness(node) + if sand[node] { 5.0 } else { 0.0 };
-        let normalised_safety = min_max(relief.len(), safety);
-        let normalised_height = min_max(relief.len(), |node| relief[node].0);
+        let normalised_safety = min_max(relief.iter().zip(&sand).map(|(relief, sand)| safety(relief, *sand)));
+        let normalised_height = min_max(relief.iter().map(|relief| relief.0));
         let distance = |node: usize| {
             let (goal, width) = (self.goal(), self.width);
             let across = (node % width).abs_diff(goal % width) as f64;
@@ -89,21 +100,23 @@ impl Specimen {
         };
         let whole = distance(self.start()).max(1.0);
         let mut worst = 0.0_f64;
-        for (node, &(_, east, north)) in relief.iter().enumerate() {
-            let is_goal = node == self.goal();
-            let payoff = if is_goal {
-                GOAL_PAYOFF
-            } else {
-                self.safety * normalised_safety(node) + self.information * normalised_height(node)
+        for node in 0..relief.len() {
+            let truth = (relief[node], sand[node]);
+            let ((height, east, north), sand) = if seen { truth } else { ((0.0, 0.0, 0.0), false) };
+            let payoff = |relief: &(f64, f64, f64), sand: bool| {
+                self.safety * normalised_safety(safety(relief, sand)) + self.information * normalised_height(relief.0)
                     - 10.0 * distance(node) / whole
             };
-            worst = worst.min(payoff);
+            let is_goal = node == self.goal();
+            if !is_goal {
+                worst = worst.min(payoff(&truth.0, truth.1));
+            }
             let site = Site {
                 kind: if is_goal { Kind::Goal } else { Kind::Free },
-                payoff,
+                payoff: if is_goal { GOAL_PAYOFF } else { payoff(&(height, east, north), sand) },
                 slope_east: libm::atan(east) / SLOPE_LIMIT_RAD,
                 slope_north: libm::atan(north) / SLOPE_LIMIT_RAD,
-                soil: u8::from(sand[node]),
+                soil: u8::from(sand),
             };
             world.set(node, site);
         }
@@ -159,13 +172,12 @@ impl Specimen {
     }
 }
 
-/// `of` over nodes 0..`nodes`, mapped to [0, 1].
-fn min_max(nodes: usize, of: impl Fn(usize) -> f64) -> impl Fn(usize) -> f64 {
-    let (min, max) = (0..nodes)
-        .map(&of)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), x| (min.min(x), max.max(x)));
+/// Maps the range of `values` to [0, 1].
+fn min_max(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
+    let (min, max) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), x| (min.min(x), max.max(x)));
     let width = max - min;
-    move |node| if width > 0.0 { (of(node) - min) / width } else { 0.0 }
+    move |x| if width > 0.0 { (x - min) / width } else { 0.0 }
 }
 
 /// Uniform numbers by SplitMix64 (Steele, Lea & Flood 2014, OOPSLA, fig. 1).
