@@ -67,13 +67,23 @@ impl Planes {
 
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
     /// [`REDUCTION`] of its first change; work in updates of nodes, and whether the former was reached.
-    pub fn correct(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, change_max: f32) -> (u64, bool) {
+    pub fn correct(
+        &mut self,
+        simd: Simd,
+        skew: &Skew,
+        krylov: &mut Krylov,
+        change_max: f32,
+        updates_max: u64,
+    ) -> (u64, bool) {
         let nodes = (skew.width * skew.height) as u64;
         let mut updates = 0;
         let mut first = 0.0_f32;
         let mut last = f32::INFINITY;
         let window = Window::default();
         for pass in 0..PASSES_MAX {
+            if updates_max - updates < nodes * window.visits() {
+                break;
+            }
             let mut change = [0.0_f32; LANES];
             updates += nodes * window.visits();
             window.pass(skew.diagonals(), |diagonals| {
@@ -87,7 +97,7 @@ impl Planes {
                 return (updates, change <= change_max);
             }
             if pass > 0 && change > SLOW * last {
-                return (updates + self.krylov(simd, skew, krylov), false);
+                return (updates + self.krylov(simd, skew, krylov, updates_max - updates), false);
             }
             last = change;
         }
@@ -95,7 +105,7 @@ impl Planes {
     }
 
     /// BiCGStab for e from 0; the entries beyond the grid are 0 throughout, as their coefficients are.
-    fn krylov(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov) -> u64 {
+    fn krylov(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, updates_max: u64) -> u64 {
         let Self { unknown: solution, ground } = self;
         let Krylov { residual, shadow, direction, image, preconditioned, image_half, halfway } = krylov;
         for plane in [&mut *residual, shadow, direction] {
@@ -106,13 +116,17 @@ impl Planes {
             plane.clear();
             plane.resize(solution.len(), 0.0);
         }
+        if updates_max < 4 * (skew.width * skew.height) as u64 {
+            // The sweeps' correction is better than none.
+            return 0;
+        }
         solution.fill(0.0);
         let nodes = (skew.width * skew.height) as u64;
         let start = dot(simd, residual, residual);
         let mut rho = start;
         let mut updates = 0;
         for _ in 0..ITERATIONS_MAX {
-            if rho == 0.0 || !rho.is_finite() {
+            if rho == 0.0 || !rho.is_finite() || updates_max - updates < 4 * nodes {
                 break;
             }
             outwards(simd, halfway, direction, ground, skew);

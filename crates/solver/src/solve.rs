@@ -26,7 +26,7 @@ use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
 pub struct Effort {
     /// Bound on |V − V*| to reach, in units of payoff.
     pub error_max: f64,
-    /// Most sweeps over all nodes; at least one pass is made.
+    /// Most sweeps over all nodes, as [`Solution::sweeps`] counts them. The last survey comes on top.
     pub sweeps_max: u64,
 }
 
@@ -76,7 +76,7 @@ const SURVEYS_MAX: u64 = 60;
 /// Surveys in a row without progress before plain sweeps take over for a while.
 const STALLS_MAX: u64 = 3;
 /// Plain sweeps in a row, there and back.
-const PLAIN_SWEEPS: u64 = 4;
+const PLAIN_SWEEPS: u64 = 8;
 /// Change of a worth, relative to the largest worth there may be, that sweeps in single precision reach
 /// without delay: some 100 units in the last place.
 const SINGLE: f64 = 6e-6;
@@ -142,7 +142,9 @@ impl Solver {
             surveys += 1;
             let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
             let solved = certificate.error_bound <= error_max;
-            if solved || updates >= updates_max {
+            // Less than a pass of the linear equation is left: the survey was the last.
+            let out = updates_max.saturating_sub(updates) < nodes * Window::default().visits().div_ceil(4);
+            if solved || out {
                 let status = if solved { Status::Solved } else { Status::Cut };
                 return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
             }
@@ -155,16 +157,17 @@ impl Solver {
             residual = findings.residual;
             plain |= surveys >= SURVEYS_MAX;
             if plain || stalls >= STALLS_MAX {
-                for _ in 0..PLAIN_SWEEPS {
-                    sweep_plainly(world, &mut self.values, false);
-                    sweep_plainly(world, &mut self.values, true);
+                let sweeps = PLAIN_SWEEPS.min((updates_max - updates) / nodes);
+                for sweep in 0..sweeps {
+                    sweep_plainly(world, &mut self.values, sweep % 2 == 1);
                 }
-                updates += 2 * PLAIN_SWEEPS * nodes;
+                updates += sweeps * nodes;
                 stalls = 0;
             } else {
                 let Self { planes, skew, krylov, values, simd, .. } = self;
                 let change_max = (SETTLED * residual_max) as f32;
-                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max);
+                let left = (updates_max - updates).saturating_mul(4);
+                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max, left);
                 updates += corrected.div_ceil(4);
                 expected = settled && residual < EXPECTED * single;
                 planes.add_to(skew, world, values);
@@ -198,18 +201,23 @@ impl Solver {
         let mut last = f32::INFINITY;
         for pass in 0.. {
             let mut change = [0.0_f32; LANES];
-            if first || pass % 2 == 0 {
+            let windowed = first || pass % 2 == 0;
+            let left = updates_max - updates;
+            if windowed && left >= nodes * window.visits() {
                 updates += nodes * window.visits();
                 window.pass(skew.diagonals(), |diagonals| {
                     planes.relax(*simd, skew, leaving, diagonals, &mut change);
                 });
-            } else {
+            } else if left >= nodes {
                 updates += nodes;
-                planes.relax(*simd, skew, leaving, Diagonals::all(skew.diagonals(), true), &mut change);
+                let diagonals = Diagonals::all(skew.diagonals(), !windowed);
+                planes.relax(*simd, skew, leaving, diagonals, &mut change);
+            } else {
+                break;
             }
             let change = largest(&change);
             let stalled = if first { pass > 1 && change > STALL * last } else { pass + 1 == PASSES };
-            if change <= change_min || updates >= updates_max || stalled {
+            if change <= change_min || stalled {
                 break;
             }
             last = change;
