@@ -8,6 +8,7 @@ pub mod lockstep;
 pub mod outbox;
 pub mod run;
 pub mod scenario;
+pub mod simulate;
 pub mod supervisor;
 pub mod terrain;
 pub mod topic;

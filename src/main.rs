@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, journal, run, scenario, terrain, topic};
+use hopper::{campaign, doctor, journal, run, scenario, simulate, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -45,6 +45,8 @@ enum Command {
     /// Fly a grid of missions on all cores, and say what they come to.
     #[command(subcommand)]
     Campaign(campaign::Command),
+    /// Simulate the whole system in one thread, with everything going wrong that may.
+    Simulate(simulate::Args),
     /// Check a scenario, or print the schema of scenarios.
     #[command(subcommand)]
     Scenario(scenario::Command),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
+        Command::Simulate(args) => simulate::run(args),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),
