@@ -58,10 +58,12 @@ fn pairs(planner: &str, worlds: u64) -> (u64, u64, u64) {
             let through = chance.below(records.len() as u64) as usize;
             let others = fly(&elsewhere(&mission, &records, through, &mut chance), planner);
             // The commands of decisions 0 to `through`, and all that became of those before it.
-            let commands = |records: &[Record]| records.iter().map(decided).take(through + 1).collect::<Vec<_>>();
+            let commands =
+                |records: &[Record]| records.iter().map(decided).take(through + 1).collect::<Vec<_>>();
             let same = commands(&records) == commands(&others);
-            let digests =
-                |records: &[Record]| records.iter().map(|record| record.digest).take(through).collect::<Vec<_>>();
+            let digests = |records: &[Record]| {
+                records.iter().map(|record| record.digest).take(through).collect::<Vec<_>>()
+            };
             flown += 1;
             leaked += u64::from(!same || digests(&records) != digests(&others));
             differ += u64::from(records.last().unwrap().digest != others.last().unwrap().digest);

@@ -554,7 +554,7 @@ impl Process {
             page.records.truncate(stage.setup.page_records);
             page.records.retain(|record| record.decision < due);
             stage.witness.served(&page);
-            stage.coverage.count("past", if page.records.is_empty() { "empty_page" } else { "page" });
+            stage.coverage.count("past", "page");
             let asker = stage.readers.iter().copied().find(|reader| reader.life == client);
             if let Some(asker) = asker {
                 stage.send(self.life, asker, Message::Answered(Rc::new(page), number));

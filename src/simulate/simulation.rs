@@ -381,6 +381,8 @@ impl<'a> Simulation<'a> {
         for slot in 0..self.slots.len() {
             let delay_ns = self.stage.chance.below(30 * MS);
             self.kill(slot, Some(restart_ns + delay_ns), false);
+            // Whoever had left comes again: without --sync the end of a mission may be lost.
+            self.stage.schedule(self.stage.time_ns + restart_ns + delay_ns, Happening::Start(slot));
         }
         self.stage.disk.lose_power(thousandths);
         self.stage.reboot();
@@ -402,13 +404,16 @@ impl<'a> Simulation<'a> {
 
     fn forge(&mut self, forgery: Forgery) {
         let Some(command) = self.stage.commanded else { return };
-        let Some(sim) = self.stage.readers.iter().copied().find(|reader| reader.role == Role::HopperSim) else {
+        let Some(sim) = self.stage.readers.iter().copied().find(|reader| reader.role == Role::HopperSim)
+        else {
             return;
         };
         let rogue = Incarnation(u64::MAX);
         let witness = &self.stage.witness;
-        let (run, due, held) = (witness.mission().brief.run, witness.records().len() as u64, witness.leader().term);
-        let forged = Command { run, decision: Decision(due), term: held.next(), incarnation: rogue, ..command };
+        let (run, due, held) =
+            (witness.mission().brief.run, witness.records().len() as u64, witness.leader().term);
+        let forged =
+            Command { run, decision: Decision(due), term: held.next(), incarnation: rogue, ..command };
         let message = match forgery {
             Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
             Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),

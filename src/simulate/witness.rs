@@ -308,7 +308,10 @@ impl Witness {
             return None;
         }
         let silent_since = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
-        let led = self.commanders.contains(&incarnation) && run == self.mission.brief.run;
+        // What it asks for may be what it got, and has not heard of yet.
+        let led = run == self.mission.brief.run
+            && self.commanders.contains(&incarnation)
+            && self.terms.get(&term) != Some(&incarnation);
         let cause = if leader.term == Term(0) {
             Some("vacancy")
         } else if commission.takeover && !led {
