@@ -242,9 +242,9 @@ fn kind(chance: &mut Chance) -> Kind {
         Victim::Rival,
     ]);
     match chance.below(32) {
-        0..4 if topic.may_lose() => Kind::Lose { topic, messages },
+        0..4 => Kind::Lose { topic, messages },
         4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
-        0..4 | 6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
+        6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
         9..11 => Kind::Reorder { topic, messages, apart_ns: chance.duration_ns(10_000, 30 * MS) },
         11..14 => Kind::Kill { victim, restart_ns, succeeds: chance.one_in(2) },
         14..17 => Kind::KillAt { point, restart_ns },

@@ -66,13 +66,6 @@ impl Topic {
         Topic::Answered,
     ];
 
-    /// Whether its messages are told again and again, so that one may be lost. Terrain and brief are told
-    /// once a run: shared memory holds them for whoever comes, and does not lose them.
-    #[must_use]
-    pub fn may_lose(self) -> bool {
-        !matches!(self, Topic::Terrain | Topic::Brief)
-    }
-
     /// The name under which faults of the topic are counted.
     #[must_use]
     pub fn as_str(self) -> &'static str {

@@ -485,6 +485,11 @@ impl Process {
                 self.steps.push_front(Step::Commit(Box::new(record)));
                 self.steps.push_front(Step::Pass(crash::BEFORE_APPEND));
             }
+            hopper_sim::Effect::Announce => {
+                stage.coverage.count("run", "announced_again");
+                stage.note(|| "hopper-sim tells of the run again".into());
+                self.announce(stage);
+            }
             hopper_sim::Effect::Publish(state) => {
                 stage.witness.published(&state);
                 stage.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
