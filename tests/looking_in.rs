@@ -48,10 +48,10 @@ fn every_topic_is_listed_with_its_counts() {
     let _processes = underway(&mission);
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
-        ("truth/terrain", "hop.TerrainHeader.v1", 2),
-        ("hop/brief", "hop.Brief.v1", 4),
-        ("hop/r0/state", "hop.State.v1", 4),
-        ("hop/r0/map", "hop.MapHeader.v1", 3),
+        ("truth/terrain", "hop.TerrainHeader.v2", 2),
+        ("hop/brief", "hop.Brief.v2", 4),
+        ("hop/r0/state", "hop.State.v2", 4),
+        ("hop/r0/map", "hop.MapHeader.v2", 3),
         ("hop/r0/command", "hop.Command.v1", 2),
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
         ("hop/heartbeat", "hop.Heartbeat.v1", 4),

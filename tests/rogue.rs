@@ -6,7 +6,7 @@ mod harness;
 
 use std::time::Duration;
 
-use contract::wire::{CommandV1, GroundV1, HeartbeatV1, MapHeaderV1};
+use contract::wire::{CommandV1, GroundV1, HeartbeatV1, MapHeaderV2};
 use contract::{
     Action, Brief, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, ObservedMap,
     RobotId, Role, State, Status,
@@ -255,10 +255,10 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
 }
 
 /// The rogue's map writer and a map of the mission with nothing but NaN in it.
-fn maps_of_nan(node: &Node, brief: &Brief) -> (MapWriter, MapHeaderV1, GroundV1) {
+fn maps_of_nan(node: &Node, brief: &Brief) -> (MapWriter, MapHeaderV2, GroundV1) {
     let map = ObservedMap { through: Some(Decision(0)), ..ObservedMap::unseen(brief.run, ROBOT, brief.grid) };
     let cell = GroundV1 { height_m: f64::NAN, gradient: [f64::NAN; 2], soil: 1, passable: 1 };
-    (node.map_writer(ROBOT, brief.grid.cells()).unwrap(), MapHeaderV1::from(&map), cell)
+    (node.map_writer(ROBOT, brief.grid.cells()).unwrap(), MapHeaderV2::from(&map), cell)
 }
 
 /// P-ROGUE-MAP: a map of NaN, or of too few cells, is refused by every reader, and the mission goes on.
@@ -282,7 +282,7 @@ fn maps_of_nan_are_refused_and_the_mission_flies_on() {
     eventually("the planner to refuse the maps", || {
         maps.publish_wire(&header, whole, |_| cell).unwrap();
         maps.publish_wire(&header, whole - 1, |_| GroundV1::UNSEEN).unwrap();
-        maps.publish_wire(&MapHeaderV1 { cell_size_m: f64::NAN, ..header }, whole, |_| cell).unwrap();
+        maps.publish_wire(&MapHeaderV2 { cell_size_m: f64::NAN, ..header }, whole, |_| cell).unwrap();
         node.wait(Duration::from_millis(5));
         peers[0].log().contains("refused a message")
     });

@@ -77,6 +77,9 @@ impl MissionArgs {
 /// How long before a landing hopper-sim no longer sleeps.
 const AWAKE: Duration = Duration::from_micros(300);
 
+/// Lives of one role that the summary names; a mission of any length stays bounded.
+const LIVES_MAX: usize = 256;
+
 /// A duration above zero.
 fn positive_duration(text: &str) -> Result<Duration, String> {
     match humantime::parse_duration(text) {
@@ -170,7 +173,7 @@ struct Service {
     journal: Journal,
     summary: SummaryBuilder,
     roster: Roster,
-    /// Every life heard of, by role.
+    /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
     briefs: BriefWriter,
@@ -178,6 +181,8 @@ struct Service {
     commands: CommandReader,
     past: PastServer,
     assembled: bool,
+    /// Whether the last append failed.
+    holding: bool,
     finished: Option<Status>,
 }
 
@@ -222,6 +227,7 @@ impl Service {
             roster: Roster::default(),
             lives: BTreeMap::new(),
             assembled: false,
+            holding: false,
             finished: None,
         };
         service.node.listen(&contract::service::command(robot))?;
@@ -237,7 +243,12 @@ impl Service {
     /// Tells of the run: once, and again when a peer has missed it.
     fn announce(&self) -> Result<(), Failure> {
         let Mission { brief, terrain, .. } = self.arbiter.mission();
-        let truth = Truth { run: brief.run, grid: terrain.grid, cells: terrain.cells.clone() };
+        let truth = Truth {
+            run: brief.run,
+            grid: terrain.grid,
+            cells: terrain.cells.clone(),
+            treasures: terrain.treasures.clone(),
+        };
         self.terrains.publish(&truth)?;
         self.briefs.publish(brief)?;
         Ok(())
@@ -338,10 +349,16 @@ impl Service {
                 let mut committed = *record;
                 committed.timing.committed = now;
                 self.summary.record(&committed);
+                if std::mem::take(&mut self.holding) {
+                    tracing::info!("the journal took decision {}: going on", record.decision);
+                }
                 self.arbiter.on(Event::Appended, now)
             }
             Err(error) => {
-                tracing::error!("holding at decision {}: {error}", record.decision);
+                // Tried again at every tick: said once.
+                if !std::mem::replace(&mut self.holding, true) {
+                    tracing::error!("holding at decision {}: {error}", record.decision);
+                }
                 self.arbiter.on(Event::AppendFailed, Node::now())
             }
         }
@@ -350,7 +367,8 @@ impl Service {
     fn meet(&mut self, beat: &Heartbeat) {
         self.roster.observe(*beat, Node::now());
         let lives = self.lives.entry(beat.role).or_default();
-        if !lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation) {
+        let is_known = lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation);
+        if !is_known && lives.len() < LIVES_MAX {
             lives.push((beat.incarnation, beat.pid));
         }
     }

@@ -30,7 +30,7 @@ impl Observation {
     }
 
     /// Folds in what the sensor sees from `pose` at `decision`. Of `terrain` only the cells of the
-    /// sensing disc are read.
+    /// sensing disc are read, and of its treasures only those there.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid.
@@ -52,7 +52,20 @@ impl Observation {
                 }
             }
         }
+        self.note_treasures(terrain, &revealed, pose.cell);
         self.map.through = Some(decision);
+    }
+
+    /// A treasure is known from the moment its cell is revealed until the hopper lands on it.
+    fn note_treasures(&mut self, terrain: &Terrain, revealed: &[Cell], landed: Cell) {
+        if terrain.treasures.is_empty() {
+            return;
+        }
+        let treasures = &mut self.map.treasures;
+        treasures.extend(revealed.iter().filter(|cell| terrain.treasures.contains(cell)));
+        treasures.retain(|cell| *cell != landed);
+        let grid = self.map.grid;
+        treasures.sort_by_key(|cell| grid.index(*cell));
     }
 
     /// Gradient at a seen `cell` from the heights of seen neighbours: central difference where both

@@ -61,7 +61,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         if let Some(truth) = accept(terrains.newest()) {
             // Heights are relative to the datum already; its absolute elevation is the brief's affair.
-            let terrain = Terrain { grid: truth.grid, datum_m: 0.0, cells: truth.cells };
+            let terrain =
+                Terrain { grid: truth.grid, datum_m: 0.0, cells: truth.cells, treasures: truth.treasures };
             effects.extend(cartographer.on(Event::Terrain(truth.run, terrain), Node::now()));
         }
         if let Some(state) = accept(states.newest()) {

@@ -53,6 +53,7 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
             planner: name("mdp"),
         },
         pose: Pose { cell: Cell::new(1, 2), height_m: 0.0 },
+        collected: contract::Collected::default(),
         last: None,
         digest: Digest::default(),
         landed: at(0),

@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use contract::limits::TREASURES_MAX;
 use contract::{Brief, Cell, Grid, Ground, Limits, Name, Profile, RunId, Soil};
 use hopper_sim::{Mission, Pace};
 use terrain::Terrain;
@@ -77,6 +78,8 @@ pub fn mission(seed: u64, number: u64) -> Mission {
     let (start, goal) = (corner(&mut chance, false), corner(&mut chance, true));
     let heights: Vec<f64> = grid.iter().map(|_| 0.4 * chance.unit() - 0.1).collect();
     let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, [start, goal])).collect();
+    let treasures =
+        grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
     let mut scenario_hash = [0; 32];
     scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
     let mut brief = Brief {
@@ -96,7 +99,12 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         contract::GradientSource::Measured
     };
     brief.sensor.gain = 1.0;
-    Mission { brief, terrain: Terrain { grid, datum_m: brief.datum_m, cells }, seed: chance.bits() }
+    brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
+    Mission {
+        brief,
+        terrain: Terrain { grid, datum_m: brief.datum_m, cells, treasures },
+        seed: chance.bits(),
+    }
 }
 
 fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: [Cell; 2]) -> Ground {

@@ -174,8 +174,8 @@ impl Witness {
         self.hold(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = execute(&self.mission, &before, record.action);
-            let (outcome, pose) = (record.outcome, record.pose);
-            let got = Execution { outcome, pose, steps: record.steps, status: record.status };
+            let Record { outcome, pose, collected, steps, status, .. } = *record;
+            let got = Execution { outcome, pose, collected, steps, status };
             self.hold(need == got, "the outcome depends on seed, robot and decision alone", || {
                 format!("decision {due} came out as {got:?}, needs {need:?}")
             });
@@ -271,7 +271,9 @@ impl Witness {
             return self.accuse("the map is that of the poses so far", || "it covers nothing".into());
         };
         if map.run == self.mission.brief.run {
-            let unseen = (0..map.cells.len()).find(|&cell| map.cells[cell].is_some() && !self.visible[cell]);
+            let treasure = |cell: usize| map.treasures.contains(&map.grid.cell(cell));
+            let known = |cell: usize| map.cells[cell].is_some() || treasure(cell);
+            let unseen = (0..map.cells.len()).find(|&cell| known(cell) && !self.visible[cell]);
             self.hold(unseen.is_none(), "the planner never knows an unseen cell", || {
                 format!("cell {unseen:?} is on the map through decision {through}")
             });

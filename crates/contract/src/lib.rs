@@ -28,6 +28,7 @@ pub mod roster;
 pub mod service;
 pub mod state;
 pub mod timing;
+pub mod treasure;
 pub mod wire;
 
 pub use action::{Action, Direction};
@@ -51,3 +52,4 @@ pub use refusal::{Refusal, RefusalCounts};
 pub use roster::Roster;
 pub use state::{Pose, State};
 pub use timing::{MonotonicNs, Stage, Timing};
+pub use treasure::Collected;

@@ -24,6 +24,8 @@ pub struct ObservedMap {
     pub grid: Grid,
     /// Cells in index order, `None` where unseen.
     pub cells: Vec<Option<Ground>>,
+    /// Cells with treasures that have been seen and not yet collected, in index order.
+    pub treasures: Vec<Cell>,
 }
 
 impl ObservedMap {
@@ -39,6 +41,7 @@ impl ObservedMap {
             published: MonotonicNs(0),
             grid,
             cells: vec![None; grid.cells()],
+            treasures: Vec::new(),
         }
     }
 
@@ -74,6 +77,10 @@ impl ObservedMap {
             bytes[28] = u8::from(ground.soil == Soil::Sand);
             bytes[29] = u8::from(ground.passable);
             hasher.update(&bytes);
+        }
+        for treasure in &self.treasures {
+            hasher.update(&treasure.x.to_le_bytes());
+            hasher.update(&treasure.y.to_le_bytes());
         }
         hasher.digest()
     }

@@ -147,6 +147,7 @@ fn state(decision: u64, status: Status) -> State {
         status,
         leader: Leader::default(),
         pose: Pose { cell: Cell::new(0, 0), height_m: 0.0 },
+        collected: contract::Collected::default(),
         last: None,
         digest: Digest::default(),
         landed: MonotonicNs(0),

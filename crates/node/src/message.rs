@@ -1,10 +1,10 @@
 //! Which wire types carry which message.
 
 use contract::wire::{
-    BriefV1, CommandV1, GroundV1, HeartbeatV1, MapHeaderV1, PolicyCellV1, PolicyHeaderV1, StateV1,
-    TerrainHeaderV1, Wire, map_from_wire, policy_from_wire,
+    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapHeaderV2, PolicyCellV1, PolicyHeaderV1, StateV2,
+    TerrainHeaderV2, Wire, map_from_wire, policy_from_wire,
 };
-use contract::{Brief, Command, Grid, Ground, Heartbeat, ObservedMap, Policy, Refusal, RunId, State};
+use contract::{Brief, Cell, Command, Grid, Ground, Heartbeat, ObservedMap, Policy, Refusal, RunId, State};
 
 /// A message of one fixed size.
 pub trait Plain: Sized {
@@ -37,7 +37,7 @@ macro_rules! plain {
     )*};
 }
 
-plain!(Brief => BriefV1, State => StateV1, Command => CommandV1, Heartbeat => HeartbeatV1);
+plain!(Brief => BriefV2, State => StateV2, Command => CommandV1, Heartbeat => HeartbeatV1);
 
 /// A message of a header and as many cells as the grid has.
 pub trait Sheet: Sized {
@@ -63,10 +63,10 @@ pub trait Sheet: Sized {
 }
 
 impl Sheet for ObservedMap {
-    type Header = MapHeaderV1;
+    type Header = MapHeaderV2;
     type Cell = GroundV1;
 
-    fn header(&self) -> MapHeaderV1 {
+    fn header(&self) -> MapHeaderV2 {
         self.into()
     }
 
@@ -78,7 +78,7 @@ impl Sheet for ObservedMap {
         self.cells[index].as_ref().into()
     }
 
-    fn from_wire(header: &MapHeaderV1, cells: &[GroundV1]) -> Result<Self, Refusal> {
+    fn from_wire(header: &MapHeaderV2, cells: &[GroundV1]) -> Result<Self, Refusal> {
         map_from_wire(header, cells)
     }
 }
@@ -113,14 +113,16 @@ pub struct Truth {
     pub grid: Grid,
     /// Cells in index order.
     pub cells: Vec<Ground>,
+    /// Cells with treasures, in index order.
+    pub treasures: Vec<Cell>,
 }
 
 impl Sheet for Truth {
-    type Header = TerrainHeaderV1;
+    type Header = TerrainHeaderV2;
     type Cell = GroundV1;
 
-    fn header(&self) -> TerrainHeaderV1 {
-        TerrainHeaderV1::new(self.run, &self.grid)
+    fn header(&self) -> TerrainHeaderV2 {
+        TerrainHeaderV2::new(self.run, &self.grid, &self.treasures)
     }
 
     fn cells(&self) -> usize {
@@ -131,8 +133,8 @@ impl Sheet for Truth {
         Some(&self.cells[index]).into()
     }
 
-    fn from_wire(header: &TerrainHeaderV1, cells: &[GroundV1]) -> Result<Self, Refusal> {
-        let (run, grid) = header.decode()?;
+    fn from_wire(header: &TerrainHeaderV2, cells: &[GroundV1]) -> Result<Self, Refusal> {
+        let (run, grid, treasures) = header.decode()?;
         if cells.len() != grid.cells() {
             return Err(Refusal::malformed("terrain.cells", &format!("{} cells", grid.cells()), cells.len()));
         }
@@ -140,6 +142,6 @@ impl Sheet for Truth {
             Option::<Ground>::try_from(cell)?
                 .ok_or_else(|| Refusal::malformed("terrain.soil", "hard or sand", "unseen"))
         };
-        Ok(Self { run, grid, cells: cells.iter().map(known).collect::<Result<_, _>>()? })
+        Ok(Self { run, grid, cells: cells.iter().map(known).collect::<Result<_, _>>()?, treasures })
     }
 }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::service::{NODES_MAX, PAST, PAST_CLIENTS_MAX};
-use contract::wire::{PastHeaderV1, PastRequestV1, RecordV1, page_from_wire};
+use contract::wire::{PastHeaderV1, PastRequestV1, RecordV2, page_from_wire};
 use contract::{PastPage, PastRequest, Refusal};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
@@ -28,7 +28,7 @@ pub(crate) const ASKED: &str = "hop/past/asked";
 pub(crate) const ANSWERED: &str = "hop/past/answered";
 
 type Request = Parcel<PastRequestV1>;
-type Records = [Parcel<RecordV1>];
+type Records = [Parcel<RecordV2>];
 type Header = Parcel<PastHeaderV1>;
 
 /// Answers for the past; only hopper-sim has one.
@@ -45,7 +45,7 @@ pub struct PastClient {
     pending: Option<PendingResponse<Ipc, Request, (), Records, Header>>,
     client: Client<Ipc, Request, (), Records, Header>,
     bell: Notifier<Ipc>,
-    records: Vec<RecordV1>,
+    records: Vec<RecordV2>,
     _base: Rc<Base>,
 }
 
@@ -174,8 +174,8 @@ impl PastClient {
 
 fn open(base: &Base) -> Result<PortFactory<Ipc, Request, (), Records, Header>, NodeError> {
     let need = format!(
-        "hop.PastRequest.v1 (32 bytes) answered by hop.PastHeader.v1 (32 bytes) with cells of hop.Record.v1 ({} bytes), {PAST_CLIENTS_MAX} clients",
-        size_of::<RecordV1>()
+        "hop.PastRequest.v1 (32 bytes) answered by hop.PastHeader.v1 (32 bytes) with cells of hop.Record.v2 ({} bytes), {PAST_CLIENTS_MAX} clients",
+        size_of::<RecordV2>()
     );
     base.open(PAST, MessagingPattern::RequestResponse, &need, || {
         base.node()

@@ -7,8 +7,8 @@ use contract::RobotId;
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::service::{self, PAST, PAST_CLIENTS_MAX, Topic};
 use contract::wire::{
-    BriefV1, CommandV1, GroundV1, HeartbeatV1, MapHeaderV1, PolicyCellV1, PolicyHeaderV1, RecordV1, StateV1,
-    TerrainHeaderV1,
+    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapHeaderV2, PolicyCellV1, PolicyHeaderV1, RecordV2, StateV2,
+    TerrainHeaderV2,
 };
 
 use crate::NodeError;
@@ -59,18 +59,18 @@ impl Room {
     /// If shared memory cannot be asked for its size.
     pub fn of(cells: usize, robots: u16) -> Result<Self, NodeError> {
         let sheet = |header: usize, cell: usize| header + cells * cell;
-        let truth = sheet(size_of::<TerrainHeaderV1>(), size_of::<GroundV1>());
+        let truth = sheet(size_of::<TerrainHeaderV2>(), size_of::<GroundV1>());
         let mut services = vec![
             room(&service::truth(), 1, truth),
-            room(&service::brief(), 1, size_of::<BriefV1>()),
+            room(&service::brief(), 1, size_of::<BriefV2>()),
             room(&service::heartbeat(), PROCESSES, size_of::<HeartbeatV1>()),
             past_room(),
         ];
         for robot in (0..robots).map(RobotId) {
-            let map = sheet(size_of::<MapHeaderV1>(), size_of::<GroundV1>());
+            let map = sheet(size_of::<MapHeaderV2>(), size_of::<GroundV1>());
             let policy = sheet(size_of::<PolicyHeaderV1>(), size_of::<PolicyCellV1>());
             services.extend([
-                room(&service::state(robot), 1, size_of::<StateV1>()),
+                room(&service::state(robot), 1, size_of::<StateV2>()),
                 room(&service::map(robot), 1, map),
                 room(&service::command(robot), PLANNERS, size_of::<CommandV1>()),
                 room(&service::policy(robot), PLANNERS, policy),
@@ -124,6 +124,6 @@ fn room(topic: &Topic, writers: usize, message_bytes: usize) -> ServiceRoom {
 /// being written.
 fn past_room() -> ServiceRoom {
     let slots = PAST_CLIENTS_MAX * 2 * 3;
-    let slot_bytes = PAST_PAGE_RECORDS * size_of::<RecordV1>() + 2 * OVERHEAD;
+    let slot_bytes = PAST_PAGE_RECORDS * size_of::<RecordV2>() + 2 * OVERHEAD;
     ServiceRoom { service: PAST.into(), writers: 1, slots, slot_bytes, bytes: (slots * slot_bytes) as u64 }
 }

@@ -7,7 +7,7 @@ mod samples;
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use contract::wire::{GroundV1, MapHeaderV1, StateV1};
+use contract::wire::{GroundV1, MapHeaderV2, StateV2};
 use contract::{Decision, Incarnation, Name, PastPage, PastRequest, Role, RunId, Status, service};
 use node::{Node, NodeError, Wake};
 use samples::{Own, ROBOT, RUN, brief, command, map, name, policy, record, state, truth};
@@ -154,10 +154,10 @@ fn a_malformed_sample_is_refused_by_name() {
     {
         let (a, b) = pair(&own);
         let (writer, mut reader) = (a.state_writer(ROBOT).unwrap(), b.state_reader(ROBOT).unwrap());
-        writer.publish_wire(StateV1 { status: 99, ..StateV1::from(&state(1)) }).unwrap();
+        writer.publish_wire(StateV2 { status: 99, ..StateV2::from(&state(1)) }).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert_eq!(refusal.to_string(), "field state.status needs a known tag, got 99");
-        let mut wire = StateV1::from(&state(1));
+        let mut wire = StateV2::from(&state(1));
         wire.pose.height_m = f64::NAN;
         writer.publish_wire(wire).unwrap();
         assert!(reader.newest().unwrap().unwrap_err().to_string().contains("pose.height_m"));
@@ -165,17 +165,47 @@ fn a_malformed_sample_is_refused_by_name() {
         assert_eq!(reader.newest(), Some(Ok(state(2))), "the next good one is read");
 
         let (writer, mut reader) = (a.map_writer(ROBOT, 20).unwrap(), b.map_reader(ROBOT).unwrap());
-        writer.publish_wire(&MapHeaderV1::from(&map(1)), 3, |_| GroundV1::zeroed()).unwrap();
+        writer.publish_wire(&MapHeaderV2::from(&map(1)), 3, |_| GroundV1::zeroed()).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert_eq!(refusal.to_string(), "field map.cells needs 20 cells, got 3");
 
         let (writer, mut reader) = (a.terrain_writer(20).unwrap(), b.terrain_reader().unwrap());
-        let header = contract::wire::TerrainHeaderV1::new(RUN, &samples::grid());
+        let header = contract::wire::TerrainHeaderV2::new(RUN, &samples::grid(), &[]);
         writer.publish_wire(&header, 20, |_| GroundV1::UNSEEN).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert!(refusal.to_string().contains("terrain.soil"), "the truth has no unseen cell: {refusal}");
     }
     own.assert_gone();
+}
+
+#[test]
+fn a_list_of_treasures_that_cannot_be_is_refused() {
+    let mut seen = map(1);
+    let all: Vec<contract::Cell> = seen.grid.iter().collect();
+    let ground = seen.cells.iter().flatten().copied().next();
+    seen.cells.fill(ground);
+    seen.treasures = vec![all[1], all[3]];
+    let ground: Vec<GroundV1> = seen.cells.iter().map(|ground| ground.as_ref().into()).collect();
+    let read = |change: fn(&mut MapHeaderV2)| {
+        let mut header = MapHeaderV2::from(&seen);
+        change(&mut header);
+        contract::wire::map_from_wire(&header, &ground)
+    };
+    assert_eq!(read(|_| {}).unwrap(), seen);
+    let changes: [fn(&mut MapHeaderV2); 5] = [
+        |header| header.treasure_count = 17,
+        |header| header.treasure_count = u32::MAX,
+        |header| header.treasures.swap(0, 1),
+        |header| header.treasures[1] = header.treasures[0],
+        |header| header.treasures[1] = [i32::MAX, 0],
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let refusal = read(change).unwrap_err().to_string();
+        assert!(refusal.contains("map.treasures"), "change {index}: {refusal}");
+    }
+    let unseen = vec![GroundV1::UNSEEN; ground.len()];
+    let refusal = contract::wire::map_from_wire(&MapHeaderV2::from(&seen), &unseen).unwrap_err();
+    assert!(refusal.to_string().contains("seen cells"), "{refusal}");
 }
 
 #[test]

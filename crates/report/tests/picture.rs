@@ -31,6 +31,7 @@ fn svg(
     let picture = Picture {
         brief,
         terrain,
+        treasures: &[],
         map,
         policy,
         route,
@@ -146,6 +147,7 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
     let picture = Picture {
         brief: &brief,
         terrain: &terrain[1..],
+        treasures: &[],
         map: &map,
         policy: None,
         route: &[],

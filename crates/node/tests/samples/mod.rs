@@ -77,7 +77,7 @@ pub fn brief() -> Brief {
         start: Cell::new(0, 0),
         goal: Cell::new(4, 3),
         weights: Weights { safety: 1.0, information: 1.0, distance: 1.0 },
-        payoff: Payoff { goal: 10.0, discount: 0.9, sand_term: 0.5 },
+        payoff: Payoff { goal: 10.0, treasure: 5.0, discount: 0.9, sand_term: 0.5 },
         priors: Priors { safety: Range { min: -2.0, max: 0.0 }, height_m: Range { min: 0.0, max: 3.0 } },
         motion: MotionParameters {
             hard: soil(0.1, 0.05),
@@ -115,6 +115,7 @@ pub fn state(decision: u64) -> State {
         status: Status::Underway,
         leader: Leader::default(),
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
+        collected: contract::Collected::default(),
         last: (decision > 0).then(outcome),
         digest: Digest([3; 32]),
         landed: MonotonicNs(5),
@@ -153,7 +154,12 @@ pub fn map(sequence: u64) -> ObservedMap {
 
 pub fn truth() -> Truth {
     let grid = grid();
-    Truth { run: RUN, grid, cells: (0..grid.cells()).map(|index| ground(index as f64)).collect() }
+    Truth {
+        run: RUN,
+        grid,
+        cells: (0..grid.cells()).map(|index| ground(index as f64)).collect(),
+        treasures: vec![contract::Cell::new(1, 0)],
+    }
 }
 
 pub fn policy() -> Policy {
@@ -179,6 +185,7 @@ pub fn record(decision: u64) -> Record {
         cut: false,
         outcome: outcome(),
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
+        collected: contract::Collected::default(),
         steps: 2,
         status: Status::Underway,
         timing: Timing::default(),
