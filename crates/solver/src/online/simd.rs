@@ -7,7 +7,11 @@ use super::field::Field;
 use super::relaxation::{Limits, Relaxation};
 
 /// [`Relaxation::relax`] with the widest registers there are.
-pub(super) fn relax<const FIELDS: usize>(relaxation: &mut Relaxation<FIELDS>, field: &Field, limits: &Limits) -> u64 {
+pub(super) fn relax<const FIELDS: usize>(
+    relaxation: &mut Relaxation<FIELDS>,
+    field: &Field,
+    limits: &Limits,
+) -> u64 {
     #[cfg(target_arch = "x86_64")]
     {
         if is_x86_feature_detected!("avx512f")
