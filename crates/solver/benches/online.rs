@@ -55,7 +55,7 @@ fn run(side: usize, radius: f64) {
             let work = warm.rest();
             warms.push((How::Warm, begun.elapsed().as_secs_f64() * 1e6, work));
             // A cold solve now and then: it is what takes the time.
-            if side <= 50 || hops % (side as u64 * 2) == 7 {
+            if side <= 50 || hops % (2 * side as u64 / 5) == 7 {
                 let begun = Instant::now();
                 solver.solve(focused.world(), &Effort::default());
                 cold_us.push(begun.elapsed().as_secs_f64() * 1e6);
@@ -65,7 +65,7 @@ fn run(side: usize, radius: f64) {
                     u64::from(decision.action != policy::hop(focused.world(), solver.values(), flight.here, TIE));
             }
             let Some(hop) = decision.action else { break };
-            if !flight.hop(hop) || hops > 20 * side as u64 {
+            if !flight.hop(hop) || hops > 4 * side as u64 {
                 break;
             }
         }
