@@ -16,7 +16,9 @@ use solver::{Effort, Solver, policy};
 fn main() {
     let sides: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
     let sides = if sides.is_empty() { vec![20, 50, 200, 821] } else { sides };
-    println!("side radius  hops | way        share |     p50 us     p90 us     p99 us   mean | backups p50 | cold/p50 | mismatches");
+    println!(
+        "side radius  hops | way        share |     p50 us     p90 us     p99 us   mean | backups p50 | cold/p50 | mismatches"
+    );
     for side in sides {
         for radius in [3.0, 11.0] {
             run(side, radius);
@@ -61,8 +63,9 @@ fn run(side: usize, radius: f64) {
                 cold_us.push(begun.elapsed().as_secs_f64() * 1e6);
                 solver.solve(focused.world(), &Effort { error_max: CANONICAL_ERROR, ..Effort::default() });
                 checked += 1;
-                mismatches +=
-                    u64::from(decision.action != policy::hop(focused.world(), solver.values(), flight.here, TIE));
+                mismatches += u64::from(
+                    decision.action != policy::hop(focused.world(), solver.values(), flight.here, TIE),
+                );
             }
             let Some(hop) = decision.action else { break };
             if !flight.hop(hop) || hops > 4 * side as u64 {
@@ -85,7 +88,9 @@ fn run(side: usize, radius: f64) {
         println!(
             "{side:4} {radius:6} {hops:5} | {way:9} {:6.2}% | {:10.1} {:10.1} {:10.1} {:8.1} | {:10} | {:8.1} | {mismatches} of {checked}",
             100.0 * of.len() as f64 / total as f64,
-            at(0.5), at(0.9), at(0.99),
+            at(0.5),
+            at(0.9),
+            at(0.99),
             us.iter().sum::<f64>() / us.len() as f64,
             work[work.len() / 2],
             cold / at(0.5),

@@ -144,6 +144,7 @@ fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
     }
 }
 
+/// P-SAME-HOP.
 #[test]
 fn warm_cold_and_canonical_decisions_are_the_same_on_every_land() {
     let lands = [Land::Flat, Land::Rough, Land::Trap, Land::Rocky, Land::Doubtful];
@@ -172,6 +173,7 @@ fn survey(specimen: Specimen, radius: f64) -> Mission {
     }
 }
 
+/// P-SAME-HOP.
 #[test]
 fn focused_decisions_are_the_canonical_ones() {
     let mut tally = Tally::default();
@@ -228,6 +230,7 @@ fn the_margin_and_the_bound_of_a_decision_hold() {
     }
 }
 
+/// P-AT-REST.
 #[test]
 fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last() {
     for land in [Land::Rough, Land::Trap, Land::Rocky] {

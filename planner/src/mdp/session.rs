@@ -43,7 +43,8 @@ impl Session {
     pub fn new(brief: &Brief, map: &ObservedMap) -> Option<Self> {
         let lattice = Lattice::new(brief);
         let belief = Belief::new(brief, map);
-        let believed: Vec<Ground> = (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
+        let believed: Vec<Ground> =
+            (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
         let (world, worst_payoff) = world(brief, &lattice, &believed)?;
         Some(Self { brief: brief.clone(), lattice, believed, worst_payoff, online: Online::new(world) })
     }

@@ -117,7 +117,11 @@ impl Field {
     #[inline(always)]
     pub fn soil(&self, place: usize) -> Result<&Scattered, &[u8; LANES]> {
         let class = self.blocks[place / LANES];
-        if class == MIXED { Err(lanes(&self.classes, place)) } else { Ok(&self.soils[usize::from(class & 7)]) }
+        if class == MIXED {
+            Err(lanes(&self.classes, place))
+        } else {
+            Ok(&self.soils[usize::from(class & 7)])
+        }
     }
 
     /// All soils.
