@@ -4,6 +4,7 @@ pub mod campaign;
 pub mod child;
 pub mod doctor;
 pub mod journal;
+pub mod known;
 pub mod lockstep;
 pub mod outbox;
 pub mod run;

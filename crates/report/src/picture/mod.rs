@@ -10,7 +10,9 @@
 //! [`Picture`], to the byte.
 
 mod colour;
+mod curves;
 mod legend;
+mod panels;
 mod raster;
 mod scale;
 mod sheet;
@@ -21,6 +23,9 @@ use std::fmt::Write as _;
 use contract::{
     Action, Branch, Brief, Cell, Direction, Grid, Ground, ObservedMap, PolicyCell, Range, Record, Status,
 };
+
+pub use curves::{Chart, Curves, Line};
+pub use panels::{Aim, Panel, Panels};
 
 use crate::ReportError;
 use crate::ending::{Ending, commanders, counted};
