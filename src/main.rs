@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, journal, known, run, scenario, terrain, topic};
+use hopper::{campaign, doctor, gallery, journal, known, run, scenario, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -46,6 +46,8 @@ enum Command {
     /// Fly a grid of missions on all cores, and say what they come to.
     #[command(subcommand)]
     Campaign(campaign::Command),
+    /// Draw the figures of docs/gallery.md again.
+    Gallery(gallery::Args),
     /// Plan on ground known from edge to edge, as the predecessor paper did.
     #[command(subcommand)]
     Known(known::Command),
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
+        Command::Gallery(args) => gallery::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
