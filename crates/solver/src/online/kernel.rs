@@ -55,8 +55,8 @@ impl ScatteredLanes {
     pub fn each(soils: &[Scattered], classes: &[u8; LANES]) -> Self {
         let mut lanes = Self::uniform(&Scattered::default());
         for (index, soil) in soils.iter().enumerate() {
-            for lane in 0..LANES {
-                let is = usize::from(classes[lane]) == index;
+            for (lane, class) in classes.iter().enumerate() {
+                let is = usize::from(*class) == index;
                 lanes.ahead[lane] = if is { soil.ahead } else { lanes.ahead[lane] };
                 lanes.sideways[lane] = if is { soil.sideways } else { lanes.sideways[lane] };
                 lanes.stuck[lane] = if is { soil.stuck } else { lanes.stuck[lane] };
