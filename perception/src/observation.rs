@@ -1,5 +1,8 @@
 //! What is known of seen cells, among them their gradients.
+//!
+//! A landing costs what its disc holds, never what the map holds.
 
+use contract::limits::MAP_PATCH_CELLS;
 use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId};
 use terrain::Terrain;
 
@@ -10,13 +13,25 @@ use crate::sensing::disc;
 pub struct Observation {
     map: ObservedMap,
     gradient: GradientSource,
+    /// Cells that the last landing changed, in index order.
+    landing: Vec<u32>,
+    /// Fingerprint of the map before the last landing, and after each of its patches.
+    links: Vec<u64>,
+    /// Seen cells after each of those patches.
+    seen: Vec<u32>,
 }
 
 impl Observation {
     /// A map on which nothing has been seen.
     #[must_use]
     pub fn unseen(brief: &Brief, robot: RobotId) -> Self {
-        Self { map: ObservedMap::unseen(brief.run, robot, brief.grid), gradient: brief.sensor.gradient }
+        Self {
+            map: ObservedMap::unseen(brief.run, robot, brief.grid),
+            gradient: brief.sensor.gradient,
+            landing: Vec::new(),
+            links: Vec::new(),
+            seen: Vec::new(),
+        }
     }
 
     /// The map so far.
@@ -29,50 +44,103 @@ impl Observation {
         &mut self.map
     }
 
+    /// What the last landing changed, cut to patches: fingerprints before and after, seen cells after, and
+    /// the indices of the changed cells. A landing that changed nothing is one empty patch.
+    pub(crate) fn parts(&self) -> impl ExactSizeIterator<Item = ([u64; 2], u32, &[u32])> {
+        (1..self.links.len()).map(|part| {
+            let cells = self.landing.chunks(MAP_PATCH_CELLS).nth(part - 1).unwrap_or(&[]);
+            ([self.links[part - 1], self.links[part]], self.seen[part - 1], cells)
+        })
+    }
+
     /// Folds in what the sensor sees from `pose` at `decision`. Of `terrain` only the cells of the
-    /// sensing disc are read.
+    /// sensing disc are read, and heights that were read before.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid.
     pub fn fold(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose, decision: Decision) {
         let grid = self.map.grid;
         assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
-        let mut revealed = Vec::new();
+        self.landing.clear();
+        self.links.clear();
+        self.seen.clear();
         for cell in disc(grid, &brief.sensor, pose) {
             let index = grid.index(cell).expect("the disc is clipped to the grid");
-            if self.map.cells[index].is_none() {
-                self.map.cells[index] = Some(terrain.cells[index]);
-                revealed.push(cell);
+            if self.map.cells()[index].is_none() {
+                self.landing.push(index as u32);
             }
         }
-        if self.gradient == GradientSource::SeenDifferences {
-            for &cell in &revealed {
-                for (dx, dy) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                    self.measure_gradient(Cell::new(cell.x + dx, cell.y + dy));
-                }
+        match self.gradient {
+            GradientSource::Measured => self.learn(|_, index| terrain.cells[index]),
+            GradientSource::SeenDifferences => {
+                let revealed = self.add_rim();
+                let known = |map: &ObservedMap, cell: Cell| {
+                    let index = grid.index(cell)?;
+                    let seen =
+                        map.cells()[index].is_some() || revealed.binary_search(&(index as u32)).is_ok();
+                    seen.then(|| terrain.cells[index].height_m)
+                };
+                self.learn(|map, index| Ground {
+                    gradient: differences(grid.cell(index), grid.cell_size_m, |cell| known(map, cell)),
+                    ..terrain.cells[index]
+                });
             }
         }
         self.map.through = Some(decision);
+        self.map.sequence += self.links.len() as u64 - 1;
+        self.map.mark();
     }
 
-    /// Gradient at a seen `cell` from the heights of seen neighbours: central difference where both
-    /// are seen, one-sided where one is, zero where none is.
-    fn measure_gradient(&mut self, cell: Cell) {
-        let Some(here) = self.map.ground(cell).map(|ground| ground.height_m) else { return };
-        let height = |dx: i32, dy: i32| {
-            self.map.ground(Cell::new(cell.x + dx, cell.y + dy)).map(|ground: &Ground| ground.height_m)
-        };
-        let spacing_m = self.map.grid.cell_size_m;
-        let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
-            (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
-            (Some(ahead), None) => (ahead - here) / spacing_m,
-            (None, Some(behind)) => (here - behind) / spacing_m,
-            (None, None) => 0.0,
-        };
-        let gradient = [slope(height(1, 0), height(-1, 0)), slope(height(0, 1), height(0, -1))];
-        let index = self.map.grid.index(cell).expect("a seen cell lies on the grid");
-        if let Some(ground) = &mut self.map.cells[index] {
-            ground.gradient = gradient;
+    /// Adds the seen neighbours of revealed cells to the landing: their gradients may change. Gives the
+    /// revealed cells.
+    fn add_rim(&mut self) -> Vec<u32> {
+        let grid = self.map.grid;
+        let revealed = self.landing.clone();
+        for &index in &revealed {
+            let cell = grid.cell(index as usize);
+            for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let neighbour = grid.index(Cell::new(cell.x + dx, cell.y + dy));
+                let seen = neighbour.filter(|&neighbour| self.map.cells()[neighbour].is_some());
+                self.landing.extend(seen.map(|seen| seen as u32));
+            }
+        }
+        self.landing.sort_unstable();
+        self.landing.dedup();
+        revealed
+    }
+
+    /// Writes the landing's cells down as `ground` tells them, and takes note of the chain of patches.
+    /// What turns out to be no news is left out of the landing.
+    fn learn(&mut self, ground: impl Fn(&ObservedMap, usize) -> Ground) {
+        let Self { map, landing, links, seen, .. } = self;
+        links.push(map.observation());
+        let mut changed = 0;
+        landing.retain(|&index| {
+            let news = map.learn(index as usize, ground(map, index as usize));
+            changed += usize::from(news);
+            if news && changed.is_multiple_of(MAP_PATCH_CELLS) {
+                links.push(map.observation());
+                seen.push(map.seen_cells() as u32);
+            }
+            news
+        });
+        if changed == 0 || !changed.is_multiple_of(MAP_PATCH_CELLS) {
+            links.push(map.observation());
+            seen.push(map.seen_cells() as u32);
         }
     }
+}
+
+/// Gradient at a seen cell from the heights of seen neighbours: central difference where both are seen,
+/// one-sided where one is, zero where none is.
+fn differences(cell: Cell, spacing_m: f64, known: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
+    let Some(here) = known(cell) else { return [0.0; 2] };
+    let height = |dx: i32, dy: i32| known(Cell::new(cell.x + dx, cell.y + dy));
+    let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
+        (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
+        (Some(ahead), None) => (ahead - here) / spacing_m,
+        (None, Some(behind)) => (here - behind) / spacing_m,
+        (None, None) => 0.0,
+    };
+    [slope(height(1, 0), height(-1, 0)), slope(height(0, 1), height(0, -1))]
 }

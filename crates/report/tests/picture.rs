@@ -103,8 +103,8 @@ fn the_legend_names_what_is_drawn_and_nothing_else() {
     }
     let brief = brief(4);
     let flat = vec![Ground::FLAT; brief.grid.cells()];
-    let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
-    map.cells = flat.iter().copied().map(Some).collect();
+    let seen: Vec<_> = flat.iter().copied().map(Some).collect();
+    let map = ObservedMap::of_cells(brief.run, RobotId(0), brief.grid, &seen);
     let plain = svg(&brief, &flat, &map, None, &[]);
     for word in ["hop as intended", "stray hop", "not seen", "sand", "impassable", "policy N, S, E, W"] {
         assert!(!plain.contains(&format!(">{word}<")), "{word}");

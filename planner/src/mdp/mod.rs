@@ -44,7 +44,7 @@ impl Planner for Mdp {
         let Some(node) = model.node(here).filter(|&node| model.leads_to_goal(node)) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let solution = self.solver.solve(model, budget.work_max.unwrap_or(u64::MAX));
+        let solution = self.solver.solve(model, budget);
         self.solved = true;
         Plan {
             action: policy::action(model, &self.solver.values, node),

@@ -95,7 +95,7 @@ impl Picture<'_> {
         let need = self.brief.grid.cells();
         let terrain = if self.terrain.is_empty() { need } else { self.terrain.len() };
         let policy = self.policy.map_or(need, <[PolicyCell]>::len);
-        for (layer, got) in [("terrain", terrain), ("map", self.map.cells.len()), ("policy", policy)] {
+        for (layer, got) in [("terrain", terrain), ("map", self.map.cells().len()), ("policy", policy)] {
             if got != need {
                 return Err(ReportError::Cells { layer, need, got });
             }
@@ -182,7 +182,7 @@ impl Picture<'_> {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
                         policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
-                    if points && self.map.cells[index].is_some() == seen {
+                    if points && self.map.cells()[index].is_some() == seen {
                         let (x, y) = frame.centre(cell);
                         let _ = write!(path, "M{} {}{arrow}", Number(x), Number(y));
                     }
@@ -314,7 +314,7 @@ impl Picture<'_> {
 
     /// The truth of a cell, or what was seen of it where the truth is not known.
     fn ground_at(&self, index: usize) -> Option<&Ground> {
-        self.terrain.get(index).or(self.map.cells[index].as_ref())
+        self.terrain.get(index).or(self.map.cells()[index].as_ref())
     }
 }
 
