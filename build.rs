@@ -1,6 +1,16 @@
-//! Tells the binary which commit it was built from.
+//! Tells the binary which commit it was built from, with a hash of the sources that decide a campaign's rows.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+use sha2::{Digest, Sha256};
+
+/// All that a lockstep mission is made of, beside the libraries in `crates`.
+const SOURCES: [&str; 5] =
+    ["Cargo.lock", "hopper-sim/src", "perception/src", "planner/src", "src/lockstep.rs"];
+
+/// Libraries that no row depends on.
+const ASIDE: [&str; 2] = ["node", "report"];
 
 fn main() {
     println!("cargo::rerun-if-changed=.git/HEAD");
@@ -13,4 +23,37 @@ fn main() {
     let dirty =
         git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|changes| !changes.is_empty());
     println!("cargo::rustc-env=HOPPER_COMMIT={commit}{}", if dirty { "-dirty" } else { "" });
+    println!("cargo::rustc-env=HOPPER_SOURCES={}", sources());
+}
+
+/// The first twelve digits of SHA-256 over names and contents, in order of names.
+fn sources() -> String {
+    let mut files = Vec::new();
+    let libraries = std::fs::read_dir("crates").into_iter().flatten().flatten();
+    let libraries = libraries.filter(|entry| !ASIDE.iter().any(|aside| entry.file_name() == *aside));
+    let sources =
+        SOURCES.map(PathBuf::from).into_iter().chain(libraries.map(|entry| entry.path().join("src")));
+    for source in sources {
+        println!("cargo::rerun-if-changed={}", source.display());
+        list(&source, &mut files);
+    }
+    files.sort();
+    let mut hasher = Sha256::new();
+    for file in files {
+        let contents = std::fs::read(&file).unwrap_or_default();
+        hasher.update(file.to_string_lossy().as_bytes());
+        hasher.update((contents.len() as u64).to_le_bytes());
+        hasher.update(contents);
+    }
+    hasher.finalize()[..6].iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn list(path: &Path, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(path) else {
+        files.push(path.into());
+        return;
+    };
+    for entry in entries.flatten() {
+        list(&entry.path(), files);
+    }
 }

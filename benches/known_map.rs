@@ -37,6 +37,7 @@ fn main() {
             status: Status::Underway,
             leader: Leader::default(),
             pose: Pose { cell: brief.start, height_m },
+            collected: contract::Collected::default(),
             last: None,
             digest: Digest::default(),
             landed: MonotonicNs(0),

@@ -146,6 +146,7 @@ impl Outbox {
         let picture = Picture {
             brief: &brief,
             terrain: &world.terrain.cells,
+            treasures: &world.terrain.treasures,
             map,
             policy: policy.as_deref(),
             route: &records,

@@ -313,6 +313,9 @@ fn appear(target: &Target, patience: &mut Patience) -> Result<Instance, End> {
     const PAUSE: Duration = Duration::from_millis(20);
     let instance = Instance::new(&target.instance)?;
     let vigil = Vigil::new()?;
+    if !instance.is_alive()? {
+        tracing::info!("instance {:?} does not live yet; {}", target.instance, living()?);
+    }
     while !instance.is_alive()? {
         patience.check(Some("hopper-sim"), Node::now())?;
         if vigil.wait(PAUSE) && matches!(vigil.stop_requested(), Some(Stop::Signal)) {
@@ -320,6 +323,17 @@ fn appear(target: &Target, patience: &mut Patience) -> Result<Instance, End> {
         }
     }
     Ok(instance)
+}
+
+/// Which instances live, in words.
+fn living() -> Result<String, End> {
+    let mut names = Vec::new();
+    for instance in Instance::all()? {
+        if instance.is_alive()? {
+            names.push(format!("{:?}", instance.name()));
+        }
+    }
+    Ok(if names.is_empty() { "no other does".into() } else { format!("those that do: {}", names.join(", ")) })
 }
 
 /// Gives the next message.

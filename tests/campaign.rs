@@ -269,9 +269,10 @@ fn the_report_of_a_tiny_campaign_is_as_ever() {
     let text = String::from_utf8(output.stdout).unwrap();
     let (reproducible, times) = text.split_once("## Times").expect("times stand apart");
     assert_eq!(times.matches("in paper-2023 |").count(), 4);
-    // The plan's hash is new with every version.
-    let (version, plan) = (env!("CARGO_PKG_VERSION"), reproducible.split("plan ").nth(1).unwrap());
-    let plan = plan.split('.').next().unwrap();
+    // Version and plan's hash are new with every change of a source.
+    let between = |from: &str, to: &str| reproducible.split(from).nth(1).unwrap().split(to).next().unwrap();
+    let (version, plan) = (between("version ", ","), between("plan ", "."));
+    assert!(version.starts_with(concat!(env!("CARGO_PKG_VERSION"), "+")), "{version}");
     let settled = reproducible.replace(version, "VERSION").replace(plan, "PLAN");
     insta::assert_snapshot!("campaign_report", settled);
 
@@ -285,6 +286,107 @@ fn the_report_of_a_tiny_campaign_is_as_ever() {
         picture.starts_with("<svg") && picture.contains("sandy greedy (0.5, 0.5) in paper-2023"),
         "{picture}"
     );
+}
+
+/// P-HUNT
+#[test]
+fn treasures_are_counted_row_by_row_and_in_the_report() {
+    let text = "name = \"hunt\"\nseed = 3\nrepetitions = 6\nscenarios = [\"treasures\"]\n\
+                planners = [\"mdp\", \"greedy\", \"clairvoyant\"]\n";
+    let dir = folder(text);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let lines = rows(dir.join("a")).0;
+    let counts = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let collected: Vec<u64> = counts.map(|row| row["treasures"].as_u64().unwrap()).collect();
+    assert!(collected[..6].iter().all(|count| (1..=4).contains(count)), "{collected:?}");
+    let findings = json(&campaign(dir, &["report", "a", "--against", "paper", "--format", "json"]));
+    let cell = &findings["cells"][0];
+    assert_eq!(cell["treasures"]["mean"].as_f64().unwrap(), collected[..6].iter().sum::<u64>() as f64 / 6.0);
+    assert_eq!((&cell["paper"]["table"], &cell["paper"]["treasures"]["mean"]), (&15.into(), &1.93.into()));
+    let again = json(&campaign(dir, &["rerun", "a", "--trial", "0", "--out", "r", "--format", "json"]));
+    assert_eq!(again["treasures"].as_u64(), Some(collected[0]));
+    let picture = fs::read_to_string(dir.join("r/mission.svg")).unwrap();
+    assert!(picture.contains("treasure, collected") && picture.contains("treasure, not seen"));
+    let shown = json(&done(hopper(&[
+        "journal",
+        "verify",
+        dir.join("r/journal").to_str().unwrap(),
+        "--format",
+        "json",
+    ])));
+    assert_eq!(shown["digest"], again["digest"]);
+}
+
+/// P-REGRET: nobody passes the clairvoyant's bounds, and the clairvoyant reaches them.
+#[test]
+fn every_report_tells_the_regret() {
+    let dir = folder(&TINY.replace("\"mdp\", \"greedy\"", "\"mdp\", \"clairvoyant\"").replace("= 5", "= 40"));
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let findings = json(&campaign(dir, &["report", "a", "--format", "json"]));
+    for cell in findings["cells"].as_array().unwrap() {
+        let (regret, trials) = (&cell["regret"], 40.0_f64);
+        let bound = regret["bound"]["success"].as_f64().unwrap();
+        assert!(bound > 0.99 && bound <= 1.0, "{cell}");
+        let [success, steps] =
+            ["success", "restricted_mean_steps"].map(|field| regret[field].as_f64().unwrap());
+        let error = cell["restricted_steps"]["sd"].as_f64().unwrap() / trials.sqrt();
+        assert!(success > -1e-9 - 3.0 * (bound * (1.0 - bound) / trials).sqrt(), "{cell}");
+        assert!(steps > -3.0 * error, "{cell}");
+        if cell["planner"] == "clairvoyant" {
+            assert!(success < 0.1 && steps < 3.0 * error + 1.0, "{cell}");
+        }
+    }
+}
+
+/// P-ACCEPT
+#[test]
+fn one_campaign_beside_another_is_accepted_or_not() {
+    let world = |steps_max: u32| {
+        let text = include_str!("../scenarios/hard.toml");
+        let limited = text.replace("steps_max = 150", &format!("steps_max = {steps_max}"));
+        assert!(steps_max == 150 || limited != text);
+        limited
+    };
+    let campaign_text = "name = \"NAME\"\nseed = 3\nrepetitions = 6\nscenarios = [\"world.toml\"]\n\
+                         planners = [\"mdp\", \"greedy\"]\n";
+    let dir = tempfile::tempdir().unwrap();
+    for (name, steps_max) in [("long", 150), ("short", 60)] {
+        let own = dir.path().join(name);
+        fs::create_dir(&own).unwrap();
+        fs::write(own.join("world.toml"), world(steps_max)).unwrap();
+        fs::write(own.join("c.toml"), campaign_text.replace("NAME", name)).unwrap();
+        campaign(&own, &["run", "c.toml", "--out", "rows"]);
+    }
+    let beside = |ours: &str, other: &str, more: &[&str]| {
+        let words = [&["campaign", "report", ours, "--beside", other][..], more].concat();
+        hopper(&words).current_dir(dir.path()).output().unwrap()
+    };
+    let same = beside("long/rows", "long/rows", &["--accept", "--format", "markdown"]);
+    assert_eq!(same.status.code(), Some(0), "{}", stderr(&same));
+    let text = String::from_utf8(same.stdout).unwrap();
+    assert!(
+        text.contains("| `long` | restricted |") && text.contains("1 of 1 cells of the MDP are accepted"),
+        "{text}"
+    );
+    assert_eq!(beside("long/rows", "short/rows", &["--accept"]).status.code(), Some(0));
+    assert_eq!(
+        beside("short/rows", "long/rows", &[]).status.code(),
+        Some(0),
+        "only --accept makes it a threshold"
+    );
+    let missed = beside("short/rows", "long/rows", &["--accept", "--format", "json"]);
+    assert_eq!(missed.status.code(), Some(3));
+    let comparison: Value = serde_json::from_slice(&missed.stdout).unwrap();
+    assert_eq!(comparison["cells"][0]["verdict"]["missed"][0], "success below the other's");
+    assert_eq!(comparison["cells"][1]["verdict"], Value::Null, "greedy is not judged");
+    refused(
+        dir.path(),
+        &["report", "long/rows", "--beside", "long/rows", "--format", "svg"],
+        &["--beside needs"],
+    );
+    refused(dir.path(), &["report", "long/rows", "--accept"], &["--beside"]);
 }
 
 /// The fenced block of docs/campaigns.md with this info string.
@@ -349,7 +451,7 @@ fn the_campaigns_of_the_house_are_sound() {
         let path = entry.unwrap().path();
         // One trial of so many shards is enough to know.
         let out = dir.path().join(path.file_stem().unwrap());
-        let words = ["run", path.to_str().unwrap(), "--shard", "1800/1800", "--out", out.to_str().unwrap()];
+        let words = ["run", path.to_str().unwrap(), "--shard", "3000/3000", "--out", out.to_str().unwrap()];
         campaign(dir.path(), &words);
         count += 1;
     }

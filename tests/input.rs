@@ -55,6 +55,16 @@ fn bad_scenarios_are_refused_by_name() {
     refuses(&["scenario", "check", path], 2, &["bad.toml"]);
 }
 
+#[test]
+fn a_log_filter_that_is_none_is_named_and_a_wait_names_who_lives() {
+    let words = ["topic", "list", "--instance", "nobody-home", "--wait", "50ms"];
+    let output = hopper(&words).env("HOPPER_LOG", "=)(").output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("HOPPER_LOG") && text.contains("=)("), "{text}");
+    assert!(text.contains("\"nobody-home\" does not live"), "{text}");
+}
+
 /// P-TERRAIN: elevation models missing, cut short, or of another kind.
 #[test]
 fn bad_elevation_models_are_refused_by_name() {

@@ -50,6 +50,22 @@ fn dependencies(package: &str) -> BTreeSet<String> {
         .collect()
 }
 
+/// P-YARDSTICK: what reads the truth to plan or to judge is used where the truth is at hand anyway.
+#[test]
+fn only_lockstep_and_the_regret_of_campaigns_use_the_clairvoyant() {
+    let allowed = ["src/lockstep.rs", "src/campaign/regret.rs"].map(|path| root().join(path));
+    for folder in ["src", "planner/src", "hopper-sim/src", "perception/src", "monitor/src", "crates"] {
+        for file in sources(folder) {
+            let uses = code(&file).contains("clairvoyant::");
+            let own = file.starts_with(root().join("crates/clairvoyant"));
+            assert!(!uses || own || allowed.contains(&file), "{} uses the clairvoyant", file.display());
+        }
+    }
+    for package in ["planner", "hopper-sim", "perception", "monitor", "crates/campaign", "crates/node"] {
+        assert!(!dependencies(package).contains("clairvoyant"), "{package} depends on it");
+    }
+}
+
 /// P-NO-TRUTH.
 #[test]
 fn the_planner_never_depends_on_truth() {

@@ -16,8 +16,8 @@
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose, Record, Refusal,
-    RefusalCounts, Role, Roster, State, Status, Timing,
+    Collected, Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose, Record,
+    Refusal, RefusalCounts, Role, Roster, State, Status, Timing,
 };
 
 use crate::dynamics::{Execution, execute};
@@ -131,6 +131,7 @@ impl Arbiter {
                 status: opening_status(brief),
                 leader: Leader::default(),
                 pose: Pose { cell: brief.start, height_m: start.height_m },
+                collected: Collected::default(),
                 last: None,
                 digest: mission.genesis(),
                 landed: now,
@@ -272,7 +273,8 @@ impl Arbiter {
     fn accept(&self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
         let leader = self.judge(command, now)?;
         let state = &self.state;
-        let Execution { outcome, pose, steps, status } = execute(&self.mission, state, command.action);
+        let Execution { outcome, pose, collected, steps, status } =
+            execute(&self.mission, state, command.action);
         let timing = Timing {
             landed: state.landed,
             state_published: state.published,
@@ -293,6 +295,7 @@ impl Arbiter {
             cut: command.cut,
             outcome,
             pose,
+            collected,
             steps,
             status,
             timing,

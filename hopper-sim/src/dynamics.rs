@@ -1,6 +1,6 @@
 //! Executes one action on the true terrain with keyed draws (the motion law of P23 section IV).
 
-use contract::{Action, Branch, Brief, Cell, Flight, Outcome, Pose, State, Status};
+use contract::{Action, Branch, Brief, Cell, Collected, Flight, Outcome, Pose, State, Status};
 use motion::{Domain, Draw};
 use terrain::Terrain;
 
@@ -13,6 +13,8 @@ pub struct Execution {
     pub outcome: Outcome,
     /// Pose afterwards; outside the map it keeps the height of the departure.
     pub pose: Pose,
+    /// Treasures collected so far, this landing's among them.
+    pub collected: Collected,
     /// Steps afterwards, in the paper's count.
     pub steps: u64,
     /// Status afterwards.
@@ -51,6 +53,7 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
     Execution {
         outcome,
         pose: Pose { cell: outcome.to, height_m },
+        collected: state.collected.landing(&terrain.treasures, outcome.to),
         steps,
         status: status(brief, terrain, outcome.to, steps),
     }

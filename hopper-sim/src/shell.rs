@@ -79,6 +79,9 @@ impl MissionArgs {
 /// How long before a landing hopper-sim no longer sleeps.
 const AWAKE: Duration = Duration::from_micros(300);
 
+/// Lives of one role that the summary names; a mission of any length stays bounded.
+const LIVES_MAX: usize = 256;
+
 /// A duration above zero.
 fn positive_duration(text: &str) -> Result<Duration, String> {
     match humantime::parse_duration(text) {
@@ -172,7 +175,7 @@ struct Service {
     journal: Journal,
     summary: SummaryBuilder,
     roster: Roster,
-    /// Every life heard of, by role.
+    /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
     briefs: BriefWriter,
@@ -180,6 +183,8 @@ struct Service {
     commands: CommandReader,
     past: PastServer,
     assembled: bool,
+    /// Whether the last append failed.
+    holding: bool,
     finished: Option<Status>,
 }
 
@@ -223,6 +228,7 @@ impl Service {
             roster: Roster::default(),
             lives: BTreeMap::new(),
             assembled: false,
+            holding: false,
             finished: None,
         };
         service.node.listen(&contract::service::command(robot))?;
@@ -328,10 +334,16 @@ impl Service {
                 let mut committed = *record;
                 committed.timing.committed = now;
                 self.summary.record(&committed);
+                if std::mem::take(&mut self.holding) {
+                    tracing::info!("the journal took decision {}: going on", record.decision);
+                }
                 self.arbiter.on(Event::Appended, now)
             }
             Err(error) => {
-                tracing::error!("holding at decision {}: {error}", record.decision);
+                // Tried again at every tick: said once.
+                if !std::mem::replace(&mut self.holding, true) {
+                    tracing::error!("holding at decision {}: {error}", record.decision);
+                }
                 self.arbiter.on(Event::AppendFailed, Node::now())
             }
         }
@@ -340,7 +352,8 @@ impl Service {
     fn meet(&mut self, beat: &Heartbeat) {
         self.roster.observe(*beat, Node::now());
         let lives = self.lives.entry(beat.role).or_default();
-        if !lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation) {
+        let is_known = lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation);
+        if !is_known && lives.len() < LIVES_MAX {
             lives.push((beat.incarnation, beat.pid));
         }
     }
@@ -373,6 +386,11 @@ fn truth_page(mission: &Mission, request: &TruthRequest) -> Option<TruthPage> {
     let (run, terrain) = (mission.brief.run, &mission.terrain);
     let from = (request.from as usize).min(terrain.cells.len());
     let until = (from + TRUTH_PAGE_CELLS).min(terrain.cells.len());
-    let cells = || terrain.cells[from..until].to_vec();
-    (request.run == run).then(|| TruthPage { run, grid: terrain.grid, from: from as u32, cells: cells() })
+    (request.run == run).then(|| TruthPage {
+        run,
+        grid: terrain.grid,
+        from: from as u32,
+        cells: terrain.cells[from..until].to_vec(),
+        treasures: terrain.treasures.clone(),
+    })
 }

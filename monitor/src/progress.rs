@@ -29,6 +29,8 @@ pub struct Progress {
     pub start_to_goal_m: f64,
     /// Hops that did not land where they were meant to.
     pub stray_hops: u64,
+    /// Treasures collected so far.
+    pub treasures: u32,
     /// Share of the map seen, 0 to 1; `None` before the first map.
     pub coverage: Option<f64>,
     /// Where the time of decisions went.
@@ -93,6 +95,9 @@ impl Progress {
         if let Some(coverage) = self.coverage {
             text += &format!(" · {:.0} % seen", 100.0 * coverage);
         }
+        if self.treasures > 0 {
+            text += &format!(" · {} ★", self.treasures);
+        }
         if self.latency.decisions > 0 {
             text += &format!(" · {}", duration(self.latency.last_us));
         }
@@ -127,6 +132,9 @@ impl fmt::Display for Progress {
         write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?;
         if let Some(coverage) = self.coverage {
             write!(f, ", {:.0} % seen", 100.0 * coverage)?;
+        }
+        if self.treasures > 0 {
+            write!(f, ", {} treasure{}", self.treasures, if self.treasures == 1 { "" } else { "s" })?;
         }
         let Pulse { decisions, last_us, p50_us, p99_us, misses, .. } = self.latency;
         if decisions > 0 {
@@ -184,6 +192,7 @@ pub(crate) mod tests {
             distance_to_goal_m: 12.04,
             start_to_goal_m: 24.08,
             stray_hops: 2,
+            treasures: 0,
             coverage: Some(0.614),
             latency: Pulse {
                 decisions: 17,

@@ -130,6 +130,7 @@ impl Watcher {
             distance_to_goal_m: mission.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
             stray_hops: tally.route.stray(),
+            treasures: tally.treasures(),
             coverage: *coverage,
             latency: Pulse {
                 decisions: tally.latency.decisions(),

@@ -126,6 +126,7 @@ fn landing(brief: &Brief, decision: u64, seen_cells: usize) -> MapPatch {
         published: MonotonicNs(0),
         grid: brief.grid,
         seen_cells: seen_cells as u32,
+        treasures: Vec::new(),
         cells: Vec::new(),
     }
 }

@@ -140,6 +140,7 @@ impl Cartographer {
             published: map.published,
             grid: map.grid,
             seen_cells: map.seen_cells() as u32,
+            treasures: map.treasures().to_vec(),
             cells: Vec::new(),
         };
         let mut patches = vec![patch];
@@ -152,7 +153,9 @@ impl Cartographer {
                     let more = (count - 1 - part) as u32;
                     let sequence = map.sequence - u64::from(more);
                     let cells = indices.iter().filter_map(|&index| seen_cell(map, index as usize)).collect();
-                    MapPatch { more, sequence, before, after, seen_cells, cells, ..patches[0] }
+                    let treasures = if more == 0 { map.treasures() } else { observation.treasures_before() };
+                    let treasures = treasures.to_vec();
+                    MapPatch { more, sequence, before, after, seen_cells, treasures, cells, ..patches[0] }
                 })
                 .collect();
         }
@@ -194,6 +197,7 @@ impl Cartographer {
             grid: map.grid,
             from: from as u32,
             next: next as u32,
+            treasures: map.treasures().to_vec(),
             cells,
         })
     }
@@ -246,7 +250,8 @@ impl Cartographer {
         match self.gathering.page(page) {
             Ok(Some(truth)) => {
                 // Heights are relative to the datum already; its absolute elevation is the brief's affair.
-                let terrain = Terrain { grid: truth.grid, datum_m: 0.0, cells: truth.cells };
+                let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
+                let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
                 self.terrain = Some((truth.run, terrain));
                 self.advance(now)
             }

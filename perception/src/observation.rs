@@ -19,6 +19,8 @@ pub struct Observation {
     links: Vec<u64>,
     /// Seen cells after each of those patches.
     seen: Vec<u32>,
+    /// Treasures before the last landing.
+    treasures: Vec<Cell>,
 }
 
 impl Observation {
@@ -31,6 +33,7 @@ impl Observation {
             landing: Vec::new(),
             links: Vec::new(),
             seen: Vec::new(),
+            treasures: Vec::new(),
         }
     }
 
@@ -44,6 +47,11 @@ impl Observation {
         &mut self.map
     }
 
+    /// Treasures before the last landing: the last of its patches brings those after it.
+    pub(crate) fn treasures_before(&self) -> &[Cell] {
+        &self.treasures
+    }
+
     /// What the last landing changed, cut to patches: fingerprints before and after, seen cells after, and
     /// the indices of the changed cells. A landing that changed nothing is one empty patch.
     pub(crate) fn parts(&self) -> impl ExactSizeIterator<Item = ([u64; 2], u32, &[u32])> {
@@ -54,7 +62,7 @@ impl Observation {
     }
 
     /// Folds in what the sensor sees from `pose` at `decision`. Of `terrain` only the cells of the
-    /// sensing disc are read, and heights that were read before.
+    /// sensing disc are read, and of its treasures only those there, and heights that were read before.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid.
@@ -70,6 +78,8 @@ impl Observation {
                 self.landing.push(index as u32);
             }
         }
+        self.treasures = self.map.treasures().to_vec();
+        let treasures = self.treasures_after(terrain, pose.cell);
         match self.gradient {
             GradientSource::Measured => self.learn(|_, index| terrain.cells[index]),
             GradientSource::SeenDifferences => {
@@ -86,9 +96,22 @@ impl Observation {
                 });
             }
         }
+        self.map.set_treasures(&treasures);
+        *self.links.last_mut().expect("a landing has an end") = self.map.observation();
         self.map.through = Some(decision);
         self.map.sequence += self.links.len() as u64 - 1;
         self.map.mark();
+    }
+
+    /// A treasure is known from the moment its cell is revealed until the hopper lands on it.
+    fn treasures_after(&self, terrain: &Terrain, landed: Cell) -> Vec<Cell> {
+        let grid = self.map.grid;
+        let is_known = |cell: &&Cell| {
+            let revealed = || self.landing.iter().any(|&index| grid.index(**cell) == Some(index as usize));
+            **cell != landed && (self.treasures.contains(cell) || revealed())
+        };
+        // Those of the terrain are in index order.
+        terrain.treasures.iter().filter(is_known).copied().collect()
     }
 
     /// Adds the seen neighbours of revealed cells to the landing: their gradients may change. Gives the

@@ -47,6 +47,7 @@ impl World {
             cut: false,
             outcome: Outcome { branch: Branch::Intended, from, to, flight: Flight::default() },
             pose: self.pose(to),
+            collected: contract::Collected::default(),
             steps: 2 * (decision + 1),
             status: Status::Underway,
             timing: Timing::default(),
@@ -209,4 +210,31 @@ fn the_end_of_the_mission_is_reported_once() {
     assert_eq!(effects, [Effect::PublishMap, Effect::Finished(Status::LeftMap)]);
     assert_eq!(cartographer.on(Event::State(end), NOW), []);
     assert_eq!(cartographer.seen(), (RUN, Decision(0), Status::LeftMap));
+}
+
+#[test]
+fn a_treasure_is_on_the_map_from_sight_to_landing() {
+    let mut world = World::new(contract::Profile::Paper2023);
+    let start = world.brief.start;
+    // The walk goes east along the start's row; its disc reaches two or three cells.
+    let [ahead, behind, far] = [(4, 0), (3, 1), (9, 9)].map(|(x, y)| Cell::new(start.x + x, start.y + y));
+    world.terrain.treasures = vec![ahead, behind, far];
+    let known = |through: u64| {
+        let mut cartographer = Cartographer::new(RobotId(0));
+        for event in [
+            Event::Terrain(RUN, world.terrain.clone()),
+            Event::Brief(world.brief),
+            Event::State(world.state(through)),
+            Event::Past(world.page(0, through)),
+        ] {
+            cartographer.on(event, NOW);
+        }
+        let map = cartographer.map().unwrap().clone();
+        assert_eq!(map.through, Some(Decision(through)));
+        map.treasures().to_vec()
+    };
+    assert_eq!(known(0), []);
+    assert_eq!(known(3), [ahead, behind], "both are in sight, in index order; the far one is not");
+    assert_eq!(known(4), [behind], "landing has collected one");
+    assert_eq!(known(6), [behind], "what is out of sight again stays known, what is collected stays away");
 }

@@ -5,8 +5,9 @@
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
 use contract::replica::ASK_AGAIN_NS;
 use contract::{
-    Brief, Cell, Decision, Digest, GradientSource, Grid, Ground, Leader, MapPage, MapPatch, MapRequest,
-    MonotonicNs, ObservedMap, Pose, Replica, RobotId, RunId, SensorParameters, Soil, State, Status, Timing,
+    Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Leader, MapPage, MapPatch,
+    MapRequest, MonotonicNs, ObservedMap, Pose, Replica, RobotId, RunId, SensorParameters, Soil, State,
+    Status, Timing,
 };
 use perception::{Cartographer, Effect, Event};
 use terrain::Terrain;
@@ -35,7 +36,9 @@ impl Source {
             soil: if rough(3 * index) > 0.4 { Soil::Sand } else { Soil::Hard },
             ..Ground::FLAT
         };
-        let terrain = Terrain { grid, datum_m: 0.0, cells: (0..grid.cells()).map(ground).collect() };
+        let treasures = vec![Cell::new(5, 3), Cell::new(8, 8), Cell::new(12, 15)];
+        let cells = (0..grid.cells()).map(ground).collect();
+        let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
         let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
         let sensor = SensorParameters {
             gain: 0.0,
@@ -68,6 +71,7 @@ impl Source {
             steps: 2 * decision,
             status: Status::Underway,
             leader: Leader::default(),
+            collected: Collected::default(),
             pose: Pose { cell, height_m: self.terrain.ground(cell).unwrap().height_m },
             last: None,
             digest: Digest::default(),
@@ -407,6 +411,14 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
         ("a cell too many", twist(&|patch| patch.cells.push(patch.cells[0]))),
         ("a cell too few", twist(&|patch| drop(patch.cells.pop()))),
         ("another height", twist(&|patch| patch.cells[3].ground.height_m = 1e6)),
+        (
+            "a treasure in the dark",
+            twist(&|patch| {
+                let (before, dark) = (patch.treasures.clone(), Cell::new(59, 0));
+                patch.treasures = vec![dark];
+                patch.after = patch.after.wrapping_add(ObservedMap::treasures_step(&before, &[dark]));
+            }),
+        ),
         ("another end", twist(&|patch| patch.after ^= 1)),
         ("another beginning", twist(&|patch| patch.before ^= 1)),
         ("a sequence of old", twist(&|patch| patch.sequence = 0)),
@@ -428,7 +440,12 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
         assert_eq!(
             replica.refusals().of("malformed"),
             refused
-                + u64::from(what.starts_with("a cell") || what.ends_with("height") || what == "another end"),
+                + u64::from(
+                    what.starts_with("a cell")
+                        || what.ends_with("dark")
+                        || what.ends_with("height")
+                        || what == "another end"
+                ),
             "{what}"
         );
         // Perception, whose landing the replica still misses, sets it right.
@@ -448,6 +465,7 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
             grid: whole.grid,
             from: 0,
             next: whole.grid.cells() as u32,
+            treasures: whole.treasures().to_vec(),
             cells: source_cells(&whole),
         };
         replica.ask(at(now));

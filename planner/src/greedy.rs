@@ -10,6 +10,8 @@ use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 /// Hops towards the neighbour in the map with the largest payoff; ties go to the first of north, east,
 /// south, west.
 ///
+/// A treasure known to lie on a neighbour adds its payoff.
+///
 /// In profile `hopper` it never hops towards ground known to be impassable. Without a neighbour to go
 /// to it holds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,7 +36,7 @@ impl Planner for Greedy {
             let eligible = brief.grid.contains(here)
                 && brief.grid.contains(cell)
                 && (ground.passable || brief.profile == Profile::Paper2023);
-            eligible.then(|| payoff.of(cell, ground))
+            eligible.then(|| payoff.of(cell, ground) + payoff.of_treasure(map, cell))
         });
         match first_best(payoffs, 0.0) {
             Some(direction) => Plan::at_once(Action::Hop(direction), PlanStatus::Solved),

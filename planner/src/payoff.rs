@@ -12,7 +12,7 @@
 //!   98.0–98.2 %, restricted mean 114 steps against 116), and greedy was no longer caught on
 //!   heterogeneous ground (99.8 % at w1 = 1, where the paper's T gives 2.6 %).
 
-use contract::{Brief, Cell, Ground, Profile, Range, Soil};
+use contract::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
 
 /// The payoff under one brief.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +39,12 @@ impl<'a> LandingPayoff<'a> {
         weights.safety * self.safety(ground)
             + weights.information * self.brief.priors.height_m.normalise(ground.height_m)
             + weights.distance * self.distance(cell)
+    }
+
+    /// What landing on `cell` pays on top of [`LandingPayoff::of`]: that of the treasure known to be there.
+    #[must_use]
+    pub fn of_treasure(&self, map: &ObservedMap, cell: Cell) -> f64 {
+        if map.treasures().contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
     }
 
     /// S.

@@ -64,6 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         succeeds_pid: args.succeeds_pid,
     });
     let mut attendance = Attendance::new(&args.peer);
+    let mut refused = 0;
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -124,10 +125,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 Effect::Finished(status) => attendance.mission_ended(status),
             }
         }
+        tell_of_refusals(&pilot, &mut refused);
         commands.idle()?;
         if attendance.close_turn(&mut node, pilot.seen(), pilot.waits_for())? {
             return Ok(Exit::Done);
         }
+    }
+}
+
+/// A word on patches or pages that were in form, but told of another map than their cells make.
+fn tell_of_refusals(pilot: &Pilot, told: &mut u64) {
+    let refusals = pilot.map().refusals();
+    let count = refusals.0.values().sum();
+    if count > *told {
+        tracing::warn!("{count} messages about the map were malformed or did not add up");
+        *told = count;
     }
 }
 

@@ -55,6 +55,7 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
             planner: name("mdp"),
         },
         pose: Pose { cell: Cell::new(1, 2), height_m: 0.0 },
+        collected: contract::Collected::default(),
         last: None,
         digest: Digest::default(),
         landed: at(0),
@@ -77,6 +78,7 @@ fn map(decision: u64) -> MapPatch {
         published: at(0),
         grid: brief().grid,
         seen_cells: 0,
+        treasures: Vec::new(),
         cells: Vec::new(),
     }
 }
@@ -152,6 +154,7 @@ fn nobody_decides_on_a_map_with_a_gap() {
         grid: brief().grid,
         from: 0,
         next: 400,
+        treasures: Vec::new(),
         cells: missed.cells.clone(),
     };
     assert_eq!(pilot.on(Event::Page(page), at(ASK_AGAIN_NS + 1)), [Effect::Plan], "the rest was buffered");

@@ -14,7 +14,7 @@ use scenario::World;
 use serde::Serialize;
 
 use super::print;
-use super::store::{Manifest, Store, Times};
+use super::store::{self, Manifest, Store, Times};
 use crate::lockstep::{self, Crew};
 
 /// Trials of one batch for each job: all that is ever held in memory, and all that a kill can lose.
@@ -169,7 +169,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
         planner::algorithm(name).map_err(|error| at(&format!("planners: {error}")))?;
     }
     let folder = file.parent().unwrap_or(Path::new(""));
-    campaign.plan(folder, env!("CARGO_PKG_VERSION")).map_err(|error| at(&error))
+    campaign.plan(folder, store::VERSION).map_err(|error| at(&error))
 }
 
 /// Flies one trial; the row depends on nothing but plan and trial.
@@ -189,6 +189,7 @@ fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Fa
         outcome: flown.state.status,
         steps: flown.state.steps,
         hops,
+        treasures: flown.state.collected.count(),
         coverage: flown.map.coverage(),
         digest: flown.state.digest,
     };

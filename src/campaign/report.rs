@@ -3,11 +3,12 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use ::campaign::{Report, paper};
+use ::campaign::{Comparison, Report, paper};
 use node::{Exit, Failure};
 use serde::Serialize;
 
 use super::print;
+use super::regret::bounds;
 use super::store::{self, Manifest};
 
 /// Arguments of `hopper campaign report`.
@@ -19,6 +20,13 @@ pub struct Args {
     /// Set every cell beside published numbers: paper, those of Sakamoto & Kunii 2023.
     #[arg(long, value_name = "WHAT")]
     against: Option<Against>,
+    /// Set every cell beside that of another campaign's folder: scenario, planner and weights alike,
+    /// profiles as they are. Prints the README's table and a verdict on each cell of the MDP.
+    #[arg(long, value_name = "DIR", conflicts_with = "against")]
+    beside: Option<PathBuf>,
+    /// Exit with code 3 if a verdict is not accepted.
+    #[arg(long, requires = "beside")]
+    accept: bool,
     /// Form of the report on standard output.
     #[arg(long, default_value_t)]
     format: Form,
@@ -36,6 +44,7 @@ enum Against {
 enum Form {
     /// Markdown.
     #[default]
+    #[value(alias = "markdown")]
     Md,
     /// One record a cell.
     Csv,
@@ -59,15 +68,26 @@ impl fmt::Display for Form {
 /// Prints the report.
 ///
 /// # Errors
-/// Exit code 2 if the folder is no campaign's or a row is damaged.
+/// Exit code 2 if a folder is no campaign's, a row is damaged, or the form is not to be had.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let manifest = store::manifest(&args.dir)?;
-    let mut report = Report::new(manifest.plan.clone());
-    store::each_row(&args.dir, &manifest, |row| {
-        report.fold(&row);
-        Ok(())
-    })?;
-    let findings = report.findings(args.against.is_some());
+    let (manifest, report) = fold(&args.dir)?;
+    let findings = report.findings(args.against.is_some(), &bounds(&manifest.plan));
+    if let Some(dir) = &args.beside {
+        let (_, other) = fold(dir)?;
+        let others = other.findings(false, &[]);
+        let comparison = Comparison::new(&findings, &others);
+        print(&match args.format {
+            Form::Md => comparison.markdown(),
+            Form::Json => serde_json::to_string(&comparison).map_err(Failure::run)? + "\n",
+            Form::Csv | Form::Svg => {
+                return Err(Failure::usage(format!(
+                    "--beside needs --format md or json, got {}",
+                    args.format
+                )));
+            }
+        })?;
+        return Ok(if args.accept && !comparison.accepted() { Exit::Threshold } else { Exit::Done });
+    }
     let text = match args.format {
         Form::Md => findings.markdown() + &Speed::of(&args.dir, &manifest).markdown(),
         Form::Json => serde_json::to_string(&findings).map_err(Failure::run)? + "\n",
@@ -83,6 +103,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     print(&text)?;
     Ok(Exit::Done)
+}
+
+/// The rows of a folder, folded.
+fn fold(dir: &Path) -> Result<(Manifest, Report), Failure> {
+    let manifest = store::manifest(dir)?;
+    let mut report = Report::new(manifest.plan.clone());
+    store::each_row(dir, &manifest, |row| {
+        report.fold(&row);
+        Ok(())
+    })?;
+    Ok((manifest, report))
 }
 
 /// Times of the cells, beside the paper's. Not reproducible: of one machine and day.

@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             row.trial,
             row.digest,
             summary.digest,
-            env!("CARGO_PKG_VERSION"),
+            store::VERSION,
             row.version
         )));
     }

@@ -15,6 +15,10 @@ use ::campaign::{Plan, Row, Shard};
 use node::{Exit, Failure};
 use serde::{Deserialize, Serialize};
 
+/// Version of this program: the release, and after the `+` a hash of the sources that decide rows, so that
+/// a changed planner is never taken for the one that flew the first half of a campaign.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("HOPPER_SOURCES"));
+
 const PLAN: &str = "campaign.json";
 const ROWS: &str = "trials.jsonl";
 const TABLE: &str = "trials.csv";
@@ -22,7 +26,7 @@ const TIMES: &str = "times.csv";
 const RUN: &str = "run.json";
 
 const TABLE_HEADINGS: &str = "trial,cell,repetition,seed,config,version,scenario,profile,planner,safety,\
-                              information,distance,outcome,steps,hops,coverage,digest\n";
+                              information,distance,outcome,steps,hops,treasures,coverage,digest\n";
 const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
 
 /// What a folder is a part of.

@@ -7,13 +7,18 @@
 //!
 //! No threads, no clock; files are read by [`scenario::load`] only. The host flies the trials.
 
+pub mod against;
 pub mod cell;
+pub mod comparison;
 mod distribution;
 pub mod error;
 pub mod file;
 pub mod markdown;
+mod number;
+mod page;
 pub mod paper;
 pub mod plan;
+mod records;
 pub mod report;
 pub mod row;
 pub mod shard;
@@ -21,10 +26,11 @@ pub mod statistics;
 pub mod tally;
 
 pub use cell::Cell;
+pub use comparison::Comparison;
 pub use error::CampaignError;
 pub use file::Campaign;
 pub use plan::{Plan, Trial};
-pub use report::Report;
+pub use report::{Bound, Report};
 pub use row::Row;
 pub use shard::Shard;
 pub use tally::Tally;

@@ -38,6 +38,8 @@ pub struct Row {
     pub steps: u64,
     /// Hops commanded.
     pub hops: u64,
+    /// Treasures collected.
+    pub treasures: u32,
     /// Share of the map seen, 0 to 1.
     pub coverage: f64,
     /// Digest of the mission.
@@ -53,6 +55,8 @@ pub struct Ending {
     pub steps: u64,
     /// Hops commanded.
     pub hops: u64,
+    /// Treasures collected.
+    pub treasures: u32,
     /// Share of the map seen, 0 to 1.
     pub coverage: f64,
     /// Digest of the mission.
@@ -80,6 +84,7 @@ impl Row {
             outcome: ending.outcome,
             steps: ending.steps,
             hops: ending.hops,
+            treasures: ending.treasures,
             coverage: ending.coverage,
             digest: ending.digest,
         }

@@ -1,7 +1,7 @@
 //! Wilson's interval, Welch's t-test, differences in standard errors.
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, DiscreteCDF, Hypergeometric, Normal, StudentsT};
 
 /// Count, mean and sample standard deviation of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -92,6 +92,35 @@ pub fn welch(a: &Sample, b: &Sample) -> Option<Welch> {
     let degrees = variance.powi(2) / (va.powi(2) / (a.count - 1) as f64 + vb.powi(2) / (b.count - 1) as f64);
     let student = StudentsT::new(0.0, 1.0, degrees).ok()?;
     Some(Welch { t, degrees, p: 2.0 * student.sf(t.abs()), critical: student.inverse_cdf(0.975) })
+}
+
+/// Student's t of two means with pooled variance: how the paper's t-values come about. `None` where a
+/// sample has fewer than two members or neither varies.
+#[must_use]
+pub fn student(a: &Sample, b: &Sample) -> Option<f64> {
+    let (na, nb) = (a.count as f64, b.count as f64);
+    let pooled = ((na - 1.0) * a.sd?.powi(2) + (nb - 1.0) * b.sd?.powi(2)) / (na + nb - 2.0);
+    let error = (pooled * (1.0 / na + 1.0 / nb)).sqrt();
+    (error > 0.0).then_some((a.mean? - b.mean?) / error)
+}
+
+/// Fisher's exact test, one-sided: the probability of so few successes of `a` or fewer, if both shares
+/// are equal and the successes of both together are as many as they are. `None` of nothing.
+#[must_use]
+pub fn fisher_below((successes_a, count_a): (u64, u64), (successes_b, count_b): (u64, u64)) -> Option<f64> {
+    if count_a == 0 || count_b == 0 {
+        return None;
+    }
+    let draws = Hypergeometric::new(count_a + count_b, successes_a + successes_b, count_a).ok()?;
+    Some(draws.cdf(successes_a))
+}
+
+/// Probability under Welch's test of a difference of the means of `a` less `b` at least as large, if `a`
+/// is not the larger one: small where `a` is significantly above `b`.
+#[must_use]
+pub fn welch_above(a: &Sample, b: &Sample) -> Option<f64> {
+    let Welch { t, degrees, .. } = welch(a, b)?;
+    Some(StudentsT::new(0.0, 1.0, degrees).ok()?.sf(t))
 }
 
 /// Difference of two means in standard errors of the difference; `None` if one has no spread to judge by.

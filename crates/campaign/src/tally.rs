@@ -15,6 +15,8 @@ pub struct Tally {
     outcomes: [u64; Status::ALL.len()],
     /// Steps of successes: how often each.
     steps: BTreeMap<u64, u64>,
+    /// Treasures collected by successes: how often each number.
+    treasures: BTreeMap<u64, u64>,
     hops: u64,
     /// Coverage in millionths, so that the sum is exact.
     coverage_ppm: u64,
@@ -33,8 +35,12 @@ pub struct Numbers {
     pub failures: BTreeMap<&'static str, u64>,
     /// Steps over successes.
     pub steps: Sample,
-    /// Mean steps with each failure counted at the step limit.
-    pub restricted_mean_steps: Option<f64>,
+    /// Steps with each failure counted at the step limit.
+    pub restricted_steps: Sample,
+    /// Treasures collected by successes.
+    pub treasures: Sample,
+    /// Successes by how many treasures they collected.
+    pub treasure_counts: BTreeMap<u64, u64>,
     /// Mean hops of all trials.
     pub mean_hops: Option<f64>,
     /// Mean share of the map seen.
@@ -47,6 +53,7 @@ impl Tally {
         self.outcomes[row.outcome as usize] += 1;
         if row.outcome == Status::Goal {
             *self.steps.entry(row.steps).or_default() += 1;
+            *self.treasures.entry(u64::from(row.treasures)).or_default() += 1;
         }
         self.hops += row.hops;
         self.coverage_ppm += (row.coverage * 1e6).round() as u64;
@@ -74,7 +81,7 @@ impl Tally {
     pub fn numbers(&self, steps_max: u64) -> Numbers {
         let (trials, successes) = (self.trials(), self.count(Status::Goal));
         let mean = |sum: f64| (trials > 0).then(|| sum / trials as f64);
-        let sum: u64 = self.steps().map(|(steps, count)| steps * count).sum();
+        let failed = [(steps_max, trials - successes)];
         let failures = Status::ALL
             .into_iter()
             .filter(|status| *status != Status::Goal && self.count(*status) > 0)
@@ -85,7 +92,9 @@ impl Tally {
             success_interval: wilson(successes, trials),
             failures: failures.collect(),
             steps: Sample::of(self.steps()),
-            restricted_mean_steps: mean((sum + (trials - successes) * steps_max) as f64),
+            restricted_steps: Sample::of(self.steps().chain(failed)),
+            treasures: Sample::of(self.treasures.iter().map(|(number, count)| (*number, *count))),
+            treasure_counts: self.treasures.clone(),
             mean_hops: mean(self.hops as f64),
             mean_coverage: mean(self.coverage_ppm as f64 / 1e6),
         }

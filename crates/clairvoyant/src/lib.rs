@@ -9,6 +9,8 @@
 //! - restricted mean steps, M_k(x) = min_u Σ p (c + M_{k−c}(x′)), a failure counted at the limit: k in
 //!   all, whenever it comes.
 //!
+//! Treasures are no part of either bound: what is bounded is the way to the goal.
+//!
 //! Holding never helps: both are monotone in k (P_k ≥ P_{k−1}, M_k ≤ M_{k−1} + 1), since whatever can
 //! be done with fewer steps can be done with more.
 

@@ -98,6 +98,8 @@ pub struct Weights {
 pub struct Payoff {
     /// Payoff of the goal, which absorbs.
     pub goal: f64,
+    /// Payoff of collecting a treasure, on top of that of landing on its cell.
+    pub treasure: f64,
     /// Discount γ per period, in (0, 1).
     pub discount: f64,
     /// The soil term T on sand in S = −|∇h| − T (P23 eq. 4).

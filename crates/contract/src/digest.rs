@@ -20,7 +20,7 @@ impl Digest {
     #[must_use]
     pub fn genesis(scenario_hash: &[u8; 32], seed: u64, profile: Profile, robot: crate::RobotId) -> Self {
         let mut hasher = Sha256::new();
-        hasher.update(b"hopper chain v1");
+        hasher.update(b"hopper chain v2");
         hasher.update(scenario_hash);
         hasher.update(seed.to_le_bytes());
         hasher.update(profile.code().to_le_bytes());
@@ -57,6 +57,7 @@ impl Digest {
         hasher.update(flight.flights.to_le_bytes());
         hasher.update(record.steps.to_le_bytes());
         hasher.update(record.status.code().to_le_bytes());
+        hasher.update(record.collected.0.to_le_bytes());
         Self(hasher.finalize().into())
     }
 

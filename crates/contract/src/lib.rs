@@ -30,6 +30,7 @@ pub mod roster;
 pub mod service;
 pub mod state;
 pub mod timing;
+pub mod treasure;
 pub mod truth;
 pub mod wire;
 
@@ -56,4 +57,5 @@ pub use replica::Replica;
 pub use roster::Roster;
 pub use state::{Pose, State};
 pub use timing::{MonotonicNs, Stage, Timing};
+pub use treasure::Collected;
 pub use truth::{Gathering, Truth, TruthPage, TruthRequest};

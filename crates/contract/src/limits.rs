@@ -21,6 +21,9 @@ pub const GRADIENT_MAX: f64 = 1.0e4;
 /// Largest payoff, weight or penalty that is believed.
 pub const PAYOFF_MAX: f64 = 1.0e6;
 
+/// Most treasures of a scenario.
+pub const TREASURES_MAX: usize = 16;
+
 /// Records in one page of the past.
 pub const PAST_PAGE_RECORDS: usize = 64;
 

@@ -34,6 +34,7 @@ pub struct ObservedMap {
     seen: usize,
     sand: usize,
     observation: u64,
+    treasures: Vec<Cell>,
     changes: Changes,
 }
 
@@ -64,6 +65,7 @@ impl ObservedMap {
             seen: 0,
             sand: 0,
             observation: 0,
+            treasures: Vec::new(),
             changes: Changes::default(),
         };
         map.mark();
@@ -99,6 +101,29 @@ impl ObservedMap {
         self.cells[self.grid.index(cell)?].as_ref()
     }
 
+    /// Cells with treasures that have been seen and not yet collected, in index order.
+    #[must_use]
+    pub fn treasures(&self) -> &[Cell] {
+        &self.treasures
+    }
+
+    /// Writes down which treasures have been seen and not yet collected, in index order.
+    pub fn set_treasures(&mut self, treasures: &[Cell]) {
+        if self.treasures != treasures {
+            let step = Self::treasures_step(&self.treasures, treasures);
+            self.observation = self.observation.wrapping_add(step);
+            self.treasures.clear();
+            self.treasures.extend_from_slice(treasures);
+        }
+    }
+
+    /// By how much the fingerprint grows when the treasures change.
+    #[must_use]
+    pub fn treasures_step(before: &[Cell], after: &[Cell]) -> u64 {
+        let sum = |cells: &[Cell]| cells.iter().fold(0_u64, |sum, &cell| sum.wrapping_add(mark_of(cell)));
+        sum(after).wrapping_sub(sum(before))
+    }
+
     /// Number of seen cells.
     #[must_use]
     pub fn seen_cells(&self) -> usize {
@@ -119,7 +144,7 @@ impl ObservedMap {
 
     /// Fingerprint of what is known: equal for equal cells, whoever built the map, when, and in what order.
     ///
-    /// It is the sum, modulo 2⁶⁴, of one XXH3-64 a seen cell, so that a landing changes it by what it
+    /// It is the sum, modulo 2⁶⁴, of one XXH3-64 a seen cell and one a treasure, so that a landing changes it by what it
     /// reveals. It guards against what is lost or damaged on the way, not against forgery.
     #[must_use]
     pub fn observation(&self) -> u64 {
@@ -161,6 +186,8 @@ impl ObservedMap {
     /// The cells that changed since the map had the fingerprint `observation`, in the order of their changes,
     /// possibly repeated; `None` if it never had it, or too long ago: then anything may have changed.
     ///
+    /// Treasures are too few to need a list of changes: compare [`ObservedMap::treasures`].
+    ///
     /// This goes by content, not by object: two maps with one fingerprint hold the same cells, so a planner may
     /// ask any map on the same lattice, and gets a list that holds every difference, or `None`.
     #[must_use]
@@ -182,6 +209,7 @@ impl PartialEq for ObservedMap {
                 other.published,
                 other.grid,
             )
+            && self.treasures == other.treasures
             && self.cells == other.cells
     }
 }
@@ -208,6 +236,14 @@ impl Changes {
         let (_, made) = self.marks.iter().rev().find(|(marked, _)| *marked == observation)?;
         Some(&self.log[made.checked_sub(self.forgotten)? as usize..])
     }
+}
+
+/// XXH3-64 of one treasure.
+fn mark_of(cell: Cell) -> u64 {
+    let mut bytes = [0; 8];
+    bytes[..4].copy_from_slice(&cell.x.to_le_bytes());
+    bytes[4..].copy_from_slice(&cell.y.to_le_bytes());
+    xxh3_64(&bytes)
 }
 
 /// XXH3-64 of one seen cell.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Decision, Grid, Ground, MonotonicNs, RobotId, RunId};
+use crate::{Cell, Decision, Grid, Ground, MonotonicNs, RobotId, RunId};
 
 /// A seen cell and its index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,8 @@ pub struct MapPatch {
     pub grid: Grid,
     /// Seen cells of the map with its cells.
     pub seen_cells: u32,
+    /// Treasures of the map with its cells that are not yet collected, in index order.
+    pub treasures: Vec<Cell>,
     /// Cells seen for the first time, or better, in index order.
     pub cells: Vec<SeenCell>,
 }
@@ -82,6 +84,8 @@ pub struct MapPage {
     pub from: u32,
     /// First index after the stretch; the number of cells at the end.
     pub next: u32,
+    /// Treasures seen and not yet collected, in index order.
+    pub treasures: Vec<Cell>,
     /// The seen cells of the stretch, in index order.
     pub cells: Vec<SeenCell>,
 }

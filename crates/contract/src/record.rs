@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Decision, Digest, Leader, MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status, Timing,
+    Action, Collected, Decision, Digest, Leader, MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status,
+    Timing,
 };
 
 /// One executed decision.
@@ -27,6 +28,8 @@ pub struct Record {
     pub outcome: Outcome,
     /// Pose afterwards.
     pub pose: Pose,
+    /// Treasures collected so far, this landing's among them.
+    pub collected: Collected,
     /// Steps afterwards, in the paper's count.
     pub steps: u64,
     /// Status afterwards.
@@ -51,6 +54,7 @@ impl Record {
             status: self.status,
             leader: self.leader,
             pose: self.pose,
+            collected: self.collected,
             last: Some(self.outcome),
             digest: self.digest,
             landed,

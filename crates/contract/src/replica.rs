@@ -16,8 +16,8 @@ use std::collections::VecDeque;
 
 use crate::limits::PATCHES_BUFFERED;
 use crate::{
-    Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts, RobotId, RunId,
-    SeenCell,
+    Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts, RobotId,
+    RunId, SeenCell,
 };
 
 /// A request that has no answer is repeated after this long.
@@ -124,10 +124,10 @@ impl Replica {
         let held = pursuit.sequence.unwrap_or(page.sequence);
         while let Some(patch) = self.buffer.pop_front_if(|patch| patch.sequence <= page.sequence) {
             if patch.sequence > held {
-                learn_all(map, &patch.cells);
+                learn_all(map, &patch.cells, &patch.treasures);
             }
         }
-        learn_all(map, &page.cells);
+        learn_all(map, &page.cells, &page.treasures);
         if map.observation() == page.observation {
             (map.through, map.sequence) = (Some(page.through), page.sequence);
             (map.sensed, map.published) = (page.sensed, page.published);
@@ -185,15 +185,17 @@ fn follows(map: &ObservedMap, patch: &MapPatch) -> bool {
     next && patch.before == map.observation()
 }
 
-fn learn_all(map: &mut ObservedMap, cells: &[SeenCell]) {
+fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {
     for cell in cells {
         map.learn(cell.index as usize, cell.ground);
     }
+    map.set_treasures(treasures);
 }
 
 /// Folds a patch in, if its cells make what it says they make.
 fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
-    let step = patch.cells.iter().fold(0_u64, |sum, cell| {
+    let treasures = ObservedMap::treasures_step(map.treasures(), &patch.treasures);
+    let step = patch.cells.iter().fold(treasures, |sum, cell| {
         let index = cell.index as usize;
         sum.wrapping_add(ObservedMap::step(index, map.cells()[index].as_ref(), &cell.ground))
     });
@@ -202,7 +204,14 @@ fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
         let need = format!("{after:016x}, which its cells make");
         return Err(Refusal::malformed("map.after", &need, format!("{:016x}", patch.after)));
     }
-    learn_all(map, &patch.cells);
+    let is_seen = |cell: &&Cell| {
+        let index = map.grid.index(**cell).expect("a treasure lies on the lattice") as u32;
+        map.ground(**cell).is_some() || patch.cells.binary_search_by_key(&index, |cell| cell.index).is_ok()
+    };
+    if let Some(cell) = patch.treasures.iter().find(|cell| !is_seen(cell)) {
+        return Err(Refusal::malformed("map.treasures", "seen cells", cell));
+    }
+    learn_all(map, &patch.cells, &patch.treasures);
     map.sequence = patch.sequence;
     map.through = (patch.more == 0).then_some(patch.through);
     (map.sensed, map.published) = (patch.sensed, patch.published);

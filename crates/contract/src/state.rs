@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Decision, Digest, Leader, MonotonicNs, Outcome, RobotId, RunId, Status, Timing};
+use crate::{
+    Cell, Collected, Decision, Digest, Leader, MonotonicNs, Outcome, RobotId, RunId, Status, Timing,
+};
 
 /// Where the hopper is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +32,8 @@ pub struct State {
     pub leader: Leader,
     /// Where the hopper is.
     pub pose: Pose,
+    /// Treasures collected so far.
+    pub collected: Collected,
     /// What became of the last command; `None` at decision 0.
     pub last: Option<Outcome>,
     /// Chained digest of everything executed so far.

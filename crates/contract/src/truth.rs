@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::replica::ASK_AGAIN_NS;
-use crate::{Grid, Ground, MonotonicNs, Refusal, RunId};
+use crate::{Cell, Grid, Ground, MonotonicNs, Refusal, RunId};
 
 /// The true ground of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,6 +14,8 @@ pub struct Truth {
     pub grid: Grid,
     /// Cells in index order.
     pub cells: Vec<Ground>,
+    /// Cells with treasures in index order.
+    pub treasures: Vec<Cell>,
 }
 
 /// Asks hopper-sim for the truth from an index on.
@@ -36,6 +38,8 @@ pub struct TruthPage {
     pub from: u32,
     /// Cells in index order.
     pub cells: Vec<Ground>,
+    /// Cells with treasures anywhere on the lattice, in index order.
+    pub treasures: Vec<Cell>,
 }
 
 /// Gathers the truth of one run page by page, asking until it is whole.
@@ -73,7 +77,7 @@ impl Gathering {
         }
         self.run = None;
         let cells = std::mem::take(&mut self.cells);
-        Ok(Some(Truth { run: page.run, grid: page.grid, cells }))
+        Ok(Some(Truth { run: page.run, grid: page.grid, cells, treasures: page.treasures.clone() }))
     }
 
     /// What to ask for at `now`: the next page, or the same again if it does not come.

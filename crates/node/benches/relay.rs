@@ -147,6 +147,7 @@ fn state(decision: u64, status: Status) -> State {
         status,
         leader: Leader::default(),
         pose: Pose { cell: Cell::new(0, 0), height_m: 0.0 },
+        collected: contract::Collected::default(),
         last: None,
         digest: Digest::default(),
         landed: MonotonicNs(0),
@@ -215,6 +216,7 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
         published: MonotonicNs(0),
         grid,
         seen_cells: cells,
+        treasures: Vec::new(),
         cells: (0..cells).map(|index| SeenCell { index, ground }).collect(),
     };
     while node.stop_requested().is_none() {

@@ -19,12 +19,10 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         _ => "trace",
     };
     let default = || EnvFilter::new(format!("{level},{MIDDLEWARE}"));
-    let filter = match std::env::var("HOPPER_LOG") {
-        Ok(text) if !text.is_empty() => {
-            EnvFilter::try_new(format!("{MIDDLEWARE},{text}")).unwrap_or_else(|_| default())
-        }
-        _ => default(),
-    };
+    let asked = std::env::var("HOPPER_LOG").ok().filter(|text| !text.is_empty());
+    let given = asked.as_ref().map(|text| EnvFilter::try_new(format!("{MIDDLEWARE},{text}")));
+    let refused = given.as_ref().and_then(|given| given.as_ref().err().map(ToString::to_string));
+    let filter = given.and_then(Result::ok).unwrap_or_else(default);
     let installed = tracing_subscriber::fmt()
         .compact()
         .with_env_filter(filter)
@@ -36,6 +34,11 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         .is_ok();
     if installed {
         tracing::debug!(role, pid = std::process::id(), "logging");
+        if let (Some(asked), Some(error)) = (asked, refused) {
+            tracing::warn!(
+                "HOPPER_LOG needs a filter such as debug or node=trace, got {asked:?} ({error}): not used"
+            );
+        }
     }
 }
 

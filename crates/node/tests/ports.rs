@@ -7,7 +7,7 @@ mod samples;
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use contract::wire::{GroundV1, MapPageV1, MapPatchV1, SeenCellV1, StateV1, TruthPageV1};
+use contract::wire::{GroundV1, MapPageV1, MapPatchV1, SeenCellV1, StateV2, TruthPageV1};
 use contract::{
     Decision, Incarnation, MapRequest, Name, PastPage, PastRequest, Refusal, Role, RunId, Status,
     TruthRequest, service,
@@ -181,10 +181,10 @@ fn a_malformed_sample_is_refused_by_name() {
     {
         let (a, b) = pair(&own);
         let (writer, mut reader) = (a.state_writer(ROBOT).unwrap(), b.state_reader(ROBOT).unwrap());
-        writer.publish_wire(StateV1 { status: 99, ..StateV1::from(&state(1)) }).unwrap();
+        writer.publish_wire(StateV2 { status: 99, ..StateV2::from(&state(1)) }).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert_eq!(refusal.to_string(), "field state.status needs a known tag, got 99");
-        let mut wire = StateV1::from(&state(1));
+        let mut wire = StateV2::from(&state(1));
         wire.pose.height_m = f64::NAN;
         writer.publish_wire(wire).unwrap();
         assert!(reader.newest().unwrap().unwrap_err().to_string().contains("pose.height_m"));
@@ -224,10 +224,14 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         ("map.through", refusal(|header, _| header.through = u64::MAX)),
         ("map.seen_cells", refusal(|header, _| header.seen_cells = 21)),
         ("map.more", refusal(|header, _| header.more = u32::MAX)),
+        ("map.treasures", refusal(|header, _| header.treasure_count = 17)),
+        ("map.treasures", refusal(|header, _| header.treasure_count = u32::MAX)),
+        ("map.treasures", refusal(|header, _| header.treasure_count = 2)),
+        ("map.treasures", refusal(|header, _| header.treasures[0] = [i32::MAX, 0])),
         ("map.grid", refusal(|header, _| header.width = 0)),
         ("map.grid", refusal(|header, _| header.width = u32::MAX)),
         ("map.grid", refusal(|header, _| header.cell_size_m = f64::NAN)),
-        ("cell.index", refusal(|header, _| header.width = 1)),
+        ("cell.index", refusal(|header, cells| (header.height, cells[5].index) = (2, 10))),
     ] {
         assert!(refusal.to_string().contains(field), "{field}: {refusal}");
         assert_eq!(refusal.reason(), "malformed", "{field}");

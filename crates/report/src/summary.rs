@@ -61,6 +61,8 @@ pub struct Summary {
     pub decisions: u64,
     /// Steps after which the mission would have been a deadlock.
     pub steps_max: u64,
+    /// Treasures collected.
+    pub treasures: u32,
     /// Share of the map seen, 0 to 1, if known.
     pub coverage: Option<f64>,
     /// From the hopper to the goal, metres as the crow flies.
@@ -122,6 +124,7 @@ impl SummaryBuilder {
             artifacts: BTreeMap::new(),
             decisions: tally.due().0,
             steps_max: brief.limits.steps_max,
+            treasures: tally.treasures(),
             coverage: None,
             distance_to_goal_m: tally.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
@@ -164,6 +167,9 @@ impl fmt::Display for Summary {
             way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
         }
         fact("route", way)?;
+        if self.treasures > 0 {
+            fact("treasures", format!("{} collected", self.treasures))?;
+        }
         if let Some(share) = self.coverage {
             fact("map", format!("{:.0} % seen", 100.0 * share))?;
         }

@@ -1,8 +1,8 @@
 //! The fold over executed decisions behind summary or progress.
 
 use contract::{
-    Branch, Brief, Cell, Decision, Digest, Grid, Leader, Name, Outcome, Pose, Range, Record, State, Status,
-    Term, Timing,
+    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Outcome, Pose, Range, Record,
+    State, Status, Term, Timing,
 };
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +19,8 @@ pub struct Executed {
     pub outcome: Outcome,
     /// Pose afterwards.
     pub pose: Pose,
+    /// Treasures collected so far.
+    pub collected: Collected,
     /// Steps afterwards, in the papers' count.
     pub steps: u64,
     /// Status afterwards.
@@ -38,6 +40,7 @@ impl Executed {
             leader: state.leader,
             outcome: state.last?,
             pose: state.pose,
+            collected: state.collected,
             steps: state.steps,
             status: state.status,
             timing: state.last_timing,
@@ -53,6 +56,7 @@ impl From<&Record> for Executed {
             leader: record.leader,
             outcome: record.outcome,
             pose: record.pose,
+            collected: record.collected,
             steps: record.steps,
             status: record.status,
             timing: record.timing,
@@ -176,6 +180,12 @@ impl Tally {
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.last.map_or(0, |last| last.steps)
+    }
+
+    /// Treasures collected so far.
+    #[must_use]
+    pub fn treasures(&self) -> u32 {
+        self.last.map_or(0, |last| last.collected.count())
     }
 
     /// How the mission stands.

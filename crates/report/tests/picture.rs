@@ -31,6 +31,7 @@ fn svg(
     let picture = Picture {
         brief,
         terrain,
+        treasures: &[],
         map,
         policy,
         route,
@@ -75,12 +76,15 @@ fn every_size_is_xml_below_two_megabytes() {
 #[test]
 fn rough_ground_of_200_cells_a_side_stays_below_two_megabytes() {
     let brief = brief(200);
-    let (mut terrain, mut map) = ground(&brief);
+    let (mut terrain, _) = ground(&brief);
+    let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
     let mut noise = 1_u32;
-    for (ground, seen) in terrain.iter_mut().zip(&mut map.cells) {
+    for (index, ground) in terrain.iter_mut().enumerate() {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         ground.height_m = f64::from(noise >> 8);
-        *seen = (noise >> 30 > 1).then_some(*ground);
+        if noise >> 30 > 1 {
+            map.learn(index, *ground);
+        }
     }
     let text = svg(&brief, &terrain, &map, Some(&policy(&brief)), &[]);
     assert!(text.len() < 2_000_000, "{} bytes", text.len());
@@ -146,6 +150,7 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
     let picture = Picture {
         brief: &brief,
         terrain: &terrain[1..],
+        treasures: &[],
         map: &map,
         policy: None,
         route: &[],

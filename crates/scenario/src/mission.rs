@@ -68,6 +68,8 @@ pub struct PayoffWeights {
 pub struct PayoffConstants {
     /// Payoff of the goal, which absorbs.
     pub goal: f64,
+    /// Payoff of collecting a treasure, on top of that of landing on its cell.
+    pub treasure: f64,
     /// Discount of one period, 0.01 to 0.9999.
     pub discount: f64,
     /// Soil term T on sand in S = -|slope| - T; -5 taken literally from the paper makes sand attractive.
@@ -108,7 +110,7 @@ impl Default for PayoffWeights {
 
 impl Default for PayoffConstants {
     fn default() -> Self {
-        Self { goal: 100.0, discount: 0.99, sand_term: -5.0 }
+        Self { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 }
     }
 }
 

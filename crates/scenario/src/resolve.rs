@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use contract::wire::{BriefV1, GroundV1};
+use contract::limits::TREASURES_MAX;
+use contract::wire::{BriefV2, GroundV1};
 use contract::{
     Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
     Range, RunId, SensorParameters, SoilMotion, Weights,
@@ -41,14 +42,15 @@ impl Scenario {
         resolved.settle_datum(&shaped.relief)?;
         let sand = resolved.sand(&shaped)?;
         let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
-        let terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
+        let mut terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
         resolved.settle_priors(&terrain);
         resolved.settle_sensor(&terrain.grid)?;
 
         let mut brief = resolved.brief_on(&terrain)?;
         check_cells(&brief, &terrain, &shaped.relief)?;
+        terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         // Every bound of the wire is a bound of scenarios; it is stated there, once.
-        brief = Brief::try_from(&BriefV1::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV2::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Option::<Ground>::try_from(&GroundV1::from(Some(ground))).map_err(ScenarioError::Brief)?;
         }
@@ -139,6 +141,37 @@ impl Scenario {
         })
     }
 
+    /// The treasures, each once on passable ground of the hop lattice and neither at start nor at goal, in
+    /// index order.
+    fn treasures_on(&mut self, brief: &Brief, terrain: &Terrain) -> Result<Vec<Cell>, ScenarioError> {
+        let refuse = |need, got: String| Err(ScenarioError::Value { field: "truth.treasures", need, got });
+        let grid = &brief.grid;
+        let given = &mut self.truth.treasures;
+        if given.len() > TREASURES_MAX {
+            return refuse("at most 16 cells", given.len().to_string());
+        }
+        given.sort_by_key(|&[x, y]| (y, x));
+        let cells: Vec<Cell> = given.iter().map(|&[x, y]| Cell::new(x, y)).collect();
+        if let Some(twice) = cells.windows(2).find(|pair| pair[0] == pair[1]) {
+            return refuse("each cell once", format!("{} twice", twice[0]));
+        }
+        for &cell in &cells {
+            let Some(ground) = terrain.ground(cell) else {
+                return refuse("cells on the map", cell.to_string());
+            };
+            if cell == brief.start || cell == brief.goal {
+                return refuse("cells other than start and goal", cell.to_string());
+            }
+            if !ground.passable {
+                return refuse("passable ground", cell.to_string());
+            }
+            if !grid.on_same_lattice(cell, brief.goal) {
+                return refuse("cells whole hops away from the goal", cell.to_string());
+            }
+        }
+        Ok(cells)
+    }
+
     fn settle_priors(&mut self, terrain: &Terrain) {
         let sand_term = self.brief.payoff.sand_term;
         let priors = &mut self.brief.priors;
@@ -202,6 +235,7 @@ impl Scenario {
             },
             payoff: Payoff {
                 goal: mission.payoff.goal,
+                treasure: mission.payoff.treasure,
                 discount: mission.payoff.discount,
                 sand_term: mission.payoff.sand_term,
             },

@@ -14,6 +14,9 @@ pub struct Truth {
     /// Where it is sand; nowhere by default.
     #[serde(default)]
     pub sand: SandRules,
+    /// Cells (x, y) with treasures, at most 16; known to a planner once seen, collected on landing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub treasures: Vec<[i32; 2]>,
 }
 
 /// The shape of the ground: exactly one of these.

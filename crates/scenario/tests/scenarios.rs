@@ -147,6 +147,17 @@ fn the_generated_hills_can_be_crossed_without_any_file() {
 }
 
 #[test]
+fn the_large_map_has_the_papers_size_way_and_limit() {
+    let world = built_in("large");
+    let brief = &world.brief;
+    assert_eq!((brief.grid.width, brief.grid.height, brief.limits.steps_max), (50, 50, 800));
+    assert_eq!((brief.start, brief.goal), (Cell::new(1, 2), Cell::new(48, 48)));
+    assert!(world.findings.is_empty() && world.terrain.cells.iter().all(|ground| ground.passable));
+    let sand = world.terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count();
+    assert_eq!(sand, 643, "of 2,500");
+}
+
+#[test]
 fn a_resolved_scenario_resolves_to_the_very_same_world() {
     let folder = Folder::new();
     let real = folder.world(&REAL.replace("datum_m = -4000", "datum_m = \"survey\"")).unwrap();
@@ -419,6 +430,36 @@ fn values_out_of_range_are_refused_with_need_and_got() {
     }
 }
 
+/// P-TREASURE-CELLS
+#[test]
+fn treasures_lie_where_they_can_be_collected() {
+    let treasures = built_in("treasures").terrain.treasures;
+    assert_eq!(
+        treasures,
+        [(12, 4), (4, 10), (10, 10), (15, 15)].map(|(x, y)| Cell::new(x, y)),
+        "in index order"
+    );
+    let at = |cells: &str| {
+        let text = BUILT_IN.iter().find(|(name, _)| *name == "treasures").unwrap().1;
+        let all = "[[12, 4], [10, 10], [4, 10], [15, 15]]";
+        assert!(text.contains(all));
+        Scenario::parse(&text.replace(all, cells), "test").unwrap().resolve()
+    };
+    assert_ne!(at("[[12, 4]]").unwrap().hash, at("[[12, 5]]").unwrap().hash);
+    assert_eq!(at("[[5, 4], [3, 4]]").unwrap().hash, at("[[3, 4], [5, 4]]").unwrap().hash);
+    let many = format!("{:?}", [[3, 3]; 17]);
+    for (cells, got) in [
+        ("[[20, 4]]", "(20, 4)"),
+        ("[[-1, 4]]", "(-1, 4)"),
+        ("[[1, 2]]", "other than start and goal"),
+        ("[[18, 18]]", "other than start and goal"),
+        ("[[3, 3], [4, 4], [3, 3]]", "(3, 3) twice"),
+        (&many, "got 17"),
+    ] {
+        says(&at(cells).unwrap_err().to_string(), &["truth.treasures", got]);
+    }
+}
+
 #[test]
 fn random_hills_out_of_bounds_are_refused() {
     let text = |fields: &str| {
@@ -435,7 +476,10 @@ fn random_hills_out_of_bounds_are_refused() {
 
 #[test]
 fn an_unknown_selector_names_the_known_scenarios() {
-    says(&load("nowhere").unwrap_err().to_string(), &["hard, heterogeneous, sandy, hills, mars", "nowhere"]);
+    says(
+        &load("nowhere").unwrap_err().to_string(),
+        &["hard, heterogeneous, sandy, large, treasures, hills, mars", "nowhere"],
+    );
 }
 
 /// Walks a scenario along the schema, following references, and fails where a field is not in it.

@@ -15,12 +15,14 @@ pub struct Terrain {
     pub datum_m: f64,
     /// Cells in index order: row-major, southernmost row first.
     pub cells: Vec<Ground>,
+    /// Cells with treasures, in index order.
+    pub treasures: Vec<Cell>,
 }
 
 impl Terrain {
     /// Sets `relief` relative to `datum_m` and lays `sand` on it. Impassable is what is steeper than
     /// `slope_limit_rad`, and what is not known; the latter is level with the lowest known cell, hard
-    /// and flat, so that it says nothing.
+    /// and flat, so that it says nothing. There are no treasures on it yet.
     #[must_use]
     pub fn new(relief: &Relief, datum_m: f64, slope_limit_rad: f64, sand: &Sand) -> Self {
         let lowest = relief.known().map(|(height, _)| *height).reduce(f64::min).unwrap_or(datum_m);
@@ -37,6 +39,7 @@ impl Terrain {
             grid: relief.grid,
             datum_m,
             cells: relief.grid.iter().zip(&relief.cells).map(ground).collect(),
+            treasures: Vec::new(),
         }
     }
 

@@ -15,7 +15,7 @@ use super::{JournalError, codec, frame};
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
 
 /// Version of the layout of header and records; a changed layout takes a new one.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();

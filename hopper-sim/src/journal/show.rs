@@ -42,10 +42,21 @@ impl Show {
     }
 }
 
-const HEADINGS: [&str; 10] =
-    ["decision", "term", "planner", "action", "branch", "from", "to", "height m", "steps", "status"];
+const HEADINGS: [&str; 11] = [
+    "decision",
+    "term",
+    "planner",
+    "action",
+    "branch",
+    "from",
+    "to",
+    "height m",
+    "treasures",
+    "steps",
+    "status",
+];
 
-fn row(record: &Record) -> [String; 10] {
+fn row(record: &Record) -> [String; 11] {
     let outcome = &record.outcome;
     [
         record.decision.to_string(),
@@ -56,6 +67,7 @@ fn row(record: &Record) -> [String; 10] {
         outcome.from.to_string(),
         outcome.to.to_string(),
         format!("{:.3}", record.pose.height_m),
+        record.collected.count().to_string(),
         record.steps.to_string(),
         record.status.to_string(),
     ]

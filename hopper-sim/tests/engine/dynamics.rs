@@ -1,6 +1,8 @@
 //! What an action does on the true terrain.
 
-use contract::{Action, Branch, Cell, Decision, Direction, Flight, Pose, Soil, State, Status};
+use contract::{
+    Action, Branch, Cell, Collected, Decision, Direction, Flight, Pose, Soil, SoilMotion, State, Status,
+};
 use hopper_sim::Mission;
 use hopper_sim::dynamics::{Execution, execute};
 
@@ -20,7 +22,7 @@ fn from(cell: Cell, action: Action) -> Execution {
 
 #[test]
 fn a_sure_hop_lands_on_its_target_and_flies_the_rise_between() {
-    let Execution { outcome, pose, steps, status } = from(Cell::new(1, 2), EAST);
+    let Execution { outcome, pose, steps, status, .. } = from(Cell::new(1, 2), EAST);
     assert_eq!(
         (outcome.branch, outcome.to, steps, status),
         (Branch::Intended, Cell::new(2, 2), 2, Status::Underway)
@@ -38,7 +40,7 @@ fn a_hop_from_sand_is_two_half_hops_and_three_steps() {
 
 #[test]
 fn holding_flies_nothing_and_costs_a_step() {
-    let Execution { outcome, pose, steps, status } = from(Cell::new(3, 2), Action::Hold);
+    let Execution { outcome, pose, steps, status, .. } = from(Cell::new(3, 2), Action::Hold);
     assert_eq!((outcome.branch, outcome.flight), (Branch::Held, Flight::default()));
     assert_eq!((outcome.from, outcome.to, pose.cell), (Cell::new(3, 2), Cell::new(3, 2), Cell::new(3, 2)));
     assert_eq!((steps, status), (1, Status::Underway));
@@ -107,4 +109,21 @@ fn landings_scatter_as_the_law_says() {
         let deviation = (law * (1.0 - law) / f64::from(HOPS)).sqrt();
         assert!((share - law).abs() < 5.0 * deviation, "{branch:?}: {share} against {law}");
     }
+}
+
+#[test]
+fn a_treasure_is_collected_by_whatever_hop_lands_on_it_and_once() {
+    let mut mission = sure_mission(Cell::new(1, 2));
+    mission.terrain.treasures = vec![Cell::new(2, 2), Cell::new(1, 3)];
+    let first = execute(&mission, &at(&mission, Cell::new(1, 2)), EAST);
+    assert_eq!(first.collected, Collected(0b01));
+    let state = State { collected: first.collected, ..at(&mission, Cell::new(1, 2)) };
+    assert_eq!(execute(&mission, &state, EAST).collected, first.collected, "it is gone");
+    assert_eq!(execute(&mission, &state, WEST).collected, first.collected, "nothing lies there");
+
+    // A hop east that always slips to the left lands north.
+    mission.brief.motion.hard = SoilMotion { intended: 0.0, stuck: 0.0, sideways: 0.5, flights: 1 };
+    let slips = |decision| execute(&mission, &State { decision: Decision(decision), ..state }, EAST);
+    let left = (0..64).map(slips).find(|slip| slip.outcome.branch == Branch::Left).expect("one of 64");
+    assert_eq!((left.pose.cell, left.collected), (Cell::new(1, 3), Collected(0b11)));
 }

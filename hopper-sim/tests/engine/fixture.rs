@@ -30,7 +30,7 @@ pub fn brief() -> Brief {
         start: Cell::new(1, 2),
         goal: Cell::new(7, 6),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
-        payoff: Payoff { goal: 100.0, discount: 0.99, sand_term: -5.0 },
+        payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
         priors: Priors { safety: Range { min: -0.1, max: 5.0 }, height_m: Range { min: -0.2, max: 0.2 } },
         motion: MotionParameters {
             hard: soil(0.9, 0.0, 0.05, 1),
@@ -60,7 +60,11 @@ pub fn mission() -> Mission {
         passable: cell != Cell::new(8, 0),
     };
     let cells = brief.grid.iter().map(ground).collect();
-    Mission { terrain: Terrain { grid: brief.grid, datum_m: brief.datum_m, cells }, brief, seed: 42 }
+    Mission {
+        terrain: Terrain { grid: brief.grid, datum_m: brief.datum_m, cells, treasures: Vec::new() },
+        brief,
+        seed: 42,
+    }
 }
 
 /// The mission with hops that always land where they are meant to, from `start`.

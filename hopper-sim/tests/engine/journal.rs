@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::{Branch, Cell, Decision, Flight, Outcome, Pose, Profile, Record, Status};
+use contract::{Branch, Cell, Collected, Decision, Flight, Outcome, Pose, Profile, Record, Status};
 use hopper_sim::journal::FILE_NAME;
 use hopper_sim::{History, Journal, JournalError, JournalHeader};
 use proptest::prelude::*;
@@ -363,7 +363,7 @@ fn a_full_disk_leaves_whole_records_only_and_the_very_same_one_fits_later() {
 }
 
 #[test]
-fn the_bytes_of_format_1_are_golden() {
+fn the_bytes_of_format_2_are_golden() {
     let flight = Flight {
         launch_speed_mps: 1.9,
         launch_angle_rad: 0.8,
@@ -379,6 +379,7 @@ fn the_bytes_of_format_1_are_golden() {
     for record in &mut records {
         record.outcome =
             Outcome { branch: Branch::Left, from: Cell::new(1, 2), to: Cell::new(-1, 3), flight };
+        record.collected = Collected(0b101);
         record.pose = Pose { cell: record.outcome.to, height_m: -0.125 };
         (record.steps, record.status) = (2 * record.decision.next().0, Status::Underway);
         record.previous = digest;

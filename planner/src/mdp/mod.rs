@@ -2,11 +2,13 @@
 
 pub mod model;
 pub mod policy;
+pub mod treasures;
 pub mod value_iteration;
 
 use contract::{Action, Name, PolicyCell};
 
 use self::model::Model;
+use self::treasures::Treasures;
 use self::value_iteration::ValueIteration;
 use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 
@@ -17,11 +19,14 @@ use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 /// the goal over ground not known to be impassable, the plan is infeasible, and the action is to
 /// hold: what is known cannot become passable again, and standing still is safe.
 ///
+/// Known treasures are planned for by [`treasures`], one model for each set of them.
+///
 /// Every solve starts cold; only buffers live from one to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
     model: Option<Model>,
     solver: ValueIteration,
+    treasures: Treasures,
     /// Whether the model and the values belong to the last plan.
     solved: bool,
 }
@@ -41,10 +46,11 @@ impl Planner for Mdp {
             model.rebuild(situation);
         }
         let model = self.model.get_or_insert_with(|| Model::new(situation));
+        self.treasures.rebuild(situation, model);
         let Some(node) = model.node(here).filter(|&node| model.leads_to_goal(node)) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let solution = self.solver.solve(model, budget);
+        let solution = self.treasures.solve(model, &mut self.solver, budget);
         self.solved = true;
         Plan {
             action: policy::action(model, &self.solver.values, node),
@@ -56,6 +62,13 @@ impl Planner for Mdp {
 
     fn policy(&self) -> Option<Vec<PolicyCell>> {
         let model = self.model.as_ref().filter(|_| self.solved)?;
-        Some(policy::cells(model, &self.solver.values))
+        let mut cells = policy::cells(model, &self.solver.values);
+        for (cell, policy) in model.grid().iter().zip(&mut cells) {
+            let onward = model.node(cell).and_then(|node| self.treasures.onward(node));
+            if let Some((action, value)) = onward {
+                *policy = PolicyCell { action, value };
+            }
+        }
+        Some(cells)
     }
 }

@@ -35,6 +35,9 @@ pub enum Node {
     Free,
     /// The goal: absorbs.
     Goal,
+    /// A treasure still to be collected: absorbs in this model, whose payoff there is all that collecting
+    /// it is worth ([`super::treasures`]).
+    Treasure,
     /// Known to be impassable: the hopper is lost there.
     Impassable,
     /// The rim around the map.
@@ -189,7 +192,7 @@ impl Model {
     pub fn worth(&self, values: &[f64], node: usize) -> f64 {
         match self.nodes[node] {
             Node::Free => self.payoffs[node] + values[node],
-            Node::Goal => self.payoffs[node],
+            Node::Goal | Node::Treasure => self.payoffs[node],
             Node::Impassable | Node::Outside => self.loss,
         }
     }
@@ -218,7 +221,7 @@ impl Model {
         while let Some(from) = open.pop() {
             match self.nodes[from] {
                 Node::Goal => return true,
-                Node::Free => {}
+                Node::Free | Node::Treasure => {}
                 Node::Impassable | Node::Outside => continue,
             }
             for direction in Direction::ALL {

@@ -27,8 +27,13 @@ pub fn tolerance(model: &Model) -> f64 {
 
 /// Largest |V| possible.
 fn value_max(model: &Model) -> f64 {
-    let payoff_max = model.payoffs.iter().fold(0.0_f64, |max, payoff| max.max(payoff.abs()));
-    (payoff_max / (1.0 - model.discount)).max(model.loss.abs())
+    let largest = |treasure: bool| {
+        let payoffs = model.nodes.iter().zip(&model.payoffs);
+        let such = payoffs.filter(|(node, _)| (**node == Node::Treasure) == treasure);
+        such.fold(0.0_f64, |max, (_, payoff)| max.max(payoff.abs()))
+    };
+    // What a treasure is worth is paid once.
+    (largest(false) / (1.0 - model.discount) + largest(true)).max(model.loss.abs())
 }
 
 /// How a solve ended.
@@ -54,7 +59,7 @@ struct Backup {
 /// The solver, with buffers that are overwritten by each solve.
 #[derive(Clone, Debug, Default)]
 pub struct ValueIteration {
-    /// Value of each node of the model solved last; 0 at the goal, the loss where the hopper is lost.
+    /// Value of each node of the model solved last; 0 where it absorbs, the loss where the hopper is lost.
     pub values: Vec<f64>,
     /// r + V of each node.
     worths: Vec<f64>,
@@ -92,7 +97,7 @@ impl ValueIteration {
         self.worths.clear();
         self.worths.extend(model.nodes.iter().zip(&model.payoffs).map(|(node, payoff)| match node {
             Node::Free => payoff + worst,
-            Node::Goal => *payoff,
+            Node::Goal | Node::Treasure => *payoff,
             Node::Impassable | Node::Outside => model.loss,
         }));
         outwards(model, &mut self.order);
@@ -128,7 +133,7 @@ impl ValueIteration {
         self.values.clear();
         self.values.extend(model.nodes.iter().enumerate().map(|(index, node)| match node {
             Node::Free => self.worths[index] - model.payoffs[index],
-            Node::Goal => 0.0,
+            Node::Goal | Node::Treasure => 0.0,
             Node::Impassable | Node::Outside => model.loss,
         }));
     }

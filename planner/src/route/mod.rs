@@ -7,6 +7,7 @@
 //!
 //! In unknown terrain they replan at each landing over what is believed by then. Slips are priced (a
 //! hop that seldom succeeds is dear) and otherwise ignored: no route minds the edge of the map.
+//! Treasures are no part of a route's cost: these planners collect only what lies on their way.
 
 pub mod astar;
 pub mod costs;

@@ -1,6 +1,6 @@
 //! The greedy planner.
 
-use contract::{Action, Cell, Direction, Ground, Profile, Soil};
+use contract::{Action, Cell, Direction, Ground, ObservedMap, Profile, Soil};
 use planner::{PlanStatus, algorithm};
 
 use crate::world::{Soils, World};
@@ -62,5 +62,19 @@ fn greedy_never_hops_off_the_map() {
             }
             Action::Hold => assert_eq!(cell, world.brief.goal),
         }
+    }
+}
+
+#[test]
+fn greedy_takes_a_treasure_beside_it_and_no_other() {
+    for profile in Profile::ALL {
+        let world = World::paper(Soils::Hard, [0.5, 0.5], profile);
+        let here = Cell::new(5, 5);
+        let towards = |treasures: Vec<Cell>| {
+            let map = ObservedMap { treasures, ..world.seen() };
+            world.plan(&mut *algorithm("greedy").unwrap(), &map, here).action
+        };
+        assert_eq!(towards(vec![Cell::new(5, 4)]), Action::Hop(Direction::South));
+        assert_eq!(towards(vec![Cell::new(5, 3)]), towards(vec![]), "it looks no further than one hop");
     }
 }

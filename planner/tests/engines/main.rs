@@ -10,4 +10,5 @@ mod paper_table;
 mod profile;
 mod route;
 mod rows;
+mod treasures;
 mod world;

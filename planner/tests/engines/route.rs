@@ -71,7 +71,11 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
                 assert_eq!(found, need, "A*, world {seed}, {profile}, from {here}");
                 assert!(expansions <= grid.cells() as u64, "A* expands no cell twice");
                 let mut search = Incremental::new(costs.clone(), grid, here, goal);
-                assert_eq!(search.search(&Budget::default()).0, need, "D* Lite, world {seed}, {profile}, from {here}");
+                assert_eq!(
+                    search.search(&Budget::default()).0,
+                    need,
+                    "D* Lite, world {seed}, {profile}, from {here}"
+                );
                 match need {
                     Search::NoRoute => dead_ends += 1,
                     _ => routes += 1,

@@ -108,7 +108,7 @@ impl World {
         weights: Weights,
         profile: Profile,
     ) -> Self {
-        let payoff = Payoff { goal: 100.0, discount: 0.99, sand_term: -5.0 };
+        let payoff = Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 };
         let safety = |ground: &Ground| {
             -ground.steepness() - if ground.soil == Soil::Sand { payoff.sand_term } else { 0.0 }
         };
@@ -194,6 +194,7 @@ impl World {
             status: Status::Underway,
             leader: Leader::default(),
             pose: Pose { cell, height_m: self.ground(cell).map_or(0.0, |ground| ground.height_m) },
+            collected: contract::Collected::default(),
             last: None,
             digest: Digest::default(),
             landed: MonotonicNs(0),

@@ -30,7 +30,7 @@ pub struct SoilMotionV1 {
 /// The canonical brief.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV1 {
+pub struct BriefV2 {
     /// Run, high half first.
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
@@ -61,6 +61,8 @@ pub struct BriefV1 {
     pub weights: [f64; 3],
     /// Payoff of the goal.
     pub payoff_goal: f64,
+    /// Payoff of a treasure.
+    pub payoff_treasure: f64,
     /// Discount γ, in (0, 1).
     pub discount: f64,
     /// Soil term T on sand.
@@ -92,10 +94,10 @@ pub struct BriefV1 {
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV1>() == 352);
+const _: () = assert!(size_of::<BriefV2>() == 360);
 
-impl Wire for BriefV1 {
-    const NAME: &'static str = "hop.Brief.v1";
+impl Wire for BriefV2 {
+    const NAME: &'static str = "hop.Brief.v2";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -128,7 +130,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV1 {
+impl From<&Brief> for BriefV2 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -149,6 +151,7 @@ impl From<&Brief> for BriefV1 {
             goal: cell_to_wire(brief.goal),
             weights: [brief.weights.safety, brief.weights.information, brief.weights.distance],
             payoff_goal: brief.payoff.goal,
+            payoff_treasure: brief.payoff.treasure,
             discount: brief.payoff.discount,
             sand_term: brief.payoff.sand_term,
             safety_range: [brief.priors.safety.min, brief.priors.safety.max],
@@ -167,10 +170,10 @@ impl From<&Brief> for BriefV1 {
     }
 }
 
-impl TryFrom<&BriefV1> for Brief {
+impl TryFrom<&BriefV2> for Brief {
     type Error = Refusal;
 
-    fn try_from(wire: &BriefV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV2) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
@@ -203,6 +206,7 @@ impl TryFrom<&BriefV1> for Brief {
             },
             payoff: Payoff {
                 goal: payoff("brief.payoff.goal", wire.payoff_goal)?,
+                treasure: payoff("brief.payoff.treasure", wire.payoff_treasure)?,
                 discount: float("brief.payoff.discount", wire.discount, 0.01, 0.9999)?,
                 sand_term: payoff("brief.payoff.sand_term", wire.sand_term)?,
             },

@@ -2,8 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag};
-use crate::limits::{DECISIONS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX};
+use super::{
+    Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag,
+    treasures_from_wire, treasures_to_wire,
+};
+use crate::limits::{DECISIONS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell, Soil};
 
 /// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
@@ -38,6 +41,12 @@ pub struct MapPatchV1 {
     pub seen_cells: u32,
     /// Parts of the same landing that follow.
     pub more: u32,
+    /// Treasures seen and not yet collected.
+    pub treasure_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Their cells (x, y) in index order; zero beyond the count.
+    pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
 /// Asks for the map from an index on.
@@ -84,6 +93,12 @@ pub struct MapPageV1 {
     pub from: u32,
     /// First index after the stretch.
     pub next: u32,
+    /// Treasures seen and not yet collected.
+    pub treasure_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Their cells (x, y) in index order; zero beyond the count.
+    pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
 /// One seen cell.
@@ -102,9 +117,9 @@ pub struct SeenCellV1 {
     pub passable: u16,
 }
 
-const _: () = assert!(size_of::<MapPatchV1>() == 96);
+const _: () = assert!(size_of::<MapPatchV1>() == 232);
 const _: () = assert!(size_of::<MapRequestV1>() == 32);
-const _: () = assert!(size_of::<MapPageV1>() == 88);
+const _: () = assert!(size_of::<MapPageV1>() == 224);
 const _: () = assert!(size_of::<SeenCellV1>() == 32);
 
 impl Wire for MapPatchV1 {
@@ -160,6 +175,7 @@ impl TryFrom<&SeenCellV1> for SeenCell {
 
 impl From<&MapPatch> for MapPatchV1 {
     fn from(patch: &MapPatch) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&patch.treasures);
         Self {
             run: run_to_wire(patch.run),
             through: patch.through.0,
@@ -175,12 +191,16 @@ impl From<&MapPatch> for MapPatchV1 {
             robot: u32::from(patch.robot.0),
             seen_cells: patch.seen_cells,
             more: patch.more,
+            treasure_count,
+            reserved: 0,
+            treasures,
         }
     }
 }
 
 impl From<&MapPage> for MapPageV1 {
     fn from(page: &MapPage) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
         Self {
             run: run_to_wire(page.run),
             through: page.through.0,
@@ -195,6 +215,9 @@ impl From<&MapPage> for MapPageV1 {
             robot: u32::from(page.robot.0),
             from: page.from,
             next: page.next,
+            treasure_count,
+            reserved: 0,
+            treasures,
         }
     }
 }
@@ -250,6 +273,7 @@ pub fn patch_from_wire(header: &MapPatchV1, cells: &[SeenCellV1]) -> Result<MapP
         published: MonotonicNs(header.published_ns),
         grid,
         seen_cells: header.seen_cells,
+        treasures: treasures_from_wire("map.treasures", &grid, header.treasure_count, &header.treasures)?,
         cells: seen_cells(cells, MAP_PATCH_CELLS, 0, whole)?,
     })
 }
@@ -277,6 +301,7 @@ pub fn map_page_from_wire(header: &MapPageV1, cells: &[SeenCellV1]) -> Result<Ma
         grid,
         from,
         next,
+        treasures: treasures_from_wire("map.treasures", &grid, header.treasure_count, &header.treasures)?,
         cells: seen_cells(cells, MAP_PAGE_CELLS, from, next)?,
     })
 }

@@ -17,22 +17,22 @@ mod policy;
 mod state;
 mod truth;
 
-pub use brief::BriefV1;
+pub use brief::BriefV2;
 pub use command::CommandV1;
 pub use ground::GroundV1;
 pub use heartbeat::HeartbeatV1;
 pub use map::{MapPageV1, MapPatchV1, MapRequestV1, SeenCellV1, map_page_from_wire, patch_from_wire};
-pub use past::{PastHeaderV1, PastRequestV1, RecordV1, page_from_wire};
+pub use past::{PastHeaderV1, PastRequestV1, RecordV2, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
-pub use state::StateV1;
+pub use state::StateV2;
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M};
+use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, TREASURES_MAX};
 use crate::{
-    Branch, Cell, Flight, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal, RobotId, RunId,
-    Term, Timing,
+    Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal,
+    RobotId, RunId, Term, Timing,
 };
 
 /// A type that may cross shared memory under a versioned name.
@@ -90,6 +90,49 @@ pub(crate) fn counted(field: &str, value: u64) -> Result<u64, Refusal> {
     } else {
         Err(Refusal::malformed(field, &format!("at most {DECISIONS_MAX}"), value))
     }
+}
+
+/// A mark for each treasure collected.
+pub(crate) fn collected(field: &str, marks: u32) -> Result<Collected, Refusal> {
+    if marks >> TREASURES_MAX == 0 {
+        Ok(Collected(marks))
+    } else {
+        Err(Refusal::malformed(field, &format!("at most {TREASURES_MAX} marks"), format!("{marks:#b}")))
+    }
+}
+
+/// Treasures as a list of fixed length, the rest zero, with how many there are.
+pub(crate) fn treasures_to_wire(treasures: &[Cell]) -> (u32, [[i32; 2]; TREASURES_MAX]) {
+    assert!(treasures.len() <= TREASURES_MAX, "at most {TREASURES_MAX} treasures, got {}", treasures.len());
+    let mut cells = [[0; 2]; TREASURES_MAX];
+    for (wire, treasure) in cells.iter_mut().zip(treasures) {
+        *wire = cell_to_wire(*treasure);
+    }
+    (treasures.len() as u32, cells)
+}
+
+/// Treasures on `grid`, each on a cell of its own and in index order.
+pub(crate) fn treasures_from_wire(
+    field: &str,
+    grid: &Grid,
+    count: u32,
+    cells: &[[i32; 2]; TREASURES_MAX],
+) -> Result<Vec<Cell>, Refusal> {
+    let Some(cells) = cells.get(..count as usize) else {
+        return Err(Refusal::malformed(field, &format!("at most {TREASURES_MAX} treasures"), count));
+    };
+    let mut treasures = Vec::with_capacity(cells.len());
+    let mut last = None;
+    for cell in cells {
+        let cell = cell_from_wire(field, *cell)?;
+        let index = grid.index(cell);
+        if index.is_none() || index <= last {
+            return Err(Refusal::malformed(field, "cells on the grid in index order, each once", cell));
+        }
+        last = index;
+        treasures.push(cell);
+    }
+    Ok(treasures)
 }
 
 /// 0 or 1.

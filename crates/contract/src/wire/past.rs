@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, counted, flag, robot_from_wire, run_from_wire, run_to_wire, tag,
-    timing_from_wire, timing_to_wire,
+    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, flag, robot_from_wire, run_from_wire, run_to_wire,
+    tag, timing_from_wire, timing_to_wire,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
 use crate::{Action, Decision, Digest, PastPage, PastRequest, Record, Refusal, Status};
@@ -40,7 +40,7 @@ pub struct PastHeaderV1 {
 /// One executed decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct RecordV1 {
+pub struct RecordV2 {
     /// Decision.
     pub decision: u64,
     /// Fingerprint of the map it was decided on.
@@ -57,6 +57,10 @@ pub struct RecordV1 {
     pub cut: u32,
     /// [`Status::code`] afterwards.
     pub status: u32,
+    /// Treasures collected, one bit each.
+    pub collected: u32,
+    /// Zero.
+    pub reserved: u32,
     /// Who commanded.
     pub leader: LeaderV1,
     /// What became of it.
@@ -73,7 +77,7 @@ pub struct RecordV1 {
 
 const _: () = assert!(size_of::<PastRequestV1>() == 32);
 const _: () = assert!(size_of::<PastHeaderV1>() == 32);
-const _: () = assert!(size_of::<RecordV1>() == 320);
+const _: () = assert!(size_of::<RecordV2>() == 328);
 
 impl Wire for PastRequestV1 {
     const NAME: &'static str = "hop.PastRequest.v1";
@@ -83,8 +87,8 @@ impl Wire for PastHeaderV1 {
     const NAME: &'static str = "hop.PastHeader.v1";
 }
 
-impl Wire for RecordV1 {
-    const NAME: &'static str = "hop.Record.v1";
+impl Wire for RecordV2 {
+    const NAME: &'static str = "hop.Record.v2";
 }
 
 impl From<&PastRequest> for PastRequestV1 {
@@ -119,7 +123,7 @@ impl From<&PastPage> for PastHeaderV1 {
     }
 }
 
-impl From<&Record> for RecordV1 {
+impl From<&Record> for RecordV2 {
     fn from(record: &Record) -> Self {
         Self {
             decision: record.decision.0,
@@ -130,6 +134,8 @@ impl From<&Record> for RecordV1 {
             action: record.action.code(),
             cut: u32::from(record.cut),
             status: record.status.code(),
+            collected: record.collected.0,
+            reserved: 0,
             leader: (&record.leader).into(),
             outcome: (&record.outcome).into(),
             pose: (&record.pose).into(),
@@ -140,10 +146,10 @@ impl From<&Record> for RecordV1 {
     }
 }
 
-impl TryFrom<&RecordV1> for Record {
+impl TryFrom<&RecordV2> for Record {
     type Error = Refusal;
 
-    fn try_from(wire: &RecordV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &RecordV2) -> Result<Self, Refusal> {
         Ok(Self {
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(counted("record.decision", wire.decision)?),
@@ -154,6 +160,7 @@ impl TryFrom<&RecordV1> for Record {
             cut: flag("record.cut", wire.cut)?,
             outcome: (&wire.outcome).try_into()?,
             pose: (&wire.pose).try_into()?,
+            collected: collected("record.collected", wire.collected)?,
             steps: wire.steps,
             status: tag("record.status", wire.status, Status::from_code)?,
             timing: timing_from_wire(wire.timing_ns),
@@ -167,7 +174,7 @@ impl TryFrom<&RecordV1> for Record {
 ///
 /// # Errors
 /// If it is too long, a record is malformed, or its decisions are not consecutive.
-pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV1]) -> Result<PastPage, Refusal> {
+pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV2]) -> Result<PastPage, Refusal> {
     if records.len() > PAST_PAGE_RECORDS {
         return Err(Refusal::malformed(
             "past.records",

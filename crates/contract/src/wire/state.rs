@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, robot_from_wire, run_from_wire, run_to_wire, tag, timing_from_wire,
-    timing_to_wire,
+    LeaderV1, OutcomeV1, PoseV1, Wire, collected, robot_from_wire, run_from_wire, run_to_wire, tag,
+    timing_from_wire, timing_to_wire,
 };
 use crate::limits::DECISIONS_MAX;
 use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
@@ -12,7 +12,7 @@ use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
 /// The state at one decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct StateV1 {
+pub struct StateV2 {
     /// Run, high half first.
     pub run: [u64; 2],
     /// Decision due.
@@ -27,6 +27,10 @@ pub struct StateV1 {
     pub robot: u32,
     /// [`Status::code`].
     pub status: u32,
+    /// Treasures collected, one bit each.
+    pub collected: u32,
+    /// Zero.
+    pub reserved: u32,
     /// Who commands.
     pub leader: LeaderV1,
     /// Where the hopper is.
@@ -39,13 +43,13 @@ pub struct StateV1 {
     pub last_timing_ns: [u64; 8],
 }
 
-const _: () = assert!(size_of::<StateV1>() == 296);
+const _: () = assert!(size_of::<StateV2>() == 304);
 
-impl Wire for StateV1 {
-    const NAME: &'static str = "hop.State.v1";
+impl Wire for StateV2 {
+    const NAME: &'static str = "hop.State.v2";
 }
 
-impl From<&State> for StateV1 {
+impl From<&State> for StateV2 {
     fn from(state: &State) -> Self {
         Self {
             run: run_to_wire(state.run),
@@ -55,6 +59,8 @@ impl From<&State> for StateV1 {
             published_ns: state.published.0,
             robot: u32::from(state.robot.0),
             status: state.status.code(),
+            collected: state.collected.0,
+            reserved: 0,
             leader: (&state.leader).into(),
             pose: (&state.pose).into(),
             last: state.last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from),
@@ -64,10 +70,10 @@ impl From<&State> for StateV1 {
     }
 }
 
-impl TryFrom<&StateV1> for State {
+impl TryFrom<&StateV2> for State {
     type Error = Refusal;
 
-    fn try_from(wire: &StateV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &StateV2) -> Result<Self, Refusal> {
         if wire.decision > DECISIONS_MAX {
             return Err(Refusal::malformed(
                 "state.decision",
@@ -83,6 +89,7 @@ impl TryFrom<&StateV1> for State {
             status: tag("state.status", wire.status, Status::from_code)?,
             leader: (&wire.leader).try_into()?,
             pose: (&wire.pose).try_into()?,
+            collected: collected("state.collected", wire.collected)?,
             last: if wire.decision == 0 { None } else { Some((&wire.last).try_into()?) },
             digest: Digest(wire.digest),
             landed: MonotonicNs(wire.landed_ns),

@@ -2,8 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{GroundV1, Wire, run_from_wire, run_to_wire};
-use crate::limits::TRUTH_PAGE_CELLS;
+use super::{GroundV1, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
+use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
 use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
 
 /// Asks for the truth from an index on.
@@ -34,10 +34,16 @@ pub struct TruthPageV1 {
     pub hop_cells: u32,
     /// Index of the first cell.
     pub from: u32,
+    /// Treasures anywhere on the lattice.
+    pub treasure_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Their cells (x, y) in index order; zero beyond the count.
+    pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
 const _: () = assert!(size_of::<TruthRequestV1>() == 24);
-const _: () = assert!(size_of::<TruthPageV1>() == 40);
+const _: () = assert!(size_of::<TruthPageV1>() == 176);
 
 impl Wire for TruthRequestV1 {
     const NAME: &'static str = "hop.TruthRequest.v1";
@@ -63,6 +69,7 @@ impl TryFrom<&TruthRequestV1> for TruthRequest {
 
 impl From<&TruthPage> for TruthPageV1 {
     fn from(page: &TruthPage) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
         Self {
             run: run_to_wire(page.run),
             cell_size_m: page.grid.cell_size_m,
@@ -70,6 +77,9 @@ impl From<&TruthPage> for TruthPageV1 {
             height: page.grid.height,
             hop_cells: page.grid.hop_cells,
             from: page.from,
+            treasure_count,
+            reserved: 0,
+            treasures,
         }
     }
 }
@@ -90,5 +100,6 @@ pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<
         let ground = Option::<Ground>::try_from(cell)?;
         known.push(ground.ok_or_else(|| Refusal::malformed("truth.soil", "hard or sand", "unseen"))?);
     }
-    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells: known })
+    let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
+    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells: known, treasures })
 }

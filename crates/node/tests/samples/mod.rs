@@ -77,7 +77,7 @@ pub fn brief() -> Brief {
         start: Cell::new(0, 0),
         goal: Cell::new(4, 3),
         weights: Weights { safety: 1.0, information: 1.0, distance: 1.0 },
-        payoff: Payoff { goal: 10.0, discount: 0.9, sand_term: 0.5 },
+        payoff: Payoff { goal: 10.0, treasure: 5.0, discount: 0.9, sand_term: 0.5 },
         priors: Priors { safety: Range { min: -2.0, max: 0.0 }, height_m: Range { min: 0.0, max: 3.0 } },
         motion: MotionParameters {
             hard: soil(0.1, 0.05),
@@ -115,6 +115,7 @@ pub fn state(decision: u64) -> State {
         status: Status::Underway,
         leader: Leader::default(),
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
+        collected: contract::Collected::default(),
         last: (decision > 0).then(outcome),
         digest: Digest([3; 32]),
         landed: MonotonicNs(5),
@@ -156,6 +157,7 @@ pub fn patch(sequence: u64) -> MapPatch {
         published: MonotonicNs(4),
         grid: grid(),
         seen_cells: 9,
+        treasures: vec![Cell::new(3, 0)],
         cells: seen_cells(3..9),
     }
 }
@@ -176,6 +178,7 @@ pub fn map_page(request: &MapRequest) -> MapPage {
         grid: grid(),
         from: request.from,
         next: 20,
+        treasures: vec![Cell::new(3, 0)],
         cells: seen_cells(request.from..20),
     }
 }
@@ -183,7 +186,7 @@ pub fn map_page(request: &MapRequest) -> MapPage {
 pub fn truth_page(request: &TruthRequest) -> TruthPage {
     let grid = grid();
     let cells = (request.from..grid.cells() as u32).map(|index| ground(f64::from(index))).collect();
-    TruthPage { run: request.run, grid, from: request.from, cells }
+    TruthPage { run: request.run, grid, from: request.from, cells, treasures: vec![Cell::new(1, 0)] }
 }
 
 pub fn policy() -> Policy {
@@ -209,6 +212,7 @@ pub fn record(decision: u64) -> Record {
         cut: false,
         outcome: outcome(),
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
+        collected: contract::Collected::default(),
         steps: 2,
         status: Status::Underway,
         timing: Timing::default(),

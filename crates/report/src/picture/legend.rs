@@ -4,7 +4,7 @@ use contract::{Branch, Direction};
 
 use super::raster::Raster;
 use super::sheet::{Number, Sheet};
-use super::{Picture, arrow, colour, is_slip};
+use super::{Find, Picture, arrow, colour, is_slip};
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;
@@ -41,6 +41,20 @@ fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
 
 /// The goal: a red star, P23's red point with a form of its own.
 pub fn goal(x: f64, y: f64, size: f64) -> String {
+    star(x, y, size, "fill=\"#e3000f\" stroke=\"#fff\"")
+}
+
+/// A treasure: a black star, as in P23, golden once it is collected, faint while nobody knows of it.
+pub fn treasure(x: f64, y: f64, size: f64, find: Find) -> String {
+    let ink = match find {
+        Find::Collected => "fill=\"#ffc400\" stroke=\"#111\"",
+        Find::Seen => "fill=\"#111\" stroke=\"#fff\"",
+        Find::Unseen => "fill=\"#111\" stroke=\"#fff\" opacity=\".45\"",
+    };
+    star(x, y, size, ink)
+}
+
+fn star(x: f64, y: f64, size: f64, ink: &str) -> String {
     let points: Vec<String> = (0..10)
         .map(|n| {
             let radius = size * if n % 2 == 0 { 1.45 } else { 0.62 };
@@ -49,7 +63,7 @@ pub fn goal(x: f64, y: f64, size: f64) -> String {
         })
         .collect();
     format!(
-        "<polygon points=\"{}\" fill=\"#e3000f\" stroke=\"#fff\" stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\"/>",
+        "<polygon points=\"{}\" {ink} stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\"/>",
         points.join(" ")
     )
 }
@@ -64,6 +78,15 @@ pub fn entries(picture: &Picture<'_>, raster: &Raster) -> Vec<Entry> {
             None => entry("hopper", |x, y| hopper(x, y, 6.0)),
         },
     ];
+    for (find, words) in [
+        (Find::Collected, "treasure, collected"),
+        (Find::Seen, "treasure, seen"),
+        (Find::Unseen, "treasure, not seen"),
+    ] {
+        if picture.treasures.iter().any(|&cell| picture.find(cell) == find) {
+            entries.push(entry(words, move |x, y| treasure(x, y, 6.0, find)));
+        }
+    }
     let took = |wanted: fn(Branch) -> bool| picture.route.iter().any(|record| wanted(record.outcome.branch));
     if took(|branch| branch == Branch::Intended) {
         entries.push(entry("hop as intended", |x, y| stroke(x, y, colour::ROUTE, "")));

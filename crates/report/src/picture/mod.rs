@@ -50,6 +50,8 @@ pub struct Picture<'a> {
     pub brief: &'a Brief,
     /// The truth, drawn faintly where nothing was seen; empty if not known.
     pub terrain: &'a [Ground],
+    /// The scenario's treasures; empty if not known.
+    pub treasures: &'a [Cell],
     /// What was seen.
     pub map: &'a ObservedMap,
     /// The last policy, if the planner has one.
@@ -254,7 +256,17 @@ impl Picture<'_> {
         path
     }
 
-    /// Start, goal, the hopper with the disc it senses.
+    /// What has become of the treasure on `cell`.
+    fn find(&self, cell: Cell) -> Find {
+        let seen = self.brief.grid.index(cell).is_some_and(|index| self.map.cells()[index].is_some());
+        match self.route.iter().any(|record| record.pose.cell == cell) {
+            true => Find::Collected,
+            false if seen => Find::Seen,
+            false => Find::Unseen,
+        }
+    }
+
+    /// Start, goal, treasures, the hopper with the disc it senses.
     fn marks(&self, sheet: &mut Sheet, frame: &Frame) {
         let here = self.position();
         let size = (frame.pitch * 0.3).clamp(6.0, 10.0);
@@ -270,6 +282,10 @@ impl Picture<'_> {
                 ));
             }
             sheet.close("g");
+        }
+        for &cell in self.treasures {
+            let (x, y) = frame.centre(cell);
+            sheet.raw(&legend::treasure(x, y, size * 0.72, self.find(cell)));
         }
         let (x, y) = frame.centre(self.brief.start);
         sheet.raw(&legend::start(x, y, size));
@@ -316,6 +332,14 @@ impl Picture<'_> {
     fn ground_at(&self, index: usize) -> Option<&Ground> {
         self.terrain.get(index).or(self.map.cells()[index].as_ref())
     }
+}
+
+/// What has become of a treasure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Find {
+    Collected,
+    Seen,
+    Unseen,
 }
 
 fn is_slip(branch: Branch) -> bool {

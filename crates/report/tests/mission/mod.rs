@@ -26,7 +26,7 @@ pub fn brief(side: u32) -> Brief {
         start: Cell::new(1, 1),
         goal: Cell::new(side as i32 - 2, side as i32 - 2),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
-        payoff: Payoff { goal: 100.0, discount: 0.99, sand_term: -5.0 },
+        payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
         priors: Priors { safety: range, height_m: range },
         motion: MotionParameters {
             hard: soil,
@@ -85,6 +85,7 @@ pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
             cut: false,
             outcome: Outcome { branch, from, to: cell, flight: contract::Flight::default() },
             pose: Pose { cell, height_m: 0.1 * f64::from(cell.x) },
+            collected: contract::Collected::default(),
             steps: steps + if action == Action::Hold { 1 } else { 2 },
             status,
             timing: Timing::from_moments(

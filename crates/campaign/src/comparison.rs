@@ -1,0 +1,221 @@
+//! One campaign beside another on the same cells, with a verdict on each cell of the MDP.
+//!
+//! A cell is accepted if, each at 95 % and one-sided,
+//!
+//! 1. its success is not significantly below the paper's count of 100 (Fisher's exact test),
+//! 2. nor below the other campaign's (the same),
+//! 3. its restricted mean is not significantly above the other's (Welch's test; whether it is below as it
+//!    stands is told as well),
+//! 4. and on the paper's sandy ground, its success lies within [`REGRET_MAX`] of the clairvoyant's bound.
+//!
+//! With fifteen cells and three tests each, two or three rejections by chance are to be expected of
+//! planners that are merely equal.
+
+use std::fmt::Write as _;
+
+use contract::Weights;
+use serde::Serialize;
+
+use crate::markdown::table;
+use crate::number::{number, pair, percent, signed, spread};
+use crate::paper::{self, Published};
+use crate::report::{CellFindings, Findings};
+use crate::statistics::{fisher_below, mean_difference, welch_above};
+
+/// Probability below which a difference counts as significant, one-sided.
+const SIGNIFICANCE: f64 = 0.05;
+
+/// Most that success on sandy ground may be short of the clairvoyant's bound.
+pub const REGRET_MAX: f64 = 0.01;
+
+/// Two campaigns, cell by cell.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison<'a> {
+    /// The campaign that is judged.
+    pub campaign: &'a str,
+    /// The one beside it.
+    pub beside: &'a str,
+    /// The cells that both have.
+    pub cells: Vec<Pair<'a>>,
+}
+
+/// The same scenario, planner and weights in both.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pair<'a> {
+    /// The cell that is judged.
+    pub ours: &'a CellFindings<'a>,
+    /// The one beside it.
+    pub other: &'a CellFindings<'a>,
+    /// The judgement, on cells of the MDP.
+    pub verdict: Option<Verdict>,
+    #[serde(skip)]
+    published: Option<Published>,
+}
+
+/// What the tests say of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Probability of so few successes if the paper's planner were no better.
+    pub success_p_paper: Option<f64>,
+    /// Probability of so few successes if the other's were no better.
+    pub success_p_other: Option<f64>,
+    /// Restricted mean less the other's, in standard errors.
+    pub restricted_difference_se: Option<f64>,
+    /// Probability of so large a restricted mean if the other's were no smaller.
+    pub restricted_p_other: Option<f64>,
+    /// Whether the restricted mean is below the other's as it stands.
+    pub restricted_below: bool,
+    /// What is missed; nothing, if the cell is accepted.
+    pub missed: Vec<&'static str>,
+}
+
+impl Verdict {
+    fn new(ours: &CellFindings<'_>, other: &CellFindings<'_>, published: Option<&Published>) -> Self {
+        let share = |cell: &CellFindings<'_>| (cell.numbers.successes, cell.numbers.trials);
+        let (restricted, others) = (&ours.numbers.restricted_steps, &other.numbers.restricted_steps);
+        let success_p_paper =
+            published.and_then(|paper| fisher_below(share(ours), (paper.successes, paper::TRIALS)));
+        let success_p_other = fisher_below(share(ours), share(other));
+        let restricted_p_other = welch_above(restricted, others);
+        let significant = |p: Option<f64>| p.is_some_and(|p| p < SIGNIFICANCE);
+        let regret = ours.regret.and_then(|regret| regret.success).filter(|_| ours.scenario == "sandy");
+        let misses = [
+            (significant(success_p_paper), "success below the paper's"),
+            (significant(success_p_other), "success below the other's"),
+            (significant(restricted_p_other), "restricted mean above the other's"),
+            (regret.is_some_and(|regret| regret > REGRET_MAX), "success short of the bound"),
+        ];
+        Self {
+            success_p_paper,
+            success_p_other,
+            restricted_difference_se: mean_difference(restricted, others),
+            restricted_p_other,
+            restricted_below: restricted.mean < others.mean,
+            missed: misses.into_iter().filter_map(|(missed, what)| missed.then_some(what)).collect(),
+        }
+    }
+
+    /// Whether nothing is missed.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        self.missed.is_empty()
+    }
+}
+
+impl<'a> Comparison<'a> {
+    /// `ours` beside `other`, over the cells of `ours` that `other` has, whatever their profiles.
+    #[must_use]
+    pub fn new(ours: &'a Findings<'a>, other: &'a Findings<'a>) -> Self {
+        let key = |cell: &CellFindings<'a>| (cell.scenario, cell.planner, cell.weights);
+        let pairs = ours.cells.iter().filter_map(|cell| {
+            let beside = other.cells.iter().find(|beside| key(beside) == key(cell))?;
+            let published = paper::published(cell.scenario, cell.planner, &cell.weights);
+            let verdict = (cell.planner == "mdp").then(|| Verdict::new(cell, beside, published.as_ref()));
+            Some(Pair { ours: cell, other: beside, verdict, published })
+        });
+        let cells = pairs.collect();
+        Self { campaign: ours.campaign, beside: other.campaign, cells }
+    }
+
+    /// Whether every cell that is judged is accepted.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        self.verdicts().all(Verdict::accepted)
+    }
+
+    fn verdicts(&self) -> impl Iterator<Item = &Verdict> {
+        self.cells.iter().filter_map(|pair| pair.verdict.as_ref())
+    }
+
+    /// The comparison as Markdown: a table of all cells, then the verdicts.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        self.cell_table() + &self.verdict_table() + &self.summary()
+    }
+
+    fn cell_table(&self) -> String {
+        let column = |cell: &CellFindings<'_>| {
+            let numbers = &cell.numbers;
+            let success = percent(numbers.successes, numbers.trials);
+            [format!("{success}, {}", spread(&numbers.steps)), number(numbers.restricted_steps.mean, 1)]
+        };
+        let rows = self.cells.iter().map(|Pair { ours, other, published, .. }| {
+            let paper = published.map_or("-".into(), |paper| {
+                format!("{} %, {}", paper.successes, number(paper.steps().mean, 1))
+            });
+            let [theirs, their_mean] = column(other);
+            let [own, own_mean] = column(ours);
+            let bound = ours.regret.as_ref().map_or("-".into(), |regret| {
+                let bound = regret.bound;
+                format!("{:.1} %, {:.1}", 100.0 * bound.success, bound.restricted_mean_steps)
+            });
+            let weights = bare(&ours.weights);
+            [
+                ours.scenario.into(),
+                ours.planner.into(),
+                weights,
+                paper,
+                theirs,
+                their_mean,
+                own,
+                own_mean,
+                bound,
+            ]
+        });
+        let (other, ours) = (format!("`{}`", self.beside), format!("`{}`", self.campaign));
+        let headings =
+            ["ground", "planner", "w1, w2", "paper", &other, "restricted", &ours, "restricted", "bounds"];
+        table(headings, &rows.collect::<Vec<_>>())
+    }
+
+    fn verdict_table(&self) -> String {
+        let p = |p: Option<f64>| p.map_or("-".into(), |p| format!("{p:.3}"));
+        let rows = self.cells.iter().filter_map(|Pair { ours, verdict, .. }| {
+            let verdict = verdict.as_ref()?;
+            Some([
+                ours.scenario.into(),
+                bare(&ours.weights),
+                p(verdict.success_p_paper),
+                p(verdict.success_p_other),
+                signed(verdict.restricted_difference_se),
+                if verdict.restricted_below { "yes".into() } else { "no".into() },
+                if verdict.accepted() { "accepted".into() } else { verdict.missed.join(", ") },
+            ])
+        });
+        let headings = [
+            "ground",
+            "w1, w2",
+            "p, success below the paper's",
+            "p, success below the other's",
+            "restricted mean, se",
+            "below as it stands",
+            "verdict",
+        ];
+        let rows: Vec<_> = rows.collect();
+        if rows.is_empty() { String::new() } else { table(headings, &rows) }
+    }
+
+    fn summary(&self) -> String {
+        let (judged, accepted, below) =
+            self.verdicts().fold((0, 0, 0), |(judged, accepted, below), verdict| {
+                let count = |is: bool| usize::from(is);
+                (judged + 1, accepted + count(verdict.accepted()), below + count(verdict.restricted_below))
+            });
+        let mut text = String::new();
+        if judged > 0 {
+            let _ = writeln!(
+                text,
+                "{accepted} of {judged} cells of the MDP are accepted: success not significantly below the paper's or the \
+                 other's, restricted mean not significantly above (one-sided, 95 %), and on sandy ground within {:.0} \
+                 point of the clairvoyant's success. In {below} the restricted mean is below the other's as it stands.",
+                100.0 * REGRET_MAX
+            );
+        }
+        text
+    }
+}
+
+/// Weights without brackets, as in the README's table.
+fn bare(weights: &Weights) -> String {
+    pair(weights).trim_matches(['(', ')']).into()
+}

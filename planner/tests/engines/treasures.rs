@@ -1,0 +1,150 @@
+//! Treasures: exact over what is left to collect, paid once.
+
+use std::collections::BTreeSet;
+
+use contract::{Action, Cell, Direction, ObservedMap, Profile};
+use planner::mdp::model::{Model, Node};
+use planner::mdp::treasures::EXACT_MAX;
+use planner::{Planner, Situation, algorithm};
+
+use crate::world::{Soils, World};
+
+/// Values of the process whose state is (cell, treasures left), by Jacobi iteration over all of it at
+/// once: values[set][node]. Written from the definition, apart from the planner's own treatment.
+fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<f64>>) {
+    let plain = ObservedMap { treasures: Vec::new(), ..map.clone() };
+    let state = world.state(here, contract::Decision(0), 0);
+    let model = Model::new(&Situation { brief: &world.brief, map: &plain, state: &state });
+    let nodes: Vec<usize> = map.treasures.iter().map(|&cell| model.node(cell).unwrap()).collect();
+    let sets = 1_usize << nodes.len();
+    let mut values = vec![vec![0.0_f64; model.nodes.len()]; sets];
+    loop {
+        let mut next = values.clone();
+        for set in 0..sets {
+            let worth = |to: usize| match model.nodes[to] {
+                Node::Impassable | Node::Outside => model.loss,
+                Node::Goal => model.payoffs[to],
+                _ => match nodes.iter().position(|&treasure| treasure == to) {
+                    Some(number) if set & 1 << number != 0 => {
+                        model.payoffs[to] + world.brief.payoff.treasure + values[set & !(1 << number)][to]
+                    }
+                    _ => model.payoffs[to] + values[set][to],
+                },
+            };
+            for node in model.free() {
+                let hops = Direction::ALL.map(|direction| {
+                    let sum: f64 = model.landings(node, direction).iter().map(|&(to, p)| p * worth(to)).sum();
+                    match model.two_periods[node] {
+                        true => model.discount * (model.payoffs[node] + model.discount * sum),
+                        false => model.discount * sum,
+                    }
+                });
+                next[set][node] = hops.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            }
+        }
+        let change = |(a, b): (&f64, &f64)| (a - b).abs();
+        let most = next.iter().flatten().zip(values.iter().flatten()).map(change).fold(0.0, f64::max);
+        values = next;
+        if most < 1e-10 {
+            return (model, values);
+        }
+    }
+}
+
+/// P-TREASURES: 2^k models give the optimum of the process over (cell, treasures left).
+#[test]
+fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
+    let mut compared = 0;
+    for profile in Profile::ALL {
+        for seed in 0..8 {
+            let mut world = World::random(seed, profile);
+            world.brief.payoff.treasure = [3.0, 40.0][(seed % 2) as usize];
+            let (start, goal) = (world.brief.start, world.brief.goal);
+            let grid = world.brief.grid;
+            let eligible = |cell: &Cell| {
+                let passable = world.ground(*cell).is_some_and(|ground| ground.passable);
+                passable && ![start, goal].contains(cell) && grid.on_same_lattice(*cell, goal)
+            };
+            let treasures: Vec<Cell> = grid.iter().filter(eligible).step_by(5).take(3).collect();
+            let map = ObservedMap { treasures: treasures.clone(), ..world.seen() };
+            let mut mdp = planner::mdp::Mdp::default();
+            let plan = world.plan(&mut mdp, &map, start);
+            let Some(policy) = mdp.policy() else { continue };
+            let (model, values) = brute_force(&world, &map, start);
+            let all = (1 << treasures.len()) - 1;
+            for (index, policy) in policy.iter().enumerate() {
+                let cell = grid.cell(index);
+                let Some(node) = model.node(cell).filter(|&node| model.nodes[node] == Node::Free) else {
+                    continue;
+                };
+                // Standing on a treasure's cell it has been collected.
+                let taken = treasures.iter().position(|treasure| *treasure == cell);
+                let set = taken.map_or(all, |number| all & !(1 << number));
+                let scale = 1.0 + values[set][node].abs();
+                assert!((policy.value - values[set][node]).abs() < 1e-7 * scale, "{cell} in world {seed}");
+                compared += 1;
+            }
+            assert_ne!(plan.action, Action::Hold);
+        }
+    }
+    assert!(compared > 300, "{compared}");
+}
+
+#[test]
+fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
+    for profile in Profile::ALL {
+        let mut world = World::flat(9, Cell::new(0, 4), Cell::new(8, 4), profile);
+        let aside = Cell::new(0, 2);
+        let mut first = |payoff: f64, treasures: Vec<Cell>| {
+            world.brief.payoff.treasure = payoff;
+            let map = ObservedMap { treasures, ..world.seen() };
+            world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(0, 4)).action
+        };
+        assert_eq!(first(0.0, vec![aside]), first(0.0, vec![]), "nothing for nothing");
+        assert_eq!(first(200.0, vec![aside]), Action::Hop(Direction::South));
+        assert_ne!(first(200.0, vec![]), Action::Hop(Direction::South), "collected, it is forgotten");
+        assert_ne!(first(0.1, vec![aside]), Action::Hop(Direction::South), "too little to turn for");
+    }
+}
+
+/// The mission of a hopper that sees everything, treasures collected as it lands on them.
+#[test]
+fn nobody_lingers_at_a_treasure() {
+    for name in ["mdp", "greedy", "astar"] {
+        let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Paper2023);
+        world.brief.payoff.treasure = 1_000.0;
+        let all = [Cell::new(4, 4), Cell::new(6, 3), Cell::new(12, 10)];
+        let mut map = ObservedMap { treasures: all.to_vec(), ..world.seen() };
+        let mut planner = algorithm(name).unwrap();
+        let (mut cell, mut landings) = (world.brief.start, BTreeSet::new());
+        for decision in 0..150 {
+            if cell == world.brief.goal {
+                break;
+            }
+            let action = world.plan(&mut *planner, &map, cell).action;
+            (cell, _) = world.hop(cell, action, 3, contract::Decision(decision));
+            landings.insert(cell);
+            map.treasures.retain(|treasure| *treasure != cell);
+        }
+        assert_eq!(cell, world.brief.goal, "{name}");
+        if name == "mdp" {
+            assert!(map.treasures.is_empty() && all.iter().all(|cell| landings.contains(cell)));
+        }
+    }
+}
+
+#[test]
+fn of_more_treasures_than_are_planned_for_the_nearest_count() {
+    let mut world = World::flat(9, Cell::new(4, 4), Cell::new(8, 8), Profile::Hopper);
+    world.brief.payoff.treasure = 150.0;
+    let near: Vec<Cell> = [(4, 3), (3, 4), (3, 3), (4, 2)].map(|(x, y)| Cell::new(x, y)).into();
+    assert_eq!(near.len(), EXACT_MAX);
+    let value = |treasures: Vec<Cell>| {
+        let mut mdp = planner::mdp::Mdp::default();
+        let map = ObservedMap { treasures, ..world.seen() };
+        world.plan(&mut mdp, &map, Cell::new(4, 4));
+        mdp.policy().unwrap()[world.brief.grid.index(Cell::new(4, 4)).unwrap()].value
+    };
+    let with_a_far_one = [&near[..], &[Cell::new(0, 8)]].concat();
+    assert_eq!(value(with_a_far_one), value(near));
+}
