@@ -117,6 +117,14 @@ impl ObservedMap {
         }
     }
 
+    /// The map with these treasures seen and not yet collected.
+    #[must_use]
+    pub fn with_treasures(mut self, treasures: &[Cell]) -> Self {
+        self.set_treasures(treasures);
+        self.mark();
+        self
+    }
+
     /// By how much the fingerprint grows when the treasures change.
     #[must_use]
     pub fn treasures_step(before: &[Cell], after: &[Cell]) -> u64 {

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use contract::{
     Action, Branch, Brief, Cell, Command, Decision, Digest, Direction, Flight, GradientSource, Grid, Ground,
     Incarnation, Leader, Limits, MapPage, MapPatch, MapRequest, MonotonicNs, MotionParameters, Name, Outcome,
-    Payoff, Policy, PolicyCell, Pose, Priors, Profile, Range, Record, RobotId, RunId, SensorParameters,
-    SoilMotion, State, Status, Term, Timing, TruthPage, TruthRequest, Weights,
+    Payoff, Policy, PolicyCell, Pose, Priors, Profile, Range, Record, RobotId, RunId, SeenCell,
+    SensorParameters, SoilMotion, State, Status, Term, Timing, TruthPage, TruthRequest, Weights,
 };
 use node::{Instance, SHARED_MEMORY};
 
