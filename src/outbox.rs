@@ -153,6 +153,8 @@ impl Outbox {
             outcome: summary.outcome,
             sensing_radius_m: Some(perception::radius_m(&brief.sensor, last_pose.height_m)),
         };
+        // The journal's moments, save that its commit is the moment the append was asked for.
+        self.write("timing.csv", &report::timetable(&records))?;
         self.write("mission.svg", &picture.svg().map_err(Failure::run)?)?;
         summary.artifacts = self.artifacts();
         Ok(())
@@ -169,6 +171,7 @@ impl Outbox {
     fn artifacts(&self) -> BTreeMap<String, PathBuf> {
         [
             ("picture", "mission.svg"),
+            ("timing", "timing.csv"),
             ("summary", "summary.json"),
             ("scenario", "scenario.toml"),
             ("provenance", "provenance.json"),

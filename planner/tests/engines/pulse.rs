@@ -1,0 +1,26 @@
+//! A long plan gives signs of life as its work goes on.
+
+use std::cell::Cell as Counter;
+
+use contract::{Cell, Decision, Profile};
+use planner::{Budget, Pulse, Situation, algorithm};
+
+use crate::world::World;
+
+/// P-PULSE: whatever works long beats at each sweep or at every few thousand expansions, and decides the same.
+#[test]
+fn a_long_plan_beats_as_its_work_goes_on() {
+    let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
+    let map = world.unseen();
+    let state = world.state(world.brief.start, Decision(0), 0);
+    let situation = Situation { brief: &world.brief, map: &map, state: &state };
+    for (name, stride) in [("mdp", 1), ("astar", Pulse::STRIDE), ("dstar_lite", Pulse::STRIDE)] {
+        let beats = Counter::new(0);
+        let beat = || beats.set(beats.get() + 1);
+        let budget = Budget { pulse: Pulse::new(&beat), ..Budget::default() };
+        let plan = algorithm(name).unwrap().plan(&situation, &budget);
+        assert!(beats.get() >= plan.work / stride, "{name}: {} beats for {} units", beats.get(), plan.work);
+        assert!(plan.work / stride > 0, "{name} works long here: {} units", plan.work);
+        assert_eq!(algorithm(name).unwrap().plan(&situation, &Budget::default()), plan, "{name}");
+    }
+}
