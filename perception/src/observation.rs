@@ -13,6 +13,9 @@ use crate::sensing::disc;
 pub struct Observation {
     map: ObservedMap,
     gradient: GradientSource,
+    /// Cells that have been seen, this landing's among them: one bit each, so that the disc is looked up in
+    /// the nearest memory whatever the size of the map.
+    known: Bits,
     /// Cells that the last landing changed, in index order.
     landing: Vec<u32>,
     /// Fingerprint of the map before the last landing, and after each of its patches.
@@ -23,6 +26,20 @@ pub struct Observation {
     treasures: Vec<Cell>,
 }
 
+/// A set of indices.
+#[derive(Clone, Debug, Default)]
+struct Bits(Vec<u64>);
+
+impl Bits {
+    fn has(&self, index: usize) -> bool {
+        self.0[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    fn add(&mut self, index: usize) {
+        self.0[index / 64] |= 1 << (index % 64);
+    }
+}
+
 impl Observation {
     /// A map on which nothing has been seen.
     #[must_use]
@@ -30,6 +47,7 @@ impl Observation {
         Self {
             map: ObservedMap::unseen(brief.run, robot, brief.grid),
             gradient: brief.sensor.gradient,
+            known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
             landing: Vec::new(),
             links: Vec::new(),
             seen: Vec::new(),
@@ -74,26 +92,27 @@ impl Observation {
         self.seen.clear();
         for cell in disc(grid, &brief.sensor, pose) {
             let index = grid.index(cell).expect("the disc is clipped to the grid");
-            if self.map.cells()[index].is_none() {
+            if !self.known.has(index) {
                 self.landing.push(index as u32);
             }
         }
         self.treasures = self.map.treasures().to_vec();
         let treasures = self.treasures_after(terrain, pose.cell);
+        self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
-            GradientSource::Measured => self.learn(|_, index| terrain.cells[index]),
+            GradientSource::Measured => self.learn(|index| terrain.cells[index]),
             GradientSource::SeenDifferences => {
-                let revealed = self.add_rim();
-                let known = |map: &ObservedMap, cell: Cell| {
-                    let index = grid.index(cell)?;
-                    let seen =
-                        map.cells()[index].is_some() || revealed.binary_search(&(index as u32)).is_ok();
-                    seen.then(|| terrain.cells[index].height_m)
+                self.add_rim();
+                let known = std::mem::take(&mut self.known);
+                let height = |cell: Cell| {
+                    let index = grid.index(cell).filter(|&index| known.has(index))?;
+                    Some(terrain.cells[index].height_m)
                 };
-                self.learn(|map, index| Ground {
-                    gradient: differences(grid.cell(index), grid.cell_size_m, |cell| known(map, cell)),
+                self.learn(|index| Ground {
+                    gradient: differences(grid.cell(index), grid.cell_size_m, height),
                     ..terrain.cells[index]
                 });
+                self.known = known;
             }
         }
         self.map.set_treasures(&treasures);
@@ -114,32 +133,29 @@ impl Observation {
         terrain.treasures.iter().filter(is_known).copied().collect()
     }
 
-    /// Adds the seen neighbours of revealed cells to the landing: their gradients may change. Gives the
-    /// revealed cells.
-    fn add_rim(&mut self) -> Vec<u32> {
+    /// Adds the known neighbours of revealed cells to the landing: their gradients may change.
+    fn add_rim(&mut self) {
         let grid = self.map.grid;
-        let revealed = self.landing.clone();
-        for &index in &revealed {
-            let cell = grid.cell(index as usize);
+        for revealed in 0..self.landing.len() {
+            let cell = grid.cell(self.landing[revealed] as usize);
             for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
                 let neighbour = grid.index(Cell::new(cell.x + dx, cell.y + dy));
-                let seen = neighbour.filter(|&neighbour| self.map.cells()[neighbour].is_some());
-                self.landing.extend(seen.map(|seen| seen as u32));
+                let known = neighbour.filter(|&neighbour| self.known.has(neighbour));
+                self.landing.extend(known.map(|known| known as u32));
             }
         }
         self.landing.sort_unstable();
         self.landing.dedup();
-        revealed
     }
 
     /// Writes the landing's cells down as `ground` tells them, and takes note of the chain of patches.
     /// What turns out to be no news is left out of the landing.
-    fn learn(&mut self, ground: impl Fn(&ObservedMap, usize) -> Ground) {
+    fn learn(&mut self, ground: impl Fn(usize) -> Ground) {
         let Self { map, landing, links, seen, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
-            let news = map.learn(index as usize, ground(map, index as usize));
+            let news = map.learn(index as usize, ground(index as usize));
             changed += usize::from(news);
             if news && changed.is_multiple_of(MAP_PATCH_CELLS) {
                 links.push(map.observation());
@@ -156,9 +172,9 @@ impl Observation {
 
 /// Gradient at a seen cell from the heights of seen neighbours: central difference where both are seen,
 /// one-sided where one is, zero where none is.
-fn differences(cell: Cell, spacing_m: f64, known: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
-    let Some(here) = known(cell) else { return [0.0; 2] };
-    let height = |dx: i32, dy: i32| known(Cell::new(cell.x + dx, cell.y + dy));
+fn differences(cell: Cell, spacing_m: f64, known_m: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
+    let Some(here) = known_m(cell) else { return [0.0; 2] };
+    let height = |dx: i32, dy: i32| known_m(Cell::new(cell.x + dx, cell.y + dy));
     let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
         (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
         (Some(ahead), None) => (ahead - here) / spacing_m,
