@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, journal, run, scenario, terrain, topic};
+use hopper::{campaign, doctor, gallery, journal, known, run, scenario, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -24,7 +24,8 @@ Examples:
   hopper run --scenario sandy --profile hopper  another mission
   hopper run --lockstep --format json           the same machines in one thread
   hopper planner --algorithm greedy --takeover  swap the planner of a running mission
-  hopper campaign run campaigns/p23-tables.toml the paper's tables, 1,800 missions
+  hopper campaign run campaigns/p23-tables.toml the paper's tables, 3,000 missions
+  hopper known findings --out out/known         the known-ground paper's findings, with its figures
   hopper doctor                                 what runs, what is missing, what to do next
 
 Exit codes: 0 done, 1 mission failed or run error, 2 usage or bad input, 3 threshold missed,
@@ -45,6 +46,11 @@ enum Command {
     /// Fly a grid of missions on all cores, and say what they come to.
     #[command(subcommand)]
     Campaign(campaign::Command),
+    /// Draw the figures of docs/gallery.md again.
+    Gallery(gallery::Args),
+    /// Plan on ground known from edge to edge, as the predecessor paper did.
+    #[command(subcommand)]
+    Known(known::Command),
     /// Check a scenario, or print the schema of scenarios.
     #[command(subcommand)]
     Scenario(scenario::Command),
@@ -77,6 +83,8 @@ fn main() -> ExitCode {
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
+        Command::Gallery(args) => gallery::run(args),
+        Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),

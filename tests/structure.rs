@@ -110,6 +110,7 @@ fn engines_own_no_clock_no_port_and_no_unordered_map() {
         "crates/contract/src",
         "crates/motion/src",
         "crates/campaign/src",
+        "crates/known/src",
         "planner/src",
         "perception/src",
         "hopper-sim/src",

@@ -19,7 +19,12 @@ pub(crate) fn percent(part: u64, whole: u64) -> String {
 }
 
 pub(crate) fn number(value: Option<f64>, digits: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.digits$}"))
+    let text = value.map_or("-".into(), |value| format!("{value:.digits$}"));
+    // Nothing is not less than nothing.
+    match text.strip_prefix('-') {
+        Some(size) if !size.is_empty() && size.chars().all(|c| matches!(c, '0' | '.')) => size.into(),
+        _ => text,
+    }
 }
 
 pub(crate) fn signed(value: Option<f64>) -> String {

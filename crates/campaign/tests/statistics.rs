@@ -74,13 +74,13 @@ fn every_published_treasure_was_collected_by_a_success() {
 
 /// Fisher 1935, the lady tasting tea: of eight cups she names three or more of four right by chance with
 /// 17 in 70; and the twins of convicts (Fisher 1935): 2 of 17 dizygotic against 10 of 13 monozygotic,
-/// one-sided 0.00046520.
+/// one-sided 0.0004652 in the manual of R.
 #[test]
 fn fishers_test_gives_fishers_examples() {
     let three_or_more = 1.0 - fisher_below((2, 4), (2, 4)).unwrap();
     assert!((three_or_more - 17.0 / 70.0).abs() < 1e-12, "{three_or_more}");
     let twins = fisher_below((2, 17), (10, 13)).unwrap();
-    assert!((twins - 0.000_465_2).abs() < 5e-9, "{twins}");
+    assert!((twins - 0.000_465_2).abs() < 5e-8, "{twins}");
     assert_eq!(fisher_below((10, 10), (5, 10)), Some(1.0));
     assert_eq!(fisher_below((0, 0), (5, 10)), None);
 }

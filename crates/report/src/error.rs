@@ -6,7 +6,7 @@ pub enum ReportError {
     /// A layer of the picture does not cover the grid.
     #[error("the picture's {layer} needs {need} cells, one for each of the grid, got {got}")]
     Cells {
-        /// Which layer: "terrain", "map" or "policy".
+        /// Which layer: "terrain", "ground", "map" or "policy".
         layer: &'static str,
         /// Cells of the grid.
         need: usize,

@@ -110,7 +110,7 @@ impl Default for PayoffWeights {
 
 impl Default for PayoffConstants {
     fn default() -> Self {
-        Self { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 }
+        Self { goal: 100.0, treasure: 20.0, discount: 0.99, sand_term: -5.0 }
     }
 }
 

@@ -296,7 +296,7 @@ fn another_format_or_another_kind_of_file_is_refused() {
     newer[8] += 1;
     written.overwrite(&newer);
     let error = read(written.path()).unwrap_err();
-    assert_eq!(error.to_string(), "the journal is of another mission: format needs 1, got 2");
+    assert_eq!(error.to_string(), "the journal is of another mission: format needs 2, got 3");
     let mut damaged = bytes.clone();
     damaged[40] ^= 1;
     let mut long = bytes.clone();

@@ -2,28 +2,38 @@
 
 pub mod model;
 pub mod policy;
+pub mod session;
 pub mod treasures;
 pub mod value_iteration;
 
+use std::cell::RefCell;
+
 use contract::{Action, Name, PolicyCell};
+use solver::online::{How, Status};
 
 use self::model::Model;
+use self::session::Session;
 use self::treasures::Treasures;
 use self::value_iteration::ValueIteration;
 use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 
-/// Value iteration over all cells, then the best hop from where the hopper stands.
+/// The best hop from where the hopper stands, by [`session`]: work is counted in backups of a cell, and
+/// what is left of the last decision saves most of it.
 ///
-/// Work is counted in sweeps. A budget cuts between sweeps: the plan is then the best hop under the
-/// values so far, and its residual tells how far they are from solved. If no chain of hops leads to
-/// the goal over ground not known to be impassable, the plan is infeasible, and the action is to
-/// hold: what is known cannot become passable again, and standing still is safe.
+/// A budget needs an answer that repeats whatever was known before, so under one the values are solved
+/// from nothing, and work is counted in sweeps. It cuts between sweeps: the plan is then the best hop
+/// under the values so far, and its residual tells how far they are from solved.
 ///
-/// Known treasures are planned for by [`treasures`], one model for each set of them.
+/// If no chain of hops leads to the goal over ground not known to be impassable, the plan is infeasible,
+/// and the action is to hold: what is known cannot become passable again, and standing still is safe.
 ///
-/// Every solve starts cold; only buffers live from one to the next.
+/// Known treasures are planned for by [`treasures`], one model for each set of them, each from nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
+    /// The session, asked for a policy long after the plan.
+    session: RefCell<Option<Session>>,
+    /// Whether the last plan is the session's.
+    in_session: bool,
     model: Option<Model>,
     solver: ValueIteration,
     treasures: Treasures,
@@ -39,8 +49,15 @@ impl Planner for Mdp {
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let here = situation.state.pose.cell;
         self.solved = false;
+        self.in_session = false;
         if here == situation.brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        if budget.work_max.is_none()
+            && situation.map.treasures().is_empty()
+            && let Some(plan) = self.plan_in_session(situation)
+        {
+            return plan;
         }
         if let Some(model) = &mut self.model {
             model.rebuild(situation);
@@ -61,6 +78,9 @@ impl Planner for Mdp {
     }
 
     fn policy(&self) -> Option<Vec<PolicyCell>> {
+        if self.in_session {
+            return self.session.borrow_mut().as_mut().map(Session::policy);
+        }
         let model = self.model.as_ref().filter(|_| self.solved)?;
         let mut cells = policy::cells(model, &self.solver.values);
         for (cell, policy) in model.grid().iter().zip(&mut cells) {
@@ -70,5 +90,30 @@ impl Planner for Mdp {
             }
         }
         Some(cells)
+    }
+}
+
+impl Mdp {
+    /// Plans by the session; `None` if there can be none.
+    fn plan_in_session(&mut self, situation: &Situation<'_>) -> Option<Plan> {
+        let Situation { brief, map, state } = *situation;
+        let slot = self.session.get_mut();
+        match slot.as_mut().filter(|session| session.is_of(brief)) {
+            Some(session) => session.follow(map),
+            None => *slot = Session::new(brief, map),
+        }
+        let session = slot.as_mut()?;
+        let Some(decision) = session.act(state.pose.cell) else {
+            return Some(Plan::at_once(Action::Hold, PlanStatus::Infeasible));
+        };
+        if decision.status == Status::Infeasible {
+            return Some(Plan::at_once(Action::Hold, PlanStatus::Infeasible));
+        }
+        let action = decision.action.map(session::action)?;
+        self.in_session = true;
+        // What is promised, not what was measured: that would tell how the decision was come by.
+        let beyond = if decision.how == How::Canonical { decision.bound } else { 0.0 };
+        let residual = solver::online::VALUE_ERROR.max(beyond) * (1.0 - brief.payoff.discount);
+        Some(Plan { action, status: PlanStatus::Solved, work: decision.work, residual })
     }
 }

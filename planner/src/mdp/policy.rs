@@ -1,17 +1,18 @@
 //! The policy that values imply, with a total order among equals.
 
 use contract::{Action, Cell, PolicyCell};
+use solver::online::choice::TIE;
 
 use super::model::{Model, Node};
 use super::value_iteration::tolerance;
 use crate::tie::first_best;
 
 /// Actions whose values lie within δ of the best count as equal, and the first of north, east, south,
-/// west is taken. δ is ten times the error tolerance / (1 − γ) that a solved value can have: 1e-6 at
-/// γ = 0.99.
+/// west is taken. δ is the session's ([`TIE`]), and at least ten times the error tolerance / (1 − γ) that a
+/// solved value can have: 1e-6 at γ = 0.99.
 #[must_use]
 pub fn tie_tolerance(model: &Model) -> f64 {
-    10.0 * tolerance(model) / (1.0 - model.discount)
+    TIE.max(10.0 * tolerance(model) / (1.0 - model.discount))
 }
 
 /// The action at a node: hold wherever nothing is left to decide.

@@ -17,8 +17,8 @@ fn decisions_alike(algorithm_name: &str, worlds: &[World], missions: u64) -> u64
                 let same = novice.plan(situation, &Default::default());
                 assert_eq!(plan.action, same.action, "{algorithm_name} at {}", situation.state.pose.cell);
                 assert_eq!(plan.status, same.status);
-                // A mended search may take less work, or more.
-                if algorithm_name != "dstar_lite" {
+                // A mended search may take less work, or more; so may values kept from the last decision.
+                if !["dstar_lite", "mdp"].contains(&algorithm_name) {
                     assert_eq!(plan.work, same.work);
                 }
                 assert_eq!(plan.residual.to_bits(), same.residual.to_bits());

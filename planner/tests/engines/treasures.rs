@@ -93,15 +93,16 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
 #[test]
 fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
     for profile in Profile::ALL {
-        let mut world = World::flat(9, Cell::new(0, 4), Cell::new(8, 4), profile);
-        let aside = Cell::new(0, 2);
+        let mut world = World::flat(9, Cell::new(3, 4), Cell::new(7, 4), profile);
+        let aside = Cell::new(3, 2);
         let mut first = |payoff: f64, treasures: Vec<Cell>| {
             world.brief.payoff.treasure = payoff;
             let map = world.seen().with_treasures(&treasures);
-            world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(0, 4)).action
+            world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(3, 4)).action
         };
         assert_eq!(first(0.0, vec![aside]), first(0.0, vec![]), "nothing for nothing");
-        assert_eq!(first(200.0, vec![aside]), Action::Hop(Direction::South));
+        // Two hops aside and back: four periods, each at a price of up to 40 in profile hopper.
+        assert_eq!(first(200.0, vec![aside]), Action::Hop(Direction::South), "{profile}");
         assert_ne!(first(200.0, vec![]), Action::Hop(Direction::South), "collected, it is forgotten");
         assert_ne!(first(0.1, vec![aside]), Action::Hop(Direction::South), "too little to turn for");
     }

@@ -1,0 +1,100 @@
+//! Decisions on a growing map, each beside a cold solve of the same world in the same run.
+//!
+//! `cargo bench -p solver --bench online [-- SIDE...]`
+
+#[path = "../tests/support/mission.rs"]
+mod mission;
+
+use std::time::Instant;
+
+use mission::Mission;
+use solver::online::choice::{CANONICAL_ERROR, TIE};
+use solver::online::{How, Online};
+use solver::specimen::Specimen;
+use solver::{Effort, Solver, policy};
+
+fn main() {
+    let sides: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
+    let sides = if sides.is_empty() { vec![20, 50, 200, 821] } else { sides };
+    println!("side radius  hops | way        share |     p50 us     p90 us     p99 us   mean | backups p50 | cold/p50 | mismatches");
+    for side in sides {
+        for radius in [3.0, 11.0] {
+            run(side, radius);
+        }
+    }
+}
+
+fn run(side: usize, radius: f64) {
+    let missions = (400 / side).max(1) as u64;
+    let mut solver = Solver::new();
+    let mut cold_us = Vec::new();
+    let (mut acts, mut warms) = (Vec::new(), Vec::new());
+    let (mut checked, mut mismatches) = (0_u64, 0_u64);
+    for seed in 0..missions {
+        let specimen = Specimen::plain(side, seed + 1);
+        let mission = Mission {
+            truth: specimen.world().expect("a size in range"),
+            unseen: specimen.unseen().expect("a size in range"),
+            start: specimen.start(),
+            radius,
+        };
+        let mut flight = mission.fly(seed);
+        let mut focused = Online::new(mission.unseen.clone());
+        let mut warm = Online::new(mission.unseen.clone());
+        focused.act(flight.here, None);
+        warm.values();
+        for hops in 0_u64.. {
+            for (node, site) in flight.seen() {
+                focused.update(node, site);
+                warm.update(node, site);
+            }
+            let begun = Instant::now();
+            let decision = focused.act(flight.here, None);
+            acts.push((decision.how, begun.elapsed().as_secs_f64() * 1e6, decision.work));
+            let begun = Instant::now();
+            let work = warm.rest();
+            warms.push((How::Warm, begun.elapsed().as_secs_f64() * 1e6, work));
+            // A cold solve now and then: it is what takes the time.
+            if side <= 50 || hops % (side as u64 * 2) == 7 {
+                let begun = Instant::now();
+                solver.solve(focused.world(), &Effort::default());
+                cold_us.push(begun.elapsed().as_secs_f64() * 1e6);
+                solver.solve(focused.world(), &Effort { error_max: CANONICAL_ERROR, ..Effort::default() });
+                checked += 1;
+                mismatches +=
+                    u64::from(decision.action != policy::hop(focused.world(), solver.values(), flight.here, TIE));
+            }
+            let Some(hop) = decision.action else { break };
+            if !flight.hop(hop) || hops > 20 * side as u64 {
+                break;
+            }
+        }
+    }
+    cold_us.sort_by(f64::total_cmp);
+    let cold = cold_us[cold_us.len() / 2];
+    let hops = acts.len();
+    let line = |way: &str, of: Vec<(f64, u64)>, total: usize| {
+        if of.is_empty() {
+            return;
+        }
+        let mut us: Vec<f64> = of.iter().map(|act| act.0).collect();
+        let mut work: Vec<u64> = of.iter().map(|act| act.1).collect();
+        us.sort_by(f64::total_cmp);
+        work.sort_unstable();
+        let at = |share: f64| us[((us.len() - 1) as f64 * share) as usize];
+        println!(
+            "{side:4} {radius:6} {hops:5} | {way:9} {:6.2}% | {:10.1} {:10.1} {:10.1} {:8.1} | {:10} | {:8.1} | {mismatches} of {checked}",
+            100.0 * of.len() as f64 / total as f64,
+            at(0.5), at(0.9), at(0.99),
+            us.iter().sum::<f64>() / us.len() as f64,
+            work[work.len() / 2],
+            cold / at(0.5),
+        );
+    };
+    let of = |how: How| acts.iter().filter(|act| act.0 == how).map(|act| (act.1, act.2)).collect();
+    line("act: foc.", of(How::Focused), hops);
+    line("act: warm", of(How::Warm), hops);
+    line("act: can.", of(How::Canonical), hops);
+    line("act, all", acts.iter().map(|act| (act.1, act.2)).collect(), hops);
+    line("warm only", warms.iter().map(|act| (act.1, act.2)).collect(), hops);
+}

@@ -1,0 +1,42 @@
+//! Bellman's operator, straight from the definition: the yardstick, apart from every kernel.
+
+use crate::{Hop, Kind, Leaving, World};
+
+/// The right-hand side of Bellman's equation at a free node under `values`, for each of the four hops in
+/// the order of [`Hop::ALL`].
+#[must_use]
+pub fn action_values(world: &World, values: &[f64], node: usize) -> [f64; 4] {
+    hop_values(world, node, |to| world.worth(values, to))
+}
+
+/// The same, `worth` saying what landing on a node is worth.
+pub(crate) fn hop_values(world: &World, node: usize, worth: impl Fn(usize) -> f64) -> [f64; 4] {
+    let rules = world.rules();
+    let wait = world.soil(node).wait;
+    let here = worth(node);
+    let lands = |hop| match (world.neighbour(node, hop), rules.leaving) {
+        (Some(to), _) => worth(to),
+        (None, Leaving::Stays) => here,
+        (None, Leaving::Loses) => rules.loss,
+    };
+    let around = Hop::ALL.map(lands);
+    Hop::ALL.map(|hop| {
+        let scatter = world.scatter(node, hop);
+        let next = scatter.intended * around[hop as usize]
+            + scatter.stayed * here
+            + scatter.left * around[hop.left() as usize]
+            + scatter.right * around[hop.right() as usize];
+        rules.discount * (wait * world.payoff(node) + (1.0 - wait + wait * rules.discount) * next)
+    })
+}
+
+/// Residual |V − TV| at one node; 0 where there is nothing to decide.
+#[must_use]
+pub fn deviation(world: &World, values: &[f64], node: usize) -> f64 {
+    if world.kind(node) != Kind::Free {
+        return 0.0;
+    }
+    let best = action_values(world, values, node).into_iter().fold(f64::NEG_INFINITY, f64::max);
+    // A value that is no number must not pass for exact.
+    if best.is_nan() || values[node].is_nan() { f64::INFINITY } else { (best - values[node]).abs() }
+}

@@ -1,0 +1,55 @@
+//! What can be wrong with a world.
+
+use thiserror::Error;
+
+/// Why a world was refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum Error {
+    /// The grid holds no node, or more than can be numbered.
+    #[error("a world needs 1 to {nodes_max} nodes, got {width} × {height}")]
+    Size {
+        /// Nodes a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// The most nodes a world may have.
+        nodes_max: usize,
+    },
+    /// The discount is not in [0, 1).
+    #[error("a discount lies in [0, 1), got {got}")]
+    Discount {
+        /// The discount that was given.
+        got: f64,
+    },
+    /// The loss is not finite.
+    #[error("a loss is finite, got {got}")]
+    Loss {
+        /// The loss that was given.
+        got: f64,
+    },
+    /// There is no soil, or there are too many.
+    #[error("a world needs 1 to {soils_max} soils, got {got}")]
+    Soils {
+        /// Soils that were given.
+        got: usize,
+        /// The most soils a world may have.
+        soils_max: usize,
+    },
+    /// A soil's numbers are no probabilities, or do not sum to 1.
+    #[error(
+        "soil {soil} needs intended, stuck and sideways in [0, 1] with intended + stuck + 2 sideways = 1, \
+         and a wait in [0, 1]; got {intended}, {stuck}, {sideways}, wait {wait}"
+    )]
+    Scatter {
+        /// Index of the soil.
+        soil: usize,
+        /// Probability of the intended landing on the flat.
+        intended: f64,
+        /// Probability of getting stuck on the flat.
+        stuck: f64,
+        /// Probability of a slip to either side on the flat.
+        sideways: f64,
+        /// Share of the hops that take a second period.
+        wait: f64,
+    },
+}

@@ -1,0 +1,114 @@
+//! Which hop is taken, as a function of the world alone.
+//!
+//! # The canonical hop
+//! Let g_u = max q* − q*_u be what hop u loses against the best, under the true values V*. The first of
+//! north, east, south, west with g_u ≤ δ is meant ([`TIE`]). To decide that needs g_u on one side of δ, so
+//! the *canonical procedure* fixes what happens at δ itself: solve the world from nothing to
+//! |V − V*| ≤ ε ([`CANONICAL_ERROR`]), and take the first hop whose computed loss ĝ_u is at most δ. That
+//! depends on the world alone.
+//!
+//! # Answers of any history
+//! Whatever bounds are known, by whatever route, q_u ∈ \[lower_u, upper_u\] gives
+//! max lower − upper_u ≤ g_u ≤ max upper − lower_u. Each computed q̂ is within γ ε of the true one, so
+//! |ĝ_u − g_u| ≤ 2 ε, rounding included with room to spare ([`GREY`]). Hence
+//!
+//! - g_u certainly ≤ δ − [`GREY`] ⇒ ĝ_u ≤ δ: the canonical procedure counts u among the best;
+//! - g_u certainly > δ + [`GREY`] ⇒ ĝ_u > δ: it does not.
+//!
+//! If the hops in order are certainly not among the best, up to one that certainly is, then that one is
+//! the canonical hop, and nobody need run the procedure. Otherwise nobody may guess: it is run. So every
+//! history answers alike, which is proven here and not merely likely.
+//!
+//! On flat ground, full of ties, g_u = 0 exactly and any interval narrower than δ − [`GREY`] decides; the
+//! procedure is left to losses that happen to lie within a few millionths of δ.
+
+use crate::Hop;
+
+/// δ: hops that lose at most this are equally good, in units of payoff.
+pub const TIE: f64 = 1e-5;
+
+/// ε: the error of the canonical procedure's values, in units of payoff.
+pub const CANONICAL_ERROR: f64 = 1e-7;
+
+/// How far a loss needs to be from δ for bounds to decide.
+pub const GREY: f64 = 2.5 * CANONICAL_ERROR;
+
+/// Bounds on the worth of the four hops, in the order of [`Hop::ALL`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// None is worth less.
+    pub lower: [f64; 4],
+    /// None is worth more.
+    pub upper: [f64; 4],
+}
+
+impl Bounds {
+    /// The canonical hop, if the bounds tell.
+    #[must_use]
+    pub fn hop(&self) -> Option<Hop> {
+        let best = |values: &[f64; 4]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (best_lower, best_upper) = (best(&self.lower), best(&self.upper));
+        for hop in Hop::ALL {
+            if best_upper - self.lower[hop as usize] <= TIE - GREY {
+                return Some(hop);
+            }
+            let certainly_worse = best_lower - self.upper[hop as usize] > TIE + GREY;
+            if !certainly_worse {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// By how much `hop` is certainly better than each other; negative if one may be better by as much.
+    #[must_use]
+    pub fn margin(&self, hop: Hop) -> f64 {
+        let others = Hop::ALL.into_iter().filter(|other| *other != hop);
+        let rival = others.map(|other| self.upper[other as usize]).fold(f64::NEG_INFINITY, f64::max);
+        self.lower[hop as usize] - rival
+    }
+
+    /// Widest interval.
+    #[must_use]
+    pub fn width(&self) -> f64 {
+        (0..4).map(|hop| self.upper[hop] - self.lower[hop]).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn around(values: [f64; 4], error: f64) -> Bounds {
+        Bounds { lower: values.map(|v| v - error), upper: values.map(|v| v + error) }
+    }
+
+    #[test]
+    fn equals_go_to_the_first_and_a_doubtful_loss_is_not_guessed() {
+        assert_eq!(around([1.0; 4], 1e-6).hop(), Some(Hop::North));
+        assert_eq!(around([0.0, 1.0, 1.0, 0.0], 1e-6).hop(), Some(Hop::East));
+        assert_eq!(around([1.0 - 0.5 * TIE, 1.0, 1.0, 0.0], 1e-6).hop(), Some(Hop::North));
+        assert_eq!(around([1.0 - 2.0 * TIE, 1.0, 1.0, 0.0], 1e-6).hop(), Some(Hop::East));
+        assert_eq!(around([1.0 - TIE, 1.0, 1.0, 0.0], 1e-6).hop(), None);
+        // Whether south is among the best does not matter once east certainly is.
+        assert_eq!(around([0.0, 1.0, 1.0 - TIE, 0.0], 1e-6).hop(), Some(Hop::East));
+        assert_eq!(around([1.0; 4], TIE).hop(), None);
+    }
+
+    #[test]
+    fn no_bounds_disagree_with_the_computed_losses_they_contain() {
+        // Losses all around δ, every error the canonical procedure may make, every interval that holds it.
+        for step in 0..400 {
+            let loss = TIE + GREY * 4.0 * (f64::from(step) / 200.0 - 1.0);
+            let q = [5.0 - loss, 5.0, 4.0, 5.0];
+            for error in [0.0, 1e-8, 1e-7, 1e-6, 4e-6] {
+                let Some(hop) = around(q, error).hop() else { continue };
+                for sign in [-1.0, 1.0] {
+                    let e = CANONICAL_ERROR;
+                    let computed = [q[0] + sign * e, q[1] - sign * e, q[2], q[3] - sign * e];
+                    assert_eq!(crate::policy::first_best(computed, TIE), hop, "loss {loss:e}, error {error:e}");
+                }
+            }
+        }
+    }
+}

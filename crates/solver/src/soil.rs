@@ -1,0 +1,54 @@
+//! How hops scatter on one soil.
+
+use crate::Error;
+
+/// The scatter of hops on the flat, and the time they take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Soil {
+    /// Probability of the intended landing.
+    pub intended: f64,
+    /// Probability of getting stuck.
+    pub stuck: f64,
+    /// Probability of a slip to either side; all four landings sum to 1.
+    pub sideways: f64,
+    /// Share of the hops that take a second period, spent where they start: 0 on hard ground, 1 where
+    /// every hop takes two.
+    pub wait: f64,
+}
+
+impl Soil {
+    /// The discount between departure and landing: γ (1 − λ + λγ).
+    #[must_use]
+    pub fn discount(&self, discount: f64) -> f64 {
+        discount * (1.0 - self.wait + self.wait * discount)
+    }
+
+    /// The soil that behaves, in expectation under `discount`, as if it were each of `parts` with the
+    /// probability beside it; the probabilities sum to 1. A hop is chosen before the soil shows, so the
+    /// mixture of the processes is the process of this mixture: the landings of each part weigh in with
+    /// its probability times its discount.
+    #[must_use]
+    pub fn mixture(parts: &[(f64, Self)], discount: f64) -> Self {
+        let mean =
+            |of: &dyn Fn(&Self) -> f64| parts.iter().map(|(share, soil)| share * of(soil)).sum::<f64>();
+        let discounted = mean(&|soil| soil.discount(discount));
+        let landing = |of: fn(&Self) -> f64| mean(&|soil| soil.discount(discount) * of(soil)) / discounted;
+        Self {
+            intended: landing(|soil| soil.intended),
+            stuck: landing(|soil| soil.stuck),
+            sideways: landing(|soil| soil.sideways),
+            wait: mean(&|soil| soil.wait),
+        }
+    }
+
+    pub(crate) fn check(&self, soil: usize) -> Result<(), Error> {
+        let Self { intended, stuck, sideways, wait } = *self;
+        let in_range = [intended, stuck, sideways, wait].iter().all(|share| (0.0..=1.0).contains(share));
+        let sum = intended + stuck + 2.0 * sideways;
+        if in_range && (sum - 1.0).abs() <= 1e-6 {
+            Ok(())
+        } else {
+            Err(Error::Scatter { soil, intended, stuck, sideways, wait })
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! The grid world: what each node pays, how it slopes, and how hops from it scatter.
+//!
+//! With p, q, s the probabilities of the intended landing, of getting stuck, and of a slip to either side
+//! on the flat, and t_d the slope towards direction d, as an angle measured in slope limits
+//! (Sakamoto & Kunii 2023, section IV):
+//!
+//! | intended | stays | to the left | to the right |
+//! |---|---|---|---|
+//! | p (1 − t_f) | p t_f + q | s (1 − t_r) | s (1 − t_l) |
+//!
+//! t_f, forwards, is clamped to [0, 1], t_l = −t_r to [−1, 1], so two numbers a node say it all: the slope
+//! towards the east and towards the north, clamped to [−1, 1].
+
+use crate::{Error, Hop, Soil};
+
+/// What a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Ground to hop on.
+    Free,
+    /// A goal: absorbs; landing there is worth its payoff.
+    Goal,
+    /// Impassable: the hopper is lost there; landing there is worth the loss.
+    Lost,
+}
+
+/// What leaving the grid means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaving {
+    /// The hopper stays where it was.
+    Stays,
+    /// The hopper is lost.
+    Loses,
+}
+
+/// One node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// What it is.
+    pub kind: Kind,
+    /// Payoff r of landing on it; without meaning where the hopper is lost.
+    pub payoff: f64,
+    /// Slope towards the east, in slope limits; beyond ±1 as ±1.
+    pub slope_east: f64,
+    /// Slope towards the north, in slope limits; beyond ±1 as ±1.
+    pub slope_north: f64,
+    /// Index of its soil in [`Rules::soils`].
+    pub soil: u8,
+}
+
+/// What holds for all nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rules {
+    /// Discount γ of one period, in [0, 1).
+    pub discount: f64,
+    /// What being lost is worth, in place of r + V.
+    pub loss: f64,
+    /// What leaving the grid means.
+    pub leaving: Leaving,
+    /// The soils there are, 1 to [`World::SOILS_MAX`].
+    pub soils: Vec<Soil>,
+}
+
+/// Probabilities of a hop's landings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Lands where it was meant to.
+    pub intended: f64,
+    /// Does not get away.
+    pub stayed: f64,
+    /// Slips to the left of the hop's direction.
+    pub left: f64,
+    /// Slips to the right; takes the remainder, so that the four sum to 1.
+    pub right: f64,
+}
+
+/// A grid world, its nodes row-major, southernmost row first: node = y · width + x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    width: usize,
+    height: usize,
+    rules: Rules,
+    payoffs: Vec<f64>,
+    slopes_east: Vec<f64>,
+    slopes_north: Vec<f64>,
+    /// Soil index and kind.
+    classes: Vec<Class>,
+}
+
+/// Soil and kind in a byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Class(u8);
+
+impl Class {
+    const GOAL_BIT: u8 = 0x40;
+    const LOST_BIT: u8 = 0x80;
+    /// A node where the hopper is lost.
+    pub(crate) const LOST: Self = Self(Self::LOST_BIT);
+
+    fn new(kind: Kind, soil: u8) -> Self {
+        match kind {
+            Kind::Free => Self(soil),
+            Kind::Goal => Self(soil | Self::GOAL_BIT),
+            Kind::Lost => Self(soil | Self::LOST_BIT),
+        }
+    }
+
+    pub(crate) fn kind(self) -> Kind {
+        match self.0 & (Self::GOAL_BIT | Self::LOST_BIT) {
+            0 => Kind::Free,
+            Self::GOAL_BIT => Kind::Goal,
+            _ => Kind::Lost,
+        }
+    }
+
+    pub(crate) fn is_free(self) -> bool {
+        self.0 < Self::GOAL_BIT
+    }
+
+    pub(crate) fn is_lost(self) -> bool {
+        self.0 >= Self::LOST_BIT
+    }
+
+    pub(crate) fn soil(self) -> usize {
+        usize::from(self.0 & !(Self::GOAL_BIT | Self::LOST_BIT))
+    }
+}
+
+impl World {
+    /// The most soils a world may have.
+    pub const SOILS_MAX: usize = 6;
+
+    /// The most nodes a world may have.
+    pub const NODES_MAX: usize = 1 << 26;
+
+    /// A world of `width` × `height` free, flat nodes of soil 0 that pay nothing.
+    ///
+    /// # Errors
+    /// If the size, the discount, the loss or a soil is out of its range.
+    pub fn new(width: usize, height: usize, rules: Rules) -> Result<Self, Error> {
+        let nodes = width.checked_mul(height).filter(|nodes| (1..=Self::NODES_MAX).contains(nodes));
+        let nodes = nodes.ok_or(Error::Size { width, height, nodes_max: Self::NODES_MAX })?;
+        check(&rules)?;
+        Ok(Self {
+            width,
+            height,
+            rules,
+            payoffs: vec![0.0; nodes],
+            slopes_east: vec![0.0; nodes],
+            slopes_north: vec![0.0; nodes],
+            classes: vec![Class::new(Kind::Free, 0); nodes],
+        })
+    }
+
+    /// Nodes a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Nodes in all.
+    #[must_use]
+    pub fn nodes(&self) -> usize {
+        self.payoffs.len()
+    }
+
+    /// What holds for all nodes.
+    #[must_use]
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// Replaces the rules; the nodes stay.
+    ///
+    /// # Errors
+    /// If a rule is out of its range, or there are fewer soils than before.
+    pub fn set_rules(&mut self, rules: Rules) -> Result<(), Error> {
+        check(&rules)?;
+        if rules.soils.len() < self.rules.soils.len() {
+            return Err(Error::Soils { got: rules.soils.len(), soils_max: Self::SOILS_MAX });
+        }
+        self.rules = rules;
+        Ok(())
+    }
+
+    /// Replaces what being lost is worth.
+    ///
+    /// # Errors
+    /// If it is not finite.
+    pub fn set_loss(&mut self, loss: f64) -> Result<(), Error> {
+        if !loss.is_finite() {
+            return Err(Error::Loss { got: loss });
+        }
+        self.rules.loss = loss;
+        Ok(())
+    }
+
+    /// Replaces one node.
+    ///
+    /// # Panics
+    /// If there is no such node or soil, or a number is not finite.
+    pub fn set(&mut self, node: usize, site: Site) {
+        assert!(
+            usize::from(site.soil) < self.rules.soils.len(),
+            "soil {} needs to be one of the rules'",
+            site.soil
+        );
+        assert!(
+            site.payoff.is_finite() && site.slope_east.is_finite() && site.slope_north.is_finite(),
+            "a node needs finite numbers, got {site:?}"
+        );
+        self.payoffs[node] = site.payoff;
+        self.slopes_east[node] = site.slope_east.clamp(-1.0, 1.0);
+        self.slopes_north[node] = site.slope_north.clamp(-1.0, 1.0);
+        self.classes[node] = Class::new(site.kind, site.soil);
+    }
+
+    /// One node.
+    #[must_use]
+    pub fn site(&self, node: usize) -> Site {
+        let class = self.classes[node];
+        Site {
+            kind: class.kind(),
+            payoff: self.payoffs[node],
+            slope_east: self.slopes_east[node],
+            slope_north: self.slopes_north[node],
+            soil: class.soil() as u8,
+        }
+    }
+
+    /// What a node is.
+    #[must_use]
+    pub fn kind(&self, node: usize) -> Kind {
+        self.classes[node].kind()
+    }
+
+    /// Payoff of landing on a node.
+    #[must_use]
+    pub fn payoff(&self, node: usize) -> f64 {
+        self.payoffs[node]
+    }
+
+    /// The soil of a node.
+    #[must_use]
+    pub fn soil(&self, node: usize) -> &Soil {
+        &self.rules.soils[self.classes[node].soil()]
+    }
+
+    /// Slopes towards the east and the north.
+    pub(crate) fn slopes(&self, node: usize) -> [f64; 2] {
+        [self.slopes_east[node], self.slopes_north[node]]
+    }
+
+    /// Index of a node's soil.
+    pub(crate) fn soil_index(&self, node: usize) -> usize {
+        self.classes[node].soil()
+    }
+
+    /// Payoffs, slopes towards the east and the north, and classes of a row.
+    pub(crate) fn row(&self, y: usize) -> (&[f64], &[f64], &[f64], &[Class]) {
+        let row = y * self.width..(y + 1) * self.width;
+        let Self { payoffs, slopes_east, slopes_north, classes, .. } = self;
+        (&payoffs[row.clone()], &slopes_east[row.clone()], &slopes_north[row.clone()], &classes[row])
+    }
+
+    /// The node that `hop` from `node` aims at; `None` outside the grid.
+    #[must_use]
+    pub fn neighbour(&self, node: usize, hop: Hop) -> Option<usize> {
+        let (x, y) = (node % self.width, node / self.width);
+        match hop {
+            Hop::North => (y + 1 < self.height).then(|| node + self.width),
+            Hop::East => (x + 1 < self.width).then(|| node + 1),
+            Hop::South => (y > 0).then(|| node - self.width),
+            Hop::West => (x > 0).then(|| node - 1),
+        }
+    }
+
+    /// The scatter of `hop` from `node`, as the module's table has it.
+    #[must_use]
+    pub fn scatter(&self, node: usize, hop: Hop) -> Scatter {
+        let Soil { intended, stuck, sideways, .. } = *self.soil(node);
+        let (east, north) = (self.slopes_east[node], self.slopes_north[node]);
+        let towards = |hop| match hop {
+            Hop::North => north,
+            Hop::East => east,
+            Hop::South => -north,
+            Hop::West => -east,
+        };
+        let forwards = towards(hop).clamp(0.0, 1.0);
+        let right_up = towards(hop.right());
+        let scatter = Scatter {
+            intended: intended * (1.0 - forwards),
+            stayed: intended * forwards + stuck,
+            left: sideways * (1.0 - right_up),
+            right: 0.0,
+        };
+        let others = scatter.intended + scatter.stayed + scatter.left;
+        Scatter { right: (1.0 - others).max(0.0), ..scatter }
+    }
+
+    /// What landing on a node is worth under `values`: r + V, r at a goal, the loss where lost.
+    #[must_use]
+    pub fn worth(&self, values: &[f64], node: usize) -> f64 {
+        match self.kind(node) {
+            Kind::Free => self.payoffs[node] + values[node],
+            Kind::Goal => self.payoffs[node],
+            Kind::Lost => self.rules.loss,
+        }
+    }
+
+    /// The largest |r + V*| possible, the loss included.
+    #[must_use]
+    pub fn worth_max(&self) -> f64 {
+        let landed = |node: usize| if self.kind(node) == Kind::Lost { 0.0 } else { self.payoffs[node].abs() };
+        let payoff_max = (0..self.nodes()).map(landed).fold(0.0, f64::max);
+        (payoff_max / (1.0 - self.rules.discount)).max(self.rules.loss.abs())
+    }
+}
+
+fn check(rules: &Rules) -> Result<(), Error> {
+    if !(0.0..1.0).contains(&rules.discount) {
+        return Err(Error::Discount { got: rules.discount });
+    }
+    if !rules.loss.is_finite() {
+        return Err(Error::Loss { got: rules.loss });
+    }
+    if !(1..=World::SOILS_MAX).contains(&rules.soils.len()) {
+        return Err(Error::Soils { got: rules.soils.len(), soils_max: World::SOILS_MAX });
+    }
+    rules.soils.iter().enumerate().try_for_each(|(index, soil)| soil.check(index))
+}

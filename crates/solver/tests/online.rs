@@ -1,0 +1,339 @@
+//! Decisions on a growing map: whatever the history, the same hop; and the proofs behind them.
+//!
+//! `ONLINE_HOPS=300000 cargo test --release -p solver --test online` flies further.
+
+#[path = "support/mission.rs"]
+mod mission;
+
+use mission::Mission;
+use solver::online::choice::{CANONICAL_ERROR, TIE};
+use solver::online::{Decision, How, Online, Status};
+use solver::specimen::{DISCOUNT, Draw, HARD, SAND, Specimen};
+use solver::{Effort, Hop, Kind, Leaving, Reach, Rules, Site, Solver, World, bellman, policy};
+
+/// What a small world is like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Land {
+    /// All alike: ties everywhere.
+    Flat,
+    /// Slopes, sand, a payoff a node.
+    Rough,
+    /// Payoffs in which lingering beats the goal.
+    Trap,
+    /// Rocks that show only when seen, the goal walled in now and then.
+    Rocky,
+    /// Flat, with a few payoffs that make losses close to the tie's bound.
+    Doubtful,
+}
+
+/// A mission over a small world, drawn from `seed`.
+fn mission(land: Land, seed: u64) -> Mission {
+    let mut draw = Draw(seed.wrapping_mul(77) ^ 0xabc);
+    let mut pick = |from: usize, to: usize| draw.between(from as f64, to as f64) as usize;
+    let (width, height) = (pick(4, 15), pick(4, 15));
+    let nodes = width * height;
+    let goal = if pick(0, 2) == 0 { nodes - 1 - width.min(nodes - 2) } else { pick(0, nodes) };
+    let start = (goal + 1 + pick(0, nodes - 1)) % nodes;
+    let leaving = if pick(0, 2) == 0 { Leaving::Stays } else { Leaving::Loses };
+    let rules = Rules { discount: DISCOUNT, loss: -2500.0, leaving, soils: vec![HARD, SAND] };
+    let mut unseen = World::new(width, height, rules).unwrap();
+    let distance = |node: usize| {
+        (node % width).abs_diff(goal % width) as f64 + (node / width).abs_diff(goal / width) as f64
+    };
+    for node in 0..nodes {
+        let flat = Site {
+            kind: if node == goal { Kind::Goal } else { Kind::Free },
+            payoff: if node == goal { 100.0 } else { -10.0 * distance(node) / (width + height) as f64 },
+            slope_east: 0.0,
+            slope_north: 0.0,
+            soil: 0,
+        };
+        unseen.set(node, flat);
+    }
+    let mut truth = unseen.clone();
+    let scale = if land == Land::Trap { 30.0 } else { 1.0 };
+    for node in (0..nodes).filter(|&node| node != goal) {
+        let mut site = unseen.site(node);
+        let uniform = [(); 6].map(|()| draw.uniform());
+        match land {
+            Land::Flat => {}
+            Land::Doubtful => {
+                if uniform[0] < 0.1 {
+                    site.payoff += (uniform[1] - 0.5) * 8.0 * TIE;
+                }
+            }
+            Land::Rough | Land::Trap | Land::Rocky => {
+                let steep = if uniform[5] < 0.05 { 1.2 } else { 0.4 };
+                site.payoff += scale * (uniform[0] - 0.5);
+                site.slope_east = steep * (2.0 * uniform[1] - 1.0);
+                site.slope_north = steep * (2.0 * uniform[2] - 1.0);
+                site.soil = u8::from(uniform[3] < 0.3);
+                let walled = seed.is_multiple_of(4) && distance(node) < 1.5;
+                if land == Land::Rocky && node != start && (uniform[4] < 0.12 || walled) {
+                    site.kind = Kind::Lost;
+                }
+            }
+        }
+        truth.set(node, site);
+    }
+    let radius = 1.0 + 3.0 * draw.uniform();
+    Mission { truth, unseen, start, radius }
+}
+
+/// The canonical hop, by the procedure itself; `None` where there is nothing to decide or no way.
+fn canonical(solver: &mut Solver, world: &World, here: usize) -> Option<Hop> {
+    if !Reach::default().leads_to_goal(world, here) {
+        return None;
+    }
+    solver.solve(world, &Effort { error_max: CANONICAL_ERROR, ..Effort::default() });
+    policy::hop(world, solver.values(), here, TIE)
+}
+
+fn hops_wanted(quick: u64) -> u64 {
+    std::env::var("ONLINE_HOPS").ok().and_then(|hops| hops.parse().ok()).unwrap_or(quick)
+}
+
+/// How many decisions were proven in which way.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    focused: u64,
+    warm: u64,
+    canonical: u64,
+    infeasible: u64,
+}
+
+impl Tally {
+    fn count(&mut self, decision: &Decision) {
+        match (decision.status, decision.how) {
+            (Status::Infeasible, _) => self.infeasible += 1,
+            (_, How::Focused) => self.focused += 1,
+            (_, How::Warm) => self.warm += 1,
+            (_, How::Canonical) => self.canonical += 1,
+        }
+    }
+
+    fn hops(&self) -> u64 {
+        self.focused + self.warm + self.canonical + self.infeasible
+    }
+}
+
+/// Flies one mission with a session that lives through it, and holds each hop to the canonical procedure;
+/// now and then to a session that knows nothing.
+fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
+    let mut solver = Solver::new();
+    let mut online = Online::new(mission.unseen.clone());
+    let mut flight = mission.fly(seed);
+    for hops in 0..60 {
+        for (node, site) in flight.seen() {
+            online.update(node, site);
+        }
+        let decision = online.act(flight.here, None);
+        tally.count(&decision);
+        let expected = canonical(&mut solver, online.world(), flight.here);
+        assert_eq!(decision.action, expected, "seed {seed}, hop {hops}, {decision:?}");
+        assert_eq!(decision.status == Status::Infeasible, expected.is_none());
+        if hops % 16 == 3 {
+            let novice = Online::new(online.world().clone()).act(flight.here, None);
+            assert_eq!((novice.action, novice.status), (decision.action, decision.status));
+        }
+        // Missions go on where the plan sees no way: somewhere else, what was learned kept.
+        let hop = decision.action.unwrap_or(Hop::ALL[(hops % 4) as usize]);
+        if !flight.hop(hop) {
+            break;
+        }
+    }
+}
+
+#[test]
+fn warm_cold_and_canonical_decisions_are_the_same_on_every_land() {
+    let lands = [Land::Flat, Land::Rough, Land::Trap, Land::Rocky, Land::Doubtful];
+    let mut tally = Tally::default();
+    let wanted = hops_wanted(6_000);
+    for seed in 0.. {
+        for land in lands {
+            fly(&mission(land, seed), seed, &mut tally);
+        }
+        if tally.hops() >= wanted {
+            break;
+        }
+    }
+    assert!(tally.warm > 0 && tally.canonical > 0 && tally.infeasible > 0, "{tally:?}");
+    // Ties do not cost a cold solve each: what does are losses that happen to lie at the bound.
+    assert!(10 * tally.canonical < tally.hops(), "{tally:?}");
+}
+
+/// A mission over hills and sand, large enough for a line behind the hopper.
+fn survey(specimen: Specimen, radius: f64) -> Mission {
+    Mission {
+        truth: specimen.world().unwrap(),
+        unseen: specimen.unseen().unwrap(),
+        start: specimen.start(),
+        radius,
+    }
+}
+
+#[test]
+fn focused_decisions_are_the_canonical_ones() {
+    let mut tally = Tally::default();
+    let mut solver = Solver::new();
+    let wanted = hops_wanted(900);
+    for seed in 0.. {
+        let side = 40 + 8 * (seed % 3) as usize;
+        let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
+        let (safety, information) = [(0.5, 0.5), (1.0, 0.0), (2.0, 3.0)][(seed / 2 % 3) as usize];
+        let specimen = Specimen { leaving, safety, information, ..Specimen::plain(side, seed) };
+        let mission = survey(specimen, [2.5, 4.0, 6.0][(seed % 3) as usize]);
+        let mut online = Online::new(mission.unseen.clone());
+        let mut flight = mission.fly(seed);
+        for _ in 0..3 * side {
+            for (node, site) in flight.seen() {
+                online.update(node, site);
+            }
+            let decision = online.act(flight.here, None);
+            tally.count(&decision);
+            let expected = canonical(&mut solver, online.world(), flight.here);
+            assert_eq!(decision.action, expected, "seed {seed}, {decision:?}");
+            if !decision.action.is_some_and(|hop| flight.hop(hop)) {
+                break;
+            }
+        }
+        if tally.hops() >= wanted {
+            break;
+        }
+    }
+    assert!(2 * tally.focused > tally.hops(), "{tally:?}");
+}
+
+#[test]
+fn the_margin_and_the_bound_of_a_decision_hold() {
+    let mission = survey(Specimen::plain(40, 5), 3.0);
+    let mut solver = Solver::new();
+    let mut online = Online::new(mission.unseen.clone());
+    let mut flight = mission.fly(5);
+    loop {
+        for (node, site) in flight.seen() {
+            online.update(node, site);
+        }
+        let decision = online.act(flight.here, None);
+        let Some(hop) = decision.action else { break };
+        solver.solve(online.world(), &Effort { error_max: 1e-8, ..Effort::default() });
+        let values = bellman::action_values(online.world(), solver.values(), flight.here);
+        let others = Hop::ALL.iter().filter(|other| **other != hop).map(|other| values[*other as usize]);
+        let margin = values[hop as usize] - others.fold(f64::NEG_INFINITY, f64::max);
+        assert!(decision.margin <= margin + 1e-7, "{decision:?}, but {margin}");
+        assert!(decision.margin >= margin - 2.0 * decision.bound - 1e-7, "{decision:?}, but {margin}");
+        if !flight.hop(hop) {
+            break;
+        }
+    }
+}
+
+#[test]
+fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last() {
+    for land in [Land::Rough, Land::Trap, Land::Rocky] {
+        for seed in 0..12 {
+            let mission = mission(land, seed);
+            let mut online = Online::new(mission.unseen.clone());
+            let mut flight = mission.fly(seed);
+            for _ in 0..12 {
+                for (node, site) in flight.seen() {
+                    online.update(node, site);
+                }
+                let hop = online.act(flight.here, None).action;
+                let world = online.world().clone();
+                if !(0..world.nodes()).any(|node| world.kind(node) == Kind::Goal) {
+                    break;
+                }
+                let (values, certificate) = online.values();
+                assert!(certificate.error_bound <= 1e-6);
+                for node in 0..world.nodes() {
+                    let residual = bellman::deviation(&world, values, node);
+                    assert!(residual <= certificate.residual, "{land:?} {seed}: {residual:e} at {node}");
+                }
+                if !flight.hop(hop.unwrap_or(Hop::North)) {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn values_after_focused_decisions_come_back_to_the_certificate() {
+    let mission = survey(Specimen::plain(48, 2), 4.0);
+    let mut online = Online::new(mission.unseen.clone());
+    let mut flight = mission.fly(2);
+    let mut focused = 0;
+    for hops in 0..60 {
+        for (node, site) in flight.seen() {
+            online.update(node, site);
+        }
+        let decision = online.act(flight.here, None);
+        focused += u32::from(decision.how == How::Focused);
+        if hops % 13 == 12 {
+            let world = online.world().clone();
+            let (values, certificate) = online.values();
+            for node in 0..world.nodes() {
+                assert!(bellman::deviation(&world, values, node) <= certificate.residual);
+            }
+        }
+        if !decision.action.is_some_and(|hop| flight.hop(hop)) {
+            break;
+        }
+    }
+    assert!(focused > 30, "{focused}");
+}
+
+#[test]
+fn a_walled_in_goal_is_infeasible_and_a_spent_budget_is_cut() {
+    let mut mission = mission(Land::Rough, 3);
+    let goal = (0..mission.unseen.nodes()).find(|&node| mission.unseen.kind(node) == Kind::Goal).unwrap();
+    for hop in Hop::ALL {
+        if let Some(wall) = mission.unseen.neighbour(goal, hop) {
+            let site = Site { kind: Kind::Lost, ..mission.unseen.site(wall) };
+            mission.truth.set(wall, site);
+        }
+    }
+    mission.start = (0..mission.truth.nodes()).find(|&node| mission.truth.kind(node) == Kind::Free).unwrap();
+    let mut online = Online::new(mission.unseen.clone());
+    assert_eq!(online.act(mission.start, None).status, Status::Solved);
+    let cut = Online::new(mission.unseen.clone()).act(mission.start, Some(1));
+    assert_eq!(cut.status, Status::Cut);
+    assert!(cut.action.is_some() && cut.bound > 1e-6 && cut.bound.is_finite());
+    for node in 0..mission.truth.nodes() {
+        online.update(node, mission.truth.site(node));
+    }
+    let walled = online.act(mission.start, None);
+    assert_eq!((walled.status, walled.action), (Status::Infeasible, None));
+    assert_eq!(online.act(goal, None).action, None);
+    // The wall was a mistake.
+    for node in 0..mission.truth.nodes() {
+        online.update(node, mission.unseen.site(node));
+    }
+    assert_eq!(online.act(mission.start, None).status, Status::Solved);
+}
+
+#[test]
+fn a_session_may_change_its_goal_its_rules_and_its_loss() {
+    let mut solver = Solver::new();
+    for seed in 0..6 {
+        let mission = mission(Land::Rocky, 4 * seed + 1);
+        let mut online = Online::new(mission.unseen.clone());
+        let here = mission.start;
+        let same = |online: &mut Online, solver: &mut Solver| {
+            let expected = canonical(solver, online.world(), here);
+            assert_eq!(online.act(here, None).action, expected);
+        };
+        same(&mut online, &mut solver);
+        online.set_loss(-4000.0).unwrap();
+        same(&mut online, &mut solver);
+        let goal = (0..mission.unseen.nodes()).find(|&node| mission.unseen.kind(node) == Kind::Goal).unwrap();
+        online.update(goal, Site { kind: Kind::Free, payoff: 0.0, ..mission.unseen.site(goal) });
+        assert_eq!(online.act(here, None).status, Status::Infeasible);
+        let other = (here + 2) % mission.unseen.nodes();
+        online.update(other, Site { kind: Kind::Goal, payoff: 50.0, ..mission.unseen.site(other) });
+        same(&mut online, &mut solver);
+        online.replace(mission.truth.clone());
+        same(&mut online, &mut solver);
+    }
+}

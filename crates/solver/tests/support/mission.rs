@@ -1,0 +1,69 @@
+//! A hopper in a world that shows itself a disc at a time.
+
+use solver::specimen::Draw;
+use solver::{Hop, Kind, Site, World};
+
+/// What a mission flies over, and what was known of it beforehand.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    pub truth: World,
+    pub unseen: World,
+    pub start: usize,
+    /// What the hopper sees, in nodes.
+    pub radius: f64,
+}
+
+/// The hopper's whereabouts.
+#[derive(Clone, Debug)]
+pub struct Flight<'a> {
+    mission: &'a Mission,
+    draw: Draw,
+    pub here: usize,
+}
+
+impl Mission {
+    /// A hopper at the start, its luck drawn from `seed`.
+    pub fn fly(&self, seed: u64) -> Flight<'_> {
+        Flight { mission: self, draw: Draw(seed ^ 0x5eed), here: self.start }
+    }
+}
+
+impl Flight<'_> {
+    /// What is seen from here: nodes and what they are.
+    pub fn seen(&self) -> Vec<(usize, Site)> {
+        let truth = &self.mission.truth;
+        let (width, height) = (truth.width() as i64, truth.height() as i64);
+        let (x0, y0) = (self.here as i64 % width, self.here as i64 / width);
+        let radius = self.mission.radius;
+        let reach = radius.floor() as i64;
+        let mut seen = Vec::new();
+        for y in (y0 - reach).max(0)..=(y0 + reach).min(height - 1) {
+            for x in (x0 - reach).max(0)..=(x0 + reach).min(width - 1) {
+                if (((x - x0).pow(2) + (y - y0).pow(2)) as f64).sqrt() <= radius {
+                    let node = (y * width + x) as usize;
+                    seen.push((node, truth.site(node)));
+                }
+            }
+        }
+        seen
+    }
+
+    /// Hops; whether the mission goes on.
+    pub fn hop(&mut self, hop: Hop) -> bool {
+        let truth = &self.mission.truth;
+        let scatter = truth.scatter(self.here, hop);
+        let uniform = self.draw.uniform();
+        let towards = if uniform < scatter.intended {
+            Some(hop)
+        } else if uniform < scatter.intended + scatter.stayed {
+            None
+        } else if uniform < scatter.intended + scatter.stayed + scatter.left {
+            Some(hop.left())
+        } else {
+            Some(hop.right())
+        };
+        // Leaving the grid is staying, here, whatever the plan feared.
+        self.here = towards.map_or(Some(self.here), |to| truth.neighbour(self.here, to)).unwrap_or(self.here);
+        truth.kind(self.here) == Kind::Free
+    }
+}
