@@ -11,6 +11,7 @@ pub mod moment;
 pub mod outbox;
 pub mod run;
 pub mod scenario;
+pub mod simulate;
 pub mod supervisor;
 pub mod terrain;
 pub mod topic;

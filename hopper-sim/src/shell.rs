@@ -232,13 +232,19 @@ impl Service {
             finished: None,
         };
         service.node.listen(&contract::service::command(robot))?;
-        service.briefs.publish(&brief)?;
+        service.announce()?;
         crash_point(crash::JOINED);
         tracing::info!(
             run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed(),
             "joined instance {:?} at decision {}", args.instance, service.arbiter.state().decision
         );
         Ok(service)
+    }
+
+    /// Tells of the run: once, and again when a peer has missed it.
+    fn announce(&self) -> Result<(), Failure> {
+        self.briefs.publish(&self.arbiter.mission().brief)?;
+        Ok(())
     }
 
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
@@ -313,6 +319,7 @@ impl Service {
         while let Some(effect) = effects.pop_front() {
             match effect {
                 Effect::Append(record) => effects.extend(self.append(&record)),
+                Effect::Announce => self.announce()?,
                 Effect::Publish(state) => {
                     self.states.publish(&state)?;
                     crash_point(crash::PUBLISHED);

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use crate::World;
 use crate::simd::{Simd, dispatch};
-use crate::skew::{LANES, Skew, chunk};
+use crate::skew::{Ground, LANES, Skew, chunk};
 use crate::survey::Row;
 use crate::sweep::Planes;
 use crate::window::{Diagonals, Window, largest};
@@ -23,23 +23,33 @@ pub(crate) struct Krylov {
     image: Vec<f32>,
     preconditioned: Vec<f32>,
     image_half: Vec<f32>,
+    halfway: Vec<f32>,
 }
 
 impl Planes {
+    /// Begins a policy's equation: zeros wherever no row will be filled in.
+    pub fn begin(&mut self, skew: &Skew) {
+        self.unknown.fill(0.0);
+        // The halo may hold worths.
+        for diagonal in skew.diagonals() {
+            let (first, nodes) = skew.run(diagonal);
+            for (at, step) in skew.rim(diagonal, first, first + nodes - 1, skew.steps(diagonal)) {
+                if step != 0 {
+                    self.set(at.wrapping_add_signed(step), [0.0; 5]);
+                }
+            }
+        }
+    }
+
     /// Fills in one row of a panel of a policy's equation: coefficients in the order of [`Skew::steps`].
     pub fn load_row(&mut self, skew: &Skew, columns: Range<usize>, y: usize, row: &Row) {
         let [north, east, south, west] = &row.landings;
         let (low_i, high_i) = if skew.flip[0] { (east, west) } else { (west, east) };
         let (low_j, high_j) = if skew.flip[1] { (north, south) } else { (south, north) };
-        let Self { own, coefficients: [c_low_i, c_low_j, c_high_i, c_high_j], .. } = self;
         let mut entries = skew.entries(columns.clone(), y);
         for x in 0..columns.len() {
             let at = entries.next().expect("an entry a node");
-            own[at] = row.own[x];
-            c_low_i[at] = low_i[x];
-            c_low_j[at] = low_j[x];
-            c_high_i[at] = high_i[x];
-            c_high_j[at] = high_j[x];
+            self.set(at, [row.own[x], low_i[x], low_j[x], high_i[x], high_j[x]]);
         }
     }
 
@@ -57,17 +67,27 @@ impl Planes {
 
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
     /// [`REDUCTION`] of its first change; work in updates of nodes, and whether the former was reached.
-    pub fn correct(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, change_max: f32) -> (u64, bool) {
+    pub fn correct(
+        &mut self,
+        simd: Simd,
+        skew: &Skew,
+        krylov: &mut Krylov,
+        change_max: f32,
+        updates_max: u64,
+    ) -> (u64, bool) {
         let nodes = (skew.width * skew.height) as u64;
         let mut updates = 0;
         let mut first = 0.0_f32;
         let mut last = f32::INFINITY;
         let window = Window::default();
         for pass in 0..PASSES_MAX {
+            if updates_max - updates < nodes * window.visits() {
+                break;
+            }
             let mut change = [0.0_f32; LANES];
             updates += nodes * window.visits();
             window.pass(skew.diagonals(), |diagonals| {
-                correct(simd, &mut self.unknown, &self.own, &self.coefficients, skew, diagonals, &mut change);
+                correct(simd, &mut self.unknown, &self.ground, skew, diagonals, &mut change);
             });
             let change = largest(&change);
             if pass == 0 {
@@ -77,7 +97,7 @@ impl Planes {
                 return (updates, change <= change_max);
             }
             if pass > 0 && change > SLOW * last {
-                return (updates + self.krylov(simd, skew, krylov), false);
+                return (updates + self.krylov(simd, skew, krylov, updates_max - updates), false);
             }
             last = change;
         }
@@ -85,44 +105,39 @@ impl Planes {
     }
 
     /// BiCGStab for e from 0; the entries beyond the grid are 0 throughout, as their coefficients are.
-    fn krylov(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov) -> u64 {
-        let Self { unknown: solution, own, coefficients } = self;
-        let Krylov { residual, shadow, direction, image, preconditioned, image_half } = krylov;
+    fn krylov(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, updates_max: u64) -> u64 {
+        let Self { unknown: solution, ground } = self;
+        let Krylov { residual, shadow, direction, image, preconditioned, image_half, halfway } = krylov;
         for plane in [&mut *residual, shadow, direction] {
             plane.clear();
-            plane.extend_from_slice(own);
+            plane.extend(ground.iter().flat_map(|ground| ground.0[0]));
         }
-        for plane in [&mut *image, preconditioned, image_half] {
+        for plane in [&mut *image, preconditioned, image_half, halfway] {
             plane.clear();
-            plane.resize(own.len(), 0.0);
+            plane.resize(solution.len(), 0.0);
+        }
+        if updates_max < 4 * (skew.width * skew.height) as u64 {
+            // The sweeps' correction is better than none.
+            return 0;
         }
         solution.fill(0.0);
-        let precondition = |of: &[f32], into: &mut [f32]| {
-            into.fill(0.0);
-            let mut ignored = [0.0; LANES];
-            for back in [false, true] {
-                let diagonals = Diagonals::all(skew.diagonals(), back);
-                correct(simd, into, of, coefficients, skew, diagonals, &mut ignored);
-            }
-        };
-        let apply = |to: &[f32], into: &mut [f32]| apply(simd, into, to, coefficients, skew);
         let nodes = (skew.width * skew.height) as u64;
         let start = dot(simd, residual, residual);
         let mut rho = start;
         let mut updates = 0;
         for _ in 0..ITERATIONS_MAX {
-            if rho == 0.0 || !rho.is_finite() {
+            if rho == 0.0 || !rho.is_finite() || updates_max - updates < 4 * nodes {
                 break;
             }
-            precondition(direction, preconditioned);
-            apply(preconditioned, image);
+            outwards(simd, halfway, direction, ground, skew);
+            back(simd, preconditioned, image, halfway, ground, skew);
             let alpha = rho / dot(simd, shadow, image);
             axpy(simd, solution, alpha as f32, preconditioned);
             axpy(simd, residual, -alpha as f32, image);
-            precondition(residual, preconditioned);
-            apply(preconditioned, image_half);
+            outwards(simd, halfway, residual, ground, skew);
+            back(simd, preconditioned, image_half, halfway, ground, skew);
             let omega = dot(simd, image_half, residual) / dot(simd, image_half, image_half);
-            updates += 6 * nodes;
+            updates += 4 * nodes;
             if !alpha.is_finite() || !omega.is_finite() {
                 break;
             }
@@ -149,17 +164,17 @@ const PASSES_MAX: usize = 12;
 /// Reduction of the change at which a linear solve by sweeps ends.
 const REDUCTION: f32 = 1e-4;
 /// Reduction from pass to pass that counts as slow.
-const SLOW: f32 = 0.5;
+const SLOW: f32 = 0.75;
 /// Most iterations of BiCGStab in one round.
-const ITERATIONS_MAX: usize = 12;
+const ITERATIONS_MAX: usize = 30;
 /// Reduction of the residual's norm at which BiCGStab ends.
-const KRYLOV_REDUCTION: f64 = 0.03;
+const KRYLOV_REDUCTION: f64 = 0.01;
 
 dispatch! {
     /// Updates the corrections of some diagonals; the largest change, lane by lane, goes into `change` for
     /// diagonals that the window leaves behind.
     fn correct(
-        unknown: &mut [f32], own: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew, diagonals: Diagonals,
+        unknown: &mut [f32], ground: &[Ground], skew: &Skew, diagonals: Diagonals,
         change: &mut [f32; LANES],
     ) = correct_lanes
 }
@@ -167,8 +182,7 @@ dispatch! {
 #[inline(always)]
 fn correct_lanes(
     unknown: &mut [f32],
-    own: &[f32],
-    coefficients: &[Vec<f32>; 4],
+    ground: &[Ground],
     skew: &Skew,
     diagonals: Diagonals,
     change: &mut [f32; LANES],
@@ -179,7 +193,7 @@ fn correct_lanes(
         let steps = skew.steps(diagonal);
         let counts = diagonal < diagonals.leaves;
         for at in (first..first + nodes).step_by(LANES) {
-            let new = landed(unknown, own, coefficients, at, steps, 1.0);
+            let new = landed(unknown, &ground[at / LANES], at, steps);
             if counts {
                 let old = chunk(unknown, at);
                 for lane in 0..LANES {
@@ -192,45 +206,93 @@ fn correct_lanes(
     }
 }
 
-/// own + sign · Σ c e over the neighbours.
+/// own + Σ c e over the neighbours.
 #[inline(always)]
-fn landed(
-    e: &[f32],
-    own: &[f32],
-    coefficients: &[Vec<f32>; 4],
-    at: usize,
-    steps: [isize; 4],
-    sign: f32,
-) -> [f32; LANES] {
+fn landed(e: &[f32], ground: &Ground, at: usize, steps: [isize; 4]) -> [f32; LANES] {
+    let [low_i, low_j, high_i, high_j] = steps;
+    let inner = halves(e, at, [low_i, low_j], ground, 1);
+    let outer = halves(e, at, [high_i, high_j], ground, 3);
     let mut sum = [0.0_f32; LANES];
-    for side in 0..4 {
-        let (e, c) = (chunk(e, at.wrapping_add_signed(steps[side])), chunk(&coefficients[side], at));
-        for lane in 0..LANES {
-            sum[lane] += c[lane] * e[lane];
-        }
-    }
-    let own = chunk(own, at);
     for lane in 0..LANES {
-        sum[lane] = own[lane] + sign * sum[lane];
+        sum[lane] = ground.0[0][lane] + (inner[lane] + outer[lane]);
     }
     sum
 }
 
 dispatch! {
-    /// e − Σ c e over the neighbours.
-    fn apply(into: &mut [f32], e: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew) = apply_lanes
+    /// Half the preconditioner, (I − L) e = p: a sweep outwards, L the two landings that lie inwards.
+    fn outwards(e: &mut [f32], p: &[f32], ground: &[Ground], skew: &Skew) = outwards_lanes
 }
 
 #[inline(always)]
-fn apply_lanes(into: &mut [f32], e: &[f32], coefficients: &[Vec<f32>; 4], skew: &Skew) {
+fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[Ground], skew: &Skew) {
     for diagonal in skew.diagonals() {
         let (first, nodes) = skew.run(diagonal);
-        let steps = skew.steps(diagonal);
+        let [low_i, low_j, _, _] = skew.steps(diagonal);
         for at in (first..first + nodes).step_by(LANES) {
-            let image = landed(e, e, coefficients, at, steps, -1.0);
-            into[at..at + LANES].copy_from_slice(&image);
+            let p = chunk(p, at);
+            let inner = halves(e, at, [low_i, low_j], &ground[at / LANES], 1);
+            let mut new = [0.0_f32; LANES];
+            for lane in 0..LANES {
+                new[lane] = p[lane] + inner[lane];
+            }
+            e[at..at + LANES].copy_from_slice(&new);
         }
     }
+}
+
+dispatch! {
+    /// The other half, (I − U) f = e: a sweep back, U the two landings that lie outwards; and with it the
+    /// image of f, (I − L − U) f = e − L f, diagonal by diagonal as f becomes known (Eisenstat 1981).
+    fn back(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], skew: &Skew) = back_lanes
+}
+
+#[inline(always)]
+fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], skew: &Skew) {
+    let Range { start, end } = skew.diagonals();
+    for index in 0..=end - start {
+        // At the end there is nothing left to know, but one image to take.
+        if index < end - start {
+            let diagonal = end - 1 - index;
+            let (first, nodes) = skew.run(diagonal);
+            let [_, _, high_i, high_j] = skew.steps(diagonal);
+            for at in (first..first + nodes).step_by(LANES) {
+                let e = chunk(e, at);
+                let outer = halves(f, at, [high_i, high_j], &ground[at / LANES], 3);
+                let mut new = [0.0_f32; LANES];
+                for lane in 0..LANES {
+                    new[lane] = e[lane] + outer[lane];
+                }
+                f[at..at + LANES].copy_from_slice(&new);
+            }
+        }
+        if index > 0 {
+            let diagonal = end - index;
+            let (first, nodes) = skew.run(diagonal);
+            let [low_i, low_j, _, _] = skew.steps(diagonal);
+            for at in (first..first + nodes).step_by(LANES) {
+                let e = chunk(e, at);
+                let inner = halves(f, at, [low_i, low_j], &ground[at / LANES], 1);
+                let mut new = [0.0_f32; LANES];
+                for lane in 0..LANES {
+                    new[lane] = e[lane] - inner[lane];
+                }
+                image[at..at + LANES].copy_from_slice(&new);
+            }
+        }
+    }
+}
+
+/// Two of the four terms of Σ c e, those of the coefficients from `part` on.
+#[inline(always)]
+fn halves(e: &[f32], at: usize, steps: [isize; 2], ground: &Ground, part: usize) -> [f32; LANES] {
+    let (a, b) = (chunk(e, at.wrapping_add_signed(steps[0])), chunk(e, at.wrapping_add_signed(steps[1])));
+    let (c_a, c_b) = (&ground.0[part], &ground.0[part + 1]);
+    let mut sum = [0.0_f32; LANES];
+    for lane in 0..LANES {
+        sum[lane] = c_a[lane] * a[lane] + c_b[lane] * b[lane];
+    }
+    sum
 }
 
 dispatch! {

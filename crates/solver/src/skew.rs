@@ -114,6 +114,16 @@ impl Skew {
     }
 }
 
+/// What a chunk's nodes have of their own: a constant, and four coefficients. All of it lies together, so a
+/// kernel reads one stream, and a chunk that is filled in node by node stays in the nearest cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Ground(pub [[f32; LANES]; 5]);
+
+impl Ground {
+    pub const NONE: Self = Self([[0.0; LANES]; 5]);
+}
+
 /// The chunk of a plane at an entry.
 #[inline(always)]
 pub(crate) fn chunk(plane: &[f32], at: usize) -> [f32; LANES] {

@@ -29,15 +29,19 @@ impl Soil {
     /// its probability times its discount.
     #[must_use]
     pub fn mixture(parts: &[(f64, Self)], discount: f64) -> Self {
-        let mean =
-            |of: &dyn Fn(&Self) -> f64| parts.iter().map(|(share, soil)| share * of(soil)).sum::<f64>();
-        let discounted = mean(&|soil| soil.discount(discount));
-        let landing = |of: fn(&Self) -> f64| mean(&|soil| soil.discount(discount) * of(soil)) / discounted;
+        // Without a discount's γ; where no part ever lands, its share must do.
+        let then = |soil: &Self| 1.0 - soil.wait + soil.wait * discount;
+        let lands = parts.iter().any(|(share, soil)| share * then(soil) > 0.0);
+        let weight = |share: f64, soil: &Self| if lands { share * then(soil) } else { share };
+        let weights: f64 = parts.iter().map(|(share, soil)| weight(*share, soil)).sum();
+        let landing = |of: fn(&Self) -> f64| {
+            parts.iter().map(|(share, soil)| weight(*share, soil) * of(soil)).sum::<f64>() / weights
+        };
         Self {
             intended: landing(|soil| soil.intended),
             stuck: landing(|soil| soil.stuck),
             sideways: landing(|soil| soil.sideways),
-            wait: mean(&|soil| soil.wait),
+            wait: parts.iter().map(|(share, soil)| share * soil.wait).sum::<f64>().min(1.0),
         }
     }
 

@@ -26,7 +26,7 @@ use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
 pub struct Effort {
     /// Bound on |V − V*| to reach, in units of payoff.
     pub error_max: f64,
-    /// Most sweeps over all nodes; at least one pass is made.
+    /// Most sweeps over all nodes, as [`Solution::sweeps`] counts them. The last survey comes on top.
     pub sweeps_max: u64,
 }
 
@@ -71,11 +71,25 @@ pub struct Solver {
     krylov: Krylov,
 }
 
-/// Most rounds of survey and correction before plain sweeps take over.
-const ROUNDS_MAX: u64 = 60;
-/// Change of a worth, relative to the largest worth, that single precision can still tell: 16 units in
-/// the last place.
-const SINGLE: f64 = 1e-6;
+/// Most surveys before plain sweeps take over.
+const SURVEYS_MAX: u64 = 60;
+/// Surveys in a row without progress before plain sweeps take over for a while.
+const STALLS_MAX: u64 = 3;
+/// Plain sweeps in a row, there and back.
+const PLAIN_SWEEPS: u64 = 8;
+/// Change of a worth, relative to the largest worth there may be, that sweeps in single precision reach
+/// without delay: some 100 units in the last place.
+const SINGLE: f64 = 6e-6;
+/// Residuals above so many times that are swept down before they are corrected.
+const ROUGH: f64 = 10.0;
+/// A correction that settles, from a residual of at most so many times that, is expected to be the last.
+const EXPECTED: f64 = 100.0;
+/// Change, relative to the residual asked for, at which a correction has settled.
+const SETTLED: f64 = 0.05;
+/// Reduction of the change from pass to pass below which sweeping no longer pays.
+const STALL: f32 = 0.7;
+/// Passes between two surveys, every other one back towards the goal.
+const PASSES: usize = 8;
 
 impl Solver {
     /// A solver without buffers yet, for the widest vectors this processor has.
@@ -104,7 +118,7 @@ impl Solver {
         // Below this the sweeps' own rounding may keep the residual from falling.
         let limit = 2.0 * rounding(2.0 * worth_max) / (1.0 - discount);
         let error_max = effort.error_max.max(limit);
-        let residual_max = (error_max * (1.0 - discount) - rounding(2.0 * worth_max)) * (1.0 - 1e-9);
+        let residual_max = error_max * (1.0 - discount) - rounding(2.0 * worth_max);
         let nodes = world.nodes() as u64;
         let updates_max = effort.sweeps_max.saturating_mul(nodes);
         let single = (SINGLE * worth_max).max(residual_max);
@@ -113,43 +127,49 @@ impl Solver {
             self.planes.reset(self.skew.len);
         }
         self.start(world);
-        let mut updates = 0;
-        let mut surveys = 0;
-        let mut before = f64::INFINITY;
+        let (mut updates, mut surveys, mut stalls) = (0, 0, 0);
+        let mut residual = f64::INFINITY;
         // Whether the next survey is expected to be the last.
         let mut expected = false;
+        // Whether single precision has nothing to offer any more.
+        let mut plain = worth_max > SINGLE_MAX;
         loop {
-            if !expected && before > 10.0 * single && surveys < ROUNDS_MAX {
-                updates +=
-                    self.sweep(world, single as f32, updates_max.saturating_sub(updates), surveys == 0);
+            if !plain && !expected && residual > ROUGH * single {
+                let left = updates_max.saturating_sub(updates);
+                updates += self.sweep(world, single as f32, left, surveys == 0);
             }
-            let findings = self.survey(world, expected);
+            let findings = self.survey(world, plain || expected);
             surveys += 1;
             let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
             let solved = certificate.error_bound <= error_max;
-            if solved || updates >= updates_max {
+            // Less than a pass of the linear equation is left: the survey was the last.
+            let out = updates_max.saturating_sub(updates) < nodes * Window::default().visits().div_ceil(4);
+            if solved || out {
                 let status = if solved { Status::Solved } else { Status::Cut };
                 return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
             }
-            if expected {
+            if !plain && expected {
                 // Close, but not there: survey again, for the correction this time.
                 expected = false;
                 continue;
             }
-            let stuck = before <= 10.0 * single && findings.residual > 0.5 * before;
-            before = findings.residual;
-            if stuck || surveys >= ROUNDS_MAX {
-                for _ in 0..4 {
-                    sweep_plainly(world, &mut self.values, false);
-                    sweep_plainly(world, &mut self.values, true);
+            stalls = if findings.residual > 0.5 * residual { stalls + 1 } else { 0 };
+            residual = findings.residual;
+            plain |= surveys >= SURVEYS_MAX;
+            if plain || stalls >= STALLS_MAX {
+                let sweeps = PLAIN_SWEEPS.min((updates_max - updates) / nodes);
+                for sweep in 0..sweeps {
+                    sweep_plainly(world, &mut self.values, sweep % 2 == 1);
                 }
-                updates += 8 * nodes;
+                updates += sweeps * nodes;
+                stalls = 0;
             } else {
                 let Self { planes, skew, krylov, values, simd, .. } = self;
-                let change_max = (0.05 * residual_max) as f32;
-                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max);
+                let change_max = (SETTLED * residual_max) as f32;
+                let left = (updates_max - updates).saturating_mul(4);
+                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max, left);
                 updates += corrected.div_ceil(4);
-                expected = settled && before < EXPECTED * single;
+                expected = settled && residual < EXPECTED * single;
                 planes.add_to(skew, world, values);
             }
         }
@@ -181,23 +201,23 @@ impl Solver {
         let mut last = f32::INFINITY;
         for pass in 0.. {
             let mut change = [0.0_f32; LANES];
-            if first || pass % 2 == 0 {
+            let windowed = first || pass % 2 == 0;
+            let left = updates_max - updates;
+            if windowed && left >= nodes * window.visits() {
                 updates += nodes * window.visits();
                 window.pass(skew.diagonals(), |diagonals| {
                     planes.relax(*simd, skew, leaving, diagonals, &mut change);
                 });
+            } else if left >= nodes {
+                updates += nodes;
+                let diagonals = Diagonals::all(skew.diagonals(), !windowed);
+                planes.relax(*simd, skew, leaving, diagonals, &mut change);
             } else {
-                updates += BACK * nodes;
-                for _ in 0..BACK {
-                    let diagonals = Diagonals::all(skew.diagonals(), true);
-                    planes.relax(*simd, skew, leaving, diagonals, &mut change);
-                }
-            }
-            let change = largest(&change);
-            if change <= change_min || updates >= updates_max || (!first && pass == 1) {
                 break;
             }
-            if first && pass > 1 && change > STALL * last {
+            let change = largest(&change);
+            let stalled = if first { pass > 1 && change > STALL * last } else { pass + 1 == PASSES };
+            if change <= change_min || stalled {
                 break;
             }
             last = change;
@@ -212,30 +232,22 @@ impl Solver {
         if measure_only {
             return survey::run(*simd, world, values, |_, _, _| {});
         }
-        planes.clear();
+        planes.begin(skew);
         survey::run(*simd, world, values, |columns, y, row| planes.load_row(skew, columns, y, row))
     }
 }
 
-/// A correction that settles, from a residual of at most so many times what single precision can tell, is
-/// expected to be the last.
-const EXPECTED: f64 = 100.0;
-/// Sweeps back towards the goal between two surveys.
-const BACK: u64 = 3;
-/// Reduction of the change from pass to pass below which sweeping no longer pays.
-const STALL: f32 = 0.7;
-/// One Gauss–Seidel sweep; the largest change of a value.
-fn sweep_plainly(world: &World, values: &mut [f64], backwards: bool) -> f64 {
-    let mut change = 0.0_f64;
+/// Worths that single precision holds with room for sums.
+const SINGLE_MAX: f64 = 1e30;
+
+/// One Gauss–Seidel sweep in double precision.
+fn sweep_plainly(world: &World, values: &mut [f64], backwards: bool) {
     for index in 0..values.len() {
         let node = if backwards { values.len() - 1 - index } else { index };
         if world.kind(node) == Kind::Free {
-            let value = backup(world, values, node);
-            change = change.max((value - values[node]).abs());
-            values[node] = value;
+            values[node] = backup(world, values, node);
         }
     }
-    change
 }
 
 /// The value of a free node under its neighbours' values, with what stays at the node solved for:

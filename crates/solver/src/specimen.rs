@@ -104,7 +104,8 @@ impl Specimen {
             let truth = (relief[node], sand[node]);
             let ((height, east, north), sand) = if seen { truth } else { ((0.0, 0.0, 0.0), false) };
             let payoff = |relief: &(f64, f64, f64), sand: bool| {
-                self.safety * normalised_safety(safety(relief, sand)) + self.information * normalised_height(relief.0)
+                self.safety * normalised_safety(safety(relief, sand))
+                    + self.information * normalised_height(relief.0)
                     - 10.0 * distance(node) / whole
             };
             let is_goal = node == self.goal();

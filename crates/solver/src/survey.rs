@@ -189,6 +189,10 @@ fn chunk(of: &[f64], at: usize) -> [f64; LANES] {
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "one row needs its neighbours")]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "a lane is a lane of many arrays, and closures are not inlined"
+)]
 fn survey_lanes(
     rules: &Rules,
     souths: &Worths,
@@ -209,8 +213,8 @@ fn survey_lanes(
         let (value, payoff) = (chunk(&inputs.values, at), chunk(&inputs.payoffs, at));
         let (east, north) = (chunk(&inputs.slopes_east, at), chunk(&inputs.slopes_north, at));
         let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
-        // 1 where the node is free, 0 elsewhere.
-        let mut is_free = [0.0; LANES];
+        // 1 where it is so, 0 elsewhere.
+        let [mut is_free, mut is_lost] = [[0.0; LANES]; 2];
         for index in 0..rules.soils.len() {
             let soil = rules.soils[index];
             for l in 0..LANES {
@@ -223,6 +227,7 @@ fn survey_lanes(
         }
         for l in 0..LANES {
             is_free[l] = if inputs.classes[at + l].is_free() { 1.0 } else { 0.0 };
+            is_lost[l] = if inputs.classes[at + l].is_lost() { 1.0 } else { 0.0 };
         }
         let (w_here, w_north, w_south) = (chunk(heres, at + 1), chunk(norths, at + 1), chunk(souths, at + 1));
         let (w_west, w_east) = (chunk(heres, at), chunk(heres, at + 2));
@@ -262,7 +267,11 @@ fn survey_lanes(
             let size = if free { deviation.abs() } else { 0.0 };
             unsound[l] = if size < f64::INFINITY { unsound[l] } else { 1.0 };
             residual[l] = if size > residual[l] { size } else { residual[l] };
-            let size = if free { payoff[l].abs() + value[l].abs() } else { 0.0 };
+            let size = if is_lost[l] > 0.0 {
+                0.0
+            } else {
+                payoff[l].abs() + if free { value[l].abs() } else { 0.0 }
+            };
             worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
 
             let landing = discount * then;

@@ -15,43 +15,42 @@
 //! itself: the same fixed point, approached from one sweep to the next.
 
 use crate::simd::{Simd, dispatch};
-use crate::skew::{LANES, Skew, chunk};
+use crate::skew::{Ground, LANES, Skew, chunk};
 use crate::window::Diagonals;
 use crate::{Leaving, Rules, World};
 
-/// The six planes of a layout, used by one kernel at a time.
+/// What lies in the entries of a layout, used by one kernel at a time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Planes {
     /// What is solved for: worths here, corrections in the linear solve.
     pub unknown: Vec<f32>,
-    /// What a node has of its own.
-    pub own: Vec<f32>,
-    /// Coefficients.
-    pub coefficients: [Vec<f32>; 4],
+    /// What each node has of its own, here ρ, a, c and the slopes along i and j; a chunk each.
+    pub ground: Vec<Ground>,
 }
 
 impl Planes {
-    /// Planes of `len` zeros. Coefficients beside the grid are never written after.
+    /// `len` entries of zeros. Coefficients beside the grid are never written after.
     pub fn reset(&mut self, len: usize) {
-        for plane in [&mut self.unknown, &mut self.own].into_iter().chain(&mut self.coefficients) {
-            plane.clear();
-            plane.resize(len, 0.0);
-        }
+        self.unknown.clear();
+        self.unknown.resize(len, 0.0);
+        self.ground.clear();
+        self.ground.resize(len / LANES, Ground::NONE);
     }
 
-    /// Zeros in what else lies beside the grid.
-    pub fn clear(&mut self) {
-        self.unknown.fill(0.0);
-        self.own.fill(0.0);
+    /// Sets what the node at an entry has of its own.
+    #[inline(always)]
+    pub fn set(&mut self, at: usize, own: [f32; 5]) {
+        let ground = &mut self.ground[at / LANES].0;
+        for part in 0..5 {
+            ground[part][at % LANES] = own[part];
+        }
     }
 
     /// Fills in `world` with the worths that `values` imply.
     pub fn load(&mut self, skew: &Skew, world: &World, values: &[f64]) {
-        self.clear();
         let rules = world.rules();
         let soils = soils(world);
         let sign = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
-        let Self { unknown, own, coefficients: [ahead, beside, slope_i, slope_j] } = self;
         skew.visit(|columns, y| {
             let (payoffs, east, north, classes) = world.row(y);
             let values = &values[y * skew.width..];
@@ -59,19 +58,14 @@ impl Planes {
                 let class = classes[x];
                 if class.is_free() {
                     let [per_payoff, a, c] = soils[class.soil()];
-                    unknown[at] = (payoffs[x] + values[x]) as f32;
-                    own[at] = (payoffs[x] * per_payoff) as f32;
-                    ahead[at] = a as f32;
-                    beside[at] = c as f32;
-                    slope_i[at] = (east[x] * sign[0]) as f32;
-                    slope_j[at] = (north[x] * sign[1]) as f32;
+                    self.unknown[at] = (payoffs[x] + values[x]) as f32;
+                    let own = (payoffs[x] * per_payoff) as f32;
+                    let slopes = [(east[x] * sign[0]) as f32, (north[x] * sign[1]) as f32];
+                    self.set(at, [own, a as f32, c as f32, slopes[0], slopes[1]]);
                 } else {
-                    own[at] = if class.is_lost() { rules.loss } else { payoffs[x] } as f32;
-                    unknown[at] = own[at];
-                    ahead[at] = 0.0;
-                    beside[at] = 0.0;
-                    slope_i[at] = 0.0;
-                    slope_j[at] = 0.0;
+                    let worth = if class.is_lost() { rules.loss } else { payoffs[x] } as f32;
+                    self.unknown[at] = worth;
+                    self.set(at, [worth, 0.0, 0.0, 0.0, 0.0]);
                 }
             }
         });
@@ -100,7 +94,7 @@ impl Planes {
                     let beyond = at.wrapping_add_signed(step);
                     let stays = rules.leaving == Leaving::Stays;
                     self.unknown[beyond] = if stays { self.unknown[at] } else { rules.loss as f32 };
-                    self.own[beyond] = self.unknown[beyond];
+                    self.ground[beyond / LANES].0[0][beyond % LANES] = self.unknown[beyond];
                 }
             }
         }
@@ -116,8 +110,8 @@ impl Planes {
         diagonals: Diagonals,
         change: &mut [f32; LANES],
     ) {
-        let Self { unknown, own, coefficients } = self;
-        relax(simd, unknown, own, coefficients, skew, leaving == Leaving::Stays, diagonals, change);
+        let Self { unknown, ground } = self;
+        relax(simd, unknown, ground, skew, leaving == Leaving::Stays, diagonals, change);
     }
 }
 
@@ -140,7 +134,7 @@ fn soils(world: &World) -> [[f64; 3]; World::SOILS_MAX] {
 dispatch! {
     /// Updates the worths of some diagonals.
     fn relax(
-        worths: &mut [f32], own: &mut [f32], coefficients: &[Vec<f32>; 4], skew: &Skew, stays: bool,
+        worths: &mut [f32], ground: &mut [Ground], skew: &Skew, stays: bool,
         diagonals: Diagonals, change: &mut [f32; LANES],
     ) = relax_lanes
 }
@@ -149,8 +143,7 @@ dispatch! {
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn relax_lanes(
     worths: &mut [f32],
-    own: &mut [f32],
-    coefficients: &[Vec<f32>; 4],
+    ground: &mut [Ground],
     skew: &Skew,
     stays: bool,
     diagonals: Diagonals,
@@ -163,9 +156,9 @@ fn relax_lanes(
         let (first, nodes) = skew.run(diagonal);
         let steps = skew.steps(diagonal);
         if diagonal < diagonals.leaves {
-            relax_run(worths, own, coefficients, first, nodes, steps, change);
+            relax_run(worths, ground, first, nodes, steps, change);
         } else {
-            relax_run(worths, own, coefficients, first, nodes, steps, &mut ignored);
+            relax_run(worths, ground, first, nodes, steps, &mut ignored);
         }
         if stays {
             let last = first + nodes - 1;
@@ -173,7 +166,7 @@ fn relax_lanes(
                 if step != 0 {
                     let beyond = at.wrapping_add_signed(step);
                     worths[beyond] = worths[at];
-                    own[beyond] = worths[at];
+                    ground[beyond / LANES].0[0][beyond % LANES] = worths[at];
                 }
             }
         }
@@ -183,22 +176,19 @@ fn relax_lanes(
 #[inline(always)]
 fn relax_run(
     worths: &mut [f32],
-    own: &[f32],
-    coefficients: &[Vec<f32>; 4],
+    ground: &[Ground],
     first: usize,
     nodes: usize,
     steps: [isize; 4],
     change: &mut [f32; LANES],
 ) {
-    let [ahead, beside, slope_i, slope_j] = coefficients;
     for at in (first..first + nodes).step_by(LANES) {
         let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
         let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
         let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
         let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
-        let (old, own) = (chunk(worths, at), chunk(own, at));
-        let (ahead, beside) = (chunk(ahead, at), chunk(beside, at));
-        let (slope_i, slope_j) = (chunk(slope_i, at), chunk(slope_j, at));
+        let old = chunk(worths, at);
+        let [own, ahead, beside, slope_i, slope_j] = &ground[at / LANES].0;
         let mut new = [0.0_f32; LANES];
         for lane in 0..LANES {
             let (a, c) = (ahead[lane], beside[lane]);

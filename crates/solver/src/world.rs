@@ -252,16 +252,6 @@ impl World {
         &self.rules.soils[self.classes[node].soil()]
     }
 
-    /// Slopes towards the east and the north.
-    pub(crate) fn slopes(&self, node: usize) -> [f64; 2] {
-        [self.slopes_east[node], self.slopes_north[node]]
-    }
-
-    /// Index of a node's soil.
-    pub(crate) fn soil_index(&self, node: usize) -> usize {
-        self.classes[node].soil()
-    }
-
     /// Payoffs, slopes towards the east and the north, and classes of a row.
     pub(crate) fn row(&self, y: usize) -> (&[f64], &[f64], &[f64], &[Class]) {
         let row = y * self.width..(y + 1) * self.width;
@@ -314,12 +304,15 @@ impl World {
         }
     }
 
-    /// The largest |r + V*| possible, the loss included.
+    /// The largest |r + V*| possible, the loss included: the largest payoff for ever, or what ends it.
     #[must_use]
     pub fn worth_max(&self) -> f64 {
-        let landed = |node: usize| if self.kind(node) == Kind::Lost { 0.0 } else { self.payoffs[node].abs() };
-        let payoff_max = (0..self.nodes()).map(landed).fold(0.0, f64::max);
-        (payoff_max / (1.0 - self.rules.discount)).max(self.rules.loss.abs())
+        let largest = |of: Kind| {
+            let payoffs = self.classes.iter().zip(&self.payoffs).filter(|(class, _)| class.kind() == of);
+            payoffs.map(|(_, payoff)| payoff.abs()).fold(0.0, f64::max)
+        };
+        let for_ever = largest(Kind::Free) / (1.0 - self.rules.discount);
+        for_ever.max(largest(Kind::Goal)).max(self.rules.loss.abs())
     }
 }
 

@@ -51,7 +51,7 @@ impl Session {
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
         let (world, worst_payoff) = world(brief, &lattice, &believed)?;
         Some(Self {
-            brief: brief.clone(),
+            brief: *brief,
             lattice,
             believed,
             unseen: belief.unseen,

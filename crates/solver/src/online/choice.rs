@@ -106,7 +106,11 @@ mod tests {
                 for sign in [-1.0, 1.0] {
                     let e = CANONICAL_ERROR;
                     let computed = [q[0] + sign * e, q[1] - sign * e, q[2], q[3] - sign * e];
-                    assert_eq!(crate::policy::first_best(computed, TIE), hop, "loss {loss:e}, error {error:e}");
+                    assert_eq!(
+                        crate::policy::first_best(computed, TIE),
+                        hop,
+                        "loss {loss:e}, error {error:e}"
+                    );
                 }
             }
         }

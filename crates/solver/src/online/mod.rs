@@ -59,7 +59,8 @@ mod witness;
 
 use crate::certificate::rounding;
 use crate::{
-    Certificate, Effort, Error, Hop, Kind, Leaving, Site, Solver, Status as SolveStatus, World, action_values, policy,
+    Certificate, Effort, Error, Hop, Kind, Leaving, Site, Solver, Status as SolveStatus, World,
+    action_values, policy,
 };
 use choice::{Bounds, CANONICAL_ERROR, TIE};
 use field::Field;
@@ -76,6 +77,9 @@ const DEPTH: usize = 7;
 
 /// The line is drawn anew when the hopper has gone on by so many rings.
 const STRIDE: usize = 10;
+
+/// On fewer nodes than these, bringing all values to rest takes no longer than two bounds.
+const NODES_MIN: usize = 8_000;
 
 /// Rings it may then go back before the line is too near.
 const GAP: usize = 4;
@@ -258,7 +262,14 @@ impl Online {
     /// that knows more gets further.
     pub fn act(&mut self, here: usize, work_max: Option<u64>) -> Decision {
         let mut work = 0;
-        let nothing = Decision { action: None, margin: 0.0, bound: 0.0, status: Status::Solved, work, how: How::Focused };
+        let nothing = Decision {
+            action: None,
+            margin: 0.0,
+            bound: 0.0,
+            status: Status::Solved,
+            work,
+            how: How::Focused,
+        };
         if self.world.kind(here) != Kind::Free {
             return nothing;
         }
@@ -282,7 +293,8 @@ impl Online {
             }
             None if rested && work < work_max => self.canonical(here, work, work_max),
             _ => {
-                let centre: [f64; 4] = std::array::from_fn(|hop| 0.5 * (bounds.lower[hop] + bounds.upper[hop]));
+                let centre: [f64; 4] =
+                    std::array::from_fn(|hop| 0.5 * (bounds.lower[hop] + bounds.upper[hop]));
                 let hop = policy::first_best(centre, TIE);
                 let margin = bounds.margin(hop);
                 Decision { action: Some(hop), margin, bound, status: Status::Cut, work, how: How::Warm }
@@ -348,7 +360,10 @@ impl Online {
 
     /// Error of values that are not.
     fn cut_error(&self) -> f64 {
-        let residual = self.values_at.worst(&self.field, 0..usize::MAX, |[residual]| residual.abs()).max(self.tolerance());
+        let residual = self
+            .values_at
+            .worst(&self.field, 0..usize::MAX, |[residual]| residual.abs())
+            .max(self.tolerance());
         (residual + rounding(self.field.magnitude)) / (1.0 - self.world.rules().discount)
     }
 
@@ -389,7 +404,11 @@ impl Online {
     }
 
     fn limits(&self, frozen_from: usize, work: u64, work_max: u64) -> Limits {
-        Limits { tolerance: self.tolerance(), frozen_from, visits_max: work_max.saturating_sub(work) / LANES as u64 }
+        Limits {
+            tolerance: self.tolerance(),
+            frozen_from,
+            visits_max: work_max.saturating_sub(work) / LANES as u64,
+        }
     }
 
     /// Decides by bounds around the hopper, if they tell.
@@ -398,7 +417,8 @@ impl Online {
         let mut line = match self.line {
             Some(line) => (!line.broken).then_some(line)?,
             None => {
-                let worthwhile = level + DEPTH + STRIDE < self.field.rings.levels;
+                let worthwhile =
+                    self.world.nodes() >= NODES_MIN && level + DEPTH + STRIDE < self.field.rings.levels;
                 (worthwhile && self.settle(work, work_max)).then_some(())?;
                 self.bounds_at.take_over(&self.values_at);
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
@@ -417,7 +437,8 @@ impl Online {
             } else if line.level > nearest + STRIDE {
                 line.level = nearest + GAP;
             } else {
-                let bounds = self.bounds(here, self.bounds_at.worths.each_ref().map(Vec::as_slice), self.error());
+                let bounds =
+                    self.bounds(here, self.bounds_at.worths.each_ref().map(Vec::as_slice), self.error());
                 let hop = bounds.hop()?;
                 return Some(Decision {
                     action: Some(hop),
@@ -482,7 +503,8 @@ impl Online {
     /// Decides by a solve from nothing.
     fn canonical(&mut self, here: usize, mut work: u64, work_max: u64) -> Decision {
         let nodes = self.world.nodes() as u64;
-        let sweeps_max = if work_max == u64::MAX { u64::MAX } else { (work_max.saturating_sub(work) / nodes).max(1) };
+        let sweeps_max =
+            if work_max == u64::MAX { u64::MAX } else { (work_max.saturating_sub(work) / nodes).max(1) };
         let effort = Effort { error_max: CANONICAL_ERROR, sweeps_max };
         let solution = self.solver.solve(&self.world, &effort);
         work += solution.sweeps * nodes;

@@ -16,6 +16,8 @@ pub(super) struct Witness {
     from: Vec<u32>,
     open: Vec<u32>,
     reached: Vec<u32>,
+    /// The goal searched for last.
+    goal: usize,
 }
 
 /// Not reached by the search.
@@ -29,7 +31,10 @@ pub(super) fn landings(world: &World, node: usize) -> u8 {
     Hop::ALL.into_iter().fold(0, |landings, hop| {
         let scatter = world.scatter(node, hop);
         let bit = |hop: Hop, probability: f64| u8::from(probability > 0.0) << hop as u8;
-        landings | bit(hop, scatter.intended) | bit(hop.left(), scatter.left) | bit(hop.right(), scatter.right)
+        landings
+            | bit(hop, scatter.intended)
+            | bit(hop.left(), scatter.left)
+            | bit(hop.right(), scatter.right)
     })
 }
 
@@ -79,15 +84,16 @@ impl Witness {
     fn search(&mut self, world: &World) -> Option<usize> {
         let width = world.width();
         let goal = self.goal(world)?;
-        let distance = |node: usize| (node % width).abs_diff(goal % width) + (node / width).abs_diff(goal / width);
+        let distance =
+            |node: usize| (node % width).abs_diff(goal % width) + (node / width).abs_diff(goal / width);
         while let Some(node) = self.open.pop() {
             let node = node as usize;
             if world.kind(node) == Kind::Goal || self.leads[node] == self.stamp {
                 return Some(node);
             }
             let landings = landings(world, node);
-            let mut beside = Hop::ALL
-                .map(|hop| world.neighbour(node, hop).filter(|_| landings & (1 << hop as u8) != 0));
+            let mut beside =
+                Hop::ALL.map(|hop| world.neighbour(node, hop).filter(|_| landings & (1 << hop as u8) != 0));
             beside.sort_by_key(|to| std::cmp::Reverse(to.map_or(0, distance)));
             for to in beside.into_iter().flatten() {
                 if self.from[to] == UNREACHED {
@@ -100,7 +106,10 @@ impl Witness {
         None
     }
 
-    fn goal(&self, world: &World) -> Option<usize> {
-        (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)
+    fn goal(&mut self, world: &World) -> Option<usize> {
+        if self.goal >= world.nodes() || world.kind(self.goal) != Kind::Goal {
+            self.goal = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)?;
+        }
+        Some(self.goal)
     }
 }

@@ -1,0 +1,50 @@
+//! A solution depends on the world alone.
+
+mod worlds;
+
+use proptest::prelude::*;
+use solver::specimen::Specimen;
+use solver::{Effort, Leaving, Simd, Solution, Solver, World};
+use worlds::{hills, random};
+
+fn solve(solver: &mut Solver, world: &World) -> (Solution, Vec<u64>) {
+    let solution = solver.solve(world, &Effort::default());
+    (solution, solver.values().iter().map(|value| value.to_bits()).collect())
+}
+
+fn agree(world: &World) {
+    let plain = solve(&mut Solver::with_simd(Simd::Portable), world);
+    for simd in [Simd::Avx2, Simd::Avx512] {
+        assert!(plain == solve(&mut Solver::with_simd(simd), world), "{simd:?} differs");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits(seed: u64) {
+        agree(&random(seed));
+        agree(&hills(seed));
+    }
+
+    #[test]
+    fn hills_of_any_shape_give_the_same_bits(width in 1_usize..70, height in 1_usize..70, seed: u64, loses: bool) {
+        let leaving = if loses { Leaving::Loses } else { Leaving::Stays };
+        agree(&Specimen { width, height, leaving, ..Specimen::plain(1, seed) }.world().unwrap());
+    }
+}
+
+#[test]
+fn what_was_solved_before_does_not_matter() {
+    let mut used = Solver::new();
+    for seed in 0..200 {
+        for world in [random(seed), hills(seed)] {
+            assert!(solve(&mut used, &world) == solve(&mut Solver::new(), &world), "seed {seed}");
+        }
+    }
+    let [wide, tall] = [(30, 20), (20, 30)]
+        .map(|(width, height)| Specimen { width, height, ..Specimen::trap(1, 7) }.world().unwrap());
+    solve(&mut used, &wide);
+    assert!(solve(&mut used, &tall) == solve(&mut Solver::new(), &tall));
+}
