@@ -13,6 +13,7 @@ use solver::online::{Decision, Online, choice};
 use solver::{Hop, Kind, Leaving, Rules, Site, World, policy};
 
 use super::model::LOSS;
+use crate::Pulse;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
 
@@ -114,9 +115,9 @@ impl Session {
         }
     }
 
-    /// Decides at `cell`, which is on the map; `None` off the goal's lattice.
-    pub fn act(&mut self, cell: Cell) -> Option<Decision> {
-        Some(self.online.act(self.lattice.node(cell)?, None))
+    /// Decides at `cell`, which is on the map, beating as it works; `None` off the goal's lattice.
+    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<Decision> {
+        Some(self.online.act_with(self.lattice.node(cell)?, None, &|| pulse.beat()))
     }
 
     /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.

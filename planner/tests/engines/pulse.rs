@@ -14,16 +14,19 @@ fn a_long_plan_beats_as_its_work_goes_on() {
     let map = world.unseen();
     let state = world.state(world.brief.start, Decision(0), 0);
     let situation = Situation { brief: &world.brief, map: &map, state: &state };
-    // Under a bound on its work the MDP sweeps; without one its session takes no such time.
-    for (name, stride, work_max) in
-        [("mdp", 1, Some(u64::MAX)), ("astar", Pulse::STRIDE, None), ("dstar_lite", Pulse::STRIDE, None)]
-    {
+    // Under a bound on its work the MDP counts sweeps, without one backups.
+    for (name, stride, work_max) in [
+        ("mdp", 1, Some(u64::MAX)),
+        ("mdp", 100 * world.brief.grid.cells() as u64, None),
+        ("astar", Pulse::STRIDE, None),
+        ("dstar_lite", Pulse::STRIDE, None),
+    ] {
         let beats = Counter::new(0);
         let beat = || beats.set(beats.get() + 1);
         let budget = Budget { work_max, pulse: Pulse::new(&beat) };
         let plan = algorithm(name).unwrap().plan(&situation, &budget);
         assert!(beats.get() >= plan.work / stride, "{name}: {} beats for {} units", beats.get(), plan.work);
-        assert!(plan.work / stride > 0, "{name} works long here: {} units", plan.work);
+        assert!(beats.get() > 0 && plan.work > 0, "{name} works long here: {} units", plan.work);
         assert_eq!(algorithm(name).unwrap().plan(&situation, &Budget::of(work_max)), plan, "{name}");
     }
 }
