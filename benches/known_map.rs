@@ -26,8 +26,8 @@ fn main() {
         let scenario = scenario::load(ground).expect("a built-in scenario");
         let world = scenario.resolve().expect("a sound scenario");
         let brief = &world.brief;
-        let cells = world.terrain.cells.iter().copied().map(Some).collect();
-        let map = ObservedMap { cells, ..ObservedMap::unseen(RunId(0), RobotId(0), brief.grid) };
+        let cells: Vec<_> = world.terrain.cells.iter().copied().map(Some).collect();
+        let map = ObservedMap::of_cells(RunId(0), RobotId(0), brief.grid, &cells);
         let height_m = world.terrain.ground(brief.start).expect("a start on the map").height_m;
         let state = State {
             run: RunId(0),

@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use contract::{
-    Command, Decision, Incarnation, MonotonicNs, Name, ObservedMap, PolicyCell, Record, Refusal,
+    Command, Decision, Incarnation, MapPatch, MonotonicNs, Name, ObservedMap, PolicyCell, Record, Refusal,
     RefusalCounts, RobotId, State,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
@@ -100,7 +100,7 @@ pub fn fly(
 /// What is on its way from one machine to another.
 enum Message {
     State(State),
-    Map(ObservedMap),
+    Patch(MapPatch),
     Command(Command),
 }
 
@@ -155,12 +155,12 @@ impl<'a> Host<'a> {
                 for effect in self.cartographer.on(perception::Event::State(state), clock()) {
                     if effect == perception::Effect::PublishMap {
                         let sensed = clock();
-                        let map = self.cartographer.stamped_map(sensed, clock()).clone();
-                        self.inbox.push_back(Message::Map(map));
+                        let patches = self.cartographer.patches(sensed, clock);
+                        self.inbox.extend(patches.into_iter().map(Message::Patch));
                     }
                 }
             }
-            Message::Map(map) => self.fly(planner::pilot::Event::Map(map), clock),
+            Message::Patch(patch) => self.fly(planner::pilot::Event::Patch(patch), clock),
             Message::Command(command) => self.arbitrate(hopper_sim::Event::Command(Ok(command)), clock()),
         }
         Ok(())
@@ -187,6 +187,12 @@ impl<'a> Host<'a> {
                     let ended = clock();
                     let planned = planner::pilot::Event::Planned(plan, started, ended);
                     effects.extend(self.pilot.on(planned, ended));
+                }
+                planner::pilot::Effect::RequestMap(request) => {
+                    // Unanswered, it is the next patch that will be asked about.
+                    if let Some(page) = self.cartographer.page(&request) {
+                        effects.extend(self.pilot.on(planner::pilot::Event::Page(page), clock()));
+                    }
                 }
                 planner::pilot::Effect::Send(command) => self.inbox.push_back(Message::Command(command)),
                 _ => {}

@@ -122,6 +122,8 @@ impl Outbox {
         let run = history.header().run();
         let records: Vec<Record> = history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
         let brief = contract::Brief { run, ..world.brief };
+        // The journal's moments, save that its commit is the moment the append was asked for.
+        self.write("timing.csv", &report::timetable(&records))?;
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
         let moment = Moment::after(world, &brief, &records, planner);
         summary.coverage = Some(moment.map.coverage());
@@ -142,6 +144,7 @@ impl Outbox {
     fn artifacts(&self) -> BTreeMap<String, PathBuf> {
         [
             ("picture", "mission.svg"),
+            ("timing", "timing.csv"),
             ("summary", "summary.json"),
             ("scenario", "scenario.toml"),
             ("provenance", "provenance.json"),

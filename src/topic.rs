@@ -6,7 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use contract::service;
-use contract::{MonotonicNs, Refusal, RobotId, Role, Roster};
+use contract::{Gathering, MonotonicNs, Refusal, RobotId, Role, Roster};
 use node::inspect::services;
 use node::peer::{Patience, TICK};
 use node::{Exit, Failure, Instance, Node, NodeError, Plain, Reader, Sheet, SheetReader, Stop, Vigil};
@@ -95,16 +95,22 @@ const KINDS: [(Kind, &str); 7] = [
 ];
 
 impl Topic {
-    fn service(&self) -> service::Topic {
-        match self.kind {
+    /// Name of its service.
+    fn name(&self) -> String {
+        self.service().map_or_else(|| service::truth().name, |topic| topic.name)
+    }
+
+    /// Its publish-subscribe service; the truth is asked for instead.
+    fn service(&self) -> Option<service::Topic> {
+        Some(match self.kind {
+            Kind::Truth => return None,
             Kind::Brief => service::brief(),
-            Kind::Truth => service::truth(),
             Kind::State => service::state(self.robot),
             Kind::Map => service::map(self.robot),
             Kind::Command => service::command(self.robot),
             Kind::Policy => service::policy(self.robot),
             Kind::Heartbeat => service::heartbeat(),
-        }
+        })
     }
 }
 
@@ -122,7 +128,7 @@ impl FromStr for Topic {
         KINDS
             .into_iter()
             .map(|(kind, short)| (Topic { kind, robot }, short))
-            .find(|(topic, short)| *short == name || topic.service().name == text)
+            .find(|(topic, short)| *short == name || topic.name() == text)
             .map(|(topic, _)| topic)
             .ok_or_else(|| {
                 let names: Vec<_> = KINDS.iter().map(|(_, short)| *short).collect();
@@ -215,7 +221,7 @@ struct Rate {
 
 fn hz(args: &Hz) -> Result<(), End> {
     const WINDOW_NS: u64 = 1_000_000_000;
-    let topic = args.topic.service().name;
+    let topic = args.topic.name();
     let (mut left, mut since, mut messages) = (args.count, Node::now(), 0);
     let (mut last, mut gap_max_ns) = (None::<MonotonicNs>, 0);
     watch(&args.topic, &args.target, false, |news| {
@@ -267,10 +273,10 @@ fn watch(
     let mut patience = Patience::new(Some(target.wait));
     let instance = appear(target, &mut patience)?;
     let mut node = Node::visit(&instance)?;
-    let mut tap = open(&node, topic, full)?;
+    let mut tap = open(&mut node, topic, full)?;
     let mut states = node.state_reader(topic.robot)?;
-    if topic.service().event {
-        node.listen(&topic.service())?;
+    if let Some(service) = topic.service().filter(|service| service.event) {
+        node.listen(&service)?;
     }
     let (mut roster, mut over) = (Roster::default(), None::<MonotonicNs>);
     loop {
@@ -333,25 +339,22 @@ fn living() -> Result<String, End> {
 /// Gives the next message.
 type Tap = Box<dyn FnMut() -> Option<Result<Value, Refusal>>>;
 
-fn open(node: &Node, topic: &Topic, full: bool) -> Result<Tap, NodeError> {
+fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Tap, NodeError> {
     let robot = topic.robot;
     Ok(match topic.kind {
         Kind::Brief => plain(node.brief_reader()?),
         Kind::State => plain(node.state_reader(robot)?),
         Kind::Command => plain(node.command_reader(robot)?),
         Kind::Heartbeat => plain(node.heartbeat_reader()?),
-        Kind::Map => sheet(node.map_reader(robot)?, move |map| {
-            let seen = map.seen_cells();
-            summary(&map, full, [("seen_cells", json!(seen))])
+        Kind::Map => sheet(node.map_reader(robot)?, move |patch| {
+            let count = patch.cells.len();
+            summary(&patch, full, [("cell_count", json!(count))])
         }),
         Kind::Policy => sheet(node.policy_reader(robot)?, move |policy| {
             let count = policy.cells.len();
             summary(&policy, full, [("cell_count", json!(count))])
         }),
-        Kind::Truth => sheet(node.terrain_reader()?, move |truth| {
-            let count = truth.cells.len();
-            summary(&truth, full, [("cell_count", json!(count))])
-        }),
+        Kind::Truth => gathered(node, full)?,
     })
 }
 
@@ -361,6 +364,35 @@ fn plain<M: Plain + Serialize + 'static>(mut reader: Reader<M>) -> Tap {
 
 fn sheet<S: Sheet + 'static>(mut reader: SheetReader<S>, value: impl Fn(S) -> Value + 'static) -> Tap {
     Box::new(move || Some(reader.receive()?.map(&value)))
+}
+
+/// The truth, asked for page by page once the brief says of which run.
+fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
+    let (mut briefs, mut client) = (node.brief_reader()?, node.truth_client()?);
+    let mut gathering = Gathering::default();
+    Ok(Box::new(move || {
+        match briefs.newest() {
+            Some(Ok(brief)) => gathering.begin(brief.run),
+            Some(Err(refusal)) => return Some(Err(refusal)),
+            None => {}
+        }
+        while let Some(page) = client.receive() {
+            match page.and_then(|page| gathering.page(&page)) {
+                Ok(Some(truth)) => {
+                    let count = truth.cells.len();
+                    return Some(Ok(summary(&truth, full, [("cell_count", json!(count))])));
+                }
+                Ok(None) => {}
+                Err(refusal) => return Some(Err(refusal)),
+            }
+        }
+        if let Some(request) = gathering.ask(Node::now())
+            && let Err(error) = client.request(&request)
+        {
+            tracing::debug!("asking for the truth: {error}");
+        }
+        None
+    }))
 }
 
 /// The message with what sums up its cells; the cells themselves only in full.

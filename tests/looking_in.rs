@@ -48,10 +48,11 @@ fn every_topic_is_listed_with_its_counts() {
     let _processes = underway(&mission);
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
-        ("truth/terrain", "hop.TerrainHeader.v2", 2),
+        ("truth/terrain", "hop.TruthRequest.v1", 2),
         ("hop/brief", "hop.Brief.v2", 4),
         ("hop/r0/state", "hop.State.v2", 4),
-        ("hop/r0/map", "hop.MapHeader.v2", 3),
+        ("hop/r0/map", "hop.MapPatch.v1", 3),
+        ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
         ("hop/r0/command", "hop.Command.v1", 2),
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
         ("hop/heartbeat", "hop.Heartbeat.v1", 4),
@@ -83,7 +84,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
             "state",
             &["run", "decision", "steps", "status", "leader", "pose", "digest", "landed", "last_timing"],
         ),
-        ("map", &["run", "through", "sequence", "grid", "seen_cells"]),
+        ("map", &["run", "through", "sequence", "before", "after", "grid", "seen_cells", "cell_count"]),
         ("command", &["run", "decision", "term", "action", "observation", "planner", "incarnation", "cut"]),
         ("heartbeat", &["role", "pid", "version", "incarnation", "counter", "decision", "status"]),
         ("policy", &["run", "decision", "planner", "residual", "cell_count"]),
@@ -100,8 +101,10 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
     assert_eq!(states[0]["leader"]["pid"], processes[2].pid(), "the planner commands");
     let full = objects(topic(&mission, &["echo", "map", "--count", "1", "--full"]));
     let cells = full[0]["cells"].as_array().unwrap();
-    let seen = cells.iter().filter(|cell| !cell.is_null()).count() as u64;
-    assert_eq!((cells.len(), seen), (400, full[0]["seen_cells"].as_u64().unwrap()));
+    assert_eq!(cells.len() as u64, full[0]["cell_count"].as_u64().unwrap());
+    assert!((1..=400).contains(&full[0]["seen_cells"].as_u64().unwrap()), "{}", full[0]);
+    let truth = objects(topic(&mission, &["echo", "truth", "--count", "1", "--full"]));
+    assert_eq!(truth[0]["cells"].as_array().unwrap().len(), 400);
     assert!(objects(topic(&mission, &["echo", "state", "--count", "0"])).is_empty());
     let mut text = mission.hopper(&["topic", "echo", "state", "--count", "2", "--instance", &mission.name]);
     let output = text.output().unwrap();

@@ -6,13 +6,13 @@ mod harness;
 
 use std::time::Duration;
 
-use contract::wire::{CommandV1, GroundV1, HeartbeatV1, MapHeaderV2};
+use contract::wire::{CommandV1, HeartbeatV1, MapPatchV1, SeenCellV1};
 use contract::{
-    Action, Brief, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, ObservedMap,
-    RobotId, Role, State, Status,
+    Action, Brief, Command, Decision, Direction, Ground, Heartbeat, Incarnation, MapPage, MapPatch,
+    MapRequest, MonotonicNs, Name, ObservedMap, RobotId, Role, SeenCell, State, Status,
 };
 use harness::{Mission, Process, eventually, lockstep};
-use node::{CommandWriter, Instance, MapWriter, Node, StateReader};
+use node::{CommandWriter, Instance, Node, StateReader};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -254,16 +254,53 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     }
 }
 
-/// The rogue's map writer and a map of the mission with nothing but NaN in it.
-fn maps_of_nan(node: &Node, brief: &Brief) -> (MapWriter, MapHeaderV2, GroundV1) {
-    let map = ObservedMap { through: Some(Decision(0)), ..ObservedMap::unseen(brief.run, ROBOT, brief.grid) };
-    let cell = GroundV1 { height_m: f64::NAN, gradient: [f64::NAN; 2], soil: 1, passable: 1 };
-    (node.map_writer(ROBOT, brief.grid.cells()).unwrap(), MapHeaderV2::from(&map), cell)
+/// The first patch of a mission, as perception might write it: a planner would decide on it.
+fn first_patch(brief: &Brief) -> MapPatch {
+    let index = brief.grid.index(brief.start).unwrap();
+    MapPatch {
+        run: brief.run,
+        robot: ROBOT,
+        through: Decision(0),
+        more: 0,
+        sequence: 1,
+        before: 0,
+        after: ObservedMap::step(index, None, &Ground::FLAT),
+        sensed: MonotonicNs(1),
+        published: MonotonicNs(2),
+        grid: brief.grid,
+        seen_cells: 1,
+        treasures: Vec::new(),
+        cells: vec![SeenCell { index: index as u32, ground: Ground::FLAT }],
+    }
 }
 
-/// P-ROGUE-MAP: a map of NaN, or of too few cells, is refused by every reader, and the mission goes on.
+/// A page that tells of another map than it says.
+fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
+    let MapPatch { run, robot, through, sequence, sensed, published, grid, cells, treasures, .. } =
+        first_patch(brief);
+    let next = grid.cells() as u32;
+    let observation = 0xbad;
+    let (from, cells) = if request.from == 0 { (0, cells) } else { (request.from, Vec::new()) };
+    MapPage {
+        run,
+        robot,
+        through,
+        sequence,
+        observation,
+        sensed,
+        published,
+        grid,
+        from,
+        next,
+        treasures,
+        cells,
+    }
+}
+
+/// P-ROGUE-MAP: patches and pages of NaN, off the map, out of sequence or that do not add up are refused by
+/// every reader, and the mission goes on.
 #[test]
-fn maps_of_nan_are_refused_and_the_mission_flies_on() {
+fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mission = Mission::new("nan");
     let mut sim = mission.start("sim", &["--seed", "44"]);
     let mut peers = ["planner", "monitor"].map(|role| mission.start(role, &[]));
@@ -277,17 +314,47 @@ fn maps_of_nan_are_refused_and_the_mission_flies_on() {
         brief.is_some()
     });
     let brief = brief.unwrap();
-    let (maps, header, cell) = maps_of_nan(&node, &brief);
-    let whole = brief.grid.cells();
-    eventually("the planner to refuse the maps", || {
-        maps.publish_wire(&header, whole, |_| cell).unwrap();
-        maps.publish_wire(&header, whole - 1, |_| GroundV1::UNSEEN).unwrap();
-        maps.publish_wire(&MapHeaderV2 { cell_size_m: f64::NAN, ..header }, whole, |_| cell).unwrap();
-        node.wait(Duration::from_millis(5));
-        peers[0].log().contains("refused a message")
+    let maps = node.map_writer(ROBOT).unwrap();
+    let mut snapshots = node.snapshot_server(ROBOT).unwrap();
+    let honest = first_patch(&brief);
+    let (header, cell) = (MapPatchV1::from(&honest), SeenCellV1::from(&honest.cells[0]));
+    let patches = [
+        (header, SeenCellV1 { height_m: f64::NAN, ..cell }),
+        (header, SeenCellV1 { gradient: [f64::INFINITY; 2], ..cell }),
+        (header, SeenCellV1 { index: 400, ..cell }),
+        (header, SeenCellV1 { index: u32::MAX, ..cell }),
+        (header, SeenCellV1 { soil: 9, ..cell }),
+        (MapPatchV1 { cell_size_m: f64::NAN, ..header }, cell),
+        (MapPatchV1 { width: u32::MAX, ..header }, cell),
+        (MapPatchV1 { sequence: u64::MAX, ..header }, cell),
+        (MapPatchV1 { through: u64::MAX, ..header }, cell),
+        (MapPatchV1 { treasure_count: 99, ..header }, cell),
+        // In form, but they do not add up.
+        (MapPatchV1 { sequence: 2, ..header }, cell),
+        (MapPatchV1 { sequence: 0, ..header }, cell),
+        (MapPatchV1 { before: 5, ..header }, cell),
+        (MapPatchV1 { after: header.after ^ 1, ..header }, cell),
+        (header, SeenCellV1 { height_m: 1.0, ..cell }),
+        (MapPatchV1 { treasure_count: 1, treasures: [[0; 2]; 16], ..header }, cell),
+    ];
+    let mut pages = 0;
+    eventually("the planner to refuse patches and pages", || {
+        for (header, cell) in patches {
+            maps.publish_wire(&header, 1, |_| cell).unwrap();
+            node.wait(Duration::from_millis(1));
+        }
+        snapshots
+            .serve(|request| {
+                pages += 1;
+                forged_page(&brief, request)
+            })
+            .unwrap();
+        let log = peers[0].log();
+        let named = ["cell.height_m", "cell.index", "cell.soil", "map.grid", "map.sequence", "map.through"];
+        pages > 3 && named.iter().all(|field| log.contains(field)) && log.contains("messages about the map")
     });
-    assert!(peers[0].log().contains("malformed"), "{}", peers[0].log());
-    drop((maps, briefs, node));
+    assert!(!peers[0].log().contains("in command"), "{}", peers[0].log());
+    drop((maps, snapshots, briefs, node));
     let mut perception = mission.start("perception", &[]);
     assert_eq!(sim.code(), 0, "{}", sim.log());
     assert_eq!(sim.json()["digest"], lockstep(&["--seed", "44"])["digest"]);
@@ -304,7 +371,7 @@ fn a_second_writer_of_the_map_is_refused_by_name() {
     let _peers = mission.start_peers();
     mission.await_decisions(1);
     let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-    let error = node.map_writer(ROBOT, 400).unwrap_err().to_string();
+    let error = node.map_writer(ROBOT).unwrap_err().to_string();
     assert!(error.contains("hop/r0/map") && error.contains("publish"), "{error}");
     // So it is for all that hopper-sim alone writes.
     let error = node.state_writer(ROBOT).unwrap_err().to_string();

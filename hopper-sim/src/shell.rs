@@ -5,13 +5,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
     Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
+    TruthPage, TruthRequest,
 };
-use node::peer::{Patience, TICK, accept};
+use node::peer::{Patience, TICK, accept, refuse};
 use node::{
-    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TerrainWriter,
-    Truth, crash_point,
+    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
+    crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, World};
@@ -177,7 +179,7 @@ struct Service {
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
     briefs: BriefWriter,
-    terrains: TerrainWriter,
+    truths: TruthServer,
     commands: CommandReader,
     past: PastServer,
     assembled: bool,
@@ -207,10 +209,9 @@ impl Service {
         for record in journal.records() {
             summary.record(&record.map_err(Failure::run)?);
         }
-        let cells = world.terrain.grid.cells();
         let mut service = Self {
             briefs: node.brief_writer()?,
-            terrains: node.terrain_writer(cells)?,
+            truths: node.truth_server()?,
             states: node.state_writer(robot)?,
             commands: node.command_reader(robot)?,
             past: node.past_server()?,
@@ -242,15 +243,7 @@ impl Service {
 
     /// Tells of the run: once, and again when a peer has missed it.
     fn announce(&self) -> Result<(), Failure> {
-        let Mission { brief, terrain, .. } = self.arbiter.mission();
-        let truth = Truth {
-            run: brief.run,
-            grid: terrain.grid,
-            cells: terrain.cells.clone(),
-            treasures: terrain.treasures.clone(),
-        };
-        self.terrains.publish(&truth)?;
-        self.briefs.publish(brief)?;
+        self.briefs.publish(&self.arbiter.mission().brief)?;
         Ok(())
     }
 
@@ -286,12 +279,11 @@ impl Service {
                 page.records.retain(|record| record.decision < due);
                 Some(page)
             })?;
-            for refusal in refusals {
-                tracing::warn!("refused a request for the past: {refusal}");
-            }
+            refusals.iter().for_each(refuse);
+            let Self { truths, arbiter, .. } = self;
+            truths.serve(|request| truth_page(arbiter.mission(), request))?.iter().for_each(refuse);
             self.states.idle()?;
             self.briefs.idle()?;
-            self.terrains.idle()?;
             let state = *self.arbiter.state();
             self.node.beat(state.run, state.decision, state.status)?;
             if let Some(status) = self.finished {
@@ -394,4 +386,18 @@ impl Service {
         summary.processes = std::iter::once(own).chain(heard).collect();
         summary
     }
+}
+
+/// The truth from an index on; `None` if another run's is asked for.
+fn truth_page(mission: &Mission, request: &TruthRequest) -> Option<TruthPage> {
+    let (run, terrain) = (mission.brief.run, &mission.terrain);
+    let from = (request.from as usize).min(terrain.cells.len());
+    let until = (from + TRUTH_PAGE_CELLS).min(terrain.cells.len());
+    (request.run == run).then(|| TruthPage {
+        run,
+        grid: terrain.grid,
+        from: from as u32,
+        cells: terrain.cells[from..until].to_vec(),
+        treasures: terrain.treasures.clone(),
+    })
 }

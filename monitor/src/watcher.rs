@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MonotonicNs, ObservedMap, PastPage, PastRequest, Refusal, RefusalCounts,
+    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PastPage, PastRequest, Refusal, RefusalCounts,
     RobotId, Role, Roster, RunId, State, Status,
 };
 use report::{Executed, LatencyReport, Tally};
@@ -31,8 +31,8 @@ pub enum Event {
     Brief(Brief),
     /// The state.
     State(State),
-    /// The observed map.
-    Map(ObservedMap),
+    /// What a landing changed in the observed map; of it the monitor needs the counts alone.
+    Map(MapPatch),
     /// A heartbeat.
     Heartbeat(Heartbeat),
     /// Records that were asked for.
@@ -234,14 +234,15 @@ impl Watcher {
         effects
     }
 
-    fn map(&mut self, map: &ObservedMap) {
+    fn map(&mut self, patch: &MapPatch) {
         let robot = self.robot;
-        let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == map.run) else {
+        let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == patch.run) else {
             return;
         };
-        if map.robot == robot && map.through >= mission.mapped {
-            mission.mapped = map.through;
-            mission.coverage = Some(map.coverage());
+        let whole = patch.more == 0 && patch.robot == robot && patch.grid == mission.brief.grid;
+        if whole && mission.mapped.is_none_or(|mapped| patch.through >= mapped) {
+            mission.mapped = Some(patch.through);
+            mission.coverage = Some(f64::from(patch.seen_cells) / patch.grid.cells() as f64);
         }
     }
 

@@ -9,8 +9,8 @@ mod mission;
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::roster::SILENCE_NS;
 use contract::{
-    Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MonotonicNs, Name, PastPage,
-    PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,
+    Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch, MonotonicNs, Name,
+    PastPage, PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,
 };
 use mission::{Step, brief, ground, name, records};
 use monitor::{Effect, Event, Progress, Watcher};
@@ -112,6 +112,25 @@ fn undisturbed(brief: &Brief, records: &[Record]) -> Watcher {
     watcher
 }
 
+/// The patch of a landing after which so many cells are seen.
+fn landing(brief: &Brief, decision: u64, seen_cells: usize) -> MapPatch {
+    MapPatch {
+        run: brief.run,
+        robot: RobotId(0),
+        through: Decision(decision),
+        more: 0,
+        sequence: decision + 1,
+        before: 1,
+        after: 2,
+        sensed: MonotonicNs(0),
+        published: MonotonicNs(0),
+        grid: brief.grid,
+        seen_cells: seen_cells as u32,
+        treasures: Vec::new(),
+        cells: Vec::new(),
+    }
+}
+
 #[test]
 fn a_rebuild_from_the_past_equals_the_undisturbed_fold() {
     let brief = brief(SIDE);
@@ -194,7 +213,7 @@ fn a_new_run_drops_everything_known() {
     let old = brief(SIDE);
     let records = records(&old, &steps(), 30);
     let mut watcher = undisturbed(&old, &records);
-    watcher.on(Event::Map(ground(&old).1), MonotonicNs(1));
+    watcher.on(Event::Map(landing(&old, 4, 7)), MonotonicNs(1));
     watcher.on(Event::Refused(Refusal::malformed("pose.x", "0 to 99", -1)), MonotonicNs(1));
     let new = Brief { run: RunId(2), ..old };
     watcher.on(Event::Brief(new), MonotonicNs(2));
@@ -231,7 +250,10 @@ fn progress_tells_steps_distance_coverage_and_latency() {
     records[3].timing.committed = records[3].timing.landed.plus_ns(700_000_000);
     let mut watcher = undisturbed(&brief, &records);
     let map = ground(&brief).1;
-    watcher.on(Event::Map(map.clone()), MonotonicNs(1));
+    let patch = landing(&brief, 4, map.seen_cells());
+    watcher.on(Event::Map(patch.clone()), MonotonicNs(1));
+    watcher.on(Event::Map(MapPatch { through: Decision(3), seen_cells: 1, ..patch.clone() }), MonotonicNs(1));
+    watcher.on(Event::Map(MapPatch { run: RunId(99), seen_cells: 2, ..patch }), MonotonicNs(1));
     let progress = watcher.progress(MonotonicNs(2)).unwrap();
     assert_eq!((progress.decision, progress.steps, progress.steps_max), (Decision(4), 8, 150));
     assert_eq!(progress.distance_to_goal_m, (95.0_f64 * 95.0 * 2.0).sqrt());

@@ -1,17 +1,23 @@
 //! The state machine of perception: poses in, maps out.
 //!
 //! It needs the brief, the terrain and the state of one run, in any order; poses it has missed come
-//! from `hop/past`. Nobody downstream decides before [`ObservedMap::through`] equals the state's
-//! decision, so publishing late is safe, and publishing twice is harmless.
+//! from `hop/past`. What a landing reveals is published as patches, and whoever has missed one asks for the
+//! map in pages. Nobody downstream decides before [`ObservedMap::through`] equals the state's decision, so
+//! publishing late is safe, and publishing twice is harmless.
+//!
+//! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
+//! one before it ended.
 
+use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN};
 use contract::{
-    Brief, Decision, MonotonicNs, ObservedMap, PastPage, PastRequest, Pose, RobotId, RunId, State, Status,
+    Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage,
+    PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, TruthPage, TruthRequest,
 };
 use terrain::Terrain;
 
 use crate::Observation;
 
-/// While the hopper stands still, its map is published again after this long, for whoever missed it.
+/// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
 pub const REPUBLISH_NS: u64 = 100_000_000;
 
 /// What perception hears.
@@ -19,8 +25,10 @@ pub const REPUBLISH_NS: u64 = 100_000_000;
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),
-    /// The terrain of a run.
+    /// The terrain of a run, whole.
     Terrain(RunId, Terrain),
+    /// A page of the terrain that was asked for.
+    Truth(TruthPage),
     /// The state.
     State(State),
     /// Records that were asked for.
@@ -30,12 +38,16 @@ pub enum Event {
 }
 
 /// What perception wants done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
     /// Ask for the past.
     RequestPast(PastRequest),
-    /// Publish [`Cartographer::stamped_map`].
+    /// Ask for the terrain.
+    RequestTruth(TruthRequest),
+    /// Publish [`Cartographer::patches`].
     PublishMap,
+    /// A message was refused.
+    Refused(Refusal),
     /// The mission is over and its last map is out.
     Finished(Status),
 }
@@ -46,11 +58,12 @@ pub struct Cartographer {
     robot: RobotId,
     brief: Option<Brief>,
     terrain: Option<(RunId, Terrain)>,
+    gathering: Gathering,
     state: Option<State>,
     observation: Option<Observation>,
     /// Poses 0..folded are in the map.
     folded: u64,
-    /// The decision whose map has its moment of sensing.
+    /// The decision whose landing is published; its map has its moment of sensing.
     stamped: Option<Decision>,
     published: Option<MonotonicNs>,
     finished: bool,
@@ -64,6 +77,7 @@ impl Cartographer {
             robot,
             brief: None,
             terrain: None,
+            gathering: Gathering::default(),
             state: None,
             observation: None,
             folded: 0,
@@ -77,7 +91,10 @@ impl Cartographer {
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
         match event {
             Event::Brief(brief) => self.brief(brief),
-            Event::Terrain(run, terrain) => self.terrain = Some((run, terrain)),
+            Event::Terrain(run, terrain) => {
+                self.terrain = Some((run, terrain));
+                self.gathering = Gathering::default();
+            }
             Event::State(state) => {
                 let lower = |known: &State| known.run == state.run && state.decision < known.decision;
                 let back = self.state.filter(lower);
@@ -91,24 +108,98 @@ impl Cartographer {
                 self.state = Some(state);
             }
             Event::Past(page) => return self.past(&page, now),
+            Event::Truth(page) => return self.truth(&page, now),
             Event::Tick => return self.tick(now),
         }
         self.advance(now)
     }
 
-    /// The map, with the moments at which it was sensed and published written in.
+    /// What is to be published: the patches of the last landing, or a reminder if they are out already. The
+    /// `clock` is read once they are made.
     ///
     /// # Panics
     /// If nothing has been folded yet; only [`Effect::PublishMap`] asks for it.
-    pub fn stamped_map(&mut self, sensed: MonotonicNs, published: MonotonicNs) -> &ObservedMap {
-        let map = self.observation.as_mut().expect("a map is published only once it exists").map_mut();
-        map.sequence += 1;
-        if self.stamped != map.through {
+    pub fn patches(&mut self, sensed: MonotonicNs, clock: &mut dyn FnMut() -> MonotonicNs) -> Vec<MapPatch> {
+        let observation = self.observation.as_mut().expect("a map is published only once it exists");
+        let map = observation.map_mut();
+        let news = self.stamped != map.through;
+        if news {
             self.stamped = map.through;
             map.sensed = sensed;
         }
-        map.published = published;
-        map
+        let map = observation.map();
+        let patch = MapPatch {
+            run: map.run,
+            robot: map.robot,
+            through: map.through.expect("a map is published only once it exists"),
+            more: 0,
+            sequence: map.sequence,
+            before: map.observation(),
+            after: map.observation(),
+            sensed: map.sensed,
+            published: map.published,
+            grid: map.grid,
+            seen_cells: map.seen_cells() as u32,
+            treasures: map.treasures().to_vec(),
+            cells: Vec::new(),
+        };
+        let mut patches = vec![patch];
+        if news {
+            let parts = observation.parts();
+            let count = parts.len();
+            patches = parts
+                .enumerate()
+                .map(|(part, ([before, after], seen_cells, indices))| {
+                    let more = (count - 1 - part) as u32;
+                    let sequence = map.sequence - u64::from(more);
+                    let cells = indices.iter().filter_map(|&index| seen_cell(map, index as usize)).collect();
+                    let treasures = if more == 0 { map.treasures() } else { observation.treasures_before() };
+                    let treasures = treasures.to_vec();
+                    MapPatch { more, sequence, before, after, seen_cells, treasures, cells, ..patches[0] }
+                })
+                .collect();
+        }
+        let published = clock();
+        observation.map_mut().published = published;
+        patches.iter_mut().for_each(|patch| patch.published = published);
+        patches
+    }
+
+    /// The page that answers `request`; `None` while it cannot be answered, because the map is not up to the
+    /// state or its last landing is not published yet.
+    #[must_use]
+    pub fn page(&self, request: &MapRequest) -> Option<MapPage> {
+        let map = self.observation.as_ref()?.map();
+        let through = map.through.filter(|_| self.caught_up() && self.stamped == map.through)?;
+        if (request.run, request.robot) != (map.run, map.robot) {
+            return None;
+        }
+        let whole = map.grid.cells();
+        let from = (request.from as usize).min(whole);
+        let mut next = from;
+        let mut cells = Vec::new();
+        if request.observation == map.observation() {
+            next = whole;
+        } else {
+            while next < whole && next < from + MAP_PAGE_SPAN && cells.len() < MAP_PAGE_CELLS {
+                cells.extend(seen_cell(map, next));
+                next += 1;
+            }
+        }
+        Some(MapPage {
+            run: map.run,
+            robot: map.robot,
+            through,
+            sequence: map.sequence,
+            observation: map.observation(),
+            sensed: map.sensed,
+            published: map.published,
+            grid: map.grid,
+            from: from as u32,
+            next: next as u32,
+            treasures: map.treasures().to_vec(),
+            cells,
+        })
     }
 
     /// The map so far.
@@ -148,7 +239,24 @@ impl Cartographer {
         let news = self.brief.is_none_or(|known| known.run != brief.run);
         self.brief = Some(brief);
         if news {
+            if self.terrain.as_ref().is_none_or(|(run, _)| *run != brief.run) {
+                self.gathering.begin(brief.run);
+            }
             self.forget();
+        }
+    }
+
+    fn truth(&mut self, page: &TruthPage, now: MonotonicNs) -> Vec<Effect> {
+        match self.gathering.page(page) {
+            Ok(Some(truth)) => {
+                // Heights are relative to the datum already; its absolute elevation is the brief's affair.
+                let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
+                let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
+                self.terrain = Some((truth.run, terrain));
+                self.advance(now)
+            }
+            Ok(None) => self.gathering.ask(now).map(Effect::RequestTruth).into_iter().collect(),
+            Err(refusal) => vec![Effect::Refused(refusal)],
         }
     }
 
@@ -246,6 +354,9 @@ impl Cartographer {
     }
 
     fn tick(&mut self, now: MonotonicNs) -> Vec<Effect> {
+        if let Some(request) = self.gathering.ask(now) {
+            return vec![Effect::RequestTruth(request)];
+        }
         if !self.caught_up() {
             return self.advance(now);
         }
@@ -255,4 +366,9 @@ impl Cartographer {
         self.published = Some(now);
         vec![Effect::PublishMap]
     }
+}
+
+/// A cell of the map, if it is seen.
+fn seen_cell(map: &ObservedMap, index: usize) -> Option<SeenCell> {
+    map.cells()[index].map(|ground| SeenCell { index: index as u32, ground })
 }

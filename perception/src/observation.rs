@@ -1,5 +1,8 @@
 //! What is known of seen cells, among them their gradients.
+//!
+//! A landing costs what its disc holds, never what the map holds.
 
+use contract::limits::MAP_PATCH_CELLS;
 use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId};
 use terrain::Terrain;
 
@@ -10,13 +13,46 @@ use crate::sensing::disc;
 pub struct Observation {
     map: ObservedMap,
     gradient: GradientSource,
+    /// Cells that have been seen, this landing's among them: one bit each, so that the disc is looked up in
+    /// the nearest memory whatever the size of the map.
+    known: Bits,
+    /// Cells that the last landing changed, in index order.
+    landing: Vec<u32>,
+    /// Fingerprint of the map before the last landing, and after each of its patches.
+    links: Vec<u64>,
+    /// Seen cells after each of those patches.
+    seen: Vec<u32>,
+    /// Treasures before the last landing.
+    treasures: Vec<Cell>,
+}
+
+/// A set of indices.
+#[derive(Clone, Debug, Default)]
+struct Bits(Vec<u64>);
+
+impl Bits {
+    fn has(&self, index: usize) -> bool {
+        self.0[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    fn add(&mut self, index: usize) {
+        self.0[index / 64] |= 1 << (index % 64);
+    }
 }
 
 impl Observation {
     /// A map on which nothing has been seen.
     #[must_use]
     pub fn unseen(brief: &Brief, robot: RobotId) -> Self {
-        Self { map: ObservedMap::unseen(brief.run, robot, brief.grid), gradient: brief.sensor.gradient }
+        Self {
+            map: ObservedMap::unseen(brief.run, robot, brief.grid),
+            gradient: brief.sensor.gradient,
+            known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
+            landing: Vec::new(),
+            links: Vec::new(),
+            seen: Vec::new(),
+            treasures: Vec::new(),
+        }
     }
 
     /// The map so far.
@@ -29,63 +65,121 @@ impl Observation {
         &mut self.map
     }
 
+    /// Treasures before the last landing: the last of its patches brings those after it.
+    pub(crate) fn treasures_before(&self) -> &[Cell] {
+        &self.treasures
+    }
+
+    /// What the last landing changed, cut to patches: fingerprints before and after, seen cells after, and
+    /// the indices of the changed cells. A landing that changed nothing is one empty patch.
+    pub(crate) fn parts(&self) -> impl ExactSizeIterator<Item = ([u64; 2], u32, &[u32])> {
+        (1..self.links.len()).map(|part| {
+            let cells = self.landing.chunks(MAP_PATCH_CELLS).nth(part - 1).unwrap_or(&[]);
+            ([self.links[part - 1], self.links[part]], self.seen[part - 1], cells)
+        })
+    }
+
     /// Folds in what the sensor sees from `pose` at `decision`. Of `terrain` only the cells of the
-    /// sensing disc are read, and of its treasures only those there.
+    /// sensing disc are read, and of its treasures only those there, and heights that were read before.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid.
     pub fn fold(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose, decision: Decision) {
         let grid = self.map.grid;
         assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
-        let mut revealed = Vec::new();
+        self.landing.clear();
+        self.links.clear();
+        self.seen.clear();
         for cell in disc(grid, &brief.sensor, pose) {
             let index = grid.index(cell).expect("the disc is clipped to the grid");
-            if self.map.cells[index].is_none() {
-                self.map.cells[index] = Some(terrain.cells[index]);
-                revealed.push(cell);
+            if !self.known.has(index) {
+                self.landing.push(index as u32);
             }
         }
-        if self.gradient == GradientSource::SeenDifferences {
-            for &cell in &revealed {
-                for (dx, dy) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                    self.measure_gradient(Cell::new(cell.x + dx, cell.y + dy));
-                }
+        self.treasures = self.map.treasures().to_vec();
+        let treasures = self.treasures_after(terrain, pose.cell);
+        self.landing.iter().for_each(|&index| self.known.add(index as usize));
+        match self.gradient {
+            GradientSource::Measured => self.learn(|index| terrain.cells[index]),
+            GradientSource::SeenDifferences => {
+                self.add_rim();
+                let known = std::mem::take(&mut self.known);
+                let height = |cell: Cell| {
+                    let index = grid.index(cell).filter(|&index| known.has(index))?;
+                    Some(terrain.cells[index].height_m)
+                };
+                self.learn(|index| Ground {
+                    gradient: differences(grid.cell(index), grid.cell_size_m, height),
+                    ..terrain.cells[index]
+                });
+                self.known = known;
             }
         }
-        self.note_treasures(terrain, &revealed, pose.cell);
+        self.map.set_treasures(&treasures);
+        *self.links.last_mut().expect("a landing has an end") = self.map.observation();
         self.map.through = Some(decision);
+        self.map.sequence += self.links.len() as u64 - 1;
+        self.map.mark();
     }
 
     /// A treasure is known from the moment its cell is revealed until the hopper lands on it.
-    fn note_treasures(&mut self, terrain: &Terrain, revealed: &[Cell], landed: Cell) {
-        if terrain.treasures.is_empty() {
-            return;
-        }
-        let treasures = &mut self.map.treasures;
-        treasures.extend(revealed.iter().filter(|cell| terrain.treasures.contains(cell)));
-        treasures.retain(|cell| *cell != landed);
+    fn treasures_after(&self, terrain: &Terrain, landed: Cell) -> Vec<Cell> {
         let grid = self.map.grid;
-        treasures.sort_by_key(|cell| grid.index(*cell));
+        let is_known = |cell: &&Cell| {
+            let revealed = || self.landing.iter().any(|&index| grid.index(**cell) == Some(index as usize));
+            **cell != landed && (self.treasures.contains(cell) || revealed())
+        };
+        // Those of the terrain are in index order.
+        terrain.treasures.iter().filter(is_known).copied().collect()
     }
 
-    /// Gradient at a seen `cell` from the heights of seen neighbours: central difference where both
-    /// are seen, one-sided where one is, zero where none is.
-    fn measure_gradient(&mut self, cell: Cell) {
-        let Some(here) = self.map.ground(cell).map(|ground| ground.height_m) else { return };
-        let height = |dx: i32, dy: i32| {
-            self.map.ground(Cell::new(cell.x + dx, cell.y + dy)).map(|ground: &Ground| ground.height_m)
-        };
-        let spacing_m = self.map.grid.cell_size_m;
-        let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
-            (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
-            (Some(ahead), None) => (ahead - here) / spacing_m,
-            (None, Some(behind)) => (here - behind) / spacing_m,
-            (None, None) => 0.0,
-        };
-        let gradient = [slope(height(1, 0), height(-1, 0)), slope(height(0, 1), height(0, -1))];
-        let index = self.map.grid.index(cell).expect("a seen cell lies on the grid");
-        if let Some(ground) = &mut self.map.cells[index] {
-            ground.gradient = gradient;
+    /// Adds the known neighbours of revealed cells to the landing: their gradients may change.
+    fn add_rim(&mut self) {
+        let grid = self.map.grid;
+        for revealed in 0..self.landing.len() {
+            let cell = grid.cell(self.landing[revealed] as usize);
+            for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let neighbour = grid.index(Cell::new(cell.x + dx, cell.y + dy));
+                let known = neighbour.filter(|&neighbour| self.known.has(neighbour));
+                self.landing.extend(known.map(|known| known as u32));
+            }
+        }
+        self.landing.sort_unstable();
+        self.landing.dedup();
+    }
+
+    /// Writes the landing's cells down as `ground` tells them, and takes note of the chain of patches.
+    /// What turns out to be no news is left out of the landing.
+    fn learn(&mut self, ground: impl Fn(usize) -> Ground) {
+        let Self { map, landing, links, seen, .. } = self;
+        links.push(map.observation());
+        let mut changed = 0;
+        landing.retain(|&index| {
+            let news = map.learn(index as usize, ground(index as usize));
+            changed += usize::from(news);
+            if news && changed.is_multiple_of(MAP_PATCH_CELLS) {
+                links.push(map.observation());
+                seen.push(map.seen_cells() as u32);
+            }
+            news
+        });
+        if changed == 0 || !changed.is_multiple_of(MAP_PATCH_CELLS) {
+            links.push(map.observation());
+            seen.push(map.seen_cells() as u32);
         }
     }
+}
+
+/// Gradient at a seen cell from the heights of seen neighbours: central difference where both are seen,
+/// one-sided where one is, zero where none is.
+fn differences(cell: Cell, spacing_m: f64, known_m: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
+    let Some(here) = known_m(cell) else { return [0.0; 2] };
+    let height = |dx: i32, dy: i32| known_m(Cell::new(cell.x + dx, cell.y + dy));
+    let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
+        (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
+        (Some(ahead), None) => (ahead - here) / spacing_m,
+        (None, Some(behind)) => (here - behind) / spacing_m,
+        (None, None) => 0.0,
+    };
+    [slope(height(1, 0), height(-1, 0)), slope(height(0, 1), height(0, -1))]
 }

@@ -1,10 +1,8 @@
 //! The perception process: shared memory and clock around the [`Cartographer`].
 
 use contract::{Name, RobotId, Role};
-use node::peer::{Attendance, PeerArgs, TICK, accept};
+use node::peer::{Attendance, PeerArgs, TICK, accept, refuse};
 use node::{Exit, Failure, Instance, Node, crash_point};
-
-use terrain::Terrain;
 
 use crate::{Cartographer, Effect, Event};
 
@@ -32,10 +30,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     node.listen(&contract::service::state(robot))?;
     let mut briefs = node.brief_reader()?;
-    let mut terrains = node.terrain_reader()?;
+    let mut truths = node.truth_client()?;
     let mut states = node.state_reader(robot)?;
     let mut past = node.past_client()?;
-    let mut maps = None;
+    let maps = node.map_writer(robot)?;
+    let mut snapshots = node.snapshot_server(robot)?;
     crash_point("perception.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
@@ -51,19 +50,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             attendance.hear(&beat);
         }
         if let Some(brief) = accept(briefs.newest()) {
-            let (run, grid) = (brief.run, brief.grid);
             effects.extend(cartographer.on(Event::Brief(brief), Node::now()));
-            if maps.as_ref().is_none_or(|(known, _)| *known != run) {
-                // The old run's writer goes first: a service has one map writer.
-                drop(maps.take());
-                maps = Some((run, node.map_writer(robot, grid.cells())?));
-            }
         }
-        if let Some(truth) = accept(terrains.newest()) {
-            // Heights are relative to the datum already; its absolute elevation is the brief's affair.
-            let terrain =
-                Terrain { grid: truth.grid, datum_m: 0.0, cells: truth.cells, treasures: truth.treasures };
-            effects.extend(cartographer.on(Event::Terrain(truth.run, terrain), Node::now()));
+        while let Some(page) = accept(truths.receive()) {
+            effects.extend(cartographer.on(Event::Truth(page), Node::now()));
         }
         if let Some(state) = accept(states.newest()) {
             crash_point("perception.state_received");
@@ -76,20 +66,24 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         for effect in effects {
             match effect {
                 Effect::RequestPast(request) => past.request(&request)?,
+                Effect::RequestTruth(request) => truths.request(&request)?,
                 Effect::PublishMap => {
                     let sensed = Node::now();
                     crash_point("perception.sensed");
-                    if let Some((_, writer)) = &mut maps {
-                        writer.publish(cartographer.stamped_map(sensed, Node::now()))?;
+                    for patch in cartographer.patches(sensed, &mut Node::now) {
+                        maps.publish(&patch)?;
                     }
                     crash_point("perception.published");
                 }
+                Effect::Refused(refusal) => refuse(&refusal),
                 Effect::Finished(status) => attendance.mission_ended(status),
             }
         }
-        if let Some((_, writer)) = &mut maps {
-            writer.idle()?;
+        // After the patches: a page never tells of a landing that is not published.
+        for refusal in snapshots.serve(|request| cartographer.page(request))? {
+            refuse(&refusal);
         }
+        maps.idle()?;
         if attendance.close_turn(&mut node, cartographer.seen(), cartographer.waits_for())? {
             return Ok(Exit::Done);
         }

@@ -142,7 +142,7 @@ fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
         assert_eq!(reborn.on(Event::Past(world.page(0, 4)), NOW), [request(4)]);
         assert_eq!(reborn.on(Event::Past(world.page(2, 2)), NOW), [], "an old page brings nothing");
         assert_eq!(reborn.on(Event::Past(world.page(4, 5)), NOW), [Effect::PublishMap]);
-        assert_eq!(reborn.map().unwrap().cells, world.undisturbed(9).cells);
+        assert_eq!(reborn.map().unwrap().cells(), world.undisturbed(9).cells());
         assert_eq!(reborn.map().unwrap().through, Some(Decision(9)));
         assert_eq!(reborn.map().unwrap().observation(), world.undisturbed(9).observation());
     }
@@ -155,12 +155,12 @@ fn gradients_of_profile_hopper_come_from_seen_cells_only() {
     let mut altered = World::new(contract::Profile::Hopper);
     let map = world.undisturbed(3);
     for (index, ground) in altered.terrain.cells.iter_mut().enumerate() {
-        if map.cells[index].is_none() {
+        if map.cells()[index].is_none() {
             ground.height_m += 1.0;
         }
         ground.gradient = [9.0, 9.0];
     }
-    assert_eq!(altered.undisturbed(3).cells, map.cells, "what is unseen leaks into no gradient");
+    assert_eq!(altered.undisturbed(3).cells(), map.cells(), "what is unseen leaks into no gradient");
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn a_new_run_drops_all_that_was_known() {
     cartographer.on(Event::Terrain(RunId(8), world.terrain.clone()), NOW);
     let first = State { run: RunId(8), ..world.state(0) };
     assert_eq!(cartographer.on(Event::State(first), NOW), [Effect::PublishMap]);
-    assert_eq!(cartographer.map().unwrap().cells, world.undisturbed(0).cells);
+    assert_eq!(cartographer.map().unwrap().cells(), world.undisturbed(0).cells());
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn a_treasure_is_on_the_map_from_sight_to_landing() {
         }
         let map = cartographer.map().unwrap().clone();
         assert_eq!(map.through, Some(Decision(through)));
-        map.treasures
+        map.treasures().to_vec()
     };
     assert_eq!(known(0), []);
     assert_eq!(known(3), [ahead, behind], "both are in sight, in index order; the far one is not");

@@ -22,9 +22,8 @@ impl<'a> Belief<'a> {
     /// What `map` makes believe under `brief`.
     #[must_use]
     pub fn new(brief: &Brief, map: &'a ObservedMap) -> Self {
-        let sand = map.cells.iter().flatten().filter(|ground| ground.soil == Soil::Sand).count();
         let soil = match brief.profile {
-            Profile::Hopper if 2 * sand > map.seen_cells() => Soil::Sand,
+            Profile::Hopper if 2 * map.sand_cells() > map.seen_cells() => Soil::Sand,
             Profile::Hopper | Profile::Paper2023 => Soil::Hard,
         };
         Self { map, unseen: Ground { soil, ..Ground::FLAT } }

@@ -18,4 +18,4 @@ mod tie;
 
 pub use algorithm::{ALGORITHMS, CLAIRVOYANT, algorithm};
 pub use error::PlannerError;
-pub use plan::{Budget, Plan, PlanStatus, Planner, Situation};
+pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};

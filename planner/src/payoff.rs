@@ -66,7 +66,7 @@ impl<'a> LandingPayoff<'a> {
     /// What landing on `cell` pays on top of [`LandingPayoff::of`]: that of the treasure known to be there.
     #[must_use]
     pub fn of_treasure(&self, map: &ObservedMap, cell: Cell) -> f64 {
-        if map.treasures.contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
+        if map.treasures().contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
     }
 
     /// S.

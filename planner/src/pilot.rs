@@ -7,8 +7,8 @@
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Name, ObservedMap, RobotId,
-    Roster, RunId, State, Status, Term,
+    Brief, Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, MonotonicNs,
+    Name, Refusal, Replica, RobotId, Roster, RunId, State, Status, Term,
 };
 
 use crate::{Plan, PlanStatus, Situation};
@@ -44,8 +44,12 @@ pub enum Event {
     Brief(Brief),
     /// The state.
     State(State),
-    /// The observed map.
-    Map(ObservedMap),
+    /// What a landing changed in the observed map.
+    Patch(MapPatch),
+    /// A page of the observed map that was asked for; after all patches that were there when it came.
+    Page(MapPage),
+    /// A message about the map was malformed.
+    Refused(Refusal),
     /// A sign of life.
     Heartbeat(Heartbeat),
     /// The operating system knows of no process with this number.
@@ -59,6 +63,8 @@ pub enum Event {
 /// What a pilot wants done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
+    /// Ask for the observed map.
+    RequestMap(MapRequest),
     /// Plan for [`Pilot::situation`], then report [`Event::Planned`].
     Plan,
     /// Send the command.
@@ -86,7 +92,7 @@ pub struct Pilot {
     commission: Commission,
     brief: Option<Brief>,
     state: Option<State>,
-    map: Option<ObservedMap>,
+    map: Replica,
     roster: Roster,
     /// When the present leader was first heard of as such.
     leader_since: MonotonicNs,
@@ -112,7 +118,7 @@ impl Pilot {
             commission,
             brief: None,
             state: None,
-            map: None,
+            map: Replica::new(commission.robot),
             roster: Roster::default(),
             leader_since: MonotonicNs(0),
             gone: None,
@@ -132,7 +138,9 @@ impl Pilot {
         match event {
             Event::Brief(brief) => self.brief(brief),
             Event::State(state) => self.state(state, now, &mut effects),
-            Event::Map(map) => self.map(map),
+            Event::Patch(patch) => effects.extend(self.map.patch(patch, now).map(Effect::RequestMap)),
+            Event::Page(page) => effects.extend(self.map.page(&page, now).map(Effect::RequestMap)),
+            Event::Refused(refusal) => self.map.refuse(&refusal),
             Event::Heartbeat(beat) => self.roster.observe(beat, now),
             Event::Gone(pid) => self.gone = Some(pid),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
@@ -145,7 +153,7 @@ impl Pilot {
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
     #[must_use]
     pub fn situation(&self) -> Option<Situation<'_>> {
-        match (&self.brief, &self.state, &self.map) {
+        match (&self.brief, &self.state, self.map.map()) {
             (Some(brief), Some(state), Some(map))
                 if brief.run == state.run
                     && map.run == state.run
@@ -180,6 +188,12 @@ impl Pilot {
         self.leads
     }
 
+    /// What this planner holds of the observed map, and how it came by it.
+    #[must_use]
+    pub fn map(&self) -> &Replica {
+        &self.map
+    }
+
     /// What is missing, if anything.
     #[must_use]
     pub fn waits_for(&self) -> Option<&'static str> {
@@ -189,8 +203,9 @@ impl Pilot {
         if brief.run != state.run {
             return Some("hopper-sim: brief and state of one run");
         }
-        let current = |map: &ObservedMap| map.run == state.run && map.through == Some(state.decision);
-        let behind = !self.map.as_ref().is_some_and(current);
+        let current =
+            |map: &contract::ObservedMap| map.run == state.run && map.through == Some(state.decision);
+        let behind = !self.map.map().is_some_and(current);
         (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")
     }
 
@@ -202,6 +217,7 @@ impl Pilot {
             self.asked = None;
         }
         self.brief = Some(brief);
+        self.map.begin(brief.run, brief.grid);
     }
 
     fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
@@ -235,12 +251,6 @@ impl Pilot {
         {
             self.finished = true;
             effects.push(Effect::Finished(state.status));
-        }
-    }
-
-    fn map(&mut self, map: ObservedMap) {
-        if map.robot == self.commission.robot {
-            self.map = Some(map);
         }
     }
 
@@ -331,6 +341,7 @@ impl Pilot {
             self.leader_since = now;
         }
         self.ticked = now;
+        effects.extend(self.map.ask(now).map(Effect::RequestMap));
         self.resend(now, effects);
     }
 

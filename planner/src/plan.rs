@@ -1,5 +1,7 @@
 //! What a planner is given, what it answers, and the trait that every algorithm implements.
 
+use std::fmt;
+
 use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
 
 /// Everything a decision may depend on.
@@ -7,17 +9,65 @@ use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
 pub struct Situation<'a> {
     /// What was known before the mission.
     pub brief: &'a Brief,
-    /// What has been seen, the present pose folded in.
+    /// What has been seen, the present pose folded in. [`ObservedMap::changed_since`] tells what is new since
+    /// the last plan.
     pub map: &'a ObservedMap,
     /// Where the mission stands.
     pub state: &'a State,
 }
 
 /// How much work a plan may take, counted, so that a cut plan repeats.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Budget {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Budget<'a> {
     /// Most units of the algorithm's own work (sweeps, expansions); `None` for no bound.
     pub work_max: Option<u64>,
+    /// To be called as the work goes on.
+    pub pulse: Pulse<'a>,
+}
+
+impl Budget<'_> {
+    /// A bound on the work, and nobody to tell of it.
+    #[must_use]
+    pub fn of(work_max: Option<u64>) -> Self {
+        Self { work_max, pulse: Pulse::default() }
+    }
+}
+
+/// A sign of life out of a long plan: a planner calls [`Pulse::beat`] whenever it has done some more of its
+/// work (a sweep, a few thousand expansions), at best every few milliseconds. Its process then beats, if a
+/// beat is due; so a planner that works long is told from one that hangs, which calls no more.
+#[derive(Clone, Copy, Default)]
+pub struct Pulse<'a>(Option<&'a dyn Fn()>);
+
+impl<'a> Pulse<'a> {
+    /// Expansions, or cells, that are worth a beat.
+    pub const STRIDE: u64 = 1 << 12;
+
+    /// A pulse that calls `beat`.
+    #[must_use]
+    pub fn new(beat: &'a dyn Fn()) -> Self {
+        Self(Some(beat))
+    }
+
+    /// Some more of the work is done.
+    pub fn beat(&self) {
+        if let Some(beat) = self.0 {
+            beat();
+        }
+    }
+
+    /// The `work`-th unit of small work is done: beats at each [`Pulse::STRIDE`]th.
+    pub fn count(&self, work: u64) {
+        if work.is_multiple_of(Self::STRIDE) {
+            self.beat();
+        }
+    }
+}
+
+impl fmt::Debug for Pulse<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "Pulse" } else { "no pulse" })
+    }
 }
 
 /// What kind of answer a plan is.

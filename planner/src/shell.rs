@@ -1,13 +1,14 @@
 //! The planner process: shared memory and clock around the [`Pilot`].
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use contract::{Policy, RobotId, Role};
-use node::peer::{Attendance, PeerArgs, TICK, accept};
+use contract::{Policy, Refusal, RobotId, Role};
+use node::peer::{Attendance, PeerArgs, TICK, accept, refuse};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
 use crate::pilot::{Commission, Effect, Event, Pilot};
-use crate::{Budget, Planner, algorithm};
+use crate::{Budget, Planner, Pulse, algorithm};
 
 /// Points at which a test may kill this process: see [`node::crash_point`].
 pub const CRASH_POINTS: &[&str] =
@@ -47,6 +48,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut briefs = node.brief_reader()?;
     let mut states = node.state_reader(robot)?;
     let mut maps = node.map_reader(robot)?;
+    let mut snapshots = node.snapshot_client(robot)?;
     let commands = node.command_writer(robot)?;
     let mut policies = None;
     let mut residual = 0.0;
@@ -62,6 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         succeeds_pid: args.succeeds_pid,
     });
     let mut attendance = Attendance::new(&args.peer);
+    let mut refused = 0;
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -79,9 +82,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         if let Some(state) = accept(states.newest()) {
             effects.extend(pilot.on(Event::State(state), Node::now()));
         }
-        if let Some(map) = accept(maps.newest()) {
+        // The page first: with it come all patches published before it was made.
+        let page = snapshots.receive();
+        while let Some(patch) = maps.receive() {
             crash_point("planner.map_received");
-            effects.extend(pilot.on(Event::Map(map), Node::now()));
+            effects.extend(pilot.on(heard(patch, Event::Patch), Node::now()));
+        }
+        if let Some(page) = page {
+            effects.extend(pilot.on(heard(page, Event::Page), Node::now()));
         }
         if let Some(gone) = pilot.rival_pid().filter(|&pid| !node::host::process_exists(pid)) {
             effects.extend(pilot.on(Event::Gone(gone), Node::now()));
@@ -89,8 +97,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         effects.extend(pilot.on(Event::Tick, Node::now()));
         while let Some(effect) = effects.pop_front() {
             match effect {
+                Effect::RequestMap(request) => snapshots.request(&request)?,
                 Effect::Plan => {
-                    let (further, reached) = plan(&mut pilot, planner.as_mut());
+                    let (further, reached) = plan(&mut pilot, planner.as_mut(), &mut node);
                     effects.extend(further);
                     residual = reached;
                 }
@@ -116,6 +125,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 Effect::Finished(status) => attendance.mission_ended(status),
             }
         }
+        tell_of_refusals(&pilot, &mut refused);
         commands.idle()?;
         if attendance.close_turn(&mut node, pilot.seen(), pilot.waits_for())? {
             return Ok(Exit::Done);
@@ -123,11 +133,40 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
-/// Plans between two readings of the clock; gives the plan's residual beside what is to be done.
-fn plan(pilot: &mut Pilot, planner: &mut dyn Planner) -> (Vec<Effect>, f64) {
+/// A word on patches or pages that were in form, but told of another map than their cells make.
+fn tell_of_refusals(pilot: &Pilot, told: &mut u64) {
+    let refusals = pilot.map().refusals();
+    let count = refusals.0.values().sum();
+    if count > *told {
+        tracing::warn!("{count} messages about the map were malformed or did not add up");
+        *told = count;
+    }
+}
+
+/// A message about the map as the pilot hears it; a malformed one is told, and counted there.
+fn heard<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
+    message.map_or_else(
+        |refusal| {
+            refuse(&refusal);
+            Event::Refused(refusal)
+        },
+        event,
+    )
+}
+
+/// Plans between two readings of the clock, beating as the work goes on; gives the plan's residual beside
+/// what is to be done.
+fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> (Vec<Effect>, f64) {
+    let (run, decision, status) = pilot.seen();
     let Some(situation) = pilot.situation() else { return (Vec::new(), 0.0) };
+    let node = RefCell::new(node);
+    let beat = || {
+        if let Err(error) = node.borrow_mut().beat(run, decision, status) {
+            tracing::debug!("beating while planning: {error}");
+        }
+    };
     let started = Node::now();
-    let plan = planner.plan(&situation, &Budget::default());
+    let plan = planner.plan(&situation, &Budget { pulse: Pulse::new(&beat), ..Budget::default() });
     let ended = Node::now();
     crash_point("planner.planned");
     let residual = plan.residual;

@@ -2,10 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use contract::replica::ASK_AGAIN_NS;
 use contract::roster::SILENCE_NS;
 use contract::{
-    Action, Brief, Cell, Command, Decision, Digest, Direction, Heartbeat, Incarnation, Leader, MonotonicNs,
-    Name, ObservedMap, Pose, RobotId, Role, RunId, State, Status, Term, Timing,
+    Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
+    MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, Pose, RobotId, Role, RunId, SeenCell,
+    State, Status, Term, Timing,
 };
 use planner::pilot::{Commission, DEATH_SILENCE_NS, Effect, Event, Pilot, RESEND_NS};
 use planner::{Plan, PlanStatus};
@@ -62,8 +64,23 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
     }
 }
 
-fn map(decision: u64) -> ObservedMap {
-    ObservedMap { through: Some(Decision(decision)), ..ObservedMap::unseen(RUN, RobotId(0), brief().grid) }
+/// A landing that revealed nothing; the map stays empty.
+fn map(decision: u64) -> MapPatch {
+    MapPatch {
+        run: RUN,
+        robot: RobotId(0),
+        through: Decision(decision),
+        more: 0,
+        sequence: 0,
+        before: 0,
+        after: 0,
+        sensed: at(0),
+        published: at(0),
+        grid: brief().grid,
+        seen_cells: 0,
+        treasures: Vec::new(),
+        cells: Vec::new(),
+    }
 }
 
 fn planned() -> Event {
@@ -102,17 +119,54 @@ fn beat(of: Incarnation, counter: u64) -> Event {
 fn nobody_decides_before_state_and_map_are_of_one_decision() {
     let mut pilot = pilot(false);
     assert_eq!(pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0)), []);
-    assert_eq!(pilot.on(Event::Map(map(2)), at(0)), []);
+    assert_eq!(pilot.on(Event::Patch(map(2)), at(0)), []);
     assert!(pilot.waits_for().is_some_and(|what| what.contains("perception")));
-    assert_eq!(pilot.on(Event::Map(map(3)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [Effect::Plan]);
     assert!(pilot.waits_for().is_none());
     assert_eq!(sent(&pilot.on(planned(), at(2))), [(3, 1)]);
+}
+
+/// P-WHOLE: a planner that has missed a patch asks for the map, and decides once it holds all of it.
+#[test]
+fn nobody_decides_on_a_map_with_a_gap() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    let request = |from| {
+        let request = MapRequest { run: RUN, robot: RobotId(0), from, observation: 0 };
+        [Effect::RequestMap(request)]
+    };
+    assert_eq!(pilot.on(Event::Tick, at(0)), request(0), "who has just come asks");
+    let cell = SeenCell { index: 30, ground: Ground::FLAT };
+    let after = ObservedMap::step(30, None, &cell.ground);
+    let missed = MapPatch { sequence: 1, after, cells: vec![cell], ..map(2) };
+    let next = MapPatch { sequence: 2, before: after, after, ..map(3) };
+    assert_eq!(pilot.on(Event::Patch(next.clone()), at(1)), [], "asked for already");
+    assert_eq!(pilot.on(Event::Tick, at(ASK_AGAIN_NS)), request(0), "the request is repeated");
+    assert!(pilot.situation().is_none() && pilot.waits_for().is_some());
+    let page = MapPage {
+        run: RUN,
+        robot: RobotId(0),
+        through: missed.through,
+        sequence: missed.sequence,
+        observation: missed.after,
+        sensed: at(0),
+        published: at(0),
+        grid: brief().grid,
+        from: 0,
+        next: 400,
+        treasures: Vec::new(),
+        cells: missed.cells.clone(),
+    };
+    assert_eq!(pilot.on(Event::Page(page), at(ASK_AGAIN_NS + 1)), [Effect::Plan], "the rest was buffered");
+    let situation = pilot.situation().unwrap();
+    assert_eq!((situation.map.seen_cells(), situation.map.observation()), (1, after));
+    assert_eq!(pilot.map().snapshots(), 1);
 }
 
 #[test]
 fn a_map_that_comes_before_its_state_is_kept() {
     let mut pilot = pilot(false);
-    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), []);
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), []);
     assert_eq!(pilot.on(Event::State(state(1, 0, Incarnation(0))), at(0)), [Effect::Plan]);
 }
 
@@ -120,15 +174,15 @@ fn a_map_that_comes_before_its_state_is_kept() {
 fn a_map_of_another_run_is_not_planned_on() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 0, Incarnation(0))), at(0));
-    let foreign = ObservedMap { run: RunId(8), ..map(0) };
-    assert_eq!(pilot.on(Event::Map(foreign), at(0)), []);
+    let foreign = MapPatch { run: RunId(8), ..map(0) };
+    assert_eq!(pilot.on(Event::Patch(foreign), at(0)), []);
 }
 
 #[test]
 fn the_leader_repeats_its_command_until_the_state_moves_on() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, ME)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 4)]);
     assert_eq!(sent(&pilot.on(Event::Tick, at(RESEND_NS - 1))), []);
     assert_eq!(sent(&pilot.on(Event::Tick, at(RESEND_NS))), [(0, 4)]);
@@ -141,7 +195,7 @@ fn the_leader_repeats_its_command_until_the_state_moves_on() {
 fn a_stand_by_stays_silent_while_the_leader_beats() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     for beats in 1..20 {
         let now = at(beats * SILENCE_NS / 2);
         assert_eq!(pilot.on(beat(OTHER, beats), now), []);
@@ -153,7 +207,7 @@ fn a_stand_by_stays_silent_while_the_leader_beats() {
 fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     pilot.on(beat(OTHER, 1), at(0));
     pilot.on(beat(OTHER, 1), at(SILENCE_NS));
     assert_eq!(pilot.on(Event::Tick, at(SILENCE_NS / 2)), []);
@@ -169,7 +223,7 @@ fn a_leader_whose_process_is_gone_is_waited_for_less() {
     let mut pilot = pilot(false);
     let leader = state(0, 4, OTHER).leader;
     assert_eq!(pilot.on(Event::State(state(0, 4, OTHER)), at(0)), [Effect::StandsBy(leader)]);
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     assert_eq!(pilot.rival_pid(), Some(leader.pid));
     assert_eq!(pilot.on(Event::Gone(leader.pid), at(DEATH_SILENCE_NS)), []);
     pilot.on(beat(OTHER, 1), at(DEATH_SILENCE_NS));
@@ -181,7 +235,7 @@ fn a_leader_whose_process_is_gone_is_waited_for_less() {
 fn a_stand_by_that_was_stopped_itself_gives_the_leader_time_to_be_heard() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     pilot.on(Event::Tick, at(1));
     let awake = 20 * SILENCE_NS;
     assert_eq!(pilot.on(Event::Tick, at(awake)), []);
@@ -193,16 +247,16 @@ fn a_stand_by_that_was_stopped_itself_gives_the_leader_time_to_be_heard() {
 fn a_takeover_fires_once() {
     let mut pilot = pilot(true);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
     // The rival was faster with decision 0: the next is tried for.
     pilot.on(Event::State(state(1, 4, OTHER)), at(0));
-    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(1, 5)]);
     assert_eq!(pilot.on(Event::State(state(2, 5, ME)), at(0)), [Effect::Leads(Term(5))]);
     // Deposed: it stands by, its right is spent.
     assert_eq!(pilot.on(Event::State(state(3, 6, OTHER)), at(0)), [Effect::StepsBack(Term(6))]);
-    assert_eq!(pilot.on(Event::Map(map(3)), at(0)), []);
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), []);
     assert_eq!(pilot.on(Event::Tick, at(0)), []);
 }
 
@@ -210,12 +264,12 @@ fn a_takeover_fires_once() {
 fn a_takeover_that_may_have_fired_unseen_does_not_fire_again() {
     let mut pilot = pilot(true);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
     // The state in which it led, term 5, was overtaken by the next: another has deposed it.
     let deposed = pilot.on(Event::State(state(2, 6, OTHER)), at(0));
     assert!(matches!(deposed[..], [Effect::StandsBy(_)]), "{deposed:?}");
-    assert_eq!(pilot.on(Event::Map(map(2)), at(0)), []);
+    assert_eq!(pilot.on(Event::Patch(map(2)), at(0)), []);
     assert_eq!(pilot.on(Event::Tick, at(0)), []);
 }
 
@@ -223,12 +277,12 @@ fn a_takeover_that_may_have_fired_unseen_does_not_fire_again() {
 fn a_planner_woken_after_its_term_passed_steps_back_and_sends_nothing() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 1, ME)), at(0));
-    pilot.on(Event::Map(map(0)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
     pilot.on(planned(), at(0));
     let awake = at(10 * SILENCE_NS);
     pilot.on(beat(OTHER, 5), awake);
     assert_eq!(pilot.on(Event::State(state(4, 2, OTHER)), awake), [Effect::StepsBack(Term(2))]);
-    assert_eq!(pilot.on(Event::Map(map(4)), awake), []);
+    assert_eq!(pilot.on(Event::Patch(map(4)), awake), []);
     assert_eq!(pilot.on(Event::Tick, awake), []);
 }
 
@@ -245,19 +299,19 @@ fn the_successor_of_a_dead_process_takes_its_term_at_once_but_nobody_elses() {
     let mut pilot = Pilot::new(commission);
     pilot.on(Event::Brief(brief()), at(0));
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan], "pid 12 led, and is dead");
+    assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [Effect::Plan], "pid 12 led, and is dead");
     pilot.on(Event::State(state(1, 5, Incarnation(3))), at(0));
-    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [], "a third planner was faster");
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), [], "a third planner was faster");
 }
 
 #[test]
 fn a_plan_for_a_decision_that_has_passed_is_dropped() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 1, ME)), at(0));
-    assert_eq!(pilot.on(Event::Map(map(0)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [Effect::Plan]);
     pilot.on(Event::State(state(1, 1, ME)), at(0));
     assert_eq!(pilot.on(planned(), at(0)), []);
-    assert_eq!(pilot.on(Event::Map(map(1)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), [Effect::Plan]);
 }
 
 #[test]
@@ -271,6 +325,6 @@ fn a_new_run_is_started_from_nothing_and_the_end_is_reported_once() {
     assert!(pilot.waits_for().is_some());
     let fresh = State { run: RunId(8), ..state(0, 0, Incarnation(0)) };
     pilot.on(Event::State(fresh), at(0));
-    let map = ObservedMap { run: RunId(8), ..map(0) };
-    assert_eq!(pilot.on(Event::Map(map), at(0)), [Effect::Plan]);
+    let map = MapPatch { run: RunId(8), ..map(0) };
+    assert_eq!(pilot.on(Event::Patch(map), at(0)), [Effect::Plan]);
 }

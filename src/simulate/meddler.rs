@@ -5,7 +5,7 @@
 //! and the production code holds neither bugs nor switches for them. The house has [`Faithful`] alone,
 //! which changes nothing; the planted ones live in the tests.
 
-use contract::{Incarnation, MonotonicNs, ObservedMap, Record};
+use contract::{Incarnation, MapPatch, MonotonicNs, ObservedMap, Record};
 use hopper_sim::{Arbiter, Storage};
 use monitor::Watcher;
 use perception::Cartographer;
@@ -51,8 +51,8 @@ pub trait Meddler {
     /// The cartographer wants `effects`.
     fn cartographer_wants(&mut self, _cartographer: &Cartographer, _effects: &mut Vec<perception::Effect>) {}
 
-    /// The cartographer publishes `map` of `terrain`.
-    fn cartographer_publishes(&mut self, _map: &mut ObservedMap, _terrain: &Terrain) {}
+    /// The cartographer publishes `patch` of its `map` of `terrain`.
+    fn cartographer_publishes(&mut self, _patch: &mut MapPatch, _map: &ObservedMap, _terrain: &Terrain) {}
 
     /// The pilot of `life` is about to hear `event`, or not.
     fn pilot_hears(

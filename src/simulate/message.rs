@@ -4,18 +4,15 @@ use std::rc::Rc;
 
 use contract::service::{self, Topic as Service};
 use contract::{
-    Brief, Command, Heartbeat, Incarnation, ObservedMap, PastPage, PastRequest, Refusal, RobotId, Role,
-    RunId, State,
+    Brief, Command, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Refusal,
+    RobotId, Role, State, TruthPage, TruthRequest,
 };
 use serde::Serialize;
-use terrain::Terrain;
 
 /// Where a message belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// `truth/terrain`.
-    Terrain,
     /// `hop/brief`.
     Brief,
     /// `hop/rN/state`.
@@ -30,19 +27,25 @@ pub enum Topic {
     Asked,
     /// `hop/past`, answers.
     Answered,
+    /// `truth/terrain`, requests.
+    TruthAsked,
+    /// `truth/terrain`, answers.
+    TruthAnswered,
+    /// `hop/rN/snapshot`, requests.
+    MapAsked,
+    /// `hop/rN/snapshot`, answers.
+    MapAnswered,
 }
 
 /// A message; what is large is shared.
 #[derive(Clone, Debug)]
 pub enum Message {
-    /// The truth.
-    Terrain(RunId, Rc<Terrain>),
     /// The brief.
     Brief(Rc<Brief>),
     /// The state.
     State(Rc<State>),
-    /// The observed map.
-    Map(Rc<ObservedMap>),
+    /// What a landing changed in the observed map.
+    Map(Rc<MapPatch>),
     /// A command, or what was to pass for one.
     Command(Rc<Result<Command, Refusal>>),
     /// A sign of life.
@@ -51,12 +54,19 @@ pub enum Message {
     Asked(PastRequest, u64, Incarnation),
     /// The answer to the request of this number.
     Answered(Rc<PastPage>, u64),
+    /// A request for the truth.
+    TruthAsked(TruthRequest, u64, Incarnation),
+    /// Its answer.
+    TruthAnswered(Rc<TruthPage>, u64),
+    /// A request for the map.
+    MapAsked(MapRequest, u64, Incarnation),
+    /// Its answer.
+    MapAnswered(Rc<MapPage>, u64),
 }
 
 impl Topic {
     /// Every topic.
-    pub const ALL: [Topic; 8] = [
-        Topic::Terrain,
+    pub const ALL: [Topic; 11] = [
         Topic::Brief,
         Topic::State,
         Topic::Map,
@@ -64,13 +74,16 @@ impl Topic {
         Topic::Heartbeat,
         Topic::Asked,
         Topic::Answered,
+        Topic::TruthAsked,
+        Topic::TruthAnswered,
+        Topic::MapAsked,
+        Topic::MapAnswered,
     ];
 
     /// The name under which faults of the topic are counted.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
-            Topic::Terrain => "terrain",
             Topic::Brief => "brief",
             Topic::State => "state",
             Topic::Map => "map",
@@ -78,6 +91,10 @@ impl Topic {
             Topic::Heartbeat => "heartbeat",
             Topic::Asked => "asked",
             Topic::Answered => "answered",
+            Topic::TruthAsked => "truth_asked",
+            Topic::TruthAnswered => "truth_answered",
+            Topic::MapAsked => "map_asked",
+            Topic::MapAnswered => "map_answered",
         }
     }
 
@@ -85,13 +102,17 @@ impl Topic {
     fn service(self) -> Option<Service> {
         let robot = RobotId(0);
         match self {
-            Topic::Terrain => Some(service::truth()),
             Topic::Brief => Some(service::brief()),
             Topic::State => Some(service::state(robot)),
             Topic::Map => Some(service::map(robot)),
             Topic::Command => Some(service::command(robot)),
             Topic::Heartbeat => Some(service::heartbeat()),
-            Topic::Asked | Topic::Answered => None,
+            Topic::Asked
+            | Topic::Answered
+            | Topic::TruthAsked
+            | Topic::TruthAnswered
+            | Topic::MapAsked
+            | Topic::MapAnswered => None,
         }
     }
 
@@ -99,7 +120,7 @@ impl Topic {
     /// per reader here, which is the harder case.
     #[must_use]
     pub fn buffer(self) -> usize {
-        self.service().map_or(service::PAST_CLIENTS_MAX, |service| service.buffer)
+        self.service().map_or(service::past().max_clients, |service| service.buffer)
     }
 
     /// Whether a late reader gets the writer's last message.
@@ -112,13 +133,13 @@ impl Topic {
     #[must_use]
     pub fn is_read_by(self, role: Role) -> bool {
         match self {
-            Topic::Terrain => role == Role::Perception,
             Topic::Brief => role != Role::HopperSim,
             Topic::State => role != Role::HopperSim,
             Topic::Map => matches!(role, Role::Planner | Role::Monitor),
-            Topic::Command | Topic::Asked => role == Role::HopperSim,
+            Topic::Command | Topic::Asked | Topic::TruthAsked => role == Role::HopperSim,
+            Topic::MapAsked => role == Role::Perception,
             Topic::Heartbeat => true,
-            Topic::Answered => false,
+            Topic::Answered | Topic::TruthAnswered | Topic::MapAnswered => false,
         }
     }
 
@@ -128,9 +149,10 @@ impl Topic {
         match self {
             Topic::State => role == Role::Perception,
             Topic::Map => role == Role::Planner,
-            Topic::Command | Topic::Asked => role == Role::HopperSim,
-            Topic::Answered => true,
-            Topic::Terrain | Topic::Brief | Topic::Heartbeat => false,
+            Topic::Command | Topic::Asked | Topic::TruthAsked => role == Role::HopperSim,
+            Topic::MapAsked => role == Role::Perception,
+            Topic::Answered | Topic::TruthAnswered | Topic::MapAnswered => true,
+            Topic::Brief | Topic::Heartbeat => false,
         }
     }
 }
@@ -140,7 +162,6 @@ impl Message {
     #[must_use]
     pub fn topic(&self) -> Topic {
         match self {
-            Message::Terrain(..) => Topic::Terrain,
             Message::Brief(_) => Topic::Brief,
             Message::State(_) => Topic::State,
             Message::Map(_) => Topic::Map,
@@ -148,6 +169,10 @@ impl Message {
             Message::Heartbeat(_) => Topic::Heartbeat,
             Message::Asked(..) => Topic::Asked,
             Message::Answered(..) => Topic::Answered,
+            Message::TruthAsked(..) => Topic::TruthAsked,
+            Message::TruthAnswered(..) => Topic::TruthAnswered,
+            Message::MapAsked(..) => Topic::MapAsked,
+            Message::MapAnswered(..) => Topic::MapAnswered,
         }
     }
 }

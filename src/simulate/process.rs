@@ -9,8 +9,8 @@ use std::rc::Rc;
 
 use contract::roster::BEAT_PERIOD_NS;
 use contract::{
-    Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Name, PastPage, PastRequest, Record, RobotId,
-    Role, Roster, RunId, Status,
+    Decision, Heartbeat, Incarnation, Leader, MapPage, MapRequest, MonotonicNs, Name, PastPage, PastRequest,
+    Record, RobotId, Role, Roster, RunId, Status, TruthPage, TruthRequest,
 };
 use hopper_sim::{Arbiter, Journal, Storage, crash};
 use monitor::Watcher;
@@ -33,6 +33,11 @@ const FAREWELL_NS: u64 = 120 * MS;
 /// How long the end is served at most, nanoseconds.
 pub(super) const LINGER_NS: u64 = 2_000 * MS;
 
+/// What can be asked for.
+const PAST: usize = 0;
+const TRUTH: usize = 1;
+const MAP: usize = 2;
+
 /// How a turn of the work loop went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turned {
@@ -51,15 +56,17 @@ pub(super) enum Turned {
 enum Step {
     /// A named point.
     Pass(&'static str),
-    /// hopper-sim publishes truth and brief.
+    /// hopper-sim publishes the brief.
     Announce,
     Arbiter(hopper_sim::Event),
     ForArbiter(hopper_sim::Effect),
     Commit(Box<Record>),
     /// hopper-sim ticks, once the crew is assembled.
     TickIfAssembled,
-    /// hopper-sim answers for the past.
+    /// hopper-sim answers for the past, then for the truth.
     Serve,
+    /// perception answers for the map.
+    ServeMap,
     Cartographer(perception::Event),
     ForCartographer(perception::Effect),
     PublishMap(MonotonicNs),
@@ -77,7 +84,7 @@ enum Step {
 #[allow(clippy::large_enum_variant, reason = "there are five of them")]
 enum Machine {
     Sim { arbiter: Arbiter, journal: Journal<Box<dyn Storage>>, assembled: bool, finished: Option<Status> },
-    Perception { cartographer: Cartographer, mapping: Option<RunId> },
+    Perception { cartographer: Cartographer },
     Planner { pilot: Pilot, commission: Commission, planner: Box<dyn Planner>, blind: bool },
     Monitor { watcher: Watcher },
 }
@@ -108,8 +115,8 @@ pub(super) struct Process {
     roster: Roster,
     ended: Option<MonotonicNs>,
     stays: bool,
-    /// Requests for the past so far, and whether the last waits for its answer.
-    asked: (u64, bool),
+    /// Requests so far for past, truth and map, and whether the last waits for its answer.
+    asked: [(u64, bool); 3],
 }
 
 impl Process {
@@ -158,7 +165,7 @@ impl Process {
             roster: Roster::default(),
             ended: None,
             stays,
-            asked: (0, false),
+            asked: [(0, false); 3],
         }
     }
 
@@ -181,7 +188,7 @@ impl Process {
 
     /// perception.
     pub fn perception(slot: usize, life: Incarnation, pid: u32, stays: bool) -> Self {
-        let machine = Machine::Perception { cartographer: Cartographer::new(RobotId(0)), mapping: None };
+        let machine = Machine::Perception { cartographer: Cartographer::new(RobotId(0)) };
         Self::new(slot, life, pid, machine, stays, vec![Step::Pass("perception.joined"), Step::Close])
     }
 
@@ -315,15 +322,36 @@ impl Process {
         beats
     }
 
-    /// The answers to the last request.
+    /// The answers to the last request for the past.
     fn pages(&mut self) -> Vec<PastPage> {
+        self.answers(PAST, Topic::Answered, |message| match message {
+            Message::Answered(page, number) => Some(((*page).clone(), number)),
+            _ => None,
+        })
+    }
+
+    /// The answers to the last request for the truth.
+    fn truth_pages(&mut self) -> Vec<TruthPage> {
+        self.answers(TRUTH, Topic::TruthAnswered, |message| match message {
+            Message::TruthAnswered(page, number) => Some(((*page).clone(), number)),
+            _ => None,
+        })
+    }
+
+    /// The answers to the last request for the map.
+    fn map_pages(&mut self) -> Vec<MapPage> {
+        self.answers(MAP, Topic::MapAnswered, |message| match message {
+            Message::MapAnswered(page, number) => Some(((*page).clone(), number)),
+            _ => None,
+        })
+    }
+
+    fn answers<P>(&mut self, of: usize, topic: Topic, page: impl Fn(Message) -> Option<(P, u64)>) -> Vec<P> {
         let mut pages = Vec::new();
-        for message in self.take(Topic::Answered) {
-            if let Message::Answered(page, number) = message
-                && self.asked == (number, true)
-            {
-                self.asked.1 = false;
-                pages.push((*page).clone());
+        for (answer, number) in self.take(topic).into_iter().filter_map(page) {
+            if self.asked[of] == (number, true) {
+                self.asked[of].1 = false;
+                pages.push(answer);
             }
         }
         pages
@@ -349,8 +377,8 @@ impl Process {
                 if let Some(Message::Brief(brief)) = self.newest(Topic::Brief) {
                     agenda.push_back(Step::Cartographer(perception::Event::Brief(*brief)));
                 }
-                if let Some(Message::Terrain(run, terrain)) = self.newest(Topic::Terrain) {
-                    agenda.push_back(Step::Cartographer(perception::Event::Terrain(run, (*terrain).clone())));
+                for page in self.truth_pages() {
+                    agenda.push_back(Step::Cartographer(perception::Event::Truth(page)));
                 }
                 if let Some(Message::State(state)) = self.newest(Topic::State) {
                     agenda.push_back(Step::Pass("perception.state_received"));
@@ -359,7 +387,7 @@ impl Process {
                 for page in self.pages() {
                     agenda.push_back(Step::Cartographer(perception::Event::Past(page)));
                 }
-                agenda.extend([Step::Cartographer(perception::Event::Tick), Step::Execute]);
+                agenda.extend([Step::Cartographer(perception::Event::Tick), Step::Execute, Step::ServeMap]);
             }
             Role::Planner => {
                 for beat in self.beats(stage) {
@@ -371,9 +399,14 @@ impl Process {
                 if let Some(Message::State(state)) = self.newest(Topic::State) {
                     agenda.push_back(Step::Pilot(planner::pilot::Event::State(*state)));
                 }
-                if let Some(Message::Map(map)) = self.newest(Topic::Map) {
-                    agenda.push_back(Step::Pass("planner.map_received"));
-                    agenda.push_back(Step::Pilot(planner::pilot::Event::Map((*map).clone())));
+                for message in self.take(Topic::Map) {
+                    if let Message::Map(patch) = message {
+                        agenda.push_back(Step::Pass("planner.map_received"));
+                        agenda.push_back(Step::Pilot(planner::pilot::Event::Patch((*patch).clone())));
+                    }
+                }
+                for page in self.map_pages() {
+                    agenda.push_back(Step::Pilot(planner::pilot::Event::Page(page)));
                 }
                 agenda.extend([Step::Pilot(planner::pilot::Event::Tick), Step::Execute]);
             }
@@ -383,8 +416,8 @@ impl Process {
                 if let Some(Message::Brief(brief)) = self.newest(Topic::Brief) {
                     events.push(monitor::Event::Brief(*brief));
                 }
-                if let Some(Message::Map(map)) = self.newest(Topic::Map) {
-                    events.push(monitor::Event::Map((*map).clone()));
+                if let Some(Message::Map(patch)) = self.newest(Topic::Map) {
+                    events.push(monitor::Event::Map((*patch).clone()));
                 }
                 let mut passes = 0;
                 for message in self.take(Topic::State) {
@@ -446,7 +479,11 @@ impl Process {
                     self.arbitrate(hopper_sim::Event::Tick, stage);
                 }
             }
-            Step::Serve => self.serve(stage),
+            Step::Serve => {
+                self.serve(stage);
+                self.serve_truth(stage);
+            }
+            Step::ServeMap => self.serve_map(stage),
             Step::Cartographer(event) => self.chart(event, stage),
             Step::ForCartographer(effect) => self.for_cartographer(effect, stage),
             Step::PublishMap(sensed) => self.publish_map(sensed, stage),
@@ -464,9 +501,7 @@ impl Process {
     // hopper-sim
 
     fn announce(&mut self, stage: &mut Stage<'_>) {
-        let mission = stage.witness.mission();
-        let (brief, terrain) = (Rc::new(mission.brief), Rc::new(mission.terrain.clone()));
-        stage.publish(self.life, Message::Terrain(brief.run, terrain));
+        let brief = Rc::new(stage.witness.mission().brief);
         stage.publish(self.life, Message::Brief(brief));
     }
 
@@ -560,26 +595,55 @@ impl Process {
             page.records.retain(|record| record.decision < due);
             stage.witness.served(&page);
             stage.coverage.count("past", "page");
-            let asker = stage.readers.iter().copied().find(|reader| reader.life == client);
-            if let Some(asker) = asker {
-                stage.send(self.life, asker, Message::Answered(Rc::new(page), number));
+            self.answer(client, Message::Answered(Rc::new(page), number), stage);
+        }
+    }
+
+    fn serve_truth(&mut self, stage: &mut Stage<'_>) {
+        for message in self.take(Topic::TruthAsked) {
+            let Message::TruthAsked(request, number, client) = message else { continue };
+            let Machine::Sim { arbiter, .. } = &self.machine else { continue };
+            let (run, terrain) = (arbiter.mission().brief.run, &arbiter.mission().terrain);
+            if request.run != run {
+                continue;
             }
+            let from = (request.from as usize).min(terrain.cells.len());
+            let until = (from + page_cells(stage)).min(terrain.cells.len());
+            let page = TruthPage {
+                run,
+                grid: terrain.grid,
+                from: from as u32,
+                cells: terrain.cells[from..until].to_vec(),
+                treasures: terrain.treasures.clone(),
+            };
+            stage.coverage.count("truth", "page");
+            self.answer(client, Message::TruthAnswered(Rc::new(page), number), stage);
         }
     }
 
     // perception
 
+    fn serve_map(&mut self, stage: &mut Stage<'_>) {
+        for message in self.take(Topic::MapAsked) {
+            let Message::MapAsked(request, number, client) = message else { continue };
+            let Machine::Perception { cartographer } = &self.machine else { continue };
+            let Some(mut page) = cartographer.page(&request) else { continue };
+            // Shorter than a real page, which holds the whole of these worlds.
+            if page.cells.len() > page_cells(stage) {
+                page.cells.truncate(page_cells(stage));
+                page.next = page.cells.last().map_or(page.from, |cell| cell.index + 1);
+            }
+            stage.witness.paged(&page);
+            stage.coverage.count("snapshot", "page");
+            self.answer(client, Message::MapAnswered(Rc::new(page), number), stage);
+        }
+    }
+
     fn chart(&mut self, event: perception::Event, stage: &mut Stage<'_>) {
         let now = stage.now();
-        let Machine::Perception { cartographer, mapping } = &mut self.machine else { return };
-        let brief_of = if let perception::Event::Brief(brief) = &event { Some(brief.run) } else { None };
+        let Machine::Perception { cartographer } = &mut self.machine else { return };
         let Some(event) = stage.meddler.cartographer_hears(cartographer, event) else { return };
         let mut effects = cartographer.on(event, now);
-        if let Some(run) = brief_of.filter(|run| *mapping != Some(*run)) {
-            // The old run's writer goes, and its last map with it.
-            *mapping = Some(run);
-            stage.drop_history(self.life, Topic::Map);
-        }
         stage.meddler.cartographer_wants(cartographer, &mut effects);
         self.deferred.extend(effects.into_iter().map(Step::ForCartographer));
     }
@@ -587,6 +651,8 @@ impl Process {
     fn for_cartographer(&mut self, effect: perception::Effect, stage: &mut Stage<'_>) {
         match effect {
             perception::Effect::RequestPast(request) => self.ask(request, stage),
+            perception::Effect::RequestTruth(request) => self.ask_truth(request, stage),
+            perception::Effect::Refused(refusal) => stage.coverage.count("refusal", refusal.reason()),
             perception::Effect::PublishMap => {
                 let sensed = stage.now();
                 self.steps.push_front(Step::PublishMap(sensed));
@@ -598,13 +664,16 @@ impl Process {
 
     fn publish_map(&mut self, sensed: MonotonicNs, stage: &mut Stage<'_>) {
         let now = stage.now();
-        let Machine::Perception { cartographer, mapping } = &mut self.machine else { return };
-        let mut map = cartographer.stamped_map(sensed, now).clone();
-        if mapping.is_some() {
-            stage.meddler.cartographer_publishes(&mut map, &stage.witness.mission().terrain);
-            stage.witness.mapped(&map);
-            stage.note(|| format!("perception publishes the map through {:?}", map.through.map(|d| d.0)));
-            stage.publish(self.life, Message::Map(Rc::new(map)));
+        let Machine::Perception { cartographer } = &mut self.machine else { return };
+        for mut patch in cartographer.patches(sensed, &mut || now) {
+            let Some(map) = cartographer.map() else { continue };
+            stage.meddler.cartographer_publishes(&mut patch, map, &stage.witness.mission().terrain);
+            stage.witness.mapped(&patch);
+            stage.note(|| {
+                let (sequence, through, cells) = (patch.sequence, patch.through, patch.cells.len());
+                format!("perception publishes patch {sequence} through {through}, {cells} cells")
+            });
+            stage.publish(self.life, Message::Map(Rc::new(patch)));
         }
         self.steps.push_front(Step::Pass("perception.published"));
     }
@@ -636,6 +705,7 @@ impl Process {
             return Turned::Done;
         };
         match effect {
+            planner::pilot::Effect::RequestMap(request) => self.ask_map(request, stage),
             planner::pilot::Effect::Plan => {
                 let Some(situation) = pilot.situation() else { return Turned::Done };
                 stage.witness.plans(&situation);
@@ -703,9 +773,34 @@ impl Process {
 
     /// Asks for the past; a request before it that has no answer yet is given up.
     fn ask(&mut self, request: PastRequest, stage: &mut Stage<'_>) {
-        self.asked = (self.asked.0 + 1, true);
+        let number = self.number(PAST);
         stage.coverage.count("past", "asked");
-        stage.publish(self.life, Message::Asked(request, self.asked.0, self.life));
+        stage.publish(self.life, Message::Asked(request, number, self.life));
+    }
+
+    fn ask_truth(&mut self, request: TruthRequest, stage: &mut Stage<'_>) {
+        let number = self.number(TRUTH);
+        stage.coverage.count("truth", "asked");
+        stage.publish(self.life, Message::TruthAsked(request, number, self.life));
+    }
+
+    fn ask_map(&mut self, request: MapRequest, stage: &mut Stage<'_>) {
+        let number = self.number(MAP);
+        stage.coverage.count("snapshot", "asked");
+        stage.publish(self.life, Message::MapAsked(request, number, self.life));
+    }
+
+    /// The number of a new request.
+    fn number(&mut self, of: usize) -> u64 {
+        self.asked[of] = (self.asked[of].0 + 1, true);
+        self.asked[of].0
+    }
+
+    fn answer(&self, client: Incarnation, answer: Message, stage: &mut Stage<'_>) {
+        let asker = stage.readers.iter().copied().find(|reader| reader.life == client);
+        if let Some(asker) = asker {
+            stage.send(self.life, asker, answer);
+        }
     }
 
     /// Closes the turn: beats, and leaves or sleeps.
@@ -739,7 +834,7 @@ impl Process {
             Machine::Sim { arbiter, assembled: true, .. } => arbiter
                 .wake_at()
                 .map_or(TICK_NS, |at| stage.time_of(at).saturating_sub(stage.time_ns).clamp(1_000, TICK_NS)),
-            Machine::Monitor { .. } if !self.asked.1 => MONITOR_PERIOD_NS,
+            Machine::Monitor { .. } if !self.asked[PAST].1 => MONITOR_PERIOD_NS,
             _ => TICK_NS,
         };
         let sleep_ns =
@@ -747,6 +842,11 @@ impl Process {
         self.turn_at(stage.time_ns + sleep_ns, stage);
         Turned::Done
     }
+}
+
+/// Cells on a page of truth or map, in the scale of these worlds.
+fn page_cells(stage: &Stage<'_>) -> usize {
+    8 * stage.setup.page_records
 }
 
 fn beat_of(message: &Message) -> Option<Heartbeat> {

@@ -230,11 +230,6 @@ impl<'a> Stage<'a> {
         self.history.retain(|(_, writer), _| *writer != life);
     }
 
-    /// Its last message on `topic` goes with the port.
-    pub fn drop_history(&mut self, writer: Incarnation, topic: Topic) {
-        self.history.remove(&(topic, writer));
-    }
-
     /// Publishes to everyone who reads the topic, but oneself.
     pub fn publish(&mut self, writer: Incarnation, message: Message) {
         let topic = message.topic();

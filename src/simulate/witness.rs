@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::{
-    Action, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MonotonicNs, ObservedMap, PastPage,
-    Pose, Record, RunId, State, Status, Term,
+    Action, Cell, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MonotonicNs,
+    PastPage, Pose, Record, RunId, SeenCell, State, Status, Term,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission, Pace, ROBOT};
@@ -265,22 +265,38 @@ impl Witness {
         });
     }
 
-    /// perception publishes a map.
-    pub fn mapped(&mut self, map: &ObservedMap) {
-        let Some(through) = map.through else {
-            return self.accuse("the map is that of the poses so far", || "it covers nothing".into());
-        };
-        if map.run == self.mission.brief.run {
-            let treasure = |cell: usize| map.treasures.contains(&map.grid.cell(cell));
-            let known = |cell: usize| map.cells[cell].is_some() || treasure(cell);
-            let unseen = (0..map.cells.len()).find(|&cell| known(cell) && !self.visible[cell]);
-            self.hold(unseen.is_none(), "the planner never knows an unseen cell", || {
-                format!("cell {unseen:?} is on the map through decision {through}")
-            });
+    /// perception publishes a patch.
+    pub fn mapped(&mut self, patch: &MapPatch) {
+        let MapPatch { run, through, more, after, .. } = *patch;
+        self.told(run, through, &patch.cells, &patch.treasures);
+        if more == 0 {
+            self.right(run, through, after);
         }
-        let right = self.maps.contains(&(map.run, through, map.observation()));
+    }
+
+    /// perception answers for the map.
+    pub fn paged(&mut self, page: &MapPage) {
+        self.told(page.run, page.through, &page.cells, &page.treasures);
+        self.right(page.run, page.through, page.observation);
+    }
+
+    fn told(&mut self, run: RunId, through: Decision, cells: &[SeenCell], treasures: &[Cell]) {
+        if run != self.mission.brief.run {
+            return;
+        }
+        let grid = self.mission.brief.grid;
+        let treasures = treasures.iter().filter_map(|cell| grid.index(*cell));
+        let mut told = cells.iter().map(|cell| cell.index as usize).chain(treasures);
+        let unseen = told.find(|&index| !self.visible[index]);
+        self.hold(unseen.is_none(), "the planner never knows an unseen cell", || {
+            format!("cell {unseen:?} is on the map through decision {through}")
+        });
+    }
+
+    fn right(&mut self, run: RunId, through: Decision, observation: u64) {
+        let right = self.maps.contains(&(run, through, observation));
         self.hold(right, "the map is that of the poses so far", || {
-            format!("the map of run {} through decision {through} is another", map.run)
+            format!("the map of run {run} through decision {through} is another")
         });
     }
 

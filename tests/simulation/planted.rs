@@ -5,7 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::{
-    Command, Decision, Incarnation, Leader, MonotonicNs, ObservedMap, PastPage, Record, Refusal, RunId,
+    Command, Decision, Incarnation, Leader, MapPatch, MonotonicNs, ObservedMap, PastPage, Record, Refusal,
+    RunId, SeenCell,
 };
 use hopper::simulate::disk::Disk;
 use hopper::simulate::meddler::Meddler;
@@ -358,9 +359,13 @@ struct DecidedBeforeMap;
 impl Meddler for DecidedBeforeMap {
     fn pilot_hears(&mut self, pilot: &Pilot, _: Incarnation, event: pilot::Event) -> Option<pilot::Event> {
         Some(match event {
-            pilot::Event::Map(mut map) => {
-                map.through = map.through.max(Some(pilot.seen().1));
-                pilot::Event::Map(map)
+            pilot::Event::Patch(mut patch) => {
+                patch.through = patch.through.max(pilot.seen().1);
+                pilot::Event::Patch(patch)
+            }
+            pilot::Event::Page(mut page) => {
+                page.through = page.through.max(pilot.seen().1);
+                pilot::Event::Page(page)
             }
             event => event,
         })
@@ -484,16 +489,29 @@ impl Meddler for RecordSkipped {
 struct UnseenTold;
 
 impl Meddler for UnseenTold {
-    fn cartographer_publishes(&mut self, map: &mut ObservedMap, terrain: &Terrain) {
-        if let Some(unseen) = map.cells.iter().position(Option::is_none)
-            && terrain.cells.len() == map.cells.len()
+    fn cartographer_publishes(&mut self, patch: &mut MapPatch, map: &ObservedMap, terrain: &Terrain) {
+        if let Some(unseen) = map.cells().iter().position(Option::is_none)
+            && terrain.cells.len() == map.cells().len()
         {
-            map.cells[unseen] = Some(terrain.cells[unseen]);
+            let ground = terrain.cells[unseen];
+            patch.cells.push(SeenCell { index: unseen as u32, ground });
+            patch.cells.sort_by_key(|cell| cell.index);
+            patch.after = patch.after.wrapping_add(ObservedMap::step(unseen, None, &ground));
         }
     }
 }
 
-/// The map is told once; who missed it never gets it.
+/// A planner never asks for the map; who missed a patch never gets it.
+#[derive(Default)]
+struct MapNeverAsked;
+
+impl Meddler for MapNeverAsked {
+    fn pilot_wants(&mut self, _: &Pilot, _: Incarnation, effects: &mut Vec<pilot::Effect>) {
+        effects.retain(|effect| !matches!(effect, pilot::Effect::RequestMap(_)));
+    }
+}
+
+/// A landing is told once; who missed the last never learns that there was one.
 #[derive(Default)]
 struct MapToldOnce {
     told: Option<Option<Decision>>,
@@ -654,6 +672,11 @@ fn a_rebuild_that_skips_a_record_is_found() {
 #[test]
 fn an_unseen_cell_on_the_map_is_found() {
     is_found::<UnseenTold>();
+}
+
+#[test]
+fn a_map_that_is_never_asked_for_is_found() {
+    is_found::<MapNeverAsked>();
 }
 
 #[test]

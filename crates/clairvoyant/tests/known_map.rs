@@ -14,10 +14,8 @@ use terrain::Terrain;
 
 /// The policy of `mdp` on the whole map.
 fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
-    let map = ObservedMap {
-        cells: terrain.cells.iter().copied().map(Some).collect(),
-        ..ObservedMap::unseen(brief.run, RobotId(0), brief.grid)
-    };
+    let cells: Vec<_> = terrain.cells.iter().copied().map(Some).collect();
+    let map = ObservedMap::of_cells(brief.run, RobotId(0), brief.grid, &cells);
     let state = State {
         run: brief.run,
         robot: RobotId(0),

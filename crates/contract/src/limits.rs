@@ -26,3 +26,27 @@ pub const TREASURES_MAX: usize = 16;
 
 /// Records in one page of the past.
 pub const PAST_PAGE_RECORDS: usize = 64;
+
+/// Cells in one patch of the observed map.
+pub const MAP_PATCH_CELLS: usize = 1024;
+
+/// Cells in one page of a snapshot of the observed map.
+pub const MAP_PAGE_CELLS: usize = 4096;
+
+/// Cells that one page of a snapshot looks over at most, seen or not: what it takes perception from its work.
+pub const MAP_PAGE_SPAN: usize = 1 << 16;
+
+/// Cells in one page of the truth.
+pub const TRUTH_PAGE_CELLS: usize = 4096;
+
+/// Most patches of a run.
+pub const PATCHES_MAX: u64 = 1 << 44;
+
+/// Patches that a reader buffers while it catches up.
+pub const PATCHES_BUFFERED: usize = 64;
+
+/// Changes of cells that a map remembers at least, once there were so many.
+pub const CHANGES_KEPT: usize = 1 << 16;
+
+/// Landings after which a map still tells what changed since.
+pub const MARKS_KEPT: usize = 1024;

@@ -1,6 +1,7 @@
 //! Names and qualities of service: one function per service, since the first creator fixes them.
 
 use crate::RobotId;
+use crate::limits::{MAP_PAGE_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
 
 /// How a publish-subscribe service is opened; the same numbers whoever comes first.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,12 +37,6 @@ fn topic(name: impl Into<String>) -> Topic {
     }
 }
 
-/// `truth/terrain`: written by hopper-sim; perception and monitor only may read it.
-#[must_use]
-pub fn truth() -> Topic {
-    Topic { max_subscribers: 4, ..topic("truth/terrain") }
-}
-
 /// `hop/brief`: written by hopper-sim.
 #[must_use]
 pub fn brief() -> Topic {
@@ -54,10 +49,10 @@ pub fn state(robot: RobotId) -> Topic {
     Topic { max_subscribers: 16, buffer: 64, event: true, ..topic(format!("hop/r{robot}/state")) }
 }
 
-/// `hop/rN/map`: written by perception; wakes planners.
+/// `hop/rN/map`: patches, written by perception; wakes planners. Who comes late asks for a [`snapshot`].
 #[must_use]
 pub fn map(robot: RobotId) -> Topic {
-    Topic { event: true, ..topic(format!("hop/r{robot}/map")) }
+    Topic { history: 0, buffer: 16, event: true, ..topic(format!("hop/r{robot}/map")) }
 }
 
 /// `hop/rN/command`: written by planners; hopper-sim the only reader that acts.
@@ -69,7 +64,7 @@ pub fn command(robot: RobotId) -> Topic {
 /// `hop/rN/policy`: written by planners while someone listens.
 #[must_use]
 pub fn policy(robot: RobotId) -> Topic {
-    Topic { max_publishers: 8, max_subscribers: 4, ..topic(format!("hop/r{robot}/policy")) }
+    Topic { max_publishers: 8, max_subscribers: 2, history: 0, ..topic(format!("hop/r{robot}/policy")) }
 }
 
 /// `hop/heartbeat`: written by everyone.
@@ -78,8 +73,32 @@ pub fn heartbeat() -> Topic {
     Topic { max_publishers: 16, max_subscribers: 16, buffer: 16, ..topic("hop/heartbeat") }
 }
 
-/// `hop/past`: request-response, served by hopper-sim.
-pub const PAST: &str = "hop/past";
+/// How a request-response service is opened. The server answers in pages, so that its memory depends on the
+/// size of a page and not on how much there is to tell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exchange {
+    /// Service name.
+    pub name: String,
+    /// Most clients at once.
+    pub max_clients: usize,
+    /// Most cells, or records, of an answer.
+    pub page: usize,
+}
 
-/// Most clients of [`PAST`] at once.
-pub const PAST_CLIENTS_MAX: usize = 16;
+/// `hop/past`: served by hopper-sim.
+#[must_use]
+pub fn past() -> Exchange {
+    Exchange { name: "hop/past".into(), max_clients: 16, page: PAST_PAGE_RECORDS }
+}
+
+/// `truth/terrain`: served by hopper-sim; perception and monitor only may ask.
+#[must_use]
+pub fn truth() -> Exchange {
+    Exchange { name: "truth/terrain".into(), max_clients: 4, page: TRUTH_PAGE_CELLS }
+}
+
+/// `hop/rN/snapshot`: the map for whoever has missed a patch; served by perception.
+#[must_use]
+pub fn snapshot(robot: RobotId) -> Exchange {
+    Exchange { name: format!("hop/r{robot}/snapshot"), max_clients: 8, page: MAP_PAGE_CELLS }
+}

@@ -147,6 +147,18 @@ impl Timing {
         })
     }
 
+    /// Landed → command accepted in nanoseconds.
+    #[must_use]
+    pub fn answer_ns(&self) -> u64 {
+        self.stages_ns()[..=Stage::Command as usize].iter().sum()
+    }
+
+    /// State published → planning started in nanoseconds: sensing, building the map, bringing it to the planner.
+    #[must_use]
+    pub fn feeding_ns(&self) -> u64 {
+        self.stages_ns()[Stage::Sense as usize..=Stage::Deliver as usize].iter().sum()
+    }
+
     /// Landed → committed in nanoseconds.
     #[must_use]
     pub fn total_ns(&self) -> u64 {

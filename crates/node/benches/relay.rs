@@ -10,8 +10,8 @@ use std::process::{Child, Command, ExitCode};
 use std::time::Duration;
 
 use contract::{
-    Action, Cell, Decision, Digest, Grid, Ground, Incarnation, Leader, MonotonicNs, Name, ObservedMap, Pose,
-    RobotId, Role, RunId, State, Status, Term, Timing, service,
+    Action, Cell, Decision, Digest, Grid, Ground, Incarnation, Leader, MapPatch, MonotonicNs, Name, Pose,
+    RobotId, Role, RunId, SeenCell, State, Status, Term, Timing, service,
 };
 use node::peer::TICK;
 use node::relay::{Relay, Stage};
@@ -202,18 +202,32 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
     let mut node = Node::join(instance, Role::Perception, Name::NONE)?;
     node.listen(&service::state(ROBOT))?;
     let mut states = node.state_reader(ROBOT)?;
-    let maps = node.map_writer(ROBOT, grid.cells())?;
-    let mut map = ObservedMap::unseen(RunId(1), ROBOT, grid);
-    map.cells.fill(Some(Ground { height_m: 1.0, gradient: [0.5; 2], ..Ground::FLAT }));
+    let maps = node.map_writer(ROBOT)?;
+    let ground = Ground { height_m: 1.0, gradient: [0.5; 2], ..Ground::FLAT };
+    let mut map = MapPatch {
+        run: RunId(1),
+        robot: ROBOT,
+        through: Decision(0),
+        more: 0,
+        sequence: 0,
+        before: 0,
+        after: 0,
+        sensed: MonotonicNs(0),
+        published: MonotonicNs(0),
+        grid,
+        seen_cells: cells,
+        treasures: Vec::new(),
+        cells: (0..cells).map(|index| SeenCell { index, ground }).collect(),
+    };
     while node.stop_requested().is_none() {
         node.wait(TICK);
         node.beat(RunId(1), Decision(0), Status::Underway)?;
         let Some(Ok(state)) = states.newest() else { continue };
         map.sequence = state.steps;
-        map.through = state.status.is_over().then_some(Decision(1));
+        map.through = Decision(u64::from(state.status.is_over()));
         maps.publish(&map)?;
         if state.status.is_over() {
-            // The history goes with its writer: the end must be heard before.
+            // What is unread goes with its writer: the end must be heard before.
             while maps.has_readers() {
                 maps.idle()?;
                 std::thread::sleep(TICK);
@@ -234,7 +248,7 @@ fn answer_with_commands(instance: &Instance) -> Result<(), Failure> {
         node.wait(TICK);
         node.beat(RunId(1), Decision(0), Status::Underway)?;
         let Some(Ok(map)) = maps.newest() else { continue };
-        let over = map.through.is_some();
+        let over = map.through == Decision(1);
         commands.publish(&contract::Command {
             run: map.run,
             robot: ROBOT,

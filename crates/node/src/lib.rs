@@ -30,6 +30,7 @@ mod base;
 mod clock;
 mod crash;
 mod error;
+mod exchange;
 mod exit;
 pub mod host;
 pub mod inspect;
@@ -40,7 +41,6 @@ mod message;
 mod node;
 mod nonce;
 mod parcel;
-mod past;
 pub mod peer;
 mod port;
 mod presence;
@@ -52,17 +52,19 @@ mod vigil;
 pub use clock::now;
 pub use crash::crash_point;
 pub use error::NodeError;
+pub use exchange::{
+    Client, PastClient, PastServer, Server, SnapshotClient, SnapshotServer, TruthClient, TruthServer,
+};
 pub use exit::{Exit, Failure, main};
 pub use instance::{Claim, Cleaned, Instance, SHARED_MEMORY};
 pub use log::log_to_stderr;
-pub use message::{Plain, Sheet, Truth};
+pub use message::{Plain, Question, Sheet};
 pub use node::{Node, Wake, version};
 pub use nonce::random_run;
-pub use past::{PastClient, PastServer};
 pub use port::{
     BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
     MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,
-    TerrainReader, TerrainWriter, Writer,
+    Writer,
 };
 pub use room::{Room, ServiceRoom, free_bytes};
 pub use vigil::{Stop, Vigil};

@@ -1,10 +1,14 @@
 //! Which wire types carry which message.
 
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapHeaderV2, PolicyCellV1, PolicyHeaderV1, StateV2,
-    TerrainHeaderV2, Wire, map_from_wire, policy_from_wire,
+    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1,
+    Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, truth_page_from_wire,
 };
-use contract::{Brief, Cell, Command, Grid, Ground, Heartbeat, ObservedMap, Policy, Refusal, RunId, State};
+use contract::{
+    Brief, Command, Heartbeat, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Policy, Refusal, State,
+    TruthPage, TruthRequest,
+};
 
 /// A message of one fixed size.
 pub trait Plain: Sized {
@@ -39,7 +43,7 @@ macro_rules! plain {
 
 plain!(Brief => BriefV2, State => StateV2, Command => CommandV1, Heartbeat => HeartbeatV1);
 
-/// A message of a header and as many cells as the grid has.
+/// A message of a header and cells.
 pub trait Sheet: Sized {
     /// The header that crosses shared memory.
     type Header: Wire;
@@ -62,86 +66,56 @@ pub trait Sheet: Sized {
     fn from_wire(header: &Self::Header, cells: &[Self::Cell]) -> Result<Self, Refusal>;
 }
 
-impl Sheet for ObservedMap {
-    type Header = MapHeaderV2;
-    type Cell = GroundV1;
+macro_rules! sheet {
+    ($($message:ty: $header:ty, $cell:ty, $field:ident, $convert:expr, $from_wire:expr);*) => {$(
+        impl Sheet for $message {
+            type Header = $header;
+            type Cell = $cell;
 
-    fn header(&self) -> MapHeaderV2 {
-        self.into()
-    }
+            fn header(&self) -> $header {
+                self.into()
+            }
 
-    fn cells(&self) -> usize {
-        self.cells.len()
-    }
+            fn cells(&self) -> usize {
+                self.$field.len()
+            }
 
-    fn cell(&self, index: usize) -> GroundV1 {
-        self.cells[index].as_ref().into()
-    }
+            #[inline]
+            fn cell(&self, index: usize) -> $cell {
+                $convert(&self.$field[index])
+            }
 
-    fn from_wire(header: &MapHeaderV2, cells: &[GroundV1]) -> Result<Self, Refusal> {
-        map_from_wire(header, cells)
-    }
-}
-
-impl Sheet for Policy {
-    type Header = PolicyHeaderV1;
-    type Cell = PolicyCellV1;
-
-    fn header(&self) -> PolicyHeaderV1 {
-        self.into()
-    }
-
-    fn cells(&self) -> usize {
-        self.cells.len()
-    }
-
-    fn cell(&self, index: usize) -> PolicyCellV1 {
-        (&self.cells[index]).into()
-    }
-
-    fn from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Self, Refusal> {
-        policy_from_wire(header, cells)
-    }
-}
-
-/// The true ground of a run, as `truth/terrain` carries it.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Truth {
-    /// The run.
-    pub run: RunId,
-    /// The lattice.
-    pub grid: Grid,
-    /// Cells in index order.
-    pub cells: Vec<Ground>,
-    /// Cells with treasures, in index order.
-    pub treasures: Vec<Cell>,
-}
-
-impl Sheet for Truth {
-    type Header = TerrainHeaderV2;
-    type Cell = GroundV1;
-
-    fn header(&self) -> TerrainHeaderV2 {
-        TerrainHeaderV2::new(self.run, &self.grid, &self.treasures)
-    }
-
-    fn cells(&self) -> usize {
-        self.cells.len()
-    }
-
-    fn cell(&self, index: usize) -> GroundV1 {
-        Some(&self.cells[index]).into()
-    }
-
-    fn from_wire(header: &TerrainHeaderV2, cells: &[GroundV1]) -> Result<Self, Refusal> {
-        let (run, grid, treasures) = header.decode()?;
-        if cells.len() != grid.cells() {
-            return Err(Refusal::malformed("terrain.cells", &format!("{} cells", grid.cells()), cells.len()));
+            fn from_wire(header: &$header, cells: &[$cell]) -> Result<Self, Refusal> {
+                $from_wire(header, cells)
+            }
         }
-        let known = |cell: &GroundV1| {
-            Option::<Ground>::try_from(cell)?
-                .ok_or_else(|| Refusal::malformed("terrain.soil", "hard or sand", "unseen"))
-        };
-        Ok(Self { run, grid, cells: cells.iter().map(known).collect::<Result<_, _>>()?, treasures })
-    }
+    )*};
+}
+
+sheet!(
+    MapPatch: MapPatchV1, SeenCellV1, cells, SeenCellV1::from, patch_from_wire;
+    MapPage: MapPageV1, SeenCellV1, cells, SeenCellV1::from, map_page_from_wire;
+    TruthPage: TruthPageV1, GroundV1, cells, |ground| GroundV1::from(Some(ground)), truth_page_from_wire;
+    PastPage: PastHeaderV1, RecordV2, records, RecordV2::from, page_from_wire;
+    Policy: PolicyHeaderV1, PolicyCellV1, cells, PolicyCellV1::from, policy_from_wire
+);
+
+/// A message that is answered by another.
+pub trait Question: Plain {
+    /// The answer: a page.
+    type Answer: Sheet;
+}
+
+plain!(PastRequest => PastRequestV1, MapRequest => MapRequestV1, TruthRequest => TruthRequestV1);
+
+impl Question for PastRequest {
+    type Answer = PastPage;
+}
+
+impl Question for MapRequest {
+    type Answer = MapPage;
+}
+
+impl Question for TruthRequest {
+    type Answer = TruthPage;
 }

@@ -4,24 +4,28 @@ use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::time::Duration;
 
+use contract::limits::MAP_PATCH_CELLS;
 use contract::roster::BEAT_PERIOD_NS;
-use contract::service::{self, Topic};
+use contract::service::{self, Exchange, Topic};
 use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Name, Refusal, RobotId, Role, RunId, Status};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::FileDescriptorBased;
 use rustix::event::{PollFd, PollFlags};
 
 use crate::base::{Base, Ipc};
+use crate::exchange::{
+    Client, PastClient, PastServer, Server, SnapshotClient, SnapshotServer, TruthClient, TruthServer,
+    answered, asked,
+};
 use crate::janitor::Janitor;
 use crate::nonce::random_incarnation;
-use crate::past::{ANSWERED, ASKED, PastClient, PastServer};
 use crate::port::{
     BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
     MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,
-    TerrainReader, TerrainWriter, Writer,
+    Writer,
 };
 use crate::vigil::{Stop, Vigil, sleep};
-use crate::{Instance, NodeError, clock};
+use crate::{Instance, NodeError, Question, clock};
 
 /// Why [`Node::wait`] returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,22 +229,6 @@ impl Node {
         Reader::new(&self.base, &service::brief())
     }
 
-    /// The writer of `truth/terrain` for a grid of `cells` cells.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn terrain_writer(&self, cells: usize) -> Result<TerrainWriter, NodeError> {
-        SheetWriter::new(&self.base, &service::truth(), cells)
-    }
-
-    /// A reader of `truth/terrain`; perception and monitor only.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn terrain_reader(&self) -> Result<TerrainReader, NodeError> {
-        SheetReader::new(&self.base, &service::truth())
-    }
-
     /// The writer of `hop/rN/state`.
     ///
     /// # Errors
@@ -257,12 +245,12 @@ impl Node {
         Reader::new(&self.base, &service::state(robot))
     }
 
-    /// The writer of `hop/rN/map` for a grid of `cells` cells.
+    /// The writer of `hop/rN/map`.
     ///
     /// # Errors
     /// See [`Node::brief_writer`].
-    pub fn map_writer(&self, robot: RobotId, cells: usize) -> Result<MapWriter, NodeError> {
-        SheetWriter::new(&self.base, &service::map(robot), cells)
+    pub fn map_writer(&self, robot: RobotId) -> Result<MapWriter, NodeError> {
+        SheetWriter::new(&self.base, &service::map(robot), MAP_PATCH_CELLS)
     }
 
     /// A reader of `hop/rN/map`.
@@ -321,23 +309,65 @@ impl Node {
         Writer::new(&self.base, &service::heartbeat())
     }
 
-    /// The server of `hop/past`; requests end [`Node::wait`].
+    /// The server of `hop/past`; requests end [`Node::wait`]. So for all servers.
     ///
     /// # Errors
     /// See [`Node::brief_writer`].
     pub fn past_server(&mut self) -> Result<PastServer, NodeError> {
-        let server = PastServer::new(&self.base)?;
-        self.attach(ASKED)?;
-        Ok(server)
+        self.server(service::past())
     }
 
-    /// A client of `hop/past`; answers end [`Node::wait`].
+    /// A client of `hop/past`; answers end [`Node::wait`]. So for all clients.
     ///
     /// # Errors
     /// See [`Node::brief_writer`].
     pub fn past_client(&mut self) -> Result<PastClient, NodeError> {
-        let client = PastClient::new(&self.base)?;
-        self.attach(ANSWERED)?;
+        self.client(service::past())
+    }
+
+    /// The server of `truth/terrain`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn truth_server(&mut self) -> Result<TruthServer, NodeError> {
+        self.server(service::truth())
+    }
+
+    /// A client of `truth/terrain`; perception and monitor only.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn truth_client(&mut self) -> Result<TruthClient, NodeError> {
+        self.client(service::truth())
+    }
+
+    /// The server of `hop/rN/snapshot`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn snapshot_server(&mut self, robot: RobotId) -> Result<SnapshotServer, NodeError> {
+        self.server(service::snapshot(robot))
+    }
+
+    /// A client of `hop/rN/snapshot`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn snapshot_client(&mut self, robot: RobotId) -> Result<SnapshotClient, NodeError> {
+        self.client(service::snapshot(robot))
+    }
+
+    fn server<Q: Question>(&mut self, exchange: Exchange) -> Result<Server<Q>, NodeError> {
+        let bell = asked(&exchange);
+        let server = Server::new(&self.base, exchange)?;
+        self.attach(&bell)?;
+        Ok(server)
+    }
+
+    fn client<Q: Question>(&mut self, exchange: Exchange) -> Result<Client<Q>, NodeError> {
+        let bell = answered(&exchange);
+        let client = Client::new(&self.base, exchange)?;
+        self.attach(&bell)?;
         Ok(client)
     }
 }

@@ -39,10 +39,15 @@ pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
     match message? {
         Ok(message) => Some(message),
         Err(refusal) => {
-            tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
+            refuse(&refusal);
             None
         }
     }
+}
+
+/// A word on why a message was refused.
+pub fn refuse(refusal: &Refusal) {
+    tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
 }
 
 /// Says for whom a process waits, and for how long it will.

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use bytemuck::Zeroable;
 use contract::service::{NODES_MAX, Topic};
 use contract::wire::Wire;
-use contract::{Brief, Command, Heartbeat, ObservedMap, Policy, Refusal, State};
+use contract::{Brief, Command, Heartbeat, MapPatch, Policy, Refusal, State};
 use iceoryx2::port::LoanError;
 use iceoryx2::port::SendError;
 use iceoryx2::port::notifier::Notifier;
@@ -23,7 +23,7 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 use crate::base::{Base, Ipc, need, service_name};
 use crate::parcel::Parcel;
 use crate::room;
-use crate::{NodeError, Plain, Sheet, Truth};
+use crate::{NodeError, Plain, Sheet};
 
 /// Writes `hop/brief`.
 pub type BriefWriter = Writer<Brief>;
@@ -41,14 +41,10 @@ pub type CommandReader = Reader<Command>;
 pub type HeartbeatWriter = Writer<Heartbeat>;
 /// Reads `hop/heartbeat`.
 pub type HeartbeatReader = Reader<Heartbeat>;
-/// Writes `truth/terrain`.
-pub type TerrainWriter = SheetWriter<Truth>;
-/// Reads `truth/terrain`.
-pub type TerrainReader = SheetReader<Truth>;
 /// Writes `hop/rN/map`.
-pub type MapWriter = SheetWriter<ObservedMap>;
+pub type MapWriter = SheetWriter<MapPatch>;
 /// Reads `hop/rN/map`.
-pub type MapReader = SheetReader<ObservedMap>;
+pub type MapReader = SheetReader<MapPatch>;
 /// Writes `hop/rN/policy`.
 pub type PolicyWriter = SheetWriter<Policy>;
 /// Reads `hop/rN/policy`.

@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use contract::service::{self, Topic};
-use contract::wire::{CommandV1, GroundV1, MapHeaderV2, StateV2, Wire};
-use contract::{MonotonicNs, ObservedMap, RobotId};
+use contract::wire::{CommandV1, MapPatchV1, SeenCellV1, StateV2, Wire};
+use contract::{MapPatch, MonotonicNs, RobotId};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -81,9 +81,9 @@ struct Single<W: Wire> {
 }
 
 struct Maps {
-    publisher: Option<Publisher<Ipc, [Parcel<GroundV1>], Parcel<MapHeaderV2>>>,
-    subscriber: Option<Subscriber<Ipc, [Parcel<GroundV1>], Parcel<MapHeaderV2>>>,
-    cells: Vec<GroundV1>,
+    publisher: Option<Publisher<Ipc, [Parcel<SeenCellV1>], Parcel<MapPatchV1>>>,
+    subscriber: Option<Subscriber<Ipc, [Parcel<SeenCellV1>], Parcel<MapPatchV1>>>,
+    cells: Vec<SeenCellV1>,
 }
 
 fn state_topic() -> Topic {
@@ -158,12 +158,12 @@ impl Relay {
         let bell = base.notifier(&map_topic().name)?;
         let states = Single::<StateV2>::new(base, &state_topic(), false)?;
         let maps = Maps::new(base, Some(self.cells))?;
-        let cell = GroundV1 { height_m: 1.0, gradient: [0.5; 2], soil: 1, passable: 1 };
+        let cell = SeenCellV1 { height_m: 1.0, gradient: [0.5; 2], index: 0, soil: 1, passable: 1 };
         let mut heard = clock::now();
         loop {
             while let Some(state) = states.receive()? {
                 heard = clock::now();
-                let header = MapHeaderV2 { folded: state.decision, ..MapHeaderV2::zeroed() };
+                let header = MapPatchV1 { through: state.decision, ..MapPatchV1::zeroed() };
                 maps.send(&header, self.cells, cell, &bell)?;
                 if state.decision == END {
                     return Ok(());
@@ -182,8 +182,8 @@ impl Relay {
         loop {
             while let Some(header) = maps.receive()? {
                 heard = clock::now();
-                commands.send(&CommandV1 { decision: header.folded, ..CommandV1::zeroed() }, &bell)?;
-                if header.folded == END {
+                commands.send(&CommandV1 { decision: header.through, ..CommandV1::zeroed() }, &bell)?;
+                if header.through == END {
                     return Ok(());
                 }
             }
@@ -222,7 +222,7 @@ impl<W: Wire> Single<W> {
 impl Maps {
     fn new(base: &Base, writes: Option<usize>) -> Result<Self, NodeError> {
         let topic = map_topic();
-        let factory = open_slices::<ObservedMap>(base, &topic)?;
+        let factory = open_slices::<MapPatch>(base, &topic)?;
         let (mut publisher, mut subscriber) = (None, None);
         if let Some(cells) = writes {
             publisher = Some(base.port(&topic.name, "publishing", || {
@@ -237,9 +237,9 @@ impl Maps {
 
     fn send(
         &self,
-        header: &MapHeaderV2,
+        header: &MapPatchV1,
         cells: usize,
-        cell: GroundV1,
+        cell: SeenCellV1,
         bell: &Notifier<Ipc>,
     ) -> Result<(), NodeError> {
         let publisher = self.publisher.as_ref().expect("made to write");
@@ -250,7 +250,7 @@ impl Maps {
         notify(bell)
     }
 
-    fn receive(&mut self) -> Result<Option<MapHeaderV2>, NodeError> {
+    fn receive(&mut self) -> Result<Option<MapPatchV1>, NodeError> {
         let subscriber = self.subscriber.as_ref().expect("made to read");
         let Some(sample) = subscriber.receive().map_err(|error| lost(&error.to_string()))? else {
             return Ok(None);
@@ -263,7 +263,7 @@ impl Maps {
 
 fn wait_for_others(base: &Base) -> Result<(), NodeError> {
     let states = open_single::<StateV2>(base, &state_topic())?;
-    let maps = open_slices::<ObservedMap>(base, &map_topic())?;
+    let maps = open_slices::<MapPatch>(base, &map_topic())?;
     let commands = open_single::<CommandV1>(base, &command_topic())?;
     let started = clock::now();
     while count_readers(&states) == 0 || count_readers(&maps) == 0 || count_writers(&commands) == 0 {

@@ -3,15 +3,16 @@
 //! A file in shared memory that outgrows it ends the process with SIGBUS rather than an error, so we look
 //! before we leap.
 
-use contract::RobotId;
-use contract::limits::PAST_PAGE_RECORDS;
-use contract::service::{self, PAST, PAST_CLIENTS_MAX, Topic};
+use contract::limits::MAP_PATCH_CELLS;
+use contract::service::{self, Exchange, Topic};
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapHeaderV2, PolicyCellV1, PolicyHeaderV1, RecordV2, StateV2,
-    TerrainHeaderV2,
+    BriefV2, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    SeenCellV1, StateV2, TruthRequestV1,
 };
+use contract::{MapPage, PastPage, RobotId, TruthPage};
 
 use crate::NodeError;
+use crate::exchange::page_bytes;
 use crate::instance::SHARED_MEMORY;
 
 /// Planners of one robot that are reckoned with: the leader and one that stands by.
@@ -58,20 +59,19 @@ impl Room {
     /// # Errors
     /// If shared memory cannot be asked for its size.
     pub fn of(cells: usize, robots: u16) -> Result<Self, NodeError> {
-        let sheet = |header: usize, cell: usize| header + cells * cell;
-        let truth = sheet(size_of::<TerrainHeaderV2>(), size_of::<GroundV1>());
         let mut services = vec![
-            room(&service::truth(), 1, truth),
+            exchange_room(&service::truth(), size_of::<TruthRequestV1>(), page_bytes::<TruthPage>),
             room(&service::brief(), 1, size_of::<BriefV2>()),
             room(&service::heartbeat(), PROCESSES, size_of::<HeartbeatV1>()),
-            past_room(),
+            exchange_room(&service::past(), size_of::<PastRequestV1>(), page_bytes::<PastPage>),
         ];
         for robot in (0..robots).map(RobotId) {
-            let map = sheet(size_of::<MapHeaderV2>(), size_of::<GroundV1>());
-            let policy = sheet(size_of::<PolicyHeaderV1>(), size_of::<PolicyCellV1>());
+            let patch = size_of::<MapPatchV1>() + MAP_PATCH_CELLS * size_of::<SeenCellV1>();
+            let policy = size_of::<PolicyHeaderV1>() + cells * size_of::<PolicyCellV1>();
             services.extend([
                 room(&service::state(robot), 1, size_of::<StateV2>()),
-                room(&service::map(robot), 1, map),
+                room(&service::map(robot), 1, patch),
+                exchange_room(&service::snapshot(robot), size_of::<MapRequestV1>(), page_bytes::<MapPage>),
                 room(&service::command(robot), PLANNERS, size_of::<CommandV1>()),
                 room(&service::policy(robot), PLANNERS, policy),
             ]);
@@ -120,10 +120,29 @@ fn room(topic: &Topic, writers: usize, message_bytes: usize) -> ServiceRoom {
     ServiceRoom { service: topic.name.clone(), writers, slots, slot_bytes, bytes }
 }
 
-/// Slots of the server of the past: per client two requests under way, each with an answer queued, held and
-/// being written.
-fn past_room() -> ServiceRoom {
-    let slots = PAST_CLIENTS_MAX * 2 * 3;
-    let slot_bytes = PAST_PAGE_RECORDS * size_of::<RecordV2>() + 2 * OVERHEAD;
-    ServiceRoom { service: PAST.into(), writers: 1, slots, slot_bytes, bytes: (slots * slot_bytes) as u64 }
+/// Fails if a server of `exchange` would outgrow shared memory.
+pub(crate) fn check_exchange(
+    exchange: &Exchange,
+    request_bytes: usize,
+    page_bytes: usize,
+) -> Result<(), NodeError> {
+    let room = exchange_room(exchange, request_bytes, |_| page_bytes);
+    check(&format!("service {}", exchange.name), room.bytes, free_bytes()?)
+}
+
+/// Slots of a server: per client two requests under way, each with an answer queued, held and being written.
+fn exchange_room(
+    exchange: &Exchange,
+    request_bytes: usize,
+    page_bytes: impl Fn(&Exchange) -> usize,
+) -> ServiceRoom {
+    let slots = exchange.max_clients * 2 * 3;
+    let slot_bytes = page_bytes(exchange) + request_bytes + 2 * OVERHEAD;
+    ServiceRoom {
+        service: exchange.name.clone(),
+        writers: 1,
+        slots,
+        slot_bytes,
+        bytes: (slots * slot_bytes) as u64,
+    }
 }

@@ -22,6 +22,8 @@ pub struct Latency {
     misses: u64,
     misses_per_step: u64,
     total: Distribution,
+    answer: Distribution,
+    feeding: Distribution,
     per_step: Distribution,
     stages: [Distribution; Stage::ALL.len()],
 }
@@ -35,6 +37,8 @@ impl Latency {
             misses: 0,
             misses_per_step: 0,
             total: Distribution::new(),
+            answer: Distribution::new(),
+            feeding: Distribution::new(),
             per_step: Distribution::new(),
             stages: std::array::from_fn(|_| Distribution::new()),
         }
@@ -52,6 +56,8 @@ impl Latency {
         self.misses_per_step += u64::from(per_step_ns > self.budget_ns);
         self.total.record(total_ns);
         self.per_step.record(per_step_ns);
+        self.answer.record(timing.answer_ns());
+        self.feeding.record(timing.feeding_ns());
         for (stage, ns) in self.stages.iter_mut().zip(timing.stages_ns()) {
             stage.record(ns);
         }
@@ -84,6 +90,8 @@ impl Latency {
             decisions: self.decisions(),
             misses: self.misses,
             total: self.total(),
+            answer: self.answer.percentiles(),
+            feeding: self.feeding.percentiles(),
             stages: stages.map(|(stage, spent)| (stage, spent.percentiles())).collect(),
             per_step: PerStep { misses: self.misses_per_step, percentiles: self.per_step.percentiles() },
         }
@@ -166,6 +174,13 @@ pub struct LatencyReport {
     pub misses: u64,
     /// Landed to committed.
     pub total: Percentiles,
+    /// Landed to command accepted.
+    #[serde(default)]
+    pub answer: Percentiles,
+    /// What it takes to bring a landing's news to the planner: state published to planning started. To be
+    /// compared with the planning that it feeds.
+    #[serde(default)]
+    pub feeding: Percentiles,
     /// Each stage, in the order of time.
     pub stages: BTreeMap<Stage, Percentiles>,
     /// The papers' reading.
@@ -207,6 +222,9 @@ impl fmt::Display for LatencyReport {
             .iter()
             .map(|(&stage, spent)| self.row(stage.as_str(), span(stage), spent, percent(self.share(stage))))
             .collect();
+        let share = |spent: &Percentiles| percent(spent.mean_us / self.total.mean_us.max(f64::MIN_POSITIVE));
+        rows.push(self.row("feeding", "state to planning", &self.feeding, share(&self.feeding)));
+        rows.push(self.row("answer", "landed to accepted", &self.answer, share(&self.answer)));
         rows.push(self.row("total", "since landed", &self.total, percent(1.0)));
         rows.push(self.row("a step", "in the paper's count", &self.per_step.percentiles, String::new()));
         let headings = ["stage", "until", "p50", "p90", "p99", "max", "share", "of budget"];
@@ -318,6 +336,7 @@ mod tests {
         assert_eq!(json["budget_us"], 600_000.0);
         assert_eq!(json["decisions"], 1);
         assert_eq!(json["misses"], 0);
+        assert_eq!((&json["answer"]["p50_us"], &json["feeding"]["p50_us"]), (&21.0.into(), &9.0.into()));
         for name in ["p50_us", "p90_us", "p99_us", "max_us"] {
             assert_eq!(json["total"][name], 28.0, "{name}");
             assert_eq!(json["per_step"][name], 14.0, "{name}");

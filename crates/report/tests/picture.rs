@@ -120,12 +120,15 @@ fn every_size_is_xml_below_two_megabytes() {
 #[test]
 fn rough_ground_of_200_cells_a_side_stays_below_two_megabytes() {
     let brief = brief(200);
-    let (mut terrain, mut map) = ground(&brief);
+    let (mut terrain, _) = ground(&brief);
+    let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
     let mut noise = 1_u32;
-    for (ground, seen) in terrain.iter_mut().zip(&mut map.cells) {
+    for (index, ground) in terrain.iter_mut().enumerate() {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         ground.height_m = f64::from(noise >> 8);
-        *seen = (noise >> 30 > 1).then_some(*ground);
+        if noise >> 30 > 1 {
+            map.learn(index, *ground);
+        }
     }
     let text = svg(&brief, &terrain, &map, Some(&policy(&brief)), &[]);
     assert!(text.len() < 2_000_000, "{} bytes", text.len());
@@ -148,8 +151,8 @@ fn the_legend_names_what_is_drawn_and_nothing_else() {
     }
     let brief = brief(4);
     let flat = vec![Ground::FLAT; brief.grid.cells()];
-    let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
-    map.cells = flat.iter().copied().map(Some).collect();
+    let seen: Vec<_> = flat.iter().copied().map(Some).collect();
+    let map = ObservedMap::of_cells(brief.run, RobotId(0), brief.grid, &seen);
     let plain = svg(&brief, &flat, &map, None, &[]);
     for word in ["hop as intended", "stray hop", "not seen", "sand", "impassable", "policy N, S, E, W"] {
         assert!(!plain.contains(&format!(">{word}<")), "{word}");

@@ -5,12 +5,14 @@ use std::path::Path;
 use crate::{Scenario, ScenarioError};
 
 /// Scenarios of the house by name; the same files lie in `scenarios/`.
-pub const BUILT_IN: [(&str, &str); 7] = [
+pub const BUILT_IN: [(&str, &str); 9] = [
     ("hard", include_str!("../../../scenarios/hard.toml")),
     ("heterogeneous", include_str!("../../../scenarios/heterogeneous.toml")),
     ("sandy", include_str!("../../../scenarios/sandy.toml")),
     ("large", include_str!("../../../scenarios/large.toml")),
     ("treasures", include_str!("../../../scenarios/treasures.toml")),
+    ("wide", include_str!("../../../scenarios/wide.toml")),
+    ("vast", include_str!("../../../scenarios/vast.toml")),
     ("hills", include_str!("../../../scenarios/hills.toml")),
     ("mars", include_str!("../../../scenarios/mars.toml")),
 ];

@@ -92,7 +92,16 @@ impl Scenario {
             TerrainSource::RandomHills(source) => {
                 let grid = grid(source.width_cells, source.height_cells, source.cell_size_m, hop_distance_m)?;
                 let extent_m = [grid.width, grid.height].map(|side| f64::from(side) * grid.cell_size_m);
-                Ok(Shaped::generated(Relief::of_gaussians(grid, &source.field()?.gaussians(extent_m))))
+                let hills = source.field()?.gaussians(extent_m);
+                let reach_sigma = source.reach_sigma.unwrap_or(f64::INFINITY);
+                if !(3.0..).contains(&reach_sigma) {
+                    return Err(ScenarioError::Value {
+                        field: "truth.terrain.random_hills.reach_sigma",
+                        need: "at least 3",
+                        got: reach_sigma.to_string(),
+                    });
+                }
+                Ok(Shaped::generated(Relief::of_gaussians_within(grid, &hills, reach_sigma)))
             }
             TerrainSource::ElevationFile(source) => {
                 let path = source.file.clone();

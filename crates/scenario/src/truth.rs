@@ -71,6 +71,10 @@ pub struct RandomHills {
     pub sigma_m: [f64; 2],
     /// Lowest and highest top of a hill, metres; a hollow is as deep.
     pub amplitude_m: [f64; 2],
+    /// How many σ from its centre, along an axis, a hill ends; at least 3, by default nowhere. At 6 its last
+    /// step is 1.5e-8 of its top, and a large map is made in a fraction of the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reach_sigma: Option<f64>,
 }
 
 /// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.

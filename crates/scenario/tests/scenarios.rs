@@ -158,6 +158,25 @@ fn the_large_map_has_the_papers_size_way_and_limit() {
 }
 
 #[test]
+fn the_wide_and_the_vast_world_can_be_crossed_and_are_made_quickly() {
+    for (name, side, hops) in [("wide", 200, 255), ("vast", 821, 1010)] {
+        let world = built_in(name);
+        assert_eq!((world.brief.grid.width, world.brief.grid.height), (side, side));
+        assert!(world.findings.is_empty(), "{name}: {:?}", world.findings);
+        let share = |of: fn(&contract::Ground) -> bool| {
+            world.terrain.cells.iter().filter(|ground| of(ground)).count() as f64
+                / world.terrain.cells.len() as f64
+        };
+        let sand = share(|ground| ground.soil == Soil::Sand);
+        assert!((0.05..0.4).contains(&sand), "{name}: {sand} sand");
+        let impassable = share(|ground| !ground.passable);
+        assert!(impassable < 0.05, "{name}: {impassable} impassable");
+        let way = world.terrain.hops_between(world.brief.start, world.brief.goal).unwrap();
+        assert!((hops..hops + hops / 5).contains(&way), "{name}: {way} hops");
+    }
+}
+
+#[test]
 fn a_resolved_scenario_resolves_to_the_very_same_world() {
     let folder = Folder::new();
     let real = folder.world(&REAL.replace("datum_m = -4000", "datum_m = \"survey\"")).unwrap();
@@ -472,13 +491,15 @@ fn random_hills_out_of_bounds_are_refused() {
     says(&text("hills = 1001\nsigma_m = [1, 2]\namplitude_m = [0, 1]"), &["at most 1000 hills", "1001"]);
     says(&text("hills = 5\nsigma_m = [0, 2]\namplitude_m = [0, 1]"), &["sigma_m", "[0, 2]"]);
     says(&text("hills = 5\nsigma_m = [1, 2]\namplitude_m = [2, 1]"), &["amplitude_m", "[2, 1]"]);
+    let near = "hills = 5\nsigma_m = [1, 2]\namplitude_m = [0, 1]\nreach_sigma = 2";
+    says(&text(near), &["reach_sigma", "at least 3", "got 2"]);
 }
 
 #[test]
 fn an_unknown_selector_names_the_known_scenarios() {
     says(
         &load("nowhere").unwrap_err().to_string(),
-        &["hard, heterogeneous, sandy, large, treasures, hills, mars", "nowhere"],
+        &["hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars", "nowhere"],
     );
 }
 

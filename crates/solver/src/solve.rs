@@ -113,6 +113,11 @@ impl Solver {
 
     /// Solves `world` from nothing. The result depends on the world and the effort alone.
     pub fn solve(&mut self, world: &World, effort: &Effort) -> Solution {
+        self.solve_with(world, effort, &|| ())
+    }
+
+    /// [`Solver::solve`], calling `pulse` whenever some more of the work is done: every few dozen sweeps.
+    pub fn solve_with(&mut self, world: &World, effort: &Effort, pulse: &dyn Fn()) -> Solution {
         let worth_max = world.worth_max();
         let discount = world.rules().discount;
         // Below this the sweeps' own rounding may keep the residual from falling.
@@ -134,10 +139,12 @@ impl Solver {
         // Whether single precision has nothing to offer any more.
         let mut plain = worth_max > SINGLE_MAX;
         loop {
+            pulse();
             if !plain && !expected && residual > ROUGH * single {
                 let left = updates_max.saturating_sub(updates);
                 updates += self.sweep(world, single as f32, left, surveys == 0);
             }
+            pulse();
             let findings = self.survey(world, plain || expected);
             surveys += 1;
             let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
@@ -160,6 +167,7 @@ impl Solver {
                 let sweeps = PLAIN_SWEEPS.min((updates_max - updates) / nodes);
                 for sweep in 0..sweeps {
                     sweep_plainly(world, &mut self.values, sweep % 2 == 1);
+                    pulse();
                 }
                 updates += sweeps * nodes;
                 stalls = 0;

@@ -22,9 +22,16 @@ impl Gaussian {
     /// Gradient at `at_m`, the derivative of [`Gaussian::height_m`]: −(x − c)/σ² · h.
     #[must_use]
     pub fn gradient(&self, at_m: [f64; 2]) -> [f64; 2] {
+        self.height_and_gradient(at_m).1
+    }
+
+    /// Both at once, for one exponential.
+    #[must_use]
+    pub fn height_and_gradient(&self, at_m: [f64; 2]) -> (f64, [f64; 2]) {
         let [dx, dy] = self.offset(at_m);
-        let steepening = -self.height_m(at_m) / (self.sigma_m * self.sigma_m);
-        [dx * steepening, dy * steepening]
+        let height_m = self.height_m(at_m);
+        let steepening = -height_m / (self.sigma_m * self.sigma_m);
+        (height_m, [dx * steepening, dy * steepening])
     }
 
     fn offset(&self, at_m: [f64; 2]) -> [f64; 2] {

@@ -18,14 +18,32 @@ impl Relief {
     /// at (x, y) times the cell size.
     #[must_use]
     pub fn of_gaussians(grid: Grid, hills: &[Gaussian]) -> Self {
-        let ground = |cell: Cell| {
-            let at_m = [cell.x, cell.y].map(|index| f64::from(index) * grid.cell_size_m);
-            hills.iter().fold((0.0, [0.0, 0.0]), |(height, [gx, gy]), hill| {
-                let [hx, hy] = hill.gradient(at_m);
-                (height + hill.height_m(at_m), [gx + hx, gy + hy])
-            })
-        };
-        Self { grid, cells: grid.iter().map(|cell| Some(ground(cell))).collect() }
+        Self::of_gaussians_within(grid, hills, f64::INFINITY)
+    }
+
+    /// [`Relief::of_gaussians`], each hill ending where it is `reach_sigma` standard deviations from its
+    /// centre along an axis: on large maps that saves nearly all of the work.
+    #[must_use]
+    pub fn of_gaussians_within(grid: Grid, hills: &[Gaussian], reach_sigma: f64) -> Self {
+        let mut cells = vec![(0.0, [0.0, 0.0]); grid.cells()];
+        for hill in hills {
+            let reach_m = reach_sigma * hill.sigma_m;
+            let clip = |centre_m: f64, side: u32| {
+                let first = ((centre_m - reach_m) / grid.cell_size_m).ceil().max(0.0);
+                let last = ((centre_m + reach_m) / grid.cell_size_m).floor().min(f64::from(side) - 1.0);
+                // A cast saturates, and takes what lies off the map for an empty range.
+                first as i64..=last as i64
+            };
+            for y in clip(hill.centre_m[1], grid.height) {
+                for x in clip(hill.centre_m[0], grid.width) {
+                    let (height_m, [gx, gy]) =
+                        hill.height_and_gradient([x, y].map(|index| index as f64 * grid.cell_size_m));
+                    let cell = &mut cells[y as usize * grid.width as usize + x as usize];
+                    *cell = (cell.0 + height_m, [cell.1[0] + gx, cell.1[1] + gy]);
+                }
+            }
+        }
+        Self { grid, cells: cells.into_iter().map(Some).collect() }
     }
 
     /// `elevation` with `vertical_exaggeration`, gradients by differences: central ones, one-sided
@@ -116,6 +134,29 @@ mod tests {
         assert_eq!(slope(3), Some(10.0), "backwards before nodata");
         assert_eq!(slope(4), None, "nodata");
         assert_eq!(slope(5), None, "no neighbour at all: the slope is unknown");
+    }
+
+    #[test]
+    fn a_hill_of_limited_reach_is_itself_within_it_and_nothing_beyond() {
+        let grid = Grid::new(41, 41, 0.5, 1).unwrap();
+        let hills = [
+            Gaussian { centre_m: [10.0, 10.0], sigma_m: 1.0, amplitude_m: 1.0 },
+            Gaussian { centre_m: [-1.0, 25.0], sigma_m: 2.0, amplitude_m: -0.5 },
+            Gaussian { centre_m: [90.0, -50.0], sigma_m: 2.0, amplitude_m: 9.0 },
+        ];
+        let whole = Relief::of_gaussians(grid, &hills);
+        assert_eq!(Relief::of_gaussians_within(grid, &hills, 1e3), whole);
+        let near = Relief::of_gaussians_within(grid, &hills, 6.0);
+        let off = |(a, b): (&(f64, [f64; 2]), &(f64, [f64; 2]))| (a.0 - b.0).abs();
+        let worst = whole.known().zip(near.known()).map(off).fold(0.0, f64::max);
+        assert!(worst > 0.0 && worst < 1.6e-8, "exp(-18) of the amplitude: {worst}");
+        let alone = Relief::of_gaussians_within(grid, &hills[..1], 2.0);
+        let touched = |(index, cell): (usize, &Option<(f64, [f64; 2])>)| {
+            (*cell != Some((0.0, [0.0, 0.0]))).then(|| grid.cell(index))
+        };
+        let touched: Vec<Cell> = alone.cells.iter().enumerate().filter_map(touched).collect();
+        assert!(touched.iter().all(|cell| (16..=24).contains(&cell.x) && (16..=24).contains(&cell.y)));
+        assert_eq!(touched.len(), 81);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use self::model::Model;
 use self::session::Session;
 use self::treasures::Treasures;
 use self::value_iteration::ValueIteration;
-use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 
 /// The best hop from where the hopper stands, by [`session`]: work is counted in backups of a cell, and
 /// what is left of the last decision saves most of it.
@@ -54,8 +54,8 @@ impl Planner for Mdp {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         if budget.work_max.is_none()
-            && situation.map.treasures.is_empty()
-            && let Some(plan) = self.plan_in_session(situation)
+            && situation.map.treasures().is_empty()
+            && let Some(plan) = self.plan_in_session(situation, budget.pulse)
         {
             return plan;
         }
@@ -67,7 +67,7 @@ impl Planner for Mdp {
         let Some(node) = model.node(here).filter(|&node| model.leads_to_goal(node)) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let solution = self.treasures.solve(model, &mut self.solver, budget.work_max.unwrap_or(u64::MAX));
+        let solution = self.treasures.solve(model, &mut self.solver, budget);
         self.solved = true;
         Plan {
             action: policy::action(model, &self.solver.values, node),
@@ -95,7 +95,7 @@ impl Planner for Mdp {
 
 impl Mdp {
     /// Plans by the session; `None` if there can be none.
-    fn plan_in_session(&mut self, situation: &Situation<'_>) -> Option<Plan> {
+    fn plan_in_session(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Option<Plan> {
         let Situation { brief, map, state } = *situation;
         let slot = self.session.get_mut();
         match slot.as_mut().filter(|session| session.is_of(brief)) {
@@ -103,7 +103,7 @@ impl Mdp {
             None => *slot = Session::new(brief, map),
         }
         let session = slot.as_mut()?;
-        let Some(decision) = session.act(state.pose.cell) else {
+        let Some(decision) = session.act(state.pose.cell, pulse) else {
             return Some(Plan::at_once(Action::Hold, PlanStatus::Infeasible));
         };
         if decision.status == Status::Infeasible {

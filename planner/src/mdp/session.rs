@@ -13,6 +13,7 @@ use solver::online::{Decision, Online, choice};
 use solver::{Hop, Kind, Leaving, Rules, Site, World, policy};
 
 use super::model::LOSS;
+use crate::Pulse;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
 
@@ -23,6 +24,10 @@ pub struct Session {
     lattice: Lattice,
     /// What was believed of each node's cell.
     believed: Vec<Ground>,
+    /// What was believed of unseen cells.
+    unseen: Ground,
+    /// Fingerprint of the map that was believed.
+    observation: u64,
     /// The least payoff of a node that is not impassable, 0 at most.
     worst_payoff: f64,
     online: Online,
@@ -46,7 +51,15 @@ impl Session {
         let believed: Vec<Ground> =
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
         let (world, worst_payoff) = world(brief, &lattice, &believed)?;
-        Some(Self { brief: *brief, lattice, believed, worst_payoff, online: Online::new(world) })
+        Some(Self {
+            brief: *brief,
+            lattice,
+            believed,
+            unseen: belief.unseen,
+            observation: map.observation(),
+            worst_payoff,
+            online: Online::new(world),
+        })
     }
 
     /// Whether the session is about `brief`.
@@ -58,9 +71,8 @@ impl Session {
     /// Takes in what is believed by now.
     pub fn follow(&mut self, map: &ObservedMap) {
         let belief = Belief::new(&self.brief, map);
-        let changed: Vec<usize> = (0..self.lattice.nodes())
-            .filter(|&node| *belief.ground(self.lattice.cell(node)) != self.believed[node])
-            .collect();
+        let changed = self.changed(map, &belief);
+        (self.unseen, self.observation) = (belief.unseen, map.observation());
         for &node in &changed {
             self.believed[node] = *belief.ground(self.lattice.cell(node));
         }
@@ -87,9 +99,25 @@ impl Session {
         self.online.set_loss(loss).expect("a loss of finite payoffs is finite");
     }
 
-    /// Decides at `cell`, which is on the map; `None` off the goal's lattice.
-    pub fn act(&mut self, cell: Cell) -> Option<Decision> {
-        Some(self.online.act(self.lattice.node(cell)?, None))
+    /// The nodes of which something else is believed now, in order. The map tells which cells are new; all of
+    /// them are looked at only if it no longer can, or if unseen ground is taken for something else.
+    fn changed(&self, map: &ObservedMap, belief: &Belief<'_>) -> Vec<usize> {
+        let differs = |&node: &usize| *belief.ground(self.lattice.cell(node)) != self.believed[node];
+        match map.changed_since(self.observation).filter(|_| belief.unseen == self.unseen) {
+            Some(cells) => {
+                let node = |&index: &u32| self.lattice.node(self.lattice.grid.cell(index as usize));
+                let mut nodes: Vec<usize> = cells.iter().filter_map(node).filter(differs).collect();
+                nodes.sort_unstable();
+                nodes.dedup();
+                nodes
+            }
+            None => (0..self.lattice.nodes()).filter(differs).collect(),
+        }
+    }
+
+    /// Decides at `cell`, which is on the map, beating as it works; `None` off the goal's lattice.
+    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<Decision> {
+        Some(self.online.act_with(self.lattice.node(cell)?, None, &|| pulse.beat()))
     }
 
     /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.

@@ -15,7 +15,7 @@ use contract::{Action, Cell};
 use super::model::{Model, Node};
 use super::policy;
 use super::value_iteration::{Solution, ValueIteration};
-use crate::Situation;
+use crate::{Budget, Situation};
 
 /// Most treasures that are planned for at once: 16 models.
 pub const EXACT_MAX: usize = 4;
@@ -40,7 +40,7 @@ impl Treasures {
     /// Those of `situation` that are planned for, nearest first, ties in index order.
     pub fn rebuild(&mut self, situation: &Situation<'_>, model: &Model) {
         let here = situation.state.pose.cell;
-        let mut cells: Vec<Cell> = situation.map.treasures.clone();
+        let mut cells: Vec<Cell> = situation.map.treasures().to_vec();
         // Stable, so that equals stay in index order.
         cells.sort_by(|a, b| a.distance_cells(here).total_cmp(&b.distance_cells(here)));
         self.nodes.clear();
@@ -54,14 +54,15 @@ impl Treasures {
         self.onward.resize(self.nodes.len(), Action::Hold);
     }
 
-    /// Solves the models of all sets with at most `sweeps_max` sweeps in all. `model` is that without
+    /// Solves the models of all sets within `budget`, counted in sweeps, for all of them together. `model` is that without
     /// treasures, and ends as that of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, model: &mut Model, solver: &mut ValueIteration, sweeps_max: u64) -> Solution {
+    pub fn solve(&mut self, model: &mut Model, solver: &mut ValueIteration, budget: &Budget) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
         let mut total = Solution { sweeps: 0, residual: 0.0, converged: true };
         for set in 0..=all {
             self.place(model, set);
-            let solution = solver.solve(model, sweeps_max - total.sweeps);
+            let left = budget.work_max.map(|most| most - total.sweeps);
+            let solution = solver.solve(model, &Budget { work_max: left, ..*budget });
             total.sweeps += solution.sweeps;
             total.residual = total.residual.max(solution.residual);
             total.converged &= solution.converged;

@@ -13,6 +13,7 @@
 use contract::Direction;
 
 use super::model::{Model, Node};
+use crate::Budget;
 
 /// Residual below which values count as solved, in units of payoff. Where payoffs are so large that
 /// rounding alone would exceed it, [`tolerance`] is larger.
@@ -69,10 +70,10 @@ pub struct ValueIteration {
 }
 
 impl ValueIteration {
-    /// Solves `model` with at most `sweeps_max` sweeps.
-    pub fn solve(&mut self, model: &Model, sweeps_max: u64) -> Solution {
+    /// Solves `model` within `budget`, counted in sweeps.
+    pub fn solve(&mut self, model: &Model, budget: &Budget) -> Solution {
         let tolerance = tolerance(model);
-        let sweeps_max = sweeps_max.min(sweeps_enough(model, tolerance));
+        let sweeps_max = budget.work_max.unwrap_or(u64::MAX).min(sweeps_enough(model, tolerance));
         self.compile(model);
         let mut sweeps = 0;
         loop {
@@ -80,6 +81,7 @@ impl ValueIteration {
             while change > tolerance && sweeps < sweeps_max {
                 change = self.sweep(model.width);
                 sweeps += 1;
+                budget.pulse.beat();
             }
             self.extract(model);
             let residual = residual(model, &self.values);

@@ -29,16 +29,15 @@ impl Planner for AStar {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         let costs = Costs::new(situation);
-        let (search, expansions) =
-            search(&costs, &brief.grid, here, brief.goal, budget.work_max.unwrap_or(u64::MAX));
+        let (search, expansions) = search(&costs, &brief.grid, here, brief.goal, budget);
         search.plan(expansions)
     }
 }
 
-/// Searches for a cheapest route from `start` to another cell `goal` with at most `expansions_max`
-/// expansions; gives how it ended, and the expansions made.
+/// Searches for a cheapest route from `start` to another cell `goal` within `budget`, counted
+/// in expansions; gives how it ended, and the expansions made.
 #[must_use]
-pub fn search(costs: &Costs, grid: &Grid, start: Cell, goal: Cell, expansions_max: u64) -> (Search, u64) {
+pub fn search(costs: &Costs, grid: &Grid, start: Cell, goal: Cell, budget: &Budget) -> (Search, u64) {
     let (Some(first), Some(last)) = (grid.index(start), grid.index(goal)) else {
         return (Search::NoRoute, 0);
     };
@@ -57,10 +56,11 @@ pub fn search(costs: &Costs, grid: &Grid, start: Cell, goal: Cell, expansions_ma
             let direction = Direction::ALL[hops.trailing_zeros() as usize];
             return (Search::Found(Found { direction, cost }), expansions);
         }
-        if expansions == expansions_max {
+        if budget.work_max == Some(expansions) {
             return (Search::Cut, expansions);
         }
         expansions += 1;
+        budget.pulse.count(expansions);
         let cell = grid.cell(index);
         for direction in Direction::ALL {
             let hop = costs.hops[index][direction as usize];

@@ -46,10 +46,9 @@ impl Planner for DStarLite {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         }
         let costs = Costs::new(situation);
-        if let Some(expansions_max) = budget.work_max {
+        if budget.work_max.is_some() {
             self.kept = None;
-            let (search, expansions) =
-                Incremental::new(costs, brief.grid, here, brief.goal).search(expansions_max);
+            let (search, expansions) = Incremental::new(costs, brief.grid, here, brief.goal).search(budget);
             return search.plan(expansions);
         }
         let kept = self.kept.take().filter(|kept| kept.continues(&costs, &brief.grid, brief.goal));
@@ -60,7 +59,7 @@ impl Planner for DStarLite {
             }
             None => Incremental::new(costs, brief.grid, here, brief.goal),
         };
-        let (found, expansions) = self.kept.insert(search).search(u64::MAX);
+        let (found, expansions) = self.kept.insert(search).search(budget);
         found.plan(expansions)
     }
 }
@@ -123,18 +122,19 @@ impl Incremental {
         }
     }
 
-    /// Settles as much as the hop from here needs, with at most `expansions_max` expansions.
-    pub fn search(&mut self, expansions_max: u64) -> (Search, u64) {
+    /// Settles as much as the hop from here needs, within `budget`, counted in expansions.
+    pub fn search(&mut self, budget: &Budget) -> (Search, u64) {
         let here = self.index(self.here);
         let mut expansions = 0;
         while let Some(&(key, index)) = self.queue.first() {
             if key >= self.key(here) && self.settled[here] == self.ahead[here] {
                 break;
             }
-            if expansions == expansions_max {
+            if budget.work_max == Some(expansions) {
                 return (Search::Cut, expansions);
             }
             expansions += 1;
+            budget.pulse.count(expansions);
             self.expand(key, index);
         }
         (self.found(here), expansions)

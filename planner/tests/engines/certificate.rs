@@ -93,13 +93,8 @@ fn check(world: &World, map: &ObservedMap) -> Option<Plan> {
 
 /// A map on which a share of the cells, drawn from `seed`, has been seen.
 fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
-    let mut map = world.unseen();
-    for (index, cell) in map.cells.iter_mut().enumerate() {
-        if Draw::new(seed, Domain::Motion, RobotId(8), Decision(index as u64)).uniform() < share {
-            *cell = Some(world.cells[index]);
-        }
-    }
-    map
+    let drawn = |index| Draw::new(seed, Domain::Motion, RobotId(8), Decision(index as u64)).uniform();
+    world.seen_where(|index| drawn(index) < share)
 }
 
 /// P-SOLVED.
@@ -141,7 +136,7 @@ fn a_budget_cuts_between_sweeps_and_says_how_far_it_came() {
     let world = World::paper(Soils::Sandy, [0.5, 0.5], Profile::Hopper);
     let mut planner = Mdp::default();
     let mut plan_within =
-        |work_max| world.plan_within(&mut planner, &world.seen(), world.brief.start, &Budget { work_max });
+        |work_max| world.plan_within(&mut planner, &world.seen(), world.brief.start, &Budget::of(work_max));
     // Without a budget the plan is the session's, which counts other work.
     let whole = plan_within(Some(u64::MAX));
     assert_eq!(whole.status, PlanStatus::Solved);
@@ -172,8 +167,7 @@ fn a_goal_walled_off_as_far_as_is_known_is_infeasible() {
     assert_eq!((walled_off.action, walled_off.status), (Action::Hold, PlanStatus::Infeasible));
     assert_eq!(plan(&world.seen(), Cell::new(2, 6)).status, PlanStatus::Solved);
     // One cell of the wall unseen: there may be a way.
-    let mut map = world.seen();
-    map.cells[4 * 9 + 8] = None;
+    let map = world.seen_where(|index| index != 4 * 9 + 8);
     assert_eq!(plan(&map, world.brief.start).status, PlanStatus::Solved);
     // Off the map, or at the goal, there is nothing to plan.
     assert_eq!(plan(&map, Cell::new(-1, 3)), Plan::at_once(Action::Hold, PlanStatus::Infeasible));

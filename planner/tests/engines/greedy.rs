@@ -1,6 +1,6 @@
 //! The greedy planner.
 
-use contract::{Action, Cell, Direction, Ground, ObservedMap, Profile, Soil};
+use contract::{Action, Cell, Direction, Ground, Profile, Soil};
 use planner::{PlanStatus, algorithm};
 
 use crate::world::{Soils, World};
@@ -71,7 +71,7 @@ fn greedy_takes_a_treasure_beside_it_and_no_other() {
         let world = World::paper(Soils::Hard, [0.5, 0.5], profile);
         let here = Cell::new(5, 5);
         let towards = |treasures: Vec<Cell>| {
-            let map = ObservedMap { treasures, ..world.seen() };
+            let map = world.seen().with_treasures(&treasures);
             world.plan(&mut *algorithm("greedy").unwrap(), &map, here).action
         };
         assert_eq!(towards(vec![Cell::new(5, 4)]), Action::Hop(Direction::South));

@@ -8,6 +8,7 @@ mod independence;
 mod law;
 mod paper_table;
 mod profile;
+mod pulse;
 mod route;
 mod rows;
 mod treasures;

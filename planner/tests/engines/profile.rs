@@ -95,9 +95,10 @@ fn unseen_soil_is_that_of_the_majority_of_the_seen_in_hopper_and_hard_in_the_pap
         let mut brief = world.brief;
         brief.profile = profile;
         let mut map = world.unseen();
-        let with = |soil| Some(contract::Ground { soil, ..contract::Ground::FLAT });
-        map.cells[..sandy_cells].fill(with(Soil::Sand));
-        map.cells[sandy_cells..sandy_cells + hard_cells].fill(with(Soil::Hard));
+        for index in 0..sandy_cells + hard_cells {
+            let soil = if index < sandy_cells { Soil::Sand } else { Soil::Hard };
+            map.learn(index, contract::Ground { soil, ..contract::Ground::FLAT });
+        }
         planner::belief::Belief::new(&brief, &map).unseen.soil
     };
     assert_eq!(soil(Profile::Hopper, 5, 4), Soil::Sand);

@@ -45,13 +45,8 @@ fn expected(costs: &Costs, least: &[u64], grid: &Grid, here: Cell) -> Search {
 }
 
 fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
-    let mut map = world.unseen();
-    for (index, cell) in map.cells.iter_mut().enumerate() {
-        if Draw::new(seed, Domain::Motion, RobotId(7), Decision(index as u64)).uniform() < share {
-            *cell = Some(world.cells[index]);
-        }
-    }
-    map
+    let drawn = |index| Draw::new(seed, Domain::Motion, RobotId(7), Decision(index as u64)).uniform();
+    world.seen_where(|index| drawn(index) < share)
 }
 
 fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
@@ -72,11 +67,15 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
             let least = relaxed(&costs, &grid, goal);
             for here in grid.iter().filter(|&cell| cell != goal && grid.on_same_lattice(cell, goal)) {
                 let need = expected(&costs, &least, &grid, here);
-                let (found, expansions) = astar::search(&costs, &grid, here, goal, u64::MAX);
+                let (found, expansions) = astar::search(&costs, &grid, here, goal, &Budget::default());
                 assert_eq!(found, need, "A*, world {seed}, {profile}, from {here}");
                 assert!(expansions <= grid.cells() as u64, "A* expands no cell twice");
                 let mut search = Incremental::new(costs.clone(), grid, here, goal);
-                assert_eq!(search.search(u64::MAX).0, need, "D* Lite, world {seed}, {profile}, from {here}");
+                assert_eq!(
+                    search.search(&Budget::default()).0,
+                    need,
+                    "D* Lite, world {seed}, {profile}, from {here}"
+                );
                 match need {
                     Search::NoRoute => dead_ends += 1,
                     _ => routes += 1,
@@ -127,8 +126,7 @@ fn a_wall_as_far_as_is_known_is_infeasible_and_a_gap_in_it_is_tried() {
         assert_eq!(world.plan(&mut *planner, &world.unseen(), start).status, PlanStatus::Solved);
         let shut = world.plan(&mut *planner, &world.seen(), start);
         assert_eq!((shut.action, shut.status), (Action::Hold, PlanStatus::Infeasible), "{name}");
-        let mut map = world.seen();
-        map.cells[4 * 9 + 8] = None;
+        let map = world.seen_where(|index| index != 4 * 9 + 8);
         let gap = world.plan(&mut *planner, &map, start);
         assert_eq!((gap.action, gap.status), (Action::Hop(Direction::North), PlanStatus::Solved), "{name}");
         assert_eq!(world.plan(&mut *planner, &map, Cell::new(-1, 3)).status, PlanStatus::Infeasible);
@@ -142,7 +140,7 @@ fn a_search_that_is_cut_holds_whatever_was_kept() {
     for name in ["astar", "dstar_lite"] {
         let mut planner = algorithm(name).unwrap();
         let mut plan = |work_max| {
-            world.plan_within(&mut *planner, &world.seen(), world.brief.start, &Budget { work_max })
+            world.plan_within(&mut *planner, &world.seen(), world.brief.start, &Budget::of(work_max))
         };
         let whole = plan(None);
         let cut = plan(Some(whole.work / 2));

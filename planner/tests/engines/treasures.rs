@@ -12,10 +12,10 @@ use crate::world::{Soils, World};
 /// Values of the process whose state is (cell, treasures left), by Jacobi iteration over all of it at
 /// once: values[set][node]. Written from the definition, apart from the planner's own treatment.
 fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<f64>>) {
-    let plain = ObservedMap { treasures: Vec::new(), ..map.clone() };
+    let plain = map.clone().with_treasures(&[]);
     let state = world.state(here, contract::Decision(0), 0);
     let model = Model::new(&Situation { brief: &world.brief, map: &plain, state: &state });
-    let nodes: Vec<usize> = map.treasures.iter().map(|&cell| model.node(cell).unwrap()).collect();
+    let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.node(cell).unwrap()).collect();
     let sets = 1_usize << nodes.len();
     let mut values = vec![vec![0.0_f64; model.nodes.len()]; sets];
     loop {
@@ -66,7 +66,7 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
                 passable && ![start, goal].contains(cell) && grid.on_same_lattice(*cell, goal)
             };
             let treasures: Vec<Cell> = grid.iter().filter(eligible).step_by(5).take(3).collect();
-            let map = ObservedMap { treasures: treasures.clone(), ..world.seen() };
+            let map = world.seen().with_treasures(&treasures);
             let mut mdp = planner::mdp::Mdp::default();
             let plan = world.plan(&mut mdp, &map, start);
             let Some(policy) = mdp.policy() else { continue };
@@ -97,7 +97,7 @@ fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
         let aside = Cell::new(3, 2);
         let mut first = |payoff: f64, treasures: Vec<Cell>| {
             world.brief.payoff.treasure = payoff;
-            let map = ObservedMap { treasures, ..world.seen() };
+            let map = world.seen().with_treasures(&treasures);
             world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(3, 4)).action
         };
         assert_eq!(first(0.0, vec![aside]), first(0.0, vec![]), "nothing for nothing");
@@ -115,7 +115,7 @@ fn nobody_lingers_at_a_treasure() {
         let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Paper2023);
         world.brief.payoff.treasure = 1_000.0;
         let all = [Cell::new(4, 4), Cell::new(6, 3), Cell::new(12, 10)];
-        let mut map = ObservedMap { treasures: all.to_vec(), ..world.seen() };
+        let mut map = world.seen().with_treasures(&all);
         let mut planner = algorithm(name).unwrap();
         let (mut cell, mut landings) = (world.brief.start, BTreeSet::new());
         for decision in 0..150 {
@@ -125,11 +125,13 @@ fn nobody_lingers_at_a_treasure() {
             let action = world.plan(&mut *planner, &map, cell).action;
             (cell, _) = world.hop(cell, action, 3, contract::Decision(decision));
             landings.insert(cell);
-            map.treasures.retain(|treasure| *treasure != cell);
+            let left: Vec<Cell> =
+                map.treasures().iter().copied().filter(|treasure| *treasure != cell).collect();
+            map.set_treasures(&left);
         }
         assert_eq!(cell, world.brief.goal, "{name}");
         if name == "mdp" {
-            assert!(map.treasures.is_empty() && all.iter().all(|cell| landings.contains(cell)));
+            assert!(map.treasures().is_empty() && all.iter().all(|cell| landings.contains(cell)));
         }
     }
 }
@@ -142,7 +144,7 @@ fn of_more_treasures_than_are_planned_for_the_nearest_count() {
     assert_eq!(near.len(), EXACT_MAX);
     let value = |treasures: Vec<Cell>| {
         let mut mdp = planner::mdp::Mdp::default();
-        let map = ObservedMap { treasures, ..world.seen() };
+        let map = world.seen().with_treasures(&treasures);
         world.plan(&mut mdp, &map, Cell::new(4, 4));
         mdp.policy().unwrap()[world.brief.grid.index(Cell::new(4, 4)).unwrap()].value
     };

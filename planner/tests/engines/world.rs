@@ -153,7 +153,14 @@ impl World {
 
     /// A map on which everything has been seen.
     pub fn seen(&self) -> ObservedMap {
-        ObservedMap { cells: self.cells.iter().copied().map(Some).collect(), ..self.unseen() }
+        let cells: Vec<_> = self.cells.iter().copied().map(Some).collect();
+        ObservedMap::of_cells(self.brief.run, RobotId(0), self.brief.grid, &cells)
+    }
+
+    /// A map on which those cells have been seen whose index `is_seen`.
+    pub fn seen_where(&self, mut is_seen: impl FnMut(usize) -> bool) -> ObservedMap {
+        let cells: Vec<_> = (0..self.cells.len()).map(|i| is_seen(i).then(|| self.cells[i])).collect();
+        ObservedMap::of_cells(self.brief.run, RobotId(0), self.brief.grid, &cells)
     }
 
     /// Folds in what can be seen from `cell`: the closed disc of radius 2(h+1).
@@ -170,10 +177,11 @@ impl World {
                 if let Some(index) = self.brief.grid.index(cell)
                     && cell.distance_cells(from) <= radius_cells
                 {
-                    map.cells[index] = Some(self.cells[index]);
+                    map.learn(index, self.cells[index]);
                 }
             }
         }
+        map.mark();
     }
 
     /// The state of a hopper at `cell`.

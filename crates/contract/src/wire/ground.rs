@@ -1,4 +1,4 @@
-//! One cell of terrain on the wire: of the truth, or of the observed map.
+//! One cell of terrain on the wire.
 
 use bytemuck::{Pod, Zeroable};
 

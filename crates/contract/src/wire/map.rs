@@ -1,23 +1,28 @@
-//! Header of `hop/rN/map`; the payload is one [`super::GroundV1`] per cell.
+//! `hop/rN/map` and `hop/rN/snapshot`.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    GroundV1, Wire, robot_from_wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire,
+    Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag,
+    treasures_from_wire, treasures_to_wire,
 };
-use crate::limits::{DECISIONS_MAX, TREASURES_MAX};
-use crate::{Cell, Decision, Grid, Ground, MonotonicNs, ObservedMap, Refusal};
+use crate::limits::{DECISIONS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
+use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell, Soil};
 
-/// What the map covers and when it was made.
+/// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MapHeaderV2 {
+pub struct MapPatchV1 {
     /// Run, high half first.
     pub run: [u64; 2],
-    /// Decisions folded in: 0 for none, else the last decision + 1.
-    pub folded: u64,
-    /// Publications of this perception process.
+    /// Decision of the landing.
+    pub through: u64,
+    /// Place in the run's stream of patches, from 1.
     pub sequence: u64,
+    /// Fingerprint of the map that it goes on.
+    pub before: u64,
+    /// Fingerprint of the map with its cells.
+    pub after: u64,
     /// Pose folded in, monotonic nanoseconds.
     pub sensed_ns: u64,
     /// Published, monotonic nanoseconds.
@@ -32,6 +37,10 @@ pub struct MapHeaderV2 {
     pub hop_cells: u32,
     /// Robot.
     pub robot: u32,
+    /// Seen cells of the map with its cells.
+    pub seen_cells: u32,
+    /// Parts of the same landing that follow.
+    pub more: u32,
     /// Treasures seen and not yet collected.
     pub treasure_count: u32,
     /// Zero.
@@ -40,26 +49,148 @@ pub struct MapHeaderV2 {
     pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
-const _: () = assert!(size_of::<MapHeaderV2>() == 208);
-
-impl Wire for MapHeaderV2 {
-    const NAME: &'static str = "hop.MapHeader.v2";
+/// Asks for the map from an index on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct MapRequestV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Fingerprint of what the asker has.
+    pub observation: u64,
+    /// First index wanted.
+    pub from: u32,
+    /// Robot.
+    pub robot: u32,
 }
 
-impl From<&ObservedMap> for MapHeaderV2 {
-    fn from(map: &ObservedMap) -> Self {
-        let (treasure_count, treasures) = treasures_to_wire(&map.treasures);
+/// A page of the map; the payload is its seen cells.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MapPageV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Last decision folded in.
+    pub through: u64,
+    /// Last patch published.
+    pub sequence: u64,
+    /// Fingerprint of the whole map.
+    pub observation: u64,
+    /// Pose folded in, monotonic nanoseconds.
+    pub sensed_ns: u64,
+    /// Last patch published, monotonic nanoseconds.
+    pub published_ns: u64,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Cells that one hop spans.
+    pub hop_cells: u32,
+    /// Robot.
+    pub robot: u32,
+    /// First index of the stretch.
+    pub from: u32,
+    /// First index after the stretch.
+    pub next: u32,
+    /// Treasures seen and not yet collected.
+    pub treasure_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Their cells (x, y) in index order; zero beyond the count.
+    pub treasures: [[i32; 2]; TREASURES_MAX],
+}
+
+/// One seen cell.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SeenCellV1 {
+    /// Height above the datum, metres.
+    pub height_m: f64,
+    /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
+    pub gradient: [f64; 2],
+    /// Row-major index.
+    pub index: u32,
+    /// 1 hard, 2 sand.
+    pub soil: u16,
+    /// 1 where the hopper survives landing.
+    pub passable: u16,
+}
+
+const _: () = assert!(size_of::<MapPatchV1>() == 232);
+const _: () = assert!(size_of::<MapRequestV1>() == 32);
+const _: () = assert!(size_of::<MapPageV1>() == 224);
+const _: () = assert!(size_of::<SeenCellV1>() == 32);
+
+impl Wire for MapPatchV1 {
+    const NAME: &'static str = "hop.MapPatch.v1";
+}
+
+impl Wire for MapRequestV1 {
+    const NAME: &'static str = "hop.MapRequest.v1";
+}
+
+impl Wire for MapPageV1 {
+    const NAME: &'static str = "hop.MapPage.v1";
+}
+
+impl Wire for SeenCellV1 {
+    const NAME: &'static str = "hop.SeenCell.v1";
+}
+
+impl From<&SeenCell> for SeenCellV1 {
+    #[inline]
+    fn from(cell: &SeenCell) -> Self {
         Self {
-            run: run_to_wire(map.run),
-            folded: map.through.map_or(0, |decision| decision.0 + 1),
-            sequence: map.sequence,
-            sensed_ns: map.sensed.0,
-            published_ns: map.published.0,
-            cell_size_m: map.grid.cell_size_m,
-            width: map.grid.width,
-            height: map.grid.height,
-            hop_cells: map.grid.hop_cells,
-            robot: u32::from(map.robot.0),
+            height_m: cell.ground.height_m,
+            gradient: cell.ground.gradient,
+            index: cell.index,
+            soil: match cell.ground.soil {
+                Soil::Hard => 1,
+                Soil::Sand => 2,
+            },
+            passable: u16::from(cell.ground.passable),
+        }
+    }
+}
+
+impl TryFrom<&SeenCellV1> for SeenCell {
+    type Error = Refusal;
+
+    #[inline]
+    fn try_from(wire: &SeenCellV1) -> Result<Self, Refusal> {
+        let ground = Ground {
+            height_m: length("cell.height_m", wire.height_m)?,
+            gradient: gradient("cell.gradient", wire.gradient)?,
+            soil: tag("cell.soil", wire.soil.into(), |code| match code {
+                1 => Some(Soil::Hard),
+                2 => Some(Soil::Sand),
+                _ => None,
+            })?,
+            passable: flag("cell.passable", wire.passable.into())?,
+        };
+        Ok(Self { index: wire.index, ground })
+    }
+}
+
+impl From<&MapPatch> for MapPatchV1 {
+    fn from(patch: &MapPatch) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&patch.treasures);
+        Self {
+            run: run_to_wire(patch.run),
+            through: patch.through.0,
+            sequence: patch.sequence,
+            before: patch.before,
+            after: patch.after,
+            sensed_ns: patch.sensed.0,
+            published_ns: patch.published.0,
+            cell_size_m: patch.grid.cell_size_m,
+            width: patch.grid.width,
+            height: patch.grid.height,
+            hop_cells: patch.grid.hop_cells,
+            robot: u32::from(patch.robot.0),
+            seen_cells: patch.seen_cells,
+            more: patch.more,
             treasure_count,
             reserved: 0,
             treasures,
@@ -67,38 +198,147 @@ impl From<&ObservedMap> for MapHeaderV2 {
     }
 }
 
-/// The observed map of a copied message.
+impl From<&MapPage> for MapPageV1 {
+    fn from(page: &MapPage) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
+        Self {
+            run: run_to_wire(page.run),
+            through: page.through.0,
+            sequence: page.sequence,
+            observation: page.observation,
+            sensed_ns: page.sensed.0,
+            published_ns: page.published.0,
+            cell_size_m: page.grid.cell_size_m,
+            width: page.grid.width,
+            height: page.grid.height,
+            hop_cells: page.grid.hop_cells,
+            robot: u32::from(page.robot.0),
+            from: page.from,
+            next: page.next,
+            treasure_count,
+            reserved: 0,
+            treasures,
+        }
+    }
+}
+
+impl From<&MapRequest> for MapRequestV1 {
+    fn from(request: &MapRequest) -> Self {
+        Self {
+            run: run_to_wire(request.run),
+            observation: request.observation,
+            from: request.from,
+            robot: u32::from(request.robot.0),
+        }
+    }
+}
+
+impl TryFrom<&MapRequestV1> for MapRequest {
+    type Error = Refusal;
+
+    fn try_from(wire: &MapRequestV1) -> Result<Self, Refusal> {
+        Ok(Self {
+            run: run_from_wire(wire.run),
+            robot: robot_from_wire(wire.robot)?,
+            from: wire.from,
+            observation: wire.observation,
+        })
+    }
+}
+
+/// The patch of a copied message.
 ///
 /// # Errors
-/// If the lattice, the number of cells, or any cell is out of range.
-pub fn map_from_wire(header: &MapHeaderV2, cells: &[GroundV1]) -> Result<ObservedMap, Refusal> {
-    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
-        .map_err(|error| Refusal::malformed("map.grid", "a grid within bounds", error))?;
-    if cells.len() != grid.cells() {
-        return Err(Refusal::malformed("map.cells", &format!("{} cells", grid.cells()), cells.len()));
+/// If the lattice or a number is out of range, there are too many cells, or one is out of range, off the
+/// lattice or out of order.
+pub fn patch_from_wire(header: &MapPatchV1, cells: &[SeenCellV1]) -> Result<MapPatch, Refusal> {
+    let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
+    let whole = grid.cells() as u32;
+    if header.seen_cells > whole {
+        let need = format!("at most {whole}");
+        return Err(Refusal::malformed("map.seen_cells", &need, header.seen_cells));
     }
-    if header.folded > DECISIONS_MAX {
-        return Err(Refusal::malformed("map.folded", &format!("at most {DECISIONS_MAX}"), header.folded));
+    if header.more > whole {
+        return Err(Refusal::malformed("map.more", &format!("at most {whole}"), header.more));
     }
-    // Into room made beforehand: collecting results would grow the vector again and again.
-    let mut ground = Vec::with_capacity(cells.len());
-    for cell in cells {
-        ground.push(Option::<Ground>::try_from(cell)?);
-    }
-    let treasures = treasures_from_wire("map.treasures", &grid, header.treasure_count, &header.treasures)?;
-    let unseen = |cell: &&Cell| grid.index(**cell).is_none_or(|index| ground[index].is_none());
-    if let Some(cell) = treasures.iter().find(unseen) {
-        return Err(Refusal::malformed("map.treasures", "seen cells", cell));
-    }
-    Ok(ObservedMap {
+    Ok(MapPatch {
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
-        through: header.folded.checked_sub(1).map(Decision),
-        sequence: header.sequence,
+        through: through(header.through)?,
+        more: header.more,
+        sequence: sequence(header.sequence)?,
+        before: header.before,
+        after: header.after,
         sensed: MonotonicNs(header.sensed_ns),
         published: MonotonicNs(header.published_ns),
         grid,
-        cells: ground,
-        treasures,
+        seen_cells: header.seen_cells,
+        treasures: treasures_from_wire("map.treasures", &grid, header.treasure_count, &header.treasures)?,
+        cells: seen_cells(cells, MAP_PATCH_CELLS, 0, whole)?,
     })
+}
+
+/// The page of a copied answer.
+///
+/// # Errors
+/// As [`patch_from_wire`], and if the stretch is none or a cell lies outside of it.
+pub fn map_page_from_wire(header: &MapPageV1, cells: &[SeenCellV1]) -> Result<MapPage, Refusal> {
+    let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
+    let whole = grid.cells() as u32;
+    let (from, next) = (header.from, header.next);
+    if from > next || next > whole {
+        let got = format!("{from} to {next}");
+        return Err(Refusal::malformed("map.next", &format!("a stretch within 0 to {whole}"), got));
+    }
+    Ok(MapPage {
+        run: run_from_wire(header.run),
+        robot: robot_from_wire(header.robot)?,
+        through: through(header.through)?,
+        sequence: sequence(header.sequence)?,
+        observation: header.observation,
+        sensed: MonotonicNs(header.sensed_ns),
+        published: MonotonicNs(header.published_ns),
+        grid,
+        from,
+        next,
+        treasures: treasures_from_wire("map.treasures", &grid, header.treasure_count, &header.treasures)?,
+        cells: seen_cells(cells, MAP_PAGE_CELLS, from, next)?,
+    })
+}
+
+fn grid(width: u32, height: u32, cell_size_m: f64, hop_cells: u32) -> Result<Grid, Refusal> {
+    Grid::new(width, height, cell_size_m, hop_cells)
+        .map_err(|error| Refusal::malformed("map.grid", "a grid within bounds", error))
+}
+
+fn through(decision: u64) -> Result<Decision, Refusal> {
+    debug_assert!(DECISIONS_MAX < PATCHES_MAX);
+    counted("map.through", decision).map(Decision)
+}
+
+fn sequence(sequence: u64) -> Result<u64, Refusal> {
+    if sequence <= PATCHES_MAX {
+        Ok(sequence)
+    } else {
+        Err(Refusal::malformed("map.sequence", &format!("at most {PATCHES_MAX}"), sequence))
+    }
+}
+
+/// At most `most` cells with indices from `from` on and below `next`, in order.
+fn seen_cells(cells: &[SeenCellV1], most: usize, from: u32, next: u32) -> Result<Vec<SeenCell>, Refusal> {
+    if cells.len() > most {
+        return Err(Refusal::malformed("map.cells", &format!("at most {most} cells"), cells.len()));
+    }
+    // Into room made beforehand: collecting results would grow the vector again and again.
+    let mut seen = Vec::with_capacity(cells.len());
+    let mut least = from;
+    for wire in cells {
+        if !(least..next).contains(&wire.index) {
+            let need = format!("{least} to {} in order", next.saturating_sub(1));
+            return Err(Refusal::malformed("cell.index", &need, wire.index));
+        }
+        least = wire.index + 1;
+        seen.push(SeenCell::try_from(wire)?);
+    }
+    Ok(seen)
 }

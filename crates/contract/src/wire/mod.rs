@@ -15,18 +15,17 @@ mod map;
 mod past;
 mod policy;
 mod state;
+mod truth;
 
 pub use brief::BriefV2;
 pub use command::CommandV1;
 pub use ground::GroundV1;
 pub use heartbeat::HeartbeatV1;
-pub use map::{MapHeaderV2, map_from_wire};
+pub use map::{MapPageV1, MapPatchV1, MapRequestV1, SeenCellV1, map_page_from_wire, patch_from_wire};
 pub use past::{PastHeaderV1, PastRequestV1, RecordV2, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
 pub use state::StateV2;
-pub use terrain_header::TerrainHeaderV2;
-
-mod terrain_header;
+pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};
 
@@ -37,7 +36,7 @@ use crate::{
 };
 
 /// A type that may cross shared memory under a versioned name.
-pub trait Wire: Pod {
+pub trait Wire: Pod + std::fmt::Debug {
     /// Name with version; every version of a layout has its own.
     const NAME: &'static str;
 }

@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use contract::{
     Action, Branch, Brief, Cell, Command, Decision, Digest, Direction, Flight, GradientSource, Grid, Ground,
-    Incarnation, Leader, Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Outcome, Payoff, Policy,
-    PolicyCell, Pose, Priors, Profile, Range, Record, RobotId, RunId, SensorParameters, SoilMotion, State,
-    Status, Term, Timing, Weights,
+    Incarnation, Leader, Limits, MapPage, MapPatch, MapRequest, MonotonicNs, MotionParameters, Name, Outcome,
+    Payoff, Policy, PolicyCell, Pose, Priors, Profile, Range, Record, RobotId, RunId, SeenCell,
+    SensorParameters, SoilMotion, State, Status, Term, Timing, TruthPage, TruthRequest, Weights,
 };
-use node::{Instance, SHARED_MEMORY, Truth};
+use node::{Instance, SHARED_MEMORY};
 
 pub const RUN: RunId = RunId(0x1234_5678_9abc_def0);
 pub const ROBOT: RobotId = RobotId(0);
@@ -144,22 +144,49 @@ pub fn command(decision: u64) -> Command {
     }
 }
 
-pub fn map(sequence: u64) -> ObservedMap {
-    let mut map = ObservedMap::unseen(RUN, ROBOT, grid());
-    map.through = Some(Decision(sequence));
-    map.sequence = sequence;
-    map.cells[7] = Some(ground(1.5));
-    map
+pub fn patch(sequence: u64) -> MapPatch {
+    MapPatch {
+        run: RUN,
+        robot: ROBOT,
+        through: Decision(sequence),
+        more: 0,
+        sequence,
+        before: 1,
+        after: 2,
+        sensed: MonotonicNs(3),
+        published: MonotonicNs(4),
+        grid: grid(),
+        seen_cells: 9,
+        treasures: vec![Cell::new(3, 0)],
+        cells: seen_cells(3..9),
+    }
 }
 
-pub fn truth() -> Truth {
-    let grid = grid();
-    Truth {
-        run: RUN,
-        grid,
-        cells: (0..grid.cells()).map(|index| ground(index as f64)).collect(),
-        treasures: vec![contract::Cell::new(1, 0)],
+fn seen_cells(indices: std::ops::Range<u32>) -> Vec<SeenCell> {
+    indices.map(|index| SeenCell { index, ground: ground(f64::from(index)) }).collect()
+}
+
+pub fn map_page(request: &MapRequest) -> MapPage {
+    MapPage {
+        run: request.run,
+        robot: request.robot,
+        through: Decision(8),
+        sequence: 9,
+        observation: 7,
+        sensed: MonotonicNs(3),
+        published: MonotonicNs(4),
+        grid: grid(),
+        from: request.from,
+        next: 20,
+        treasures: vec![Cell::new(3, 0)],
+        cells: seen_cells(request.from..20),
     }
+}
+
+pub fn truth_page(request: &TruthRequest) -> TruthPage {
+    let grid = grid();
+    let cells = (request.from..grid.cells() as u32).map(|index| ground(f64::from(index))).collect();
+    TruthPage { run: request.run, grid, from: request.from, cells, treasures: vec![Cell::new(1, 0)] }
 }
 
 pub fn policy() -> Policy {

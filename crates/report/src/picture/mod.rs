@@ -100,7 +100,7 @@ impl Picture<'_> {
         let need = self.brief.grid.cells();
         let terrain = if self.terrain.is_empty() { need } else { self.terrain.len() };
         let policy = self.policy.map_or(need, <[PolicyCell]>::len);
-        for (layer, got) in [("terrain", terrain), ("map", self.map.cells.len()), ("policy", policy)] {
+        for (layer, got) in [("terrain", terrain), ("map", self.map.cells().len()), ("policy", policy)] {
             if got != need {
                 return Err(ReportError::Cells { layer, need, got });
             }
@@ -183,7 +183,7 @@ impl Picture<'_> {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
                         policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
-                    if points && self.map.cells[index].is_some() == seen {
+                    if points && self.map.cells()[index].is_some() == seen {
                         at.push(frame.centre(cell));
                     }
                 }
@@ -258,7 +258,7 @@ impl Picture<'_> {
 
     /// What has become of the treasure on `cell`.
     fn find(&self, cell: Cell) -> Find {
-        let seen = self.brief.grid.index(cell).is_some_and(|index| self.map.cells[index].is_some());
+        let seen = self.brief.grid.index(cell).is_some_and(|index| self.map.cells()[index].is_some());
         match self.route.iter().any(|record| record.pose.cell == cell) {
             true => Find::Collected,
             false if seen => Find::Seen,
@@ -330,7 +330,7 @@ impl Picture<'_> {
 
     /// The truth of a cell, or what was seen of it where the truth is not known.
     fn ground_at(&self, index: usize) -> Option<&Ground> {
-        self.terrain.get(index).or(self.map.cells[index].as_ref())
+        self.terrain.get(index).or(self.map.cells()[index].as_ref())
     }
 }
 

@@ -44,7 +44,7 @@ impl Raster {
             let sum =
                 &mut sums[(cell.y as usize / block as usize) * columns + cell.x as usize / block as usize];
             sum.cells += 1;
-            sum.seen += u32::from(picture.map.cells[index].is_some());
+            sum.seen += u32::from(picture.map.cells()[index].is_some());
             let Some(ground) = picture.ground_at(index) else { continue };
             sum.sand += u32::from(ground.soil == Soil::Sand);
             sum.blocked += u32::from(!ground.passable);

@@ -120,7 +120,9 @@ pub fn ground(brief: &Brief) -> (Vec<Ground>, ObservedMap) {
         .collect();
     let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
     for (index, cell) in brief.grid.iter().enumerate() {
-        map.cells[index] = (cell.y <= cell.x + 1).then_some(terrain[index]);
+        if cell.y <= cell.x + 1 {
+            map.learn(index, terrain[index]);
+        }
     }
     (terrain, map)
 }

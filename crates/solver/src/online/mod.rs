@@ -90,6 +90,9 @@ const RESERVE: f64 = 1.0;
 /// Reserves laid on for one decision, at most.
 const RESERVES_MAX: usize = 4;
 
+/// Visits of a block between two pulses: some tens of milliseconds.
+const SLICE: u64 = 1 << 20;
+
 /// How a decision was proven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum How {
@@ -261,6 +264,12 @@ impl Online {
     /// Without a bound on the work the hop depends on the world and on `here` alone. With one, a session
     /// that knows more gets further.
     pub fn act(&mut self, here: usize, work_max: Option<u64>) -> Decision {
+        self.act_with(here, work_max, &|| ())
+    }
+
+    /// [`Online::act`], calling `pulse` whenever some more of the work is done: for whoever must not fall silent
+    /// for as long as a large world takes to be solved from nothing.
+    pub fn act_with(&mut self, here: usize, work_max: Option<u64>, pulse: &dyn Fn()) -> Decision {
         let mut work = 0;
         let nothing = Decision {
             action: None,
@@ -277,13 +286,13 @@ impl Online {
             return Decision { status: Status::Infeasible, ..nothing };
         }
         let work_max = work_max.unwrap_or(u64::MAX);
-        if !self.lay_out(&mut work, work_max) {
-            return self.canonical(here, work, work_max);
+        if !self.lay_out(&mut work, work_max, pulse) {
+            return self.canonical(here, work, work_max, pulse);
         }
-        if let Some(decision) = self.focused(here, &mut work, work_max) {
+        if let Some(decision) = self.focused(here, &mut work, work_max, pulse) {
             return decision;
         }
-        let rested = self.settle(&mut work, work_max);
+        let rested = self.settle(&mut work, work_max, pulse);
         let bound = if rested { self.error() } else { self.cut_error() };
         let bounds = self.bounds(here, [&self.values_at.worths[0]; 2], bound);
         match bounds.hop() {
@@ -291,7 +300,7 @@ impl Online {
                 let margin = bounds.margin(hop);
                 Decision { action: Some(hop), margin, bound, status: Status::Solved, work, how: How::Warm }
             }
-            None if rested && work < work_max => self.canonical(here, work, work_max),
+            None if rested && work < work_max => self.canonical(here, work, work_max, pulse),
             _ => {
                 let centre: [f64; 4] =
                     std::array::from_fn(|hop| 0.5 * (bounds.lower[hop] + bounds.upper[hop]));
@@ -305,8 +314,8 @@ impl Online {
     /// Brings all values to the certificate; the work, in backups of a node.
     pub fn rest(&mut self) -> u64 {
         let mut work = 0;
-        if self.lay_out(&mut work, u64::MAX) {
-            self.settle(&mut work, u64::MAX);
+        if self.lay_out(&mut work, u64::MAX, &|| ()) {
+            self.settle(&mut work, u64::MAX, &|| ());
         }
         work
     }
@@ -314,8 +323,8 @@ impl Online {
     /// All values, row-major, brought to the certificate first.
     pub fn values(&mut self) -> (&[f64], Certificate) {
         let mut certificate = None;
-        if self.lay_out(&mut 0, u64::MAX) {
-            self.settle(&mut 0, u64::MAX);
+        if self.lay_out(&mut 0, u64::MAX, &|| ()) {
+            self.settle(&mut 0, u64::MAX, &|| ());
             let discount = self.world.rules().discount;
             let residual = self.tolerance() + rounding(self.field.magnitude);
             certificate = Some(Certificate { residual, error_bound: residual / (1.0 - discount) });
@@ -368,7 +377,7 @@ impl Online {
     }
 
     /// Lays the world out and solves it from nothing, unless that is done; whether bounds can be proven.
-    fn lay_out(&mut self, work: &mut u64, work_max: u64) -> bool {
+    fn lay_out(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
         if self.laid_out {
             return self.provable();
         }
@@ -378,7 +387,7 @@ impl Online {
         }
         let nodes = self.world.nodes() as u64;
         let effort = Effort { error_max: VALUE_ERROR, sweeps_max: (work_max / nodes).max(1) };
-        let solution = self.solver.solve(&self.world, &effort);
+        let solution = self.solver.solve_with(&self.world, &effort, pulse);
         *work += solution.sweeps * nodes;
         self.field.worths(&self.world, self.solver.values(), &mut self.values_at.worths[0]);
         self.values_at.clear(&self.field.rings);
@@ -391,7 +400,7 @@ impl Online {
     }
 
     /// Brings all values to rest, the line given up; whether the work sufficed.
-    fn settle(&mut self, work: &mut u64, work_max: u64) -> bool {
+    fn settle(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
         if let Some(line) = self.line.take() {
             self.values_at.take_over(&self.bounds_at);
             for level in line.level..self.field.rings.levels {
@@ -399,7 +408,7 @@ impl Online {
             }
         }
         let limits = self.limits(usize::MAX, *work, work_max);
-        *work += LANES as u64 * relax(&mut self.values_at, &self.field, &limits);
+        *work += LANES as u64 * relax_with(&mut self.values_at, &self.field, &limits, pulse);
         self.values_at.at_rest(usize::MAX)
     }
 
@@ -412,14 +421,14 @@ impl Online {
     }
 
     /// Decides by bounds around the hopper, if they tell.
-    fn focused(&mut self, here: usize, work: &mut u64, work_max: u64) -> Option<Decision> {
+    fn focused(&mut self, here: usize, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> Option<Decision> {
         let level = self.field.rings.level(here)?;
         let mut line = match self.line {
             Some(line) => (!line.broken).then_some(line)?,
             None => {
                 let worthwhile =
                     self.world.nodes() >= NODES_MIN && level + DEPTH + STRIDE < self.field.rings.levels;
-                (worthwhile && self.settle(work, work_max)).then_some(())?;
+                (worthwhile && self.settle(work, work_max, pulse)).then_some(())?;
                 self.bounds_at.take_over(&self.values_at);
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
             }
@@ -430,7 +439,7 @@ impl Online {
         (line.level >= nearest).then_some(())?;
         for _ in 0..RESERVES_MAX {
             self.line = Some(line);
-            self.clear(&line, work, work_max).then_some(())?;
+            self.clear(&line, work, work_max, pulse).then_some(())?;
             let short = self.reserve_short(&line);
             if short > self.tolerance() {
                 line.reserve = (2.0 * line.reserve).max(4.0 * short);
@@ -464,9 +473,9 @@ impl Online {
     }
 
     /// Brings both bounds to rest on the clear nodes; whether the work sufficed.
-    fn clear(&mut self, line: &Line, work: &mut u64, work_max: u64) -> bool {
+    fn clear(&mut self, line: &Line, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
         let limits = self.limits(line.level, *work, work_max);
-        *work += 2 * LANES as u64 * relax(&mut self.bounds_at, &self.field, &limits);
+        *work += 2 * LANES as u64 * relax_with(&mut self.bounds_at, &self.field, &limits, pulse);
         self.bounds_at.at_rest(line.level)
     }
 
@@ -501,12 +510,12 @@ impl Online {
     }
 
     /// Decides by a solve from nothing.
-    fn canonical(&mut self, here: usize, mut work: u64, work_max: u64) -> Decision {
+    fn canonical(&mut self, here: usize, mut work: u64, work_max: u64, pulse: &dyn Fn()) -> Decision {
         let nodes = self.world.nodes() as u64;
         let sweeps_max =
             if work_max == u64::MAX { u64::MAX } else { (work_max.saturating_sub(work) / nodes).max(1) };
         let effort = Effort { error_max: CANONICAL_ERROR, sweeps_max };
-        let solution = self.solver.solve(&self.world, &effort);
+        let solution = self.solver.solve_with(&self.world, &effort, pulse);
         work += solution.sweeps * nodes;
         let values = action_values(&self.world, self.solver.values(), here);
         let hop = policy::first_best(values, TIE);
@@ -519,6 +528,22 @@ impl Online {
         );
         Decision { action: Some(hop), margin: bounds.margin(hop), bound, status, work, how: How::Canonical }
     }
+}
+
+/// [`relax`] in slices, with a pulse after each; the visits.
+fn relax_with<const FIELDS: usize>(
+    relaxation: &mut Relaxation<FIELDS>,
+    field: &Field,
+    limits: &Limits,
+    pulse: &dyn Fn(),
+) -> u64 {
+    let mut visits = 0;
+    while !relaxation.at_rest(limits.frozen_from) && visits < limits.visits_max {
+        let visits_max = (limits.visits_max - visits).min(SLICE);
+        visits += relax(relaxation, field, &Limits { visits_max, ..*limits });
+        pulse();
+    }
+    visits
 }
 
 fn lost(world: &World) -> usize {

@@ -1,0 +1,220 @@
+//! A reader's copy of the observed map, folded from patches.
+//!
+//! A patch is applied only if it goes on from exactly what the replica holds, and its cells make exactly
+//! what it says they make, by fingerprint; so a replica that follows the chain holds the whole map, and
+//! [`Replica::map`] shows nothing else. Where the chain does not fit, because the reader has just come, has
+//! missed a patch, or perception has begun anew, it catches up: patches are buffered, the map is asked for
+//! page by page, and what a page holds already is dropped from the buffer.
+//!
+//! Pages are applied to the map in place. They tell of different moments when the map grows meanwhile, so
+//! the patches published between two pages are folded in between them, in the order of the stream; **give a
+//! replica all patches that were there when a page was received before you give it the page.** If the
+//! fingerprint is that of the page, at the end or before, the map is whole. If at the end it is not
+//! (a patch was lost in between, or something here is wrong), the next attempt begins from an empty map.
+
+use std::collections::VecDeque;
+
+use crate::limits::PATCHES_BUFFERED;
+use crate::{
+    Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts, RobotId,
+    RunId, SeenCell,
+};
+
+/// A request that has no answer is repeated after this long.
+pub const ASK_AGAIN_NS: u64 = 10_000_000;
+
+/// The folded map of one robot.
+#[derive(Clone, Debug)]
+pub struct Replica {
+    robot: RobotId,
+    map: Option<ObservedMap>,
+    /// How the map is caught up with, unless it is whole.
+    pursuit: Option<Pursuit>,
+    buffer: VecDeque<MapPatch>,
+    snapshots: u64,
+    refusals: RefusalCounts,
+}
+
+/// How far catching up has come.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pursuit {
+    /// First index still wanted.
+    from: u32,
+    /// The last patch that the last page held.
+    sequence: Option<u64>,
+    asked: Option<MonotonicNs>,
+}
+
+impl Replica {
+    /// A replica that knows nothing, not even the run.
+    #[must_use]
+    pub fn new(robot: RobotId) -> Self {
+        Self {
+            robot,
+            map: None,
+            pursuit: None,
+            buffer: VecDeque::new(),
+            snapshots: 0,
+            refusals: RefusalCounts::default(),
+        }
+    }
+
+    /// Begins with an empty map of `run`; the same run again changes nothing.
+    pub fn begin(&mut self, run: RunId, grid: Grid) {
+        if self.map.as_ref().is_some_and(|map| map.run == run && map.grid == grid) {
+            return;
+        }
+        self.map = Some(ObservedMap::unseen(run, self.robot, grid));
+        self.pursuit = Some(Pursuit::default());
+        self.buffer.clear();
+    }
+
+    /// The whole map; `None` while some of it may be missing.
+    #[must_use]
+    pub fn map(&self) -> Option<&ObservedMap> {
+        self.map.as_ref().filter(|_| self.pursuit.is_none())
+    }
+
+    /// Messages refused, by reason.
+    #[must_use]
+    pub fn refusals(&self) -> &RefusalCounts {
+        &self.refusals
+    }
+
+    /// How often the map was caught up with by pages.
+    #[must_use]
+    pub fn snapshots(&self) -> u64 {
+        self.snapshots
+    }
+
+    /// Counts a message that was malformed.
+    pub fn refuse(&mut self, refusal: &Refusal) {
+        self.refusals.count(refusal);
+    }
+
+    /// Takes a patch; what is to be asked for, if it does not fit.
+    pub fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {
+        let map = self.map.as_mut().filter(|map| is_of(map, patch.run, patch.robot, patch.grid))?;
+        // While pages are being applied the map is none that anybody ever had.
+        let untouched = self.pursuit.is_none_or(|pursuit| pursuit.sequence.is_none());
+        if untouched && follows(map, &patch) {
+            match apply(map, &patch) {
+                Ok(()) => {
+                    self.pursuit = None;
+                    self.buffer.clear();
+                    return None;
+                }
+                Err(refusal) => self.refusals.count(&refusal),
+            }
+        } else {
+            if self.buffer.len() == PATCHES_BUFFERED {
+                self.buffer.pop_front();
+            }
+            self.buffer.push_back(patch);
+        }
+        self.pursuit.get_or_insert_default();
+        self.ask(now)
+    }
+
+    /// Takes a page that was asked for; what is to be asked for next, if anything.
+    pub fn page(&mut self, page: &MapPage, now: MonotonicNs) -> Option<MapRequest> {
+        let map = self.map.as_mut().filter(|map| is_of(map, page.run, page.robot, page.grid))?;
+        let pursuit = self.pursuit.as_mut().filter(|pursuit| pursuit.from == page.from)?;
+        // What was published up to the last page is in it, or was folded in before.
+        let held = pursuit.sequence.unwrap_or(page.sequence);
+        while let Some(patch) = self.buffer.pop_front_if(|patch| patch.sequence <= page.sequence) {
+            if patch.sequence > held {
+                learn_all(map, &patch.cells, &patch.treasures);
+            }
+        }
+        learn_all(map, &page.cells, &page.treasures);
+        if map.observation() == page.observation {
+            (map.through, map.sequence) = (Some(page.through), page.sequence);
+            (map.sensed, map.published) = (page.sensed, page.published);
+            map.mark();
+            self.pursuit = None;
+            self.snapshots += 1;
+            self.follow_buffer();
+            return None;
+        }
+        *pursuit = Pursuit { from: page.next, sequence: Some(page.sequence), asked: None };
+        if page.next <= page.from || page.next as usize >= page.grid.cells() {
+            let need = format!("a map of fingerprint {:016x}", page.observation);
+            let got = format!("{:016x}", map.observation());
+            self.refusals.count(&Refusal::malformed("map.observation", &need, got));
+            *map = ObservedMap::unseen(map.run, map.robot, map.grid);
+            // Asked for again at a later tick, not at once.
+            self.pursuit = Some(Pursuit { asked: Some(now), ..Pursuit::default() });
+        }
+        self.ask(now)
+    }
+
+    /// What is to be asked for at `now`, if something is missing and nothing was asked for just now.
+    pub fn ask(&mut self, now: MonotonicNs) -> Option<MapRequest> {
+        let (map, pursuit) = (self.map.as_ref()?, self.pursuit.as_mut()?);
+        if pursuit.asked.is_some_and(|asked| now.since_ns(asked) < ASK_AGAIN_NS) {
+            return None;
+        }
+        pursuit.asked = Some(now);
+        let observation = map.observation();
+        Some(MapRequest { run: map.run, robot: map.robot, from: pursuit.from, observation })
+    }
+
+    /// Goes on with what was buffered while the pages came. What does not fit is dropped: if it was
+    /// missed indeed, the next patch or reminder tells.
+    fn follow_buffer(&mut self) {
+        let Some(map) = &mut self.map else { return };
+        while let Some(patch) = self.buffer.pop_front() {
+            if follows(map, &patch)
+                && let Err(refusal) = apply(map, &patch)
+            {
+                self.refusals.count(&refusal);
+            }
+        }
+    }
+}
+
+fn is_of(map: &ObservedMap, run: RunId, robot: RobotId, grid: Grid) -> bool {
+    (map.run, map.robot, map.grid) == (run, robot, grid)
+}
+
+/// Whether the patch goes on from exactly this map.
+fn follows(map: &ObservedMap, patch: &MapPatch) -> bool {
+    let reminder = patch.cells.is_empty() && patch.after == patch.before;
+    let next = patch.sequence == map.sequence + 1 || (reminder && patch.sequence == map.sequence);
+    next && patch.before == map.observation()
+}
+
+fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {
+    for cell in cells {
+        map.learn(cell.index as usize, cell.ground);
+    }
+    map.set_treasures(treasures);
+}
+
+/// Folds a patch in, if its cells make what it says they make.
+fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
+    let treasures = ObservedMap::treasures_step(map.treasures(), &patch.treasures);
+    let step = patch.cells.iter().fold(treasures, |sum, cell| {
+        let index = cell.index as usize;
+        sum.wrapping_add(ObservedMap::step(index, map.cells()[index].as_ref(), &cell.ground))
+    });
+    let after = map.observation().wrapping_add(step);
+    if after != patch.after {
+        let need = format!("{after:016x}, which its cells make");
+        return Err(Refusal::malformed("map.after", &need, format!("{:016x}", patch.after)));
+    }
+    let is_seen = |cell: &&Cell| {
+        let index = map.grid.index(**cell).expect("a treasure lies on the lattice") as u32;
+        map.ground(**cell).is_some() || patch.cells.binary_search_by_key(&index, |cell| cell.index).is_ok()
+    };
+    if let Some(cell) = patch.treasures.iter().find(|cell| !is_seen(cell)) {
+        return Err(Refusal::malformed("map.treasures", "seen cells", cell));
+    }
+    learn_all(map, &patch.cells, &patch.treasures);
+    map.sequence = patch.sequence;
+    map.through = (patch.more == 0).then_some(patch.through);
+    (map.sensed, map.published) = (patch.sensed, patch.published);
+    map.mark();
+    Ok(())
+}

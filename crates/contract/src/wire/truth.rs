@@ -1,0 +1,105 @@
+//! `truth/terrain`: request and header; the payload is one [`super::GroundV1`] per cell.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{GroundV1, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
+use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
+use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
+
+/// Asks for the truth from an index on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct TruthRequestV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// First index wanted.
+    pub from: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Which run's ground follows, its lattice, and where on it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TruthPageV1 {
+    /// Run, high half first.
+    pub run: [u64; 2],
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Cells that one hop spans.
+    pub hop_cells: u32,
+    /// Index of the first cell.
+    pub from: u32,
+    /// Treasures anywhere on the lattice.
+    pub treasure_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Their cells (x, y) in index order; zero beyond the count.
+    pub treasures: [[i32; 2]; TREASURES_MAX],
+}
+
+const _: () = assert!(size_of::<TruthRequestV1>() == 24);
+const _: () = assert!(size_of::<TruthPageV1>() == 176);
+
+impl Wire for TruthRequestV1 {
+    const NAME: &'static str = "hop.TruthRequest.v1";
+}
+
+impl Wire for TruthPageV1 {
+    const NAME: &'static str = "hop.TruthPage.v1";
+}
+
+impl From<&TruthRequest> for TruthRequestV1 {
+    fn from(request: &TruthRequest) -> Self {
+        Self { run: run_to_wire(request.run), from: request.from, reserved: 0 }
+    }
+}
+
+impl TryFrom<&TruthRequestV1> for TruthRequest {
+    type Error = Refusal;
+
+    fn try_from(wire: &TruthRequestV1) -> Result<Self, Refusal> {
+        Ok(Self { run: run_from_wire(wire.run), from: wire.from })
+    }
+}
+
+impl From<&TruthPage> for TruthPageV1 {
+    fn from(page: &TruthPage) -> Self {
+        let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
+        Self {
+            run: run_to_wire(page.run),
+            cell_size_m: page.grid.cell_size_m,
+            width: page.grid.width,
+            height: page.grid.height,
+            hop_cells: page.grid.hop_cells,
+            from: page.from,
+            treasure_count,
+            reserved: 0,
+            treasures,
+        }
+    }
+}
+
+/// The page of a copied answer.
+///
+/// # Errors
+/// If the lattice is out of bounds, there are too many cells, or one is unseen or out of range.
+pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<TruthPage, Refusal> {
+    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
+        .map_err(|error| Refusal::malformed("truth.grid", "a grid within bounds", error))?;
+    let most = TRUTH_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
+    if cells.len() > most {
+        return Err(Refusal::malformed("truth.cells", &format!("at most {most} cells"), cells.len()));
+    }
+    let mut known = Vec::with_capacity(cells.len());
+    for cell in cells {
+        let ground = Option::<Ground>::try_from(cell)?;
+        known.push(ground.ok_or_else(|| Refusal::malformed("truth.soil", "hard or sand", "unseen"))?);
+    }
+    let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
+    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells: known, treasures })
+}

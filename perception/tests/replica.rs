@@ -1,0 +1,526 @@
+//! A reader's map is the cartographer's or none, whatever is lost on the way.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
+use contract::replica::ASK_AGAIN_NS;
+use contract::{
+    Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Leader, MapPage, MapPatch,
+    MapRequest, MonotonicNs, ObservedMap, Pose, Replica, RobotId, RunId, SensorParameters, Soil, State,
+    Status, Timing,
+};
+use perception::{Cartographer, Effect, Event};
+use terrain::Terrain;
+
+const RUN: RunId = RunId(7);
+const ROBOT: RobotId = RobotId(0);
+
+fn at(ns: u64) -> MonotonicNs {
+    MonotonicNs(ns)
+}
+
+/// Rough ground with a walk over it, and all that perception publishes about it.
+struct Source {
+    brief: Brief,
+    terrain: Terrain,
+    cartographer: Cartographer,
+    decision: u64,
+    downwards: bool,
+}
+
+impl Source {
+    fn new(side: u32, radius_m: f64) -> Self {
+        let grid = Grid::new(side, side, 1.0, 1).unwrap();
+        let rough = |index: usize| (index as f64 * 0.37).sin();
+        let ground = |index: usize| Ground {
+            height_m: rough(index),
+            soil: if rough(3 * index) > 0.4 { Soil::Sand } else { Soil::Hard },
+            ..Ground::FLAT
+        };
+        let treasures = vec![Cell::new(5, 3), Cell::new(8, 8), Cell::new(12, 15)];
+        let cells = (0..grid.cells()).map(ground).collect();
+        let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
+        let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+        let sensor = SensorParameters {
+            gain: 0.0,
+            offset_m: 0.0,
+            radius_min_m: radius_m,
+            radius_max_m: radius_m,
+            gradient: GradientSource::SeenDifferences,
+        };
+        let brief = Brief { run: RUN, grid, sensor, start: Cell::new(1, 1), ..brief };
+        let mut source =
+            Self { brief, terrain, cartographer: Cartographer::new(ROBOT), decision: 0, downwards: false };
+        source.begin();
+        source
+    }
+
+    fn begin(&mut self) {
+        self.cartographer = Cartographer::new(ROBOT);
+        self.cartographer.on(Event::Terrain(RUN, self.terrain.clone()), at(0));
+        self.cartographer.on(Event::Brief(self.brief), at(0));
+    }
+
+    fn state(&self, decision: u64) -> State {
+        // Diagonally there and back, without leaving the map.
+        let side = self.brief.grid.width as u64 - 2;
+        let along = (decision % (2 * side)).min(2 * side - decision % (2 * side)) as i32;
+        let up = along.min(side as i32 - 1);
+        let along = if self.downwards { side as i32 - 1 - up } else { up };
+        let cell = Cell::new(1 + along, 1 + along);
+        State {
+            run: RUN,
+            robot: ROBOT,
+            decision: Decision(decision),
+            steps: 2 * decision,
+            status: Status::Underway,
+            leader: Leader::default(),
+            collected: Collected::default(),
+            pose: Pose { cell, height_m: self.terrain.ground(cell).unwrap().height_m },
+            last: None,
+            digest: Digest::default(),
+            landed: at(decision),
+            published: at(decision),
+            last_timing: Timing::default(),
+        }
+    }
+
+    /// The next landing's patches.
+    fn land(&mut self) -> Vec<MapPatch> {
+        let effects = self.cartographer.on(Event::State(self.state(self.decision)), at(self.decision));
+        assert!(effects.contains(&Effect::PublishMap), "{effects:?} at {}", self.decision);
+        self.decision += 1;
+        self.publish()
+    }
+
+    fn publish(&mut self) -> Vec<MapPatch> {
+        self.cartographer.patches(at(self.decision), &mut || at(self.decision))
+    }
+
+    /// Perception dies and rebuilds its map.
+    fn restart(&mut self) -> Vec<MapPatch> {
+        self.begin();
+        let flown = std::mem::take(&mut self.decision);
+        let mut patches = Vec::new();
+        for _ in 0..flown {
+            patches = self.land();
+        }
+        patches
+    }
+
+    fn map(&self) -> &ObservedMap {
+        self.cartographer.map().unwrap()
+    }
+}
+
+fn reader(source: &Source) -> Replica {
+    let mut replica = Replica::new(ROBOT);
+    replica.begin(RUN, source.brief.grid);
+    replica
+}
+
+/// Lets the replica ask and the source answer until nothing is asked for; gives the pages.
+fn catch_up(replica: &mut Replica, source: &Source, now: MonotonicNs) -> usize {
+    let mut pages = 0;
+    let mut request = replica.ask(now);
+    while let Some(asked) = request {
+        pages += 1;
+        assert!(pages < 1000, "catching up has no end");
+        request = replica.page(&source.cartographer.page(&asked).unwrap(), now);
+    }
+    pages
+}
+
+fn assert_whole(replica: &Replica, source: &Source) {
+    assert_eq!(replica.map().expect("the map is whole"), source.map());
+}
+
+/// P-PATCHES: a reader that gets every patch holds the cartographer's map, and never asks.
+#[test]
+fn patches_add_up_to_the_map() {
+    for radius_m in [1.0, 6.5, 40.0] {
+        let mut source = Source::new(60, radius_m);
+        let mut replica = reader(&source);
+        let mut sequence = 0;
+        for decision in 0..80 {
+            let patches = source.land();
+            for patch in patches {
+                sequence += 1;
+                assert_eq!(patch.sequence, sequence);
+                assert!(patch.cells.len() <= MAP_PATCH_CELLS);
+                let last = patch.more == 0;
+                assert_eq!(replica.patch(patch, at(decision)), None);
+                let through = replica.map().unwrap().through;
+                assert_eq!(through, last.then_some(Decision(decision)), "a part of a landing covers nothing");
+            }
+            assert_whole(&replica, &source);
+        }
+        assert_eq!((replica.snapshots(), replica.refusals().0.len()), (0, 0));
+        assert_eq!(replica.map().unwrap().observation(), source.map().observation());
+    }
+}
+
+#[test]
+fn a_large_landing_is_split_into_bounded_patches() {
+    let mut source = Source::new(60, 40.0);
+    let patches = source.land();
+    assert!(patches.len() > 1);
+    let more: Vec<u32> = patches.iter().map(|patch| patch.more).collect();
+    assert_eq!(more, (0..patches.len() as u32).rev().collect::<Vec<_>>());
+    assert!(patches.windows(2).all(|pair| pair[0].after == pair[1].before));
+    assert_eq!(patches.last().unwrap().seen_cells as usize, source.map().seen_cells());
+}
+
+#[test]
+fn a_landing_that_reveals_nothing_is_an_empty_patch() {
+    let mut source = Source::new(20, 30.0);
+    source.land();
+    let patches = source.land();
+    assert_eq!((patches.len(), patches[0].cells.len()), (1, 0));
+    assert_eq!((patches[0].before, patches[0].through), (patches[0].after, Decision(1)));
+}
+
+/// P-MISSED: a reader that misses any patch catches up by pages, in place, and what changed is told.
+#[test]
+fn a_reader_that_misses_a_patch_catches_up() {
+    for missed in 0..12 {
+        let mut source = Source::new(80, 6.0);
+        let mut replica = reader(&source);
+        let mut before = None;
+        for decision in 0..12_u64 {
+            let patches = source.land();
+            if decision == missed {
+                before = replica.map().map(|map| (map.observation(), map.cells().to_vec()));
+                continue;
+            }
+            for patch in patches {
+                if let Some(request) = replica.patch(patch, at(decision * ASK_AGAIN_NS)) {
+                    assert_eq!(decision, missed + 1, "the gap is noticed at the next patch");
+                    assert!(replica.map().is_none(), "nobody decides on a map with a gap");
+                    let page = source.cartographer.page(&request).unwrap();
+                    assert_eq!(replica.page(&page, at(1)), None);
+                }
+            }
+            if decision > missed {
+                assert_whole(&replica, &source);
+            }
+        }
+        if let Some((observation, cells)) = before.filter(|_| missed < 11) {
+            let map = replica.map().unwrap();
+            let changed = map.changed_since(observation).expect("it was caught up with in place");
+            let differ = (0..cells.len()).filter(|&index| cells[index] != map.cells()[index]);
+            assert!(differ.clone().count() > 0);
+            differ.for_each(|index| assert!(changed.contains(&(index as u32))));
+        }
+    }
+}
+
+/// P-LATE: whoever comes late gets the map in bounded pages while it grows.
+#[test]
+fn a_late_comer_catches_up_while_the_map_grows() {
+    let mut source = Source::new(300, 45.0);
+    for _ in 0..150 {
+        source.land();
+    }
+    let mut replica = reader(&source);
+    let mut pages = 0;
+    let mut request = replica.ask(at(0));
+    while let Some(asked) = request {
+        assert!(replica.map().is_none(), "part of a map is none");
+        // The page is made, then the hopper lands before it is read; the patches are read first.
+        let page = source.cartographer.page(&asked).unwrap();
+        assert!(page.cells.len() <= MAP_PAGE_CELLS);
+        for patch in source.land() {
+            replica.patch(patch, at(0));
+        }
+        request = replica.page(&page, at(0));
+        pages += 1;
+        assert!(pages < 100);
+    }
+    assert!(pages > 5, "{pages} pages");
+    assert_whole(&replica, &source);
+    assert_eq!((replica.snapshots(), replica.refusals().0.len()), (1, 0));
+    for patch in source.land() {
+        assert_eq!(replica.patch(patch, at(0)), None, "the chain goes on");
+    }
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn patches_that_were_read_before_the_snapshot_are_dropped_and_later_ones_kept() {
+    let mut source = Source::new(80, 6.0);
+    let mut replica = reader(&source);
+    let mut buffered: Vec<MapPatch> = (0..6).flat_map(|_| source.land()).collect();
+    let asked = replica.ask(at(0)).unwrap();
+    let page = source.cartographer.page(&asked).unwrap();
+    buffered.extend((0..3).flat_map(|_| source.land()));
+    // The first is lost, so that the others wait in the buffer.
+    for patch in buffered.drain(1..) {
+        replica.patch(patch, at(1));
+    }
+    assert_eq!(replica.page(&page, at(2)), None);
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn a_patch_lost_between_two_pages_is_noticed_and_the_snapshot_begins_anew() {
+    // It walks towards the lower rows, which come first in a snapshot.
+    let mut source = Source::new(300, 45.0);
+    source.downwards = true;
+    source.brief.start = source.state(0).pose.cell;
+    source.begin();
+    for _ in 0..150 {
+        source.land();
+    }
+    let mut replica = reader(&source);
+    let mut request = replica.ask(at(0));
+    let mut lost = false;
+    while let Some(asked) = request {
+        if !lost && asked.from > 0 {
+            let patches = source.land();
+            assert!(patches[0].cells[0].index < asked.from, "a row that is told of already");
+            lost = true;
+        }
+        let page = source.cartographer.page(&asked).unwrap();
+        request = replica.page(&page, at(0));
+    }
+    assert!(lost && replica.map().is_none());
+    assert_eq!(replica.refusals().of("malformed"), 1, "{:?}", replica.refusals());
+    assert!(catch_up(&mut replica, &source, at(ASK_AGAIN_NS)) > 3);
+    assert_whole(&replica, &source);
+}
+
+/// P-SENSE-KILL: perception killed at any moment, between two patches of one landing too, goes on where it was.
+#[test]
+fn a_restarted_perception_goes_on_with_the_same_stream() {
+    for heard in 0..2 {
+        let mut source = Source::new(60, 40.0);
+        let mut replica = reader(&source);
+        let patches = source.land();
+        assert!(patches.len() > heard);
+        for patch in patches.into_iter().take(heard) {
+            assert_eq!(replica.patch(patch, at(0)), None);
+        }
+        assert_eq!(replica.map().and_then(|map| map.through), None);
+        let again = source.restart();
+        let mut now = 0;
+        for patch in again {
+            now += ASK_AGAIN_NS;
+            if let Some(request) = replica.patch(patch, at(now)) {
+                replica.page(&source.cartographer.page(&request).unwrap(), at(now));
+            }
+        }
+        catch_up(&mut replica, &source, at(now + ASK_AGAIN_NS));
+        assert_whole(&replica, &source);
+        for patch in source.land() {
+            assert_eq!(replica.patch(patch, at(now)), None);
+        }
+        assert_whole(&replica, &source);
+    }
+    // A reader that is up to date needs no cell again.
+    let mut source = Source::new(60, 6.0);
+    let mut replica = reader(&source);
+    for _ in 0..9 {
+        for patch in source.land() {
+            replica.patch(patch, at(0));
+        }
+    }
+    let again = source.restart();
+    let request = replica.patch(again[0].clone(), at(1)).expect("an old patch is asked about");
+    let page = source.cartographer.page(&request).unwrap();
+    assert_eq!(page.cells, []);
+    replica.page(&page, at(1));
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn a_reminder_tells_whoever_missed_the_last_patch_and_nobody_else() {
+    let mut source = Source::new(60, 6.0);
+    let (mut keeps_up, mut misses) = (reader(&source), reader(&source));
+    for decision in 0..5 {
+        for patch in source.land() {
+            keeps_up.patch(patch.clone(), at(0));
+            if decision < 4 {
+                misses.patch(patch, at(0));
+            }
+        }
+    }
+    let reminder = source.publish();
+    assert_eq!((reminder.len(), reminder[0].cells.len()), (1, 0));
+    assert_eq!(keeps_up.patch(reminder[0].clone(), at(0)), None);
+    assert_whole(&keeps_up, &source);
+    let request = misses.patch(reminder[0].clone(), at(0)).unwrap();
+    misses.page(&source.cartographer.page(&request).unwrap(), at(0));
+    assert_whole(&misses, &source);
+}
+
+#[test]
+fn a_journal_that_lost_its_tail_takes_the_map_back() {
+    let mut source = Source::new(60, 6.0);
+    let mut replica = reader(&source);
+    for _ in 0..9 {
+        for patch in source.land() {
+            replica.patch(patch, at(0));
+        }
+    }
+    source.begin();
+    source.decision = 0;
+    let patches: Vec<MapPatch> = (0..4).flat_map(|_| source.land()).collect();
+    let mut now = 0;
+    for patch in patches {
+        now += ASK_AGAIN_NS;
+        replica.patch(patch, at(now));
+    }
+    // Its cells cannot be unlearnt in place: the second attempt begins from an empty map.
+    for _ in 0..2 {
+        now += ASK_AGAIN_NS;
+        catch_up(&mut replica, &source, at(now));
+    }
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn a_request_is_repeated_until_it_is_answered_and_no_earlier() {
+    let source = Source::new(20, 3.0);
+    let mut replica = reader(&source);
+    let request = MapRequest { run: RUN, robot: ROBOT, from: 0, observation: 0 };
+    assert_eq!(replica.ask(at(5)), Some(request));
+    assert_eq!(replica.ask(at(4 + ASK_AGAIN_NS)), None);
+    assert_eq!(replica.ask(at(5 + ASK_AGAIN_NS)), Some(request));
+    assert_eq!(source.cartographer.page(&request), None, "before the first landing there is no answer");
+}
+
+/// P-FORGED: patches and pages that do not add up are refused, counted, and change nothing.
+#[test]
+fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
+    let mut source = Source::new(60, 6.0);
+    let mut replica = reader(&source);
+    for _ in 0..5 {
+        for patch in source.land() {
+            replica.patch(patch, at(0));
+        }
+    }
+    let whole = replica.map().unwrap().clone();
+    let honest = source.land().remove(0);
+    let twist = |twist: &dyn Fn(&mut MapPatch)| {
+        let mut patch = honest.clone();
+        twist(&mut patch);
+        patch
+    };
+    let mut now = 0;
+    for (what, patch) in [
+        ("another run", twist(&|patch| patch.run = RunId(8))),
+        ("another robot", twist(&|patch| patch.robot = RobotId(3))),
+        ("another lattice", twist(&|patch| patch.grid.width = 61)),
+    ] {
+        assert_eq!(replica.patch(patch, at(now)), None, "{what} is none of ours");
+        assert_eq!(replica.map(), Some(&whole), "{what}");
+    }
+    for (what, patch) in [
+        ("a cell too many", twist(&|patch| patch.cells.push(patch.cells[0]))),
+        ("a cell too few", twist(&|patch| drop(patch.cells.pop()))),
+        ("another height", twist(&|patch| patch.cells[3].ground.height_m = 1e6)),
+        (
+            "a treasure in the dark",
+            twist(&|patch| {
+                let (before, dark) = (patch.treasures.clone(), Cell::new(59, 0));
+                patch.treasures = vec![dark];
+                patch.after = patch.after.wrapping_add(ObservedMap::treasures_step(&before, &[dark]));
+            }),
+        ),
+        ("another end", twist(&|patch| patch.after ^= 1)),
+        ("another beginning", twist(&|patch| patch.before ^= 1)),
+        ("a sequence of old", twist(&|patch| patch.sequence = 0)),
+        ("a sequence to come", twist(&|patch| patch.sequence = 1 << 40)),
+        ("a moment at the end of time", twist(&|patch| (patch.published, patch.before) = (at(u64::MAX), 0))),
+        (
+            "a reminder of another map",
+            twist(&|patch| {
+                patch.cells.clear();
+                (patch.before, patch.after) = (3, 3);
+            }),
+        ),
+    ] {
+        now += ASK_AGAIN_NS;
+        let refused = replica.refusals().of("malformed");
+        let request = replica.patch(patch, at(now)).unwrap_or_else(|| panic!("{what} is asked about"));
+        assert!(replica.map().is_none(), "{what}: nobody decides before that is cleared up");
+        assert_eq!(request.observation, whole.observation(), "{what} changed nothing");
+        assert_eq!(
+            replica.refusals().of("malformed"),
+            refused
+                + u64::from(
+                    what.starts_with("a cell")
+                        || what.ends_with("dark")
+                        || what.ends_with("height")
+                        || what == "another end"
+                ),
+            "{what}"
+        );
+        // Perception, whose landing the replica still misses, sets it right.
+        let page = source.cartographer.page(&request).unwrap();
+        assert_eq!(replica.page(&page, at(now)), None, "{what}");
+        assert_whole(&replica, &source);
+        // Back to before the landing, for the next one.
+        replica = reader(&source);
+        let page = MapPage {
+            run: RUN,
+            robot: ROBOT,
+            through: whole.through.unwrap(),
+            sequence: whole.sequence,
+            observation: whole.observation(),
+            sensed: whole.sensed,
+            published: whole.published,
+            grid: whole.grid,
+            from: 0,
+            next: whole.grid.cells() as u32,
+            treasures: whole.treasures().to_vec(),
+            cells: source_cells(&whole),
+        };
+        replica.ask(at(now));
+        assert_eq!(replica.page(&page, at(now)), None);
+        assert_eq!(replica.map(), Some(&whole));
+    }
+    for (what, page) in forged_pages(&source) {
+        let mut replica = reader(&source);
+        replica.ask(at(0)).unwrap();
+        replica.page(&page, at(0));
+        assert!(replica.map().is_none(), "{what}");
+        for round in 1..4 {
+            catch_up(&mut replica, &source, at(round * ASK_AGAIN_NS));
+        }
+        assert_whole(&replica, &source);
+    }
+    // A flood that never fits stays within its bounds, and the honest stream goes on.
+    for sequence in 0..10 * PATCHES_BUFFERED as u64 {
+        replica.patch(twist(&|patch| (patch.before, patch.sequence) = (sequence, 100 + sequence)), at(now));
+    }
+    now += ASK_AGAIN_NS;
+    catch_up(&mut replica, &source, at(now));
+    assert_whole(&replica, &source);
+}
+
+fn source_cells(map: &ObservedMap) -> Vec<contract::SeenCell> {
+    let seen = |(index, ground): (usize, &Option<Ground>)| {
+        ground.map(|ground| contract::SeenCell { index: index as u32, ground })
+    };
+    map.cells().iter().enumerate().filter_map(seen).collect()
+}
+
+/// Pages that tell another map than they say, or no end.
+fn forged_pages(source: &Source) -> Vec<(&'static str, MapPage)> {
+    let request = MapRequest { run: RUN, robot: ROBOT, from: 0, observation: 0 };
+    let honest = source.cartographer.page(&request).unwrap();
+    let mut other_height = honest.clone();
+    other_height.cells[0].ground.height_m += 1.0;
+    let mut no_progress = MapPage { next: 0, ..honest.clone() };
+    no_progress.cells.clear();
+    vec![
+        ("another height", other_height),
+        ("no progress", no_progress),
+        ("another fingerprint", MapPage { observation: honest.observation ^ 1, ..honest.clone() }),
+        ("a foreign run", MapPage { run: RunId(8), ..honest.clone() }),
+        ("a foreign robot", MapPage { robot: RobotId(1), ..honest.clone() }),
+        ("another stretch", MapPage { from: 7, ..honest }),
+    ]
+}

@@ -1,0 +1,32 @@
+//! A long plan gives signs of life as its work goes on.
+
+use std::cell::Cell as Counter;
+
+use contract::{Cell, Decision, Profile};
+use planner::{Budget, Pulse, Situation, algorithm};
+
+use crate::world::World;
+
+/// P-PULSE: whatever works long beats at each sweep or at every few thousand expansions, and decides the same.
+#[test]
+fn a_long_plan_beats_as_its_work_goes_on() {
+    let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
+    let map = world.unseen();
+    let state = world.state(world.brief.start, Decision(0), 0);
+    let situation = Situation { brief: &world.brief, map: &map, state: &state };
+    // Under a bound on its work the MDP counts sweeps, without one backups.
+    for (name, stride, work_max) in [
+        ("mdp", 1, Some(u64::MAX)),
+        ("mdp", 100 * world.brief.grid.cells() as u64, None),
+        ("astar", Pulse::STRIDE, None),
+        ("dstar_lite", Pulse::STRIDE, None),
+    ] {
+        let beats = Counter::new(0);
+        let beat = || beats.set(beats.get() + 1);
+        let budget = Budget { work_max, pulse: Pulse::new(&beat) };
+        let plan = algorithm(name).unwrap().plan(&situation, &budget);
+        assert!(beats.get() >= plan.work / stride, "{name}: {} beats for {} units", beats.get(), plan.work);
+        assert!(beats.get() > 0 && plan.work > 0, "{name} works long here: {} units", plan.work);
+        assert_eq!(algorithm(name).unwrap().plan(&situation, &Budget::of(work_max)), plan, "{name}");
+    }
+}
