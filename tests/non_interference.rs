@@ -31,7 +31,7 @@ fn elsewhere(mission: &Mission, records: &[Record], through: usize, chance: &mut
         seen.fold(brief, terrain, pose, contract::Decision(decision));
     }
     let mut other = mission.clone();
-    for (ground, seen) in other.terrain.cells.iter_mut().zip(&seen.map().cells()) {
+    for (ground, seen) in other.terrain.cells.iter_mut().zip(seen.map().cells()) {
         if seen.is_none() {
             ground.height_m = 20.0 * chance.unit() - 10.0;
             ground.gradient = [chance.unit() - 0.5, chance.unit() - 0.5];
