@@ -6,7 +6,7 @@ use super::{
     Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag,
     treasures_from_wire, treasures_to_wire,
 };
-use crate::limits::{DECISIONS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
+use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell, Soil};
 
 /// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
@@ -312,7 +312,6 @@ fn grid(width: u32, height: u32, cell_size_m: f64, hop_cells: u32) -> Result<Gri
 }
 
 fn through(decision: u64) -> Result<Decision, Refusal> {
-    debug_assert!(DECISIONS_MAX < PATCHES_MAX);
     counted("map.through", decision).map(Decision)
 }
 
