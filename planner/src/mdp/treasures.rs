@@ -12,9 +12,9 @@
 
 use contract::{Action, Cell};
 
+use super::cold::{Cold, Solution};
 use super::model::{Model, Node};
 use super::policy;
-use super::value_iteration::{Solution, ValueIteration};
 use crate::Situation;
 
 /// Most treasures that are planned for at once: 16 models.
@@ -56,7 +56,7 @@ impl Treasures {
 
     /// Solves the models of all sets with at most `sweeps_max` sweeps in all. `model` is that without
     /// treasures, and ends as that of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, model: &mut Model, solver: &mut ValueIteration, sweeps_max: u64) -> Solution {
+    pub fn solve(&mut self, model: &mut Model, solver: &mut Cold, sweeps_max: u64) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
         let mut total = Solution { sweeps: 0, residual: 0.0, converged: true };
         for set in 0..=all {
