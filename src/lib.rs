@@ -3,12 +3,15 @@
 pub mod campaign;
 pub mod child;
 pub mod doctor;
+pub mod gallery;
 pub mod journal;
 pub mod known;
 pub mod lockstep;
+pub mod moment;
 pub mod outbox;
 pub mod run;
 pub mod scenario;
+pub mod simulate;
 pub mod supervisor;
 pub mod terrain;
 pub mod topic;

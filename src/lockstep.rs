@@ -205,7 +205,7 @@ impl<'a> Host<'a> {
                 hopper_sim::Effect::Publish(state) => self.inbox.push_back(Message::State(state)),
                 hopper_sim::Effect::Refused(Refusal::RepeatedDecision { .. }) => {}
                 hopper_sim::Effect::Refused(refusal) => debug_assert!(false, "lockstep refused: {refusal}"),
-                hopper_sim::Effect::Finished(_) => {}
+                hopper_sim::Effect::Announce | hopper_sim::Effect::Finished(_) => {}
             }
         }
     }

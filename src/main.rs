@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, journal, known, run, scenario, terrain, topic};
+use hopper::{campaign, doctor, gallery, journal, known, run, scenario, simulate, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -46,6 +46,10 @@ enum Command {
     /// Fly a grid of missions on all cores, and say what they come to.
     #[command(subcommand)]
     Campaign(campaign::Command),
+    /// Draw the figures of docs/gallery.md again.
+    Gallery(gallery::Args),
+    /// Simulate the whole system in one thread, with everything going wrong that may.
+    Simulate(simulate::Args),
     /// Plan on ground known from edge to edge, as the predecessor paper did.
     #[command(subcommand)]
     Known(known::Command),
@@ -81,6 +85,8 @@ fn main() -> ExitCode {
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
+        Command::Gallery(args) => gallery::run(args),
+        Command::Simulate(args) => simulate::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),

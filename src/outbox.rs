@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use contract::{Decision, Pose, Record, RefusalCounts, RobotId};
+use contract::{Record, RefusalCounts};
 use hopper_sim::{History, Journal, JournalHeader};
 use node::{Exit, Failure};
-use perception::Observation;
-use planner::{Budget, Situation};
 use report::{Picture, Summary, SummaryBuilder};
 use scenario::World;
 use serde::Serialize;
+
+use crate::moment::Moment;
 
 /// The folder.
 #[derive(Debug)]
@@ -122,37 +122,10 @@ impl Outbox {
         let run = history.header().run();
         let records: Vec<Record> = history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
         let brief = contract::Brief { run, ..world.brief };
-        let robot = RobotId(0);
-
-        let mut observation = Observation::unseen(&brief, robot);
-        let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-        let start = Pose { cell: brief.start, height_m };
-        let poses = std::iter::once(start).chain(records.iter().map(|record| record.pose));
-        for (decision, pose) in poses.enumerate() {
-            observation.fold(&brief, &world.terrain, pose, Decision(decision as u64));
-        }
-        let map = observation.map();
-        summary.coverage = Some(map.coverage());
-
-        let last_pose = records.last().map_or(start, |record| record.pose);
-        let policy = records.last().and_then(|last| {
-            let mut planner = planner::algorithm(last.leader.planner.as_str()).ok()?;
-            let mut state = last.state_after(brief.run, last.timing.committed, last.timing.committed);
-            // A policy covers the map, but where the mission has ended there is nothing to plan for.
-            state.pose.cell = last.outcome.from;
-            planner.plan(&Situation { brief: &brief, map, state: &state }, &Budget::default());
-            planner.policy()
-        });
-        let picture = Picture {
-            brief: &brief,
-            terrain: &world.terrain.cells,
-            treasures: &world.terrain.treasures,
-            map,
-            policy: policy.as_deref(),
-            route: &records,
-            outcome: summary.outcome,
-            sensing_radius_m: Some(perception::radius_m(&brief.sensor, last_pose.height_m)),
-        };
+        let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
+        let moment = Moment::after(world, &brief, &records, planner);
+        summary.coverage = Some(moment.map.coverage());
+        let picture = Picture { outcome: summary.outcome, ..moment.picture(world, &brief, &records) };
         self.write("mission.svg", &picture.svg().map_err(Failure::run)?)?;
         summary.artifacts = self.artifacts();
         Ok(())

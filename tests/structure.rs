@@ -115,6 +115,7 @@ fn engines_own_no_clock_no_port_and_no_unordered_map() {
         "perception/src",
         "hopper-sim/src",
         "monitor/src",
+        "src/simulate",
     ];
     for file in engines.iter().flat_map(|engine| sources(engine)) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();

@@ -35,6 +35,10 @@ const LATE_COMER_NS: u64 = 250_000_000;
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
+/// How long a peer may go on beating without knowing the run before it is told again, nanoseconds: truth
+/// and brief are published once, and what is missed of them would be missed for ever.
+pub const ANNOUNCE_NS: u64 = SILENCE_NS;
+
 /// What the arbiter is told.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
@@ -55,6 +59,8 @@ pub enum Event {
 pub enum Effect {
     /// Append this record, then answer [`Event::Appended`] or [`Event::AppendFailed`].
     Append(Record),
+    /// Publish truth and brief again: a peer does not know of this run.
+    Announce,
     /// Publish this state.
     Publish(State),
     /// Tell of a refused command; it is counted already.
@@ -98,6 +104,8 @@ pub struct Arbiter {
     /// When the current state was last published; `None` before the first time.
     sent: Option<MonotonicNs>,
     finished: bool,
+    /// A peer that does not know of this run, and since when it was heard to.
+    stranger: Option<(Incarnation, MonotonicNs)>,
     roster: Roster,
     refusals: RefusalCounts,
 }
@@ -148,6 +156,7 @@ impl Arbiter {
             bid: None,
             sent: None,
             finished: false,
+            stranger: None,
             roster: Roster::default(),
             refusals: RefusalCounts::default(),
         }
@@ -184,7 +193,10 @@ impl Arbiter {
                 };
                 self.phase = Phase::Unwritten(record);
             }
-            Event::Heartbeat(beat) => self.roster.observe(beat, now),
+            Event::Heartbeat(beat) => {
+                self.roster.observe(beat, now);
+                effects.extend(self.announce(&beat, now));
+            }
             Event::Tick => {
                 if let Phase::Unwritten(record) = self.phase {
                     effects.push(self.commit(record));
@@ -396,6 +408,23 @@ impl Arbiter {
         }
         self.sent = Some(now);
         Effect::Publish(self.state)
+    }
+
+    /// Truth and brief again, if a peer has not known of the run for long. One is looked after at a time.
+    fn announce(&mut self, beat: &Heartbeat, now: MonotonicNs) -> Option<Effect> {
+        let knows = beat.run == self.state.run || beat.role == Role::HopperSim;
+        let (looked_after, since) = *self.stranger.get_or_insert((beat.incarnation, now));
+        let is_it = looked_after == beat.incarnation;
+        // Whoever knows the run by now, or is gone, makes room for another.
+        if is_it && knows || !is_it && now.since_ns(since) > 2 * ANNOUNCE_NS {
+            self.stranger = (!knows).then_some((beat.incarnation, now));
+            return None;
+        }
+        let due = is_it && now.since_ns(since) >= ANNOUNCE_NS;
+        if due {
+            self.stranger = None;
+        }
+        due.then_some(Effect::Announce)
     }
 
     /// Whether the final state is out and its peers are waited for.

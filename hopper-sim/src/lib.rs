@@ -15,6 +15,6 @@ pub mod shell;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use crash::CRASH_POINTS;
-pub use journal::{History, Journal, JournalError, JournalHeader, Verification, verify};
+pub use journal::{History, Journal, JournalError, JournalHeader, Storage, Verification, verify};
 pub use mission::{Mission, ROBOT};
 pub use pace::Pace;

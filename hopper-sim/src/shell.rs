@@ -231,21 +231,27 @@ impl Service {
             finished: None,
         };
         service.node.listen(&contract::service::command(robot))?;
-        let terrain = &service.arbiter.mission().terrain;
-        let truth = Truth {
-            run: brief.run,
-            grid: terrain.grid,
-            cells: terrain.cells.clone(),
-            treasures: terrain.treasures.clone(),
-        };
-        service.terrains.publish(&truth)?;
-        service.briefs.publish(&brief)?;
+        service.announce()?;
         crash_point(crash::JOINED);
         tracing::info!(
             run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed(),
             "joined instance {:?} at decision {}", args.instance, service.arbiter.state().decision
         );
         Ok(service)
+    }
+
+    /// Tells of the run: once, and again when a peer has missed it.
+    fn announce(&self) -> Result<(), Failure> {
+        let Mission { brief, terrain, .. } = self.arbiter.mission();
+        let truth = Truth {
+            run: brief.run,
+            grid: terrain.grid,
+            cells: terrain.cells.clone(),
+            treasures: terrain.treasures.clone(),
+        };
+        self.terrains.publish(&truth)?;
+        self.briefs.publish(brief)?;
+        Ok(())
     }
 
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
@@ -321,6 +327,7 @@ impl Service {
         while let Some(effect) = effects.pop_front() {
             match effect {
                 Effect::Append(record) => effects.extend(self.append(&record)),
+                Effect::Announce => self.announce()?,
                 Effect::Publish(state) => {
                     self.states.publish(&state)?;
                     crash_point(crash::PUBLISHED);

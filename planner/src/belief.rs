@@ -8,7 +8,9 @@ use contract::{Brief, Cell, Ground, ObservedMap, Profile, Soil};
 /// `paper-2023` it is hard as well; in profile `hopper` its soil is that of the majority of the seen
 /// cells, hard at a draw: a hopper on sand as far as it can see plans for more of it. On the sandy
 /// world that is worth 1.2 to 2.2 points of success and 3 steps (1,000 missions a cell), elsewhere
-/// nothing is lost.
+/// nothing is lost. Mixtures of both soils in the proportion seen, with 1 to 16 hard cells presumed, did
+/// worse there (97.1 to 98.2 % where the majority reached 98.9 %): while few cells are seen they expect
+/// hard ground that does not come.
 #[derive(Clone, Copy, Debug)]
 pub struct Belief<'a> {
     map: &'a ObservedMap,

@@ -96,6 +96,8 @@ pub struct Pilot {
     ticked: MonotonicNs,
     takeover: bool,
     leads: bool,
+    /// The term last asked for in this run.
+    asked: Option<Term>,
     /// The decision for which a plan was asked and has not been reported.
     planning: Option<(RunId, Decision)>,
     planned: Option<Planned>,
@@ -117,6 +119,7 @@ impl Pilot {
             ticked: MonotonicNs(0),
             takeover: commission.takeover,
             leads: false,
+            asked: None,
             planning: None,
             planned: None,
             finished: false,
@@ -196,6 +199,7 @@ impl Pilot {
             self.planned = None;
             self.finished = false;
             self.leads = false;
+            self.asked = None;
         }
         self.brief = Some(brief);
     }
@@ -214,6 +218,10 @@ impl Pilot {
         self.state = Some(state);
         let led = self.leads;
         self.leads = state.leader.incarnation == self.commission.incarnation;
+        if self.asked.is_some_and(|asked| asked < state.leader.term) {
+            // That term has come and gone, and may have been ours: what fires once is not tried again.
+            self.takeover = false;
+        }
         if self.leads && !led {
             self.takeover = false;
             effects.push(Effect::Leads(state.leader.term));
@@ -309,6 +317,9 @@ impl Pilot {
         let Some(state) = self.situation().map(|situation| *situation.state) else { return };
         if self.planned_for() != Some((state.run, state.decision)) {
             return;
+        }
+        if term > state.leader.term {
+            self.asked = Some(term);
         }
         let Some(planned) = &mut self.planned else { return };
         planned.sent = now;

@@ -207,6 +207,19 @@ fn a_takeover_fires_once() {
 }
 
 #[test]
+fn a_takeover_that_may_have_fired_unseen_does_not_fire_again() {
+    let mut pilot = pilot(true);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    pilot.on(Event::Map(map(0)), at(0));
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
+    // The state in which it led, term 5, was overtaken by the next: another has deposed it.
+    let deposed = pilot.on(Event::State(state(2, 6, OTHER)), at(0));
+    assert!(matches!(deposed[..], [Effect::StandsBy(_)]), "{deposed:?}");
+    assert_eq!(pilot.on(Event::Map(map(2)), at(0)), []);
+    assert_eq!(pilot.on(Event::Tick, at(0)), []);
+}
+
+#[test]
 fn a_planner_woken_after_its_term_passed_steps_back_and_sends_nothing() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 1, ME)), at(0));

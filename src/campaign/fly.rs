@@ -173,7 +173,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 }
 
 /// Flies one trial; the row depends on nothing but plan and trial.
-fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
+pub(crate) fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
     let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);

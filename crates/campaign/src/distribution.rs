@@ -12,8 +12,6 @@ const RIGHT: f64 = 190.0;
 const TOP: f64 = 64.0;
 const ROW: f64 = 46.0;
 const BOTTOM: f64 = 52.0;
-/// Width of a bin in steps: a hop.
-const BIN: u64 = 2;
 
 impl Report {
     /// Small multiples: a histogram of steps over successes for each cell, the mean marked, and the
@@ -22,17 +20,20 @@ impl Report {
     pub fn distribution_svg(&self) -> String {
         let cells: Vec<_> = self.cells().filter(|(_, tally)| tally.trials() > 0).collect();
         let steps_max = cells.iter().map(|(cell, _)| cell.steps_max).max().unwrap_or(150);
+        // A bin is a hop where the limit is the paper's 150 steps, and as wide on the sheet elsewhere.
+        let bin = 2 * (steps_max / 150).max(1);
         let bottom = TOP + ROW * cells.len() as f64;
         let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"sans-serif\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" font-family=\"DejaVu Sans, Verdana, Helvetica, sans-serif\" \
              font-size=\"12\" fill=\"#222\">\n<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
              <text x=\"16\" y=\"26\" font-size=\"17\">Steps of successful missions</text>\n\
-             <text x=\"16\" y=\"46\" fill=\"#666\">bars: share of the cell's successes in bins of {BIN} steps, \
+             <text x=\"16\" y=\"46\" fill=\"#666\">bars: share of the cell's successes in bins of {bin} steps, \
              each row to its own height; line: mean; right: trials that reached the goal</text>\n",
             height = bottom + BOTTOM
         );
-        let x = |steps: f64| LEFT + (WIDTH - LEFT - RIGHT) * steps / (steps_max + BIN) as f64;
-        for tick in (0..=steps_max).step_by(usize::try_from(steps_max / 6).unwrap_or(25).max(1)) {
+        let x = |steps: f64| LEFT + (WIDTH - LEFT - RIGHT) * steps / (steps_max + bin) as f64;
+        let pitch = round(steps_max / 6);
+        for tick in (0..=steps_max / pitch).map(|n| n * pitch) {
             let at = x(tick as f64);
             let _ = writeln!(
                 svg,
@@ -48,17 +49,23 @@ impl Report {
             bottom + 38.0
         );
         for (place, (cell, tally)) in cells.iter().enumerate() {
-            svg += &row(cell, tally, TOP + ROW * place as f64, &x);
+            svg += &row(cell, tally, TOP + ROW * place as f64, bin, &x);
         }
         svg + "</svg>\n"
     }
 }
 
-fn row(cell: &Cell, tally: &Tally, top: f64, x: &impl Fn(f64) -> f64) -> String {
+/// A round number of steps that is at least `steps`.
+fn round(steps: u64) -> u64 {
+    let rounds = [5, 10, 25, 50, 100, 250, 500];
+    rounds.into_iter().find(|&round| round >= steps).unwrap_or_else(|| steps.next_multiple_of(1000))
+}
+
+fn row(cell: &Cell, tally: &Tally, top: f64, bin: u64, x: &impl Fn(f64) -> f64) -> String {
     let base = top + ROW - 4.0;
     let mut bins = std::collections::BTreeMap::<u64, u64>::new();
     for (steps, count) in tally.steps() {
-        *bins.entry(steps / BIN).or_default() += count;
+        *bins.entry(steps / bin).or_default() += count;
     }
     let most = bins.values().copied().max().unwrap_or(1) as f64;
     let colour = if cell.planner == "greedy" { "#c77c2a" } else { "#2a6fb0" };
@@ -70,8 +77,8 @@ fn row(cell: &Cell, tally: &Tally, top: f64, x: &impl Fn(f64) -> f64) -> String 
         x(0.0),
         WIDTH - RIGHT
     );
-    for (bin, count) in bins {
-        let (from, to) = (x((bin * BIN) as f64), x(((bin + 1) * BIN) as f64));
+    for (number, count) in bins {
+        let (from, to) = (x((number * bin) as f64), x(((number + 1) * bin) as f64));
         let height = (ROW - 12.0) * count as f64 / most;
         let _ = writeln!(
             svg,

@@ -19,7 +19,7 @@ pub mod tally;
 pub use error::ReportError;
 pub use format::Format;
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
-pub use picture::Picture;
+pub use picture::{Picture, Plate, View};
 pub use summary::{Process, Summary, SummaryBuilder};
 pub use table::table;
 pub use tally::{Executed, Route, Tally, Tenure};

@@ -118,7 +118,7 @@ fn arrows_thin_out_on_large_maps() {
     let arrows = |side: u32| {
         let text = mission_svg(side);
         let document = Document::parse(&text).unwrap();
-        let inks = ["#0a3fd0", "#8013a8", "#c8102e", "#111111"];
+        let inks = ["#0050d8", "#7a0f6e", "#c8102e", "#111111"];
         let paths = document.descendants().filter(|node| {
             node.attribute("fill-opacity").is_some()
                 && node.attribute("fill").is_some_and(|ink| inks.contains(&ink))

@@ -1,11 +1,9 @@
 //! Frames: a payload between its length and its checksum, so that a whole one is known from a torn one.
 
-use std::fs::File;
 use std::io;
 use std::ops::Range;
-use std::os::unix::fs::FileExt;
 
-use super::JournalError;
+use super::{JournalError, Storage};
 
 /// Bytes of length and checksum before the payload.
 pub(crate) const PREFIX_BYTES: usize = 8;
@@ -48,7 +46,7 @@ fn checksum(length: [u8; 4], payload: &[u8]) -> u32 {
 }
 
 /// The first whole frame that begins in `range` of `file` and ends in it too.
-pub(crate) fn find(file: &File, range: Range<u64>, payload_max: usize) -> io::Result<Option<u64>> {
+pub(crate) fn find(file: &impl Storage, range: Range<u64>, payload_max: usize) -> io::Result<Option<u64>> {
     const WINDOW: u64 = 1 << 16;
     let overlap = (PREFIX_BYTES + payload_max) as u64;
     let mut window = vec![0; (WINDOW + overlap) as usize];

@@ -1,15 +1,13 @@
 //! The journal's header: which mission this is, complete enough to fly it again.
 
-use std::fs::File;
 use std::io;
-use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use contract::{Brief, Limits, RunId};
 use scenario::World;
 use serde::{Deserialize, Serialize};
 
-use super::{JournalError, codec, frame};
+use super::{JournalError, Storage, codec, frame};
 
 /// First bytes of every journal.
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
@@ -84,7 +82,7 @@ impl JournalHeader {
     }
 
     /// The header of `file`, which is at `path`, with the byte where it ends.
-    pub(super) fn read(file: &File, path: &Path) -> Result<(Self, u64), JournalError> {
+    pub(super) fn read(file: &impl Storage, path: &Path) -> Result<(Self, u64), JournalError> {
         let bad = |reason: String| JournalError::BadHeader { path: path.into(), reason };
         let short = |error: io::Error| match error.kind() {
             io::ErrorKind::UnexpectedEof => bad("it ends within its header".into()),

@@ -2,18 +2,17 @@
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use contract::Record;
 
-use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, codec, frame};
+use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, codec, frame};
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
-pub struct History {
+pub struct History<S: Storage = File> {
     path: PathBuf,
-    file: File,
+    file: S,
     header: JournalHeader,
     /// Where the first frame begins, bytes.
     start: u64,
@@ -31,9 +30,23 @@ impl History {
             Err(error) if error.kind() == ErrorKind::NotFound => return Err(JournalError::Missing { path }),
             file => file.map_err(super::io("open", &path))?,
         };
-        let file_bytes = file.metadata().map_err(super::io("read", &path))?.len();
+        Self::on(file, path)
+    }
+}
+
+impl<S: Storage> History<S> {
+    /// The journal that `file` holds; errors call it `path`.
+    ///
+    /// # Errors
+    /// If it cannot be read, or its header is damaged or of another format.
+    pub fn on(file: S, path: PathBuf) -> Result<Self, JournalError> {
+        let file_bytes = file.bytes().map_err(super::io("read", &path))?;
         let (header, start) = JournalHeader::read(&file, &path)?;
         Ok(Self { path, file, header, start, file_bytes })
+    }
+
+    pub(super) fn into_file(self) -> S {
+        self.file
     }
 
     /// The journal's header.
@@ -44,21 +57,21 @@ impl History {
 
     /// The records from the first one on, read as they are asked for.
     #[must_use]
-    pub fn records(&self) -> Records<'_> {
+    pub fn records(&self) -> Records<'_, S> {
         Records { history: self, offset: self.start, ended: false, window: Vec::new() }
     }
 }
 
 /// The records of a [`History`]; ends before a torn tail, or with the first error.
 #[derive(Debug)]
-pub struct Records<'a> {
-    history: &'a History,
+pub struct Records<'a, S: Storage = File> {
+    history: &'a History<S>,
     offset: u64,
     ended: bool,
     window: Vec<u8>,
 }
 
-impl Records<'_> {
+impl<S: Storage> Records<'_, S> {
     /// Where the next frame begins, bytes; at the end, where the torn tail does.
     #[must_use]
     pub fn offset(&self) -> u64 {
@@ -99,7 +112,7 @@ impl Records<'_> {
     }
 }
 
-impl Iterator for Records<'_> {
+impl<S: Storage> Iterator for Records<'_, S> {
     type Item = Result<Record, JournalError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -17,11 +17,12 @@ mod header;
 mod history;
 mod lock;
 mod show;
+mod storage;
 mod verification;
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, FileExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
@@ -34,6 +35,7 @@ pub use error::JournalError;
 pub use header::{FORMAT, JournalHeader};
 pub use history::{History, Records};
 pub use show::Show;
+pub use storage::Storage;
 pub use verification::{Verification, verify};
 
 /// Name of the journal's file in its directory.
@@ -44,9 +46,9 @@ const RECORD_BYTES_MAX: usize = 4096;
 
 /// A journal open for writing, locked against every other writer.
 #[derive(Debug)]
-pub struct Journal {
+pub struct Journal<S: Storage = File> {
     path: PathBuf,
-    file: File,
+    file: S,
     header: JournalHeader,
     /// Where each decision's frame begins, bytes.
     offsets: Vec<u64>,
@@ -57,7 +59,8 @@ pub struct Journal {
     /// Whether bytes may lie beyond `end`.
     ragged: bool,
     sync: bool,
-    _lock: Lock,
+    /// Storage that is nobody else's needs none.
+    _lock: Option<Lock>,
 }
 
 impl Journal {
@@ -87,18 +90,8 @@ impl Journal {
             }
             Ok(file)
         };
-        Ok(Self {
-            file: write().map_err(io("create", &path))?,
-            path,
-            header: header.clone(),
-            offsets: Vec::new(),
-            end: bytes.len() as u64,
-            last: None,
-            torn_bytes: 0,
-            ragged: false,
-            sync,
-            _lock: lock,
-        })
+        let file = write().map_err(io("create", &path))?;
+        Ok(Self { _lock: Some(lock), ..Self::empty(file, path, header, bytes.len(), sync) })
     }
 
     /// Opens the journal in `dir` and cuts a torn tail; [`Journal::torn_bytes`] says how much.
@@ -134,10 +127,58 @@ impl Journal {
             return Err(JournalError::Missing { path });
         }
         let lock = claim(dir)?;
-        let history = History::open(dir)?;
+        let file = owner_only().open(&path).map_err(io("open", &path))?;
+        Ok(Self { _lock: Some(lock), ..Self::read(file, path, sync, allowed)? })
+    }
+}
+
+impl<S: Storage> Journal<S> {
+    /// A new journal in `file`, which is empty and nobody else's. A death in its midst leaves half a
+    /// header, which is no journal.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn create_on(file: S, header: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
+        let (path, bytes) = (PathBuf::from(FILE_NAME), header.seal()?);
+        file.write_all_at(&bytes, 0).map_err(io("create", &path))?;
+        if sync {
+            file.sync().map_err(io("sync", &path))?;
+        }
+        Ok(Self::empty(file, path, header, bytes.len(), sync))
+    }
+
+    /// As [`Journal::resume`], from a `file` that is nobody else's.
+    ///
+    /// # Errors
+    /// As [`Journal::resume`].
+    pub fn resume_on(file: S, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
+        Self::read(file, FILE_NAME.into(), sync, |header| expected.check(header))
+    }
+
+    fn empty(file: S, path: PathBuf, header: &JournalHeader, header_bytes: usize, sync: bool) -> Self {
+        Self {
+            file,
+            path,
+            header: header.clone(),
+            offsets: Vec::new(),
+            end: header_bytes as u64,
+            last: None,
+            torn_bytes: 0,
+            ragged: false,
+            sync,
+            _lock: None,
+        }
+    }
+
+    fn read(
+        file: S,
+        path: PathBuf,
+        sync: bool,
+        allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
+    ) -> Result<Self, JournalError> {
+        let history = History::on(file, path.clone())?;
         let mut records = history.records();
         allowed(history.header())?;
-        let file = owner_only().open(&path).map_err(io("open", &path))?;
         let mut digest = genesis(&history.header().brief, history.header().seed);
         let (mut offsets, mut last) = (Vec::new(), None::<Record>);
         loop {
@@ -148,22 +189,23 @@ impl Journal {
             offsets.push(offset);
             last = Some(record);
         }
+        let (end, torn_bytes) = (records.offset(), records.torn_bytes());
         let mut journal = Self {
-            file,
             header: history.header().clone(),
+            file: history.into_file(),
             offsets,
-            end: records.offset(),
+            end,
             last,
-            torn_bytes: records.torn_bytes(),
-            ragged: records.torn_bytes() > 0,
+            torn_bytes,
+            ragged: torn_bytes > 0,
             sync,
-            _lock: lock,
+            _lock: None,
             path,
         };
         journal.trim().map_err(io("cut the torn tail of", &journal.path))?;
         if sync {
             // What an earlier life wrote is about to be told again, so it must be durable too.
-            journal.file.sync_all().map_err(io("sync", &journal.path))?;
+            journal.file.sync().map_err(io("sync", &journal.path))?;
         }
         Ok(journal)
     }
@@ -193,15 +235,15 @@ impl Journal {
         self.trim()?;
         self.ragged = true;
         self.file.write_all_at(frame, self.end)?;
-        if self.sync { self.file.sync_data() } else { Ok(()) }
+        if self.sync { self.file.sync() } else { Ok(()) }
     }
 
     /// Cuts whatever lies beyond the last whole frame.
     fn trim(&mut self) -> std::io::Result<()> {
         if self.ragged {
-            self.file.set_len(self.end)?;
+            self.file.cut(self.end)?;
             if self.sync {
-                self.file.sync_all()?;
+                self.file.sync()?;
             }
             self.ragged = false;
         }

@@ -7,7 +7,7 @@ use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Stat
 use report::Tenure;
 use serde::Serialize;
 
-use super::{History, JournalError};
+use super::{History, JournalError, Storage};
 use crate::mission::{genesis, opening_status};
 
 /// What a journal proves.
@@ -78,7 +78,7 @@ impl Verification {
     }
 
     /// What `history` proves.
-    pub(super) fn of(history: &History) -> Result<Self, JournalError> {
+    pub(super) fn of<S: Storage>(history: &History<S>) -> Result<Self, JournalError> {
         let mut verification = Self::new(history);
         let mut due = Decision(0);
         let mut records = history.records();
@@ -89,7 +89,7 @@ impl Verification {
         Ok(verification)
     }
 
-    fn new(history: &History) -> Self {
+    fn new<S: Storage>(history: &History<S>) -> Self {
         let header = history.header();
         let brief = &header.brief;
         Self {

@@ -66,6 +66,7 @@ impl Witness {
                     assert_eq!(state.digest, digest, "only what is durable is told");
                     assert!(state.landed <= state.published && state.published <= self.now);
                 }
+                Effect::Announce => {}
                 Effect::Refused(refusal) => assert!(self.arbiter.refusals().of(refusal.reason()) > 0),
                 Effect::Finished(status) => {
                     assert!(status.is_over() && !self.finished, "once, and only when over");

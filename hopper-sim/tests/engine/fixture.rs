@@ -137,6 +137,7 @@ pub struct Host {
     pub now: MonotonicNs,
     pub records: Vec<Record>,
     pub published: Vec<State>,
+    pub announced: u32,
     pub finished: Vec<Status>,
     pub refused: Vec<&'static str>,
 }
@@ -146,8 +147,15 @@ impl Host {
     pub fn new(mission: Mission, records: Vec<Record>, pace: Pace) -> Self {
         let now = MonotonicNs(1_000);
         let arbiter = Arbiter::new(mission, records.last(), pace, LINGER_NS, now);
-        let mut host =
-            Self { arbiter, now, records, published: Vec::new(), finished: Vec::new(), refused: Vec::new() };
+        let mut host = Self {
+            arbiter,
+            now,
+            records,
+            published: Vec::new(),
+            announced: 0,
+            finished: Vec::new(),
+            refused: Vec::new(),
+        };
         host.on(Event::Tick);
         host
     }
@@ -169,6 +177,7 @@ impl Host {
                     self.now = self.now.plus_ns(5);
                     self.on(Event::Appended);
                 }
+                Effect::Announce => self.announced += 1,
                 Effect::Publish(state) => self.published.push(state),
                 Effect::Refused(refusal) => self.refused.push(refusal.reason()),
                 Effect::Finished(status) => self.finished.push(status),

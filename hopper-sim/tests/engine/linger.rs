@@ -2,6 +2,7 @@
 
 use contract::roster::SILENCE_NS;
 use contract::{Heartbeat, Role, RunId, Status};
+use hopper_sim::arbiter::ANNOUNCE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Pace};
 
 use crate::fixture::{Host, LINGER_NS, beat, mission, undisturbed};
@@ -121,4 +122,31 @@ fn while_the_mission_is_underway_nobody_ends_it() {
     }
     host.tick_after(100 * LINGER_NS);
     assert_eq!(host.finished, []);
+}
+
+/// P-ANNOUNCE.
+#[test]
+fn a_peer_that_goes_on_without_knowing_the_run_is_told_of_it_again() {
+    let mut host = Host::fresh();
+    let ignorant =
+        |role, life, counter| Heartbeat { run: RunId(0), ..beat(role, life, counter, Status::Underway) };
+    let tenth = ANNOUNCE_NS / 10;
+    let hear_for = |host: &mut Host, tenths: u64, beats: &dyn Fn(u64) -> Heartbeat| {
+        for counter in 0..tenths {
+            hear(host, beats(counter));
+            host.now = host.now.plus_ns(tenth);
+        }
+        std::mem::take(&mut host.announced)
+    };
+    let planner = |counter| ignorant(Role::Planner, 20, counter);
+    assert_eq!(hear_for(&mut host, 10, &planner), 0, "it may be just about to read it");
+    assert_eq!(hear_for(&mut host, 33, &planner), 3, "once a while, as long as it does not know");
+    let knows = |counter| beat(Role::Planner, 20, counter, Status::Underway);
+    assert_eq!(hear_for(&mut host, 30, &knows), 0);
+    // One that died ignorant makes room for the next.
+    assert_eq!(hear_for(&mut host, 5, &|counter| ignorant(Role::Monitor, 30, counter)), 0);
+    let perception = |counter| ignorant(Role::Perception, 40, counter);
+    assert!(hear_for(&mut host, 40, &perception) >= 1);
+    let rival = |counter| ignorant(Role::HopperSim, 50, counter);
+    assert_eq!(hear_for(&mut host, 40, &rival), 0, "another hopper-sim has a run of its own");
 }

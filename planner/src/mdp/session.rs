@@ -46,7 +46,7 @@ impl Session {
         let believed: Vec<Ground> =
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
         let (world, worst_payoff) = world(brief, &lattice, &believed)?;
-        Some(Self { brief: brief.clone(), lattice, believed, worst_payoff, online: Online::new(world) })
+        Some(Self { brief: *brief, lattice, believed, worst_payoff, online: Online::new(world) })
     }
 
     /// Whether the session is about `brief`.

@@ -26,6 +26,49 @@ fn on_a_large_map_no_value_is_so_low_that_losing_the_hopper_looks_better() {
     }
 }
 
+/// Cells from which the policy's intended moves never arrive, on the seen sandy ground of the paper.
+fn strays(profile: Profile, weights: [f64; 2]) -> usize {
+    let world = World::paper(Soils::Sandy, weights, profile);
+    let grid = &world.brief.grid;
+    let mut planner = algorithm("mdp").unwrap();
+    world.plan(&mut *planner, &world.seen(), world.brief.start);
+    let policy = planner.policy().unwrap();
+    let strays = |start: &Cell| {
+        let mut cell = *start;
+        for _ in 0..grid.cells() {
+            if let Action::Hop(direction) = policy[grid.index(cell).unwrap()].action {
+                // Off the map counts as staying in the paper's plan, where it may well be meant.
+                cell = Some(grid.hop(cell, direction)).filter(|to| grid.contains(*to)).unwrap_or(cell);
+            }
+        }
+        cell != world.brief.goal
+    };
+    grid.iter().filter(strays).count()
+}
+
+#[test]
+fn no_preference_pays_for_lingering() {
+    for weights in [[10.0, 0.0], [5.0, 5.0], [0.0, 10.0]] {
+        assert_eq!(strays(Profile::Hopper, weights), 0, "{weights:?}");
+        assert!(
+            strays(Profile::Paper2023, weights) > 0,
+            "{weights:?} are weights that catch the paper's plan"
+        );
+    }
+}
+
+#[test]
+fn preferences_buy_no_detour_into_the_sand() {
+    // 1.6 steps apart while the slope of the first hill could push the hopper into the sand beside it.
+    let steps = [[1.0, 0.0], [0.0, 1.0]].map(|weights| {
+        let world = World::paper(Soils::Heterogeneous, weights, Profile::Hopper);
+        let mut planner = algorithm("mdp").unwrap();
+        let missions = (0..200).map(|seed| world.fly(&mut *planner, seed, |_, _| ()));
+        missions.map(|episode| episode.steps as f64).sum::<f64>() / 200.0
+    });
+    assert!((steps[0] - steps[1]).abs() < 0.5, "{steps:?}");
+}
+
 #[test]
 fn the_policy_never_means_to_land_on_known_impassable_ground() {
     for seed in 0..40 {

@@ -3,7 +3,7 @@
 use contract::{Cell, Decision, Grid, Ground, Profile, Range, Soil, Weights};
 use planner::Situation;
 use planner::mdp::model::{LOSS, Model};
-use planner::payoff::LandingPayoff;
+use planner::payoff::{LandingPayoff, PERIOD_PRICE};
 
 use crate::world::World;
 
@@ -45,17 +45,30 @@ fn the_payoff_is_the_weighted_sum_of_the_paper() {
 #[test]
 fn in_profile_hopper_safety_is_the_slope_alone() {
     let mut world = nine_cells(Profile::Hopper);
-    let middle = Cell::new(1, 1);
+    let (middle, price) = (Cell::new(1, 1), 10.0 * PERIOD_PRICE);
     let of = |world: &World| LandingPayoff::new(&world.brief).of(middle, world.ground(middle).unwrap());
     // The range of −|∇h| − T is 5 wide with T = −5; the rest is the slopes': none.
-    close(of(&world), 2.0 * (1.0 - 0.1 / 5.0) + 4.0 * 0.5 - 5.0);
+    close(of(&world), 2.0 * (1.0 - 0.1 / 5.0) + 4.0 * 0.5 - 5.0 - price);
     // 5.2 wide, 0.2 of which are the slopes'.
     world.brief.priors.safety = Range { min: -0.2, max: 5.0 };
-    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0);
+    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0 - price);
     // Whichever sign the brief gives T.
     world.brief.payoff.sand_term = 5.0;
     world.brief.priors.safety = Range { min: -5.2, max: 0.0 };
-    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0);
+    close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0 - price);
+}
+
+#[test]
+fn in_profile_hopper_every_period_short_of_the_goal_has_the_same_price_on_top() {
+    let [hopper, paper] = [Profile::Hopper, Profile::Paper2023].map(|profile| {
+        let mut world = nine_cells(profile);
+        world.brief.weights.safety = 0.0;
+        let payoff = LandingPayoff::new(&world.brief);
+        world.brief.grid.iter().map(|cell| payoff.of(cell, &Ground::FLAT)).collect::<Vec<_>>()
+    });
+    for (index, (hopper, paper)) in hopper.into_iter().zip(paper).enumerate() {
+        close(paper - hopper, if index == 8 { 0.0 } else { 10.0 * PERIOD_PRICE });
+    }
 }
 
 #[test]

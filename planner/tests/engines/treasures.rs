@@ -101,7 +101,8 @@ fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
             world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(3, 4)).action
         };
         assert_eq!(first(0.0, vec![aside]), first(0.0, vec![]), "nothing for nothing");
-        assert_eq!(first(200.0, vec![aside]), Action::Hop(Direction::South));
+        // Two hops aside and back: four periods, each at a price of up to 40 in profile hopper.
+        assert_eq!(first(200.0, vec![aside]), Action::Hop(Direction::South), "{profile}");
         assert_ne!(first(200.0, vec![]), Action::Hop(Direction::South), "collected, it is forgotten");
         assert_ne!(first(0.1, vec![aside]), Action::Hop(Direction::South), "too little to turn for");
     }

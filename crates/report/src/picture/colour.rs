@@ -7,7 +7,7 @@
 use contract::Direction;
 
 /// Route as intended.
-pub const ROUTE: &str = "#00873e";
+pub const ROUTE: &str = "#005f8f";
 /// Stray hops.
 pub const STRAY: &str = "#e3000f";
 /// Veil over sand.
@@ -21,11 +21,11 @@ pub const EDGE: &str = "#3f4650";
 /// Ground of which nothing at all is known.
 pub const NOTHING: &str = "#e4e7ec";
 
-/// Colour of a policy arrow, as in P23 fig. 4.
+/// Colour of a policy arrow: four as in P23 fig. 4, but four that a colour-blind eye tells apart.
 pub fn arrow(direction: Direction) -> &'static str {
     match direction {
-        Direction::North => "#0a3fd0",
-        Direction::South => "#8013a8",
+        Direction::North => "#0050d8",
+        Direction::South => "#7a0f6e",
         Direction::East => "#c8102e",
         Direction::West => "#111111",
     }
@@ -80,6 +80,61 @@ mod tests {
         let mean = steps.iter().sum::<f64>() / 10.0;
         assert!(steps.iter().all(|step| (step / mean - 1.0).abs() < 0.2), "{steps:?}");
         assert!(mean > 3.5, "{mean}");
+    }
+
+    /// What the eye makes of "#rrggbb" in Oklab, colour-blind as `seen_by` says (a matrix on linear sRGB).
+    fn seen(colour: &str, seen_by: &[[f64; 3]; 3]) -> [f64; 3] {
+        let linear = |at: usize| {
+            let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
+            if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        };
+        let light = [1, 3, 5].map(linear);
+        let [r, g, b] =
+            seen_by.map(|row| row.iter().zip(light).map(|(m, c)| m * c).sum::<f64>().clamp(0.0, 1.0));
+        let long = (0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b).cbrt();
+        let medium = (0.211_903_498_2 * r + 0.680_699_545_1 * g + 0.107_396_956_6 * b).cbrt();
+        let short = (0.088_302_461_9 * r + 0.281_718_837_6 * g + 0.629_978_700_5 * b).cbrt();
+        [
+            0.210_454_255_3 * long + 0.793_617_785_0 * medium - 0.004_072_046_8 * short,
+            1.977_998_495_1 * long - 2.428_592_205_0 * medium + 0.450_593_709_9 * short,
+            0.025_904_037_1 * long + 0.782_771_766_2 * medium - 0.808_675_766_0 * short,
+        ]
+    }
+
+    /// Full sight, then protanopia, deuteranopia, tritanopia (Machado, Oliveira & Fernandes 2009, table 1).
+    const EYES: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.152_286, 1.052_583, -0.204_868],
+            [0.114_503, 0.786_281, 0.099_216],
+            [-0.003_882, -0.048_116, 1.051_998],
+        ],
+        [
+            [0.367_322, 0.860_646, -0.227_968],
+            [0.280_085, 0.672_501, 0.047_413],
+            [-0.011_820, 0.042_940, 0.968_881],
+        ],
+        [
+            [1.255_528, -0.076_749, -0.178_779],
+            [-0.078_411, 0.930_809, 0.147_602],
+            [0.004_733, 0.691_367, 0.303_900],
+        ],
+    ];
+
+    #[test]
+    fn a_colour_blind_eye_tells_arrows_apart_and_strays_from_the_route() {
+        let arrows = Direction::ALL.map(arrow);
+        let pairs = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b)));
+        let mut pairs: Vec<_> = pairs.map(|(a, b)| (arrows[a], arrows[b])).collect();
+        pairs.push((ROUTE, STRAY));
+        for (one, other) in pairs {
+            for eye in &EYES {
+                let (one_seen, other_seen) = (seen(one, eye), seen(other, eye));
+                let distance =
+                    one_seen.iter().zip(other_seen).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                assert!(distance > 0.15, "{one} and {other} are {distance} apart");
+            }
+        }
     }
 
     #[test]

@@ -15,10 +15,10 @@ const GAP: f64 = 34.0;
 const FOOT: f64 = 96.0;
 /// Told apart by colour, dash, and mark.
 const LINES: [(&str, &str); 4] = [
-    ("#0a3fd0", ""),
+    ("#0050d8", ""),
     ("#c8102e", " stroke-dasharray=\"9 4\""),
-    ("#00873e", " stroke-dasharray=\"2 5\""),
-    ("#111", ""),
+    ("#111111", " stroke-dasharray=\"2 5\""),
+    ("#7a0f6e", " stroke-dasharray=\"12 4 2 4\""),
 ];
 
 /// One line: its name, and y at each x of the chart, `None` where there is none.

@@ -14,10 +14,12 @@ const LEFT: f64 = 36.0;
 pub struct Entry {
     swatch: Box<dyn Fn(f64, f64) -> String>,
     words: String,
+    /// What it says where several pictures share the legend.
+    shared: Option<&'static str>,
 }
 
 fn entry(words: impl Into<String>, swatch: impl Fn(f64, f64) -> String + 'static) -> Entry {
-    Entry { swatch: Box::new(swatch), words: words.into() }
+    Entry { swatch: Box::new(swatch), words: words.into(), shared: None }
 }
 
 /// The start: a blue dot, as in P23.
@@ -74,7 +76,10 @@ pub fn entries(picture: &Picture<'_>, raster: &Raster) -> Vec<Entry> {
         entry("start", |x, y| start(x, y, 7.0)),
         entry("goal", |x, y| goal(x, y, 7.0)),
         match picture.sensing_radius_m {
-            Some(radius_m) => entry(format!("hopper, sensing {radius_m:.1} m"), hopper_sensing),
+            Some(radius_m) => {
+                let entry = entry(format!("hopper, sensing {radius_m:.1} m"), hopper_sensing);
+                Entry { shared: Some("hopper, disc it senses"), ..entry }
+            }
             None => entry("hopper", |x, y| hopper(x, y, 6.0)),
         },
     ];
@@ -155,10 +160,30 @@ fn unseen(x: f64, y: f64) -> String {
 fn compass(x: f64, y: f64) -> String {
     let order = [Direction::North, Direction::South, Direction::East, Direction::West];
     let arrows = order.into_iter().zip([-15.0, -7.0, 4.0, 18.0]).map(|(direction, shift)| {
-        let (path, ink) = (arrow(direction, 13.0), colour::arrow(direction));
-        format!("<path fill=\"{ink}\" d=\"M{} {}{path}\"/>", Number(x + shift), Number(y))
+        let (path, ink) = (arrow(direction), colour::arrow(direction));
+        let (x, y) = (Number(x + shift), Number(y));
+        format!("<path fill=\"{ink}\" transform=\"translate({x} {y}) scale(.26)\" d=\"M0 0{path}\"/>")
     });
     arrows.collect()
+}
+
+/// The entries of several pictures, each but once, in the order of each.
+pub fn shared(pictures: Vec<Vec<Entry>>) -> Vec<Entry> {
+    let mut all: Vec<Entry> = Vec::new();
+    for entries in pictures {
+        let mut place = 0;
+        for mut entry in entries {
+            entry.words = entry.shared.map_or(entry.words, str::to_owned);
+            match all.iter().position(|known| known.words == entry.words) {
+                Some(known) => place = known + 1,
+                None => {
+                    all.insert(place, entry);
+                    place += 1;
+                }
+            }
+        }
+    }
+    all
 }
 
 /// Height of `count` entries on a sheet of `width`.
@@ -173,7 +198,7 @@ fn columns(width: f64) -> usize {
 /// Draws `entries` from `top` downwards.
 pub fn draw(sheet: &mut Sheet, entries: &[Entry], top: f64, width: f64) {
     let rows = entries.len().div_ceil(columns(width));
-    for (n, Entry { swatch, words }) in entries.iter().enumerate() {
+    for (n, Entry { swatch, words, .. }) in entries.iter().enumerate() {
         let (column, row) = (n / rows, n % rows);
         let x = LEFT + column as f64 * ENTRY_WIDTH + 24.0;
         let y = top + row as f64 * ENTRY_HEIGHT + 12.0;

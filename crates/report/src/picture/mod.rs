@@ -13,6 +13,7 @@ mod colour;
 mod curves;
 mod legend;
 mod panels;
+mod plate;
 mod raster;
 mod scale;
 mod sheet;
@@ -29,12 +30,15 @@ pub use panels::{Aim, Panel, Panels};
 
 use crate::ReportError;
 use crate::ending::{Ending, commanders, counted};
+pub use plate::{Plate, View};
 use raster::Raster;
 use scale::Ticks;
 use sheet::{Number, Sheet};
 
 /// Longer side of the plot, in the picture's units (pixels at 96 dpi).
 const PLOT_SIDE: f64 = 760.0;
+/// Longer side of each plot where several stand side by side.
+const PANEL_SIDE: f64 = 300.0;
 /// Shortest side of the frame, lest a strip of cells leave no room for its colour bar.
 const FRAME_MIN: f64 = 200.0;
 const MARGIN_LEFT: f64 = 74.0;
@@ -43,8 +47,10 @@ const MARGIN_RIGHT: f64 = 118.0;
 const AXIS_HEIGHT: f64 = 58.0;
 /// Shades of the height scale.
 const SHADES: usize = 40;
+/// Least distance of two policy arrows, as a share of the plot's longer side.
+const ARROW_PITCH_MIN: f64 = 0.026;
 /// Least distance of two policy arrows, in the picture's units.
-const ARROW_PITCH_MIN: f64 = 20.0;
+const ARROW_PITCH_LEAST: f64 = 14.0;
 /// Cells smaller than this leave no room for dashes.
 const DASHED_PITCH_MIN: f64 = 12.0;
 
@@ -75,27 +81,19 @@ impl Picture<'_> {
     /// # Errors
     /// [`ReportError::Cells`] if terrain, map or policy do not cover the grid.
     pub fn svg(&self) -> Result<String, ReportError> {
-        self.check()?;
-        let raster = Raster::new(self);
-        let heights = raster.heights();
-        let frame = Frame::of(&self.brief.grid);
-        let width = MARGIN_LEFT + frame.width + MARGIN_RIGHT;
-        let legend_top = MARGIN_TOP + frame.height + AXIS_HEIGHT;
-        let legend = legend::entries(self, &raster);
-        let mut sheet = Sheet::new(width, legend_top + legend::height(legend.len(), width), &self.title());
+        let view = View { heading: String::new(), picture: *self };
+        Plate { title: self.title(), caption: self.caption(), columns: 1, views: vec![view] }.svg()
+    }
+
+    /// Draws the plot into its frame.
+    fn plot(&self, sheet: &mut Sheet, frame: &Frame, raster: &Raster, heights: Range) {
         sheet.open("defs", "");
-        self.patterns(&mut sheet, &frame, &raster);
+        self.patterns(sheet, frame, raster);
         sheet.close("defs");
-        sheet.heading(MARGIN_LEFT, 36.0, 20.0, "font-weight=\"bold\"", &self.title());
-        sheet.heading(MARGIN_LEFT, 60.0, 14.0, "fill=\"#555\"", &self.caption());
-        self.ground(&mut sheet, &frame, &raster, heights);
-        self.arrows(&mut sheet, &frame);
-        self.way(&mut sheet, &frame);
-        self.marks(&mut sheet, &frame);
-        axes(&mut sheet, &frame, &self.brief.grid);
-        colour_bar(&mut sheet, &frame, heights);
-        legend::draw(&mut sheet, &legend, legend_top, width);
-        Ok(sheet.finish())
+        self.ground(sheet, frame, raster, heights);
+        self.arrows(sheet, frame);
+        self.way(sheet, frame);
+        self.marks(sheet, frame);
     }
 
     fn check(&self) -> Result<(), ReportError> {
@@ -112,8 +110,10 @@ impl Picture<'_> {
 
     fn patterns(&self, sheet: &mut Sheet, frame: &Frame, raster: &Raster) {
         let Frame { left, top, width, height, .. } = *frame;
+        let id = |name: &str| frame.id(name);
         sheet.raw(&format!(
-            "<clipPath id=\"plot\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>",
+            "<clipPath id=\"{}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>",
+            id("plot"),
             Number(left),
             Number(top),
             Number(width),
@@ -128,13 +128,13 @@ impl Picture<'_> {
                  patternTransform=\"rotate({turn})\"><rect width=\"{line}\" height=\"{pitch}\" fill=\"{colour}\"/></pattern>"
             )
         };
-        sheet.raw(&stripes("unseen-hatch", 7.0, 0.9, 45, colour::HATCH));
-        sheet.raw(&stripes("blocked-hatch", 4.0, 1.6, 135, colour::BLOCKED));
+        sheet.raw(&stripes(&id("unseen-hatch"), 7.0, 0.9, 45, colour::HATCH));
+        sheet.raw(&stripes(&id("blocked-hatch"), 4.0, 1.6, 135, colour::BLOCKED));
     }
 
     fn ground(&self, sheet: &mut Sheet, frame: &Frame, raster: &Raster, heights: Range) {
         let scale = frame.pitch * f64::from(raster.block);
-        sheet.open("g", "clip-path=\"url(#plot)\"");
+        sheet.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
         sheet.open(
             "g",
             &format!(
@@ -145,21 +145,14 @@ impl Picture<'_> {
                 Number(-scale)
             ),
         );
-        sheet.path(&raster.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
-        let shade_of =
-            |height_m: f64| (heights.normalise(height_m) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
-        for shade in 0..SHADES {
-            let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
-            let cells = raster.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
-            sheet.path(&cells, &format!("fill=\"{colour}\""));
+        match frame.ground {
+            None => truth(sheet, frame, raster, heights),
+            Some(place) => sheet.raw(&format!("<use href=\"#ground-{place}\"/>")),
         }
-        sheet.path(&raster.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
-        let blocked = raster.fill(|tile| tile.blocked);
-        sheet.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
-        sheet.path(&blocked, "fill=\"url(#blocked-hatch)\"");
         let unseen = raster.fill(|tile| !tile.seen);
         sheet.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
-        sheet.path(&unseen, "fill=\"url(#unseen-hatch)\" shape-rendering=\"auto\"");
+        let hatch = format!("fill=\"url(#{})\" shape-rendering=\"auto\"", frame.id("unseen-hatch"));
+        sheet.path(&unseen, &hatch);
         let edge = format!(
             "fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" shape-rendering=\"auto\"",
             colour::EDGE,
@@ -174,30 +167,32 @@ impl Picture<'_> {
     fn arrows(&self, sheet: &mut Sheet, frame: &Frame) {
         let Some(policy) = self.policy else { return };
         let span = self.brief.grid.hop_cells;
-        let hops = ((ARROW_PITCH_MIN / (frame.pitch * f64::from(span))).ceil() as u32).max(1);
+        let pitch_min = (ARROW_PITCH_MIN * frame.width.max(frame.height)).max(ARROW_PITCH_LEAST);
+        let hops = ((pitch_min / (frame.pitch * f64::from(span))).ceil() as u32).max(1);
         let stride = (hops * span) as i32;
-        let length = (0.66 * frame.pitch * f64::from(stride)).min(26.0);
+        let quiver = Quiver::new((0.66 * frame.pitch * f64::from(stride)).min(26.0));
         let drawn = |cell: &Cell| {
             (cell.x - self.brief.start.x).rem_euclid(stride) == 0
                 && (cell.y - self.brief.start.y).rem_euclid(stride) == 0
         };
+        quiver.open(sheet);
         for (seen, opacity) in [(false, ".4"), (true, "1")] {
             for direction in Direction::ALL {
-                let arrow = arrow(direction, length);
-                let mut path = String::new();
+                let mut at = Vec::new();
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
                         policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
                     if points && self.map.cells[index].is_some() == seen {
-                        let (x, y) = frame.centre(cell);
-                        let _ = write!(path, "M{} {}{arrow}", Number(x), Number(y));
+                        at.push(frame.centre(cell));
                     }
                 }
                 let ink = colour::arrow(direction);
+                let path = quiver.path(direction, at);
                 sheet.path(&path, &format!("fill=\"{ink}\" fill-opacity=\"{opacity}\""));
             }
         }
+        sheet.close("g");
     }
 
     /// The route: one line for hops as intended, one for strays, rings where the hopper stayed.
@@ -278,7 +273,7 @@ impl Picture<'_> {
         if let Some(radius_m) = self.sensing_radius_m {
             let (x, y) = frame.centre(here);
             let radius = Number(radius_m / self.brief.grid.cell_size_m * frame.pitch);
-            sheet.open("g", "clip-path=\"url(#plot)\"");
+            sheet.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
             for (colour, width, dash) in [("#fff", 3.2, ""), ("#111", 1.4, " stroke-dasharray=\"5 4\"")] {
                 sheet.raw(&format!(
                     "<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>",
@@ -347,23 +342,85 @@ enum Find {
     Unseen,
 }
 
+/// Heights, sand and impassable ground, as a group that other plots can use.
+fn truth(sheet: &mut Sheet, frame: &Frame, raster: &Raster, heights: Range) {
+    sheet.open("g", &format!("id=\"{}\"", frame.id("ground")));
+    sheet.path(&raster.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
+    let shade_of =
+        |height_m: f64| (heights.normalise(height_m) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
+    for shade in 0..SHADES {
+        let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
+        let cells = raster.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
+        sheet.path(&cells, &format!("fill=\"{colour}\""));
+    }
+    sheet.path(&raster.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
+    let blocked = raster.fill(|tile| tile.blocked);
+    sheet.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
+    sheet.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));
+    sheet.close("g");
+}
+
 fn is_slip(branch: Branch) -> bool {
     matches!(branch, Branch::Left | Branch::Right)
 }
 
-/// Outline of an arrow centred on the pen, pointing towards `direction`; north is up on the sheet.
-fn arrow(direction: Direction, length: f64) -> String {
+/// Arrows of one length, in units of a fiftieth of it: their coordinates are short whole numbers.
+#[derive(Clone, Copy, Debug)]
+struct Quiver {
+    /// A fiftieth of an arrow, in the picture's units.
+    unit: f64,
+}
+
+impl Quiver {
+    fn new(length: f64) -> Self {
+        // As many digits as are written, so that what is written is where the arrows go.
+        Self { unit: ((length * 200.0).round() / 10_000.0).max(0.0001) }
+    }
+
+    /// Opens the group that the arrows' paths belong in.
+    fn open(self, sheet: &mut Sheet) {
+        sheet.open("g", &format!("transform=\"scale({})\"", Number(self.unit)));
+    }
+
+    /// The path of arrows towards `direction` with their middles at the points (x, y).
+    fn path(self, direction: Direction, at: impl IntoIterator<Item = (f64, f64)>) -> String {
+        let mut path = String::new();
+        let mut pen = (0, 0);
+        for (x, y) in at {
+            let (x, y) = ((x / self.unit).round() as i64, (y / self.unit).round() as i64);
+            // The pen is where the last arrow began.
+            let _ = write!(path, "m{}{}{}", x - pen.0, Next(y - pen.1), arrow(direction));
+            pen = (x, y);
+        }
+        path
+    }
+}
+
+/// A number after another one: with a space unless a minus parts them.
+struct Next(i64);
+
+impl std::fmt::Display for Next {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 < 0 { write!(f, "{}", self.0) } else { write!(f, " {}", self.0) }
+    }
+}
+
+/// Outline of an arrow 50 units long towards `direction`, from its middle and back; north is up on the
+/// sheet.
+fn arrow(direction: Direction) -> String {
     let (dx, dy) = direction.step();
-    let (ahead, aside) = ((f64::from(dx), -f64::from(dy)), (f64::from(dy), f64::from(dx)));
-    let corners =
-        [(-0.5, 0.07), (0.08, 0.07), (0.08, 0.26), (0.5, 0.0), (0.08, -0.26), (0.08, -0.07), (-0.5, -0.07)];
+    let (ahead, aside) = ((i64::from(dx), i64::from(-dy)), (i64::from(dy), i64::from(dx)));
+    let corners = [(-25, 4), (4, 4), (4, 13), (25, 0), (4, -13), (4, -4), (-25, -4), (-25, 0)];
     let mut path = String::new();
-    let mut pen = (0.0, 0.0);
-    for (n, (along, across)) in corners.into_iter().enumerate() {
-        let at =
-            (length * (along * ahead.0 + across * aside.0), length * (along * ahead.1 + across * aside.1));
-        let verb = if n == 0 { 'm' } else { 'l' };
-        let _ = write!(path, "{verb}{} {}", Number(at.0 - pen.0), Number(at.1 - pen.1));
+    let mut pen = (0, 0);
+    // The first stroke runs inside the outline to its tail: filled, it does not show.
+    for (along, across) in std::iter::once((-25, 0)).chain(corners) {
+        let at = (along * ahead.0 + across * aside.0, along * ahead.1 + across * aside.1);
+        let _ = match (at.0 - pen.0, at.1 - pen.1) {
+            (along_x, 0) => write!(path, "h{along_x}"),
+            (0, along_y) => write!(path, "v{along_y}"),
+            (along_x, along_y) => write!(path, "l{along_x}{}", Next(along_y)),
+        };
         pen = at;
     }
     path.push('z');
@@ -379,14 +436,24 @@ struct Frame {
     height: f64,
     /// Units of the sheet per cell.
     pitch: f64,
+    /// Number of the plot on its sheet, from 0.
+    place: usize,
+    /// The plot whose ground this one shares, if an earlier one has the same.
+    ground: Option<usize>,
 }
 
 impl Frame {
-    fn of(grid: &Grid) -> Self {
+    /// A frame of `side` for `grid`, at the origin.
+    fn of(grid: &Grid, side: f64) -> Self {
         let (columns, rows) = (f64::from(grid.width), f64::from(grid.height));
-        let pitch = PLOT_SIDE / columns.max(rows);
+        let pitch = side / columns.max(rows);
         let (width, height) = ((columns * pitch).max(FRAME_MIN), (rows * pitch).max(FRAME_MIN));
-        Self { left: MARGIN_LEFT, top: MARGIN_TOP, width, height, pitch }
+        Self { left: 0.0, top: 0.0, width, height, pitch, place: 0, ground: None }
+    }
+
+    /// An id that no other plot on the sheet has.
+    fn id(&self, name: &str) -> String {
+        format!("{name}-{}", self.place)
     }
 
     /// Centre of `cell` on the sheet; a cell outside of the grid is drawn in the first row beyond it.
@@ -401,8 +468,15 @@ impl Frame {
     }
 }
 
-fn axes(sheet: &mut Sheet, frame: &Frame, grid: &Grid) {
-    let Frame { left, top, width, height, pitch } = *frame;
+/// Which sides of a plot have numbers.
+#[derive(Clone, Copy, Debug)]
+struct Numbered {
+    left: bool,
+    below: bool,
+}
+
+fn axes(sheet: &mut Sheet, frame: &Frame, grid: &Grid, numbered: Numbered) {
+    let Frame { left, top, width, height, pitch, .. } = *frame;
     let bottom = top + height;
     sheet.raw(&format!(
         "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>",
@@ -418,17 +492,30 @@ fn axes(sheet: &mut Sheet, frame: &Frame, grid: &Grid) {
     for (at_m, label) in east.labels() {
         let x = left + (at_m / grid.cell_size_m + 0.5) * pitch;
         let _ = write!(strokes, "M{} {}v6", Number(x), Number(bottom));
-        sheet.text(x, bottom + 21.0, "text-anchor=\"middle\"", &label);
+        if numbered.below {
+            sheet.text(x, bottom + 21.0, "text-anchor=\"middle\"", &label);
+        }
     }
     let north = Ticks::over(reach(grid.height), room(grid.height));
     for (at_m, label) in north.labels() {
         let y = bottom - (at_m / grid.cell_size_m + 0.5) * pitch;
         let _ = write!(strokes, "M{} {}h-6", Number(left), Number(y));
-        sheet.text(left - 10.0, y + 4.5, "text-anchor=\"end\"", &label);
+        if numbered.left {
+            sheet.text(left - 10.0, y + 4.5, "text-anchor=\"end\"", &label);
+        }
     }
     sheet.path(&strokes, "stroke=\"#333\"");
-    sheet.text(left + width / 2.0, bottom + 42.0, "text-anchor=\"middle\" font-size=\"14\"", "x, east (m)");
-    sheet.text_upwards(22.0, top + height / 2.0, "y, north (m)");
+    if numbered.below {
+        sheet.text(
+            left + width / 2.0,
+            bottom + 42.0,
+            "text-anchor=\"middle\" font-size=\"14\"",
+            "x, east (m)",
+        );
+    }
+    if numbered.left {
+        sheet.text_upwards(left - 52.0, top + height / 2.0, "y, north (m)");
+    }
 }
 
 fn colour_bar(sheet: &mut Sheet, frame: &Frame, heights: Range) {

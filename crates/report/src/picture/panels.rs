@@ -6,7 +6,7 @@ use contract::{Cell, Direction, Grid, Ground, Range, Soil};
 
 use super::scale::Ticks;
 use super::sheet::{Number, Sheet};
-use super::{SHADES, arrow, colour, legend};
+use super::{Quiver, SHADES, arrow, colour, legend};
 use crate::ReportError;
 
 const MARGIN_LEFT: f64 = 58.0;
@@ -154,15 +154,27 @@ impl Panels<'_> {
             };
             entry(&patch, "sand");
         }
-        let hop = |x: f64, direction, ink: &str| {
-            format!("<path fill=\"{ink}\" d=\"M{} {}{}\"/>", Number(x), Number(y), arrow(direction, 14.0))
+        let hop = |x: f64, direction, up| {
+            let (x, y, ink) = (Number(x), Number(y), ink(direction, up));
+            format!(
+                "<path {ink} transform=\"translate({x} {y}) scale(.28)\" d=\"M0 0{}\"/>",
+                arrow(direction)
+            )
         };
         for direction in [Direction::North, Direction::South, Direction::East, Direction::West] {
-            entry(&|x| hop(x, direction, colour::arrow(direction)), &direction.to_string());
+            entry(&|x| hop(x, direction, false), &direction.to_string());
         }
         if any(&|panel| panel.policy.iter().flatten().any(|aim| aim.up)) {
-            entry(&|x| hop(x, Direction::East, colour::ROUTE), "vertical hop");
+            entry(&|x| hop(x, Direction::East, true), "vertical hop");
         }
+    }
+}
+
+/// Attributes of an arrow: vertical hops are white with a dark rim.
+fn ink(direction: Direction, up: bool) -> String {
+    match up {
+        true => "fill=\"#fff\" stroke=\"#111\" stroke-width=\"4.5\" paint-order=\"stroke\" stroke-linejoin=\"round\"".to_owned(),
+        false => format!("fill=\"{}\"", colour::arrow(direction)),
     }
 }
 
@@ -243,14 +255,14 @@ impl Frame {
             || panel.grid.iter().zip(&panel.policy).filter_map(|(cell, aim)| aim.map(|aim| (cell, aim)));
         for direction in Direction::ALL {
             for up in [false, true] {
-                let shape = arrow(direction, self.pitch * if up { 0.95 } else { 0.72 });
-                let mut path = String::new();
-                for (cell, _) in aims().filter(|(_, aim)| *aim == Aim { direction, up }) {
-                    let (x, y) = self.centre(cell);
-                    let _ = write!(path, "M{} {}{shape}", Number(x), Number(y));
+                let quiver = Quiver::new(self.pitch * if up { 0.95 } else { 0.72 });
+                let wanted = aims().filter(|(_, aim)| *aim == Aim { direction, up });
+                let path = quiver.path(direction, wanted.map(|(cell, _)| self.centre(cell)));
+                if !path.is_empty() {
+                    quiver.open(sheet);
+                    sheet.path(&path, &ink(direction, up));
+                    sheet.close("g");
                 }
-                let ink = if up { colour::ROUTE } else { colour::arrow(direction) };
-                sheet.path(&path, &format!("fill=\"{ink}\""));
             }
         }
     }

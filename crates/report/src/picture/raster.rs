@@ -61,6 +61,13 @@ impl Raster {
         &self.tiles
     }
 
+    /// Whether both show the same ground, however much of it was seen.
+    pub fn has_ground_of(&self, other: &Self) -> bool {
+        let ground = |tile: &Tile| (tile.height_m, tile.sand, tile.blocked);
+        (self.block, self.columns, self.rows) == (other.block, other.columns, other.rows)
+            && self.tiles.iter().map(ground).eq(other.tiles.iter().map(ground))
+    }
+
     /// Range of the heights known, never empty.
     pub fn heights(&self) -> Range {
         let known = self.tiles.iter().filter_map(|tile| tile.height_m);

@@ -23,6 +23,7 @@ pub(super) struct Field {
     /// Soil of each block, or mixed.
     blocks: Vec<u8>,
     soils: [Scattered; 8],
+    soils_len: usize,
     discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
@@ -59,6 +60,7 @@ impl Field {
             classes: vec![FIXED; places],
             blocks: vec![FIXED; places / LANES],
             soils,
+            soils_len: rules.soils.len(),
             discount: rules.discount,
             waits,
             loses: rules.leaving == Leaving::Loses,
@@ -124,10 +126,10 @@ impl Field {
         }
     }
 
-    /// All soils.
+    /// The soils there are.
     #[inline(always)]
-    pub fn soils(&self) -> &[Scattered; 8] {
-        &self.soils
+    pub fn soils(&self) -> &[Scattered] {
+        &self.soils[..self.soils_len]
     }
 
     /// The ground of a block.

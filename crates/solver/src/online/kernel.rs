@@ -50,16 +50,20 @@ impl ScatteredLanes {
         }
     }
 
-    /// The soil of each lane.
+    /// The soil of each lane, by its index; no soil leaves a lane's node as it is.
     #[inline(always)]
-    pub fn each(soils: &[Scattered; 8], classes: &[u8; LANES]) -> Self {
-        let of = |lane: usize| &soils[usize::from(classes[lane] & 7)];
-        Self {
-            ahead: std::array::from_fn(|lane| of(lane).ahead),
-            sideways: std::array::from_fn(|lane| of(lane).sideways),
-            stuck: std::array::from_fn(|lane| of(lane).stuck),
-            gain: std::array::from_fn(|lane| of(lane).gain),
+    pub fn each(soils: &[Scattered], classes: &[u8; LANES]) -> Self {
+        let mut lanes = Self::uniform(&Scattered::default());
+        for (index, soil) in soils.iter().enumerate() {
+            for (lane, class) in classes.iter().enumerate() {
+                let is = usize::from(*class) == index;
+                lanes.ahead[lane] = if is { soil.ahead } else { lanes.ahead[lane] };
+                lanes.sideways[lane] = if is { soil.sideways } else { lanes.sideways[lane] };
+                lanes.stuck[lane] = if is { soil.stuck } else { lanes.stuck[lane] };
+                lanes.gain[lane] = if is { soil.gain } else { lanes.gain[lane] };
+            }
         }
+        lanes
     }
 }
 

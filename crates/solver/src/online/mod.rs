@@ -78,6 +78,9 @@ const DEPTH: usize = 7;
 /// The line is drawn anew when the hopper has gone on by so many rings.
 const STRIDE: usize = 10;
 
+/// On fewer nodes than these, bringing all values to rest takes no longer than two bounds.
+const NODES_MIN: usize = 8_000;
+
 /// Rings it may then go back before the line is too near.
 const GAP: usize = 4;
 
@@ -414,7 +417,8 @@ impl Online {
         let mut line = match self.line {
             Some(line) => (!line.broken).then_some(line)?,
             None => {
-                let worthwhile = level + DEPTH + STRIDE < self.field.rings.levels;
+                let worthwhile =
+                    self.world.nodes() >= NODES_MIN && level + DEPTH + STRIDE < self.field.rings.levels;
                 (worthwhile && self.settle(work, work_max)).then_some(())?;
                 self.bounds_at.take_over(&self.values_at);
                 Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }

@@ -289,10 +289,11 @@ impl Block {
             out_u: lanes(worths, self.outwards),
             out_v: lanes(worths, self.outwards + 1),
         };
-        let soil = match field.soil(self.place) {
-            Ok(soil) => ScatteredLanes::uniform(soil),
-            Err(classes) => ScatteredLanes::each(field.soils(), classes),
-        };
-        backup(&soil, &field.ground(self.place), &around)
+        let ground = field.ground(self.place);
+        // Apart, so that where a block is of one soil its numbers stay in registers.
+        match field.soil(self.place) {
+            Ok(soil) => backup(&ScatteredLanes::uniform(soil), &ground, &around),
+            Err(classes) => backup(&ScatteredLanes::each(field.soils(), classes), &ground, &around),
+        }
     }
 }

@@ -48,3 +48,37 @@ fn relax_avx2<const FIELDS: usize>(
 ) -> u64 {
     relaxation.relax(field, limits)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen::Specimen;
+
+    /// P-LANES.
+    #[test]
+    fn every_width_of_registers_gives_the_same_bits() {
+        for specimen in [Specimen::plain(37, 3), Specimen::trap(21, 4)] {
+            let world = specimen.world().expect("a size in range");
+            let field = Field::new(&world);
+            let limits = Limits { tolerance: 1e-8, frozen_from: usize::MAX, visits_max: 20_000 };
+            let solved = |relax: &dyn Fn(&mut Relaxation<2>) -> u64| {
+                let mut relaxation = Relaxation::<2>::default();
+                for (worths, value) in relaxation.worths.iter_mut().zip([-300.0, 50.0]) {
+                    field.worths(&world, &vec![value; world.nodes()], worths);
+                }
+                relaxation.clear(&field.rings);
+                (0..field.rings.levels).for_each(|level| relaxation.touch_level(&field.rings, level));
+                let visits = relax(&mut relaxation);
+                let bits = |worths: &Vec<f64>| worths.iter().map(|worth| worth.to_bits()).collect::<Vec<_>>();
+                (visits, bits(&relaxation.worths[0]), bits(&relaxation.worths[1]))
+            };
+            let scalar = solved(&|relaxation| relaxation.relax(&field, &limits));
+            assert!(scalar == solved(&|relaxation| relax(relaxation, &field, &limits)));
+            #[cfg(target_arch = "x86_64")]
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has what the function is compiled for.
+                assert!(scalar == solved(&|relaxation| unsafe { relax_avx2(relaxation, &field, &limits) }));
+            }
+        }
+    }
+}

@@ -16,6 +16,8 @@ pub(super) struct Witness {
     from: Vec<u32>,
     open: Vec<u32>,
     reached: Vec<u32>,
+    /// The goal searched for last.
+    goal: usize,
 }
 
 /// Not reached by the search.
@@ -104,7 +106,10 @@ impl Witness {
         None
     }
 
-    fn goal(&self, world: &World) -> Option<usize> {
-        (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)
+    fn goal(&mut self, world: &World) -> Option<usize> {
+        if self.goal >= world.nodes() || world.kind(self.goal) != Kind::Goal {
+            self.goal = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)?;
+        }
+        Some(self.goal)
     }
 }

@@ -1,0 +1,126 @@
+//! The solver's side of the comparison with other solvers; `bench/run` is its one caller.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use serde_json::json;
+use solver::specimen::Specimen;
+use solver::{Effort, Solver};
+
+use crate::rows::Rows;
+
+mod rows;
+mod stopwatch;
+
+/// Worlds for other solvers, and Hopper's own times on them.
+#[derive(Debug, Parser)]
+struct Options {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Debug, Subcommand)]
+enum Task {
+    /// Write a world as the rows of a Markov decision process.
+    Export(Order),
+    /// Solve a world, write its values, print times and memory as JSON.
+    Solve(Order),
+}
+
+/// Which world, and where its files go.
+#[derive(Debug, clap::Args)]
+struct Order {
+    /// Kind of world.
+    kind: WorldKind,
+    /// Nodes a side.
+    side: usize,
+    /// Folder of the world's files.
+    folder: PathBuf,
+    /// Seed of the world.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Bound on |V − V*| to reach, in units of payoff.
+    #[arg(long, default_value_t = 1e-6)]
+    error_max: f64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum WorldKind {
+    /// The goal is worth reaching.
+    Plain,
+    /// Lingering on a hill is worth more than the goal.
+    Trap,
+}
+
+fn main() -> ExitCode {
+    let done = match Options::parse().task {
+        Task::Export(order) => export(&order),
+        Task::Solve(order) => solve(&order),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain(error.as_ref());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[allow(clippy::print_stderr, reason = "the one place where errors leave")]
+fn complain(error: &dyn Error) {
+    eprintln!("bench: {error}");
+}
+
+fn specimen(order: &Order) -> Specimen {
+    match order.kind {
+        WorldKind::Plain => Specimen::plain(order.side, order.seed),
+        WorldKind::Trap => Specimen::trap(order.side, order.seed),
+    }
+}
+
+fn export(order: &Order) -> Result<(), Box<dyn Error>> {
+    let world = specimen(order).world()?;
+    std::fs::create_dir_all(&order.folder)?;
+    let rows = Rows::of(&world);
+    rows.write(&order.folder)?;
+    let header = json!({
+        "states": rows.nodes.len(),
+        "rows": rows.rewards.len(),
+        "discount": world.rules().discount,
+        "error_max": order.error_max,
+    });
+    Ok(std::fs::write(order.folder.join("world.json"), format!("{header:#}\n"))?)
+}
+
+fn solve(order: &Order) -> Result<(), Box<dyn Error>> {
+    let world = specimen(order).world()?;
+    let peak_before = stopwatch::peak_bytes();
+    let effort = Effort { error_max: order.error_max, ..Effort::default() };
+    let (times, (solver, solution)) = stopwatch::repeat(|| {
+        let mut solver = Solver::new();
+        let solution = solver.solve(&world, &effort);
+        (solver, solution)
+    });
+    let peak = stopwatch::peak_bytes();
+    write_values(&order.folder, &Rows::of(&world), solver.values())?;
+    print(&json!({
+        "times": times,
+        "peak_bytes": peak,
+        "peak_before_solve_bytes": peak_before,
+        "error_bound": solution.certificate.error_bound,
+        "sweeps": solution.sweeps,
+    }));
+    Ok(())
+}
+
+fn write_values(folder: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder)?;
+    Ok(rows::write(&folder.join("hopper.f64"), rows.values(values).map(f64::to_le_bytes))?)
+}
+
+#[allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
+fn print(answer: &serde_json::Value) {
+    println!("{answer}");
+}

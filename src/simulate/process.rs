@@ -1,0 +1,762 @@
+//! One simulated process: a machine in the shell that its real work loop would be.
+//!
+//! Each role's turn repeats what its shell does between machine and port, in the same order: which queue
+//! is read when, what is newest-wins, where the named points lie, when it beats and when it leaves. A turn
+//! is cut into steps, so that a process may die or be stopped between any two of them.
+
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use contract::roster::BEAT_PERIOD_NS;
+use contract::{
+    Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Name, PastPage, PastRequest, Record, RobotId,
+    Role, Roster, RunId, Status,
+};
+use hopper_sim::{Arbiter, Journal, Storage, crash};
+use monitor::Watcher;
+use perception::Cartographer;
+use planner::pilot::{Commission, Pilot};
+use planner::{Budget, Plan, Planner};
+
+use super::message::{Message, Topic};
+use super::stage::{Blow, Happening, MS, Stage};
+
+/// How long a work loop sleeps at most, nanoseconds.
+const TICK_NS: u64 = 10 * MS;
+
+/// How often the monitor looks, nanoseconds.
+const MONITOR_PERIOD_NS: u64 = 50 * MS;
+
+/// A peer that has seen the end of the mission goes on beating this long, nanoseconds.
+const FAREWELL_NS: u64 = 120 * MS;
+
+/// How long the end is served at most, nanoseconds.
+pub(super) const LINGER_NS: u64 = 2_000 * MS;
+
+/// How a turn of the work loop went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turned {
+    /// To its end; the next is scheduled.
+    Done,
+    /// It was stopped, or is planning, and will go on.
+    Pending,
+    /// The process died, and is started again after so many nanoseconds.
+    Died(u64),
+    /// The process left, its work done.
+    Left,
+}
+
+/// A step of a turn.
+#[derive(Debug)]
+enum Step {
+    /// A named point.
+    Pass(&'static str),
+    /// hopper-sim publishes truth and brief.
+    Announce,
+    Arbiter(hopper_sim::Event),
+    ForArbiter(hopper_sim::Effect),
+    Commit(Box<Record>),
+    /// hopper-sim ticks, once the crew is assembled.
+    TickIfAssembled,
+    /// hopper-sim answers for the past.
+    Serve,
+    Cartographer(perception::Event),
+    ForCartographer(perception::Effect),
+    PublishMap(MonotonicNs),
+    Pilot(planner::pilot::Event),
+    ForPilot(planner::pilot::Effect),
+    Watcher(Box<monitor::Event>),
+    ForWatcher(monitor::Effect),
+    /// What was put off is carried out now.
+    Execute,
+    /// Beats, leaves or goes to sleep.
+    Close,
+}
+
+/// What is at a process's core.
+#[allow(clippy::large_enum_variant, reason = "there are five of them")]
+enum Machine {
+    Sim { arbiter: Arbiter, journal: Journal<Box<dyn Storage>>, assembled: bool, finished: Option<Status> },
+    Perception { cartographer: Cartographer, mapping: Option<RunId> },
+    Planner { pilot: Pilot, commission: Commission, planner: Box<dyn Planner>, blind: bool },
+    Monitor { watcher: Watcher },
+}
+
+/// One life of one process.
+pub(super) struct Process {
+    pub slot: usize,
+    pub role: Role,
+    pub life: Incarnation,
+    pub pid: u32,
+    machine: Machine,
+    inbox: [VecDeque<Message>; Topic::ALL.len()],
+    /// The rest of this turn.
+    agenda: VecDeque<Step>,
+    /// What comes before it: effects of what was just heard.
+    steps: VecDeque<Step>,
+    /// Effects that the shell carries out once all is heard.
+    deferred: VecDeque<Step>,
+    executing: bool,
+    /// When the next turn is.
+    turn_ns: Option<u64>,
+    /// Whether an event came while a turn was on.
+    rung: bool,
+    pub stopped_until: Option<u64>,
+    planning: Option<(Plan, MonotonicNs)>,
+    last_beat: Heartbeat,
+    beat_at: Option<MonotonicNs>,
+    roster: Roster,
+    ended: Option<MonotonicNs>,
+    stays: bool,
+    /// Requests for the past so far, and whether the last waits for its answer.
+    asked: (u64, bool),
+}
+
+impl Process {
+    fn new(
+        slot: usize,
+        life: Incarnation,
+        pid: u32,
+        machine: Machine,
+        stays: bool,
+        first: Vec<Step>,
+    ) -> Self {
+        let (role, planner) = match &machine {
+            Machine::Sim { .. } => (Role::HopperSim, Name::NONE),
+            Machine::Perception { .. } => (Role::Perception, Name::NONE),
+            Machine::Planner { commission, .. } => (Role::Planner, commission.planner),
+            Machine::Monitor { .. } => (Role::Monitor, Name::NONE),
+        };
+        let last_beat = Heartbeat {
+            role,
+            incarnation: life,
+            pid,
+            version: Name::NONE,
+            planner,
+            counter: 0,
+            run: RunId::default(),
+            decision: Decision(0),
+            status: Status::Underway,
+        };
+        Self {
+            slot,
+            role,
+            life,
+            pid,
+            machine,
+            inbox: Default::default(),
+            agenda: first.into(),
+            steps: VecDeque::new(),
+            deferred: VecDeque::new(),
+            executing: false,
+            turn_ns: None,
+            rung: false,
+            stopped_until: None,
+            planning: None,
+            last_beat,
+            beat_at: None,
+            roster: Roster::default(),
+            ended: None,
+            stays,
+            asked: (0, false),
+        }
+    }
+
+    /// hopper-sim, its journal open.
+    pub fn sim(
+        slot: usize,
+        life: Incarnation,
+        pid: u32,
+        journal: Journal<Box<dyn Storage>>,
+        stage: &mut Stage<'_>,
+    ) -> Self {
+        let mission = stage.witness.mission().clone();
+        let (pace, now) = (stage.setup.pace, stage.now());
+        let arbiter = Arbiter::new(mission, journal.last(), pace, LINGER_NS, now);
+        let machine = Machine::Sim { arbiter, journal, assembled: false, finished: None };
+        let first =
+            vec![Step::Pass(crash::JOURNAL_OPENED), Step::Announce, Step::Pass(crash::JOINED), Step::Close];
+        Self::new(slot, life, pid, machine, false, first)
+    }
+
+    /// perception.
+    pub fn perception(slot: usize, life: Incarnation, pid: u32, stays: bool) -> Self {
+        let machine = Machine::Perception { cartographer: Cartographer::new(RobotId(0)), mapping: None };
+        Self::new(slot, life, pid, machine, stays, vec![Step::Pass("perception.joined"), Step::Close])
+    }
+
+    /// A planner.
+    pub fn planner(
+        slot: usize,
+        commission: Commission,
+        planner: Box<dyn Planner>,
+        blind: bool,
+        stays: bool,
+    ) -> Self {
+        let Commission { incarnation, pid, .. } = commission;
+        let machine = Machine::Planner { pilot: Pilot::new(commission), commission, planner, blind };
+        Self::new(slot, incarnation, pid, machine, stays, vec![Step::Pass("planner.joined"), Step::Close])
+    }
+
+    /// A monitor.
+    pub fn monitor(slot: usize, life: Incarnation, pid: u32, stays: bool) -> Self {
+        let machine = Machine::Monitor { watcher: Watcher::new(RobotId(0)) };
+        Self::new(slot, life, pid, machine, stays, vec![Step::Pass("monitor.joined"), Step::Close])
+    }
+
+    /// A message is there.
+    pub fn receive(&mut self, message: Message, stage: &mut Stage<'_>) {
+        let topic = message.topic();
+        let queue = &mut self.inbox[topic as usize];
+        if queue.len() >= topic.buffer() {
+            queue.pop_front();
+            if topic.buffer() > 1 {
+                stage.coverage.count("overflow", topic.as_str());
+            }
+        }
+        queue.push_back(message);
+        if topic.wakes(self.role) {
+            self.ring(stage);
+        }
+    }
+
+    fn ring(&mut self, stage: &mut Stage<'_>) {
+        if self.is_idle() {
+            let at_ns = stage.time_ns + stage.wake_ns();
+            self.turn_at(at_ns, stage);
+        } else {
+            self.rung = true;
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        self.steps.is_empty()
+            && self.agenda.is_empty()
+            && self.planning.is_none()
+            && self.stopped_until.is_none()
+    }
+
+    fn turn_at(&mut self, at_ns: u64, stage: &mut Stage<'_>) {
+        if self.turn_ns.is_none_or(|due_ns| at_ns < due_ns) {
+            self.turn_ns = Some(at_ns);
+            stage.schedule(at_ns, Happening::Turn(self.slot, self.life));
+        }
+    }
+
+    /// SIGSTOP until `until_ns`.
+    pub fn stop(&mut self, until_ns: u64, stage: &mut Stage<'_>) {
+        let until_ns = self.stopped_until.map_or(until_ns, |known| known.max(until_ns));
+        self.stopped_until = Some(until_ns);
+        stage.schedule(until_ns, Happening::Resume(self.slot, self.life));
+    }
+
+    /// SIGCONT, if it is time: goes on where it was stopped.
+    pub fn resume(&mut self, stage: &mut Stage<'_>) -> Turned {
+        if self.stopped_until.is_none_or(|until_ns| until_ns > stage.time_ns) {
+            return Turned::Pending;
+        }
+        self.stopped_until = None;
+        stage.coverage.count("process", "resumed");
+        if self.planning.is_some() {
+            return Turned::Pending;
+        }
+        if self.is_idle() {
+            self.turn_ns = None;
+            self.begin_turn(stage);
+        }
+        self.work(stage)
+    }
+
+    /// A turn is due, unless it was brought forward or the process is busy.
+    pub fn turn(&mut self, stage: &mut Stage<'_>) -> Turned {
+        if self.turn_ns != Some(stage.time_ns) || !self.is_idle() {
+            return Turned::Pending;
+        }
+        self.turn_ns = None;
+        self.begin_turn(stage);
+        self.work(stage)
+    }
+
+    /// Planning is done; a process that was stopped meanwhile takes note when it goes on.
+    pub fn planned(&mut self, stage: &mut Stage<'_>) -> Turned {
+        if let Some(until_ns) = self.stopped_until {
+            stage.schedule(until_ns, Happening::Planned(self.slot, self.life));
+            return Turned::Pending;
+        }
+        let Some((plan, started)) = self.planning.take() else { return Turned::Pending };
+        let ended = stage.now();
+        self.steps.push_front(Step::Pilot(planner::pilot::Event::Planned(plan, started, ended)));
+        self.steps.push_front(Step::Pass("planner.planned"));
+        self.work(stage)
+    }
+
+    /// The first turn of a life.
+    pub fn begin(&mut self, stage: &mut Stage<'_>) -> Turned {
+        self.work(stage)
+    }
+
+    fn take(&mut self, topic: Topic) -> VecDeque<Message> {
+        std::mem::take(&mut self.inbox[topic as usize])
+    }
+
+    fn newest(&mut self, topic: Topic) -> Option<Message> {
+        self.take(topic).pop_back()
+    }
+
+    /// The beats of others, taken note of.
+    fn beats(&mut self, stage: &mut Stage<'_>) -> Vec<Heartbeat> {
+        let now = stage.now();
+        let beats: Vec<Heartbeat> = self.take(Topic::Heartbeat).iter().filter_map(beat_of).collect();
+        for beat in &beats {
+            self.roster.observe(*beat, now);
+            let heard = stage.monotonic();
+            stage.witness.heard(self.life, beat, heard);
+        }
+        beats
+    }
+
+    /// The answers to the last request.
+    fn pages(&mut self) -> Vec<PastPage> {
+        let mut pages = Vec::new();
+        for message in self.take(Topic::Answered) {
+            if let Message::Answered(page, number) = message
+                && self.asked == (number, true)
+            {
+                self.asked.1 = false;
+                pages.push((*page).clone());
+            }
+        }
+        pages
+    }
+
+    /// Reads the ports in the order of the shell.
+    fn begin_turn(&mut self, stage: &mut Stage<'_>) {
+        let mut agenda = VecDeque::new();
+        match self.role {
+            Role::HopperSim => {
+                for message in self.take(Topic::Command) {
+                    if let Message::Command(command) = message {
+                        agenda.push_back(Step::Arbiter(hopper_sim::Event::Command((*command).clone())));
+                    }
+                }
+                for beat in self.beats(stage) {
+                    agenda.push_back(Step::Arbiter(hopper_sim::Event::Heartbeat(beat)));
+                }
+                agenda.extend([Step::TickIfAssembled, Step::Serve]);
+            }
+            Role::Perception => {
+                self.beats(stage);
+                if let Some(Message::Brief(brief)) = self.newest(Topic::Brief) {
+                    agenda.push_back(Step::Cartographer(perception::Event::Brief(*brief)));
+                }
+                if let Some(Message::Terrain(run, terrain)) = self.newest(Topic::Terrain) {
+                    agenda.push_back(Step::Cartographer(perception::Event::Terrain(run, (*terrain).clone())));
+                }
+                if let Some(Message::State(state)) = self.newest(Topic::State) {
+                    agenda.push_back(Step::Pass("perception.state_received"));
+                    agenda.push_back(Step::Cartographer(perception::Event::State(*state)));
+                }
+                for page in self.pages() {
+                    agenda.push_back(Step::Cartographer(perception::Event::Past(page)));
+                }
+                agenda.extend([Step::Cartographer(perception::Event::Tick), Step::Execute]);
+            }
+            Role::Planner => {
+                for beat in self.beats(stage) {
+                    agenda.push_back(Step::Pilot(planner::pilot::Event::Heartbeat(beat)));
+                }
+                if let Some(Message::Brief(brief)) = self.newest(Topic::Brief) {
+                    agenda.push_back(Step::Pilot(planner::pilot::Event::Brief(*brief)));
+                }
+                if let Some(Message::State(state)) = self.newest(Topic::State) {
+                    agenda.push_back(Step::Pilot(planner::pilot::Event::State(*state)));
+                }
+                if let Some(Message::Map(map)) = self.newest(Topic::Map) {
+                    agenda.push_back(Step::Pass("planner.map_received"));
+                    agenda.push_back(Step::Pilot(planner::pilot::Event::Map((*map).clone())));
+                }
+                agenda.extend([Step::Pilot(planner::pilot::Event::Tick), Step::Execute]);
+            }
+            Role::Monitor => {
+                let mut events: Vec<monitor::Event> =
+                    self.beats(stage).into_iter().map(monitor::Event::Heartbeat).collect();
+                if let Some(Message::Brief(brief)) = self.newest(Topic::Brief) {
+                    events.push(monitor::Event::Brief(*brief));
+                }
+                if let Some(Message::Map(map)) = self.newest(Topic::Map) {
+                    events.push(monitor::Event::Map((*map).clone()));
+                }
+                let mut passes = 0;
+                for message in self.take(Topic::State) {
+                    if let Message::State(state) = message {
+                        passes += 1;
+                        events.push(monitor::Event::State(*state));
+                    }
+                }
+                events.extend(self.pages().into_iter().map(monitor::Event::Past));
+                events.push(monitor::Event::Tick);
+                agenda.extend((0..passes).map(|_| Step::Pass("monitor.state_received")));
+                agenda.extend(events.into_iter().map(|event| Step::Watcher(Box::new(event))));
+            }
+        }
+        agenda.push_back(Step::Close);
+        self.agenda = agenda;
+        self.executing = false;
+    }
+
+    /// Works through the turn until it ends or is cut short.
+    fn work(&mut self, stage: &mut Stage<'_>) -> Turned {
+        while let Some(step) = self.steps.pop_front().or_else(|| self.agenda.pop_front()) {
+            let turned = match step {
+                Step::Pass(point) => match stage.pass(point) {
+                    Some(Blow::Kill { restart_ns }) => Turned::Died(restart_ns),
+                    Some(Blow::Stop { ns }) => {
+                        self.stop(stage.time_ns + ns, stage);
+                        Turned::Pending
+                    }
+                    None => Turned::Done,
+                },
+                Step::Close => return self.close(stage),
+                Step::Commit(record) => self.commit(&record, stage),
+                Step::ForPilot(effect) => self.for_pilot(effect, stage),
+                step => {
+                    self.step(step, stage);
+                    Turned::Done
+                }
+            };
+            if turned != Turned::Done {
+                return turned;
+            }
+        }
+        Turned::Done
+    }
+
+    fn step(&mut self, step: Step, stage: &mut Stage<'_>) {
+        match step {
+            Step::Announce => self.announce(stage),
+            Step::Arbiter(event) => self.arbitrate(event, stage),
+            Step::ForArbiter(effect) => self.for_arbiter(effect, stage),
+            Step::TickIfAssembled => {
+                let now = stage.now();
+                let Machine::Sim { arbiter, assembled, .. } = &mut self.machine else { return };
+                let crew = [Role::Perception, Role::Planner];
+                *assembled |=
+                    arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+                if *assembled {
+                    self.arbitrate(hopper_sim::Event::Tick, stage);
+                }
+            }
+            Step::Serve => self.serve(stage),
+            Step::Cartographer(event) => self.chart(event, stage),
+            Step::ForCartographer(effect) => self.for_cartographer(effect, stage),
+            Step::PublishMap(sensed) => self.publish_map(sensed, stage),
+            Step::Pilot(event) => self.fly(event, stage),
+            Step::Watcher(event) => self.watch(*event, stage),
+            Step::ForWatcher(effect) => self.for_watcher(effect, stage),
+            Step::Execute => {
+                self.executing = true;
+                self.steps.append(&mut self.deferred);
+            }
+            Step::Pass(_) | Step::Commit(_) | Step::ForPilot(_) | Step::Close => unreachable!("done by work"),
+        }
+    }
+
+    // hopper-sim
+
+    fn announce(&mut self, stage: &mut Stage<'_>) {
+        let mission = stage.witness.mission();
+        let (brief, terrain) = (Rc::new(mission.brief), Rc::new(mission.terrain.clone()));
+        stage.publish(self.life, Message::Terrain(brief.run, terrain));
+        stage.publish(self.life, Message::Brief(brief));
+    }
+
+    fn arbitrate(&mut self, event: hopper_sim::Event, stage: &mut Stage<'_>) {
+        let now = stage.now();
+        let Machine::Sim { arbiter, .. } = &mut self.machine else { return };
+        let Some(event) = stage.meddler.arbiter_hears(arbiter, event) else { return };
+        let mut effects = arbiter.on(event, now);
+        stage.meddler.arbiter_wants(arbiter, &mut effects);
+        self.steps.extend(effects.into_iter().map(Step::ForArbiter));
+    }
+
+    fn for_arbiter(&mut self, effect: hopper_sim::Effect, stage: &mut Stage<'_>) {
+        match effect {
+            hopper_sim::Effect::Append(record) => {
+                self.steps.push_front(Step::Commit(Box::new(record)));
+                self.steps.push_front(Step::Pass(crash::BEFORE_APPEND));
+            }
+            hopper_sim::Effect::Announce => {
+                stage.coverage.count("run", "announced_again");
+                stage.note(|| "hopper-sim tells of the run again".into());
+                self.announce(stage);
+            }
+            hopper_sim::Effect::Publish(state) => {
+                stage.witness.published(&state);
+                stage.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
+                stage.publish(self.life, Message::State(Rc::new(state)));
+                self.steps.push_front(Step::Pass(crash::PUBLISHED));
+            }
+            hopper_sim::Effect::Refused(refusal) => {
+                stage.coverage.count("refusal", refusal.reason());
+                stage.note(|| format!("hopper-sim refuses: {refusal}"));
+            }
+            hopper_sim::Effect::Finished(status) => {
+                let due = stage.witness.status();
+                if status != due {
+                    stage.witness.accuse("the end is that of the journal", || format!("{status}, not {due}"));
+                }
+                let Machine::Sim { finished, .. } = &mut self.machine else { return };
+                *finished = Some(status);
+            }
+        }
+    }
+
+    /// The commit point.
+    fn commit(&mut self, record: &Record, stage: &mut Stage<'_>) -> Turned {
+        let Machine::Sim { journal, .. } = &mut self.machine else { return Turned::Done };
+        let written = if stage.meddler.commits(record) { journal.append(record) } else { Ok(()) };
+        if stage.disk.take_torn() {
+            stage.coverage.count("journal", "killed_writing");
+            stage.note(|| format!("hopper-sim dies writing decision {}", record.decision));
+            return Turned::Died(stage.torn_restart_ns);
+        }
+        match written {
+            Ok(()) => {
+                if journal.last() == Some(record) {
+                    stage.witness.committed(record);
+                }
+                stage.decisions += 1;
+                stage.stirred_ns = stage.stirred_ns.max(stage.time_ns);
+                let leader = record.leader;
+                stage.note(|| {
+                    let Record { decision, action, .. } = record;
+                    format!(
+                        "committed: decision {decision}, {action}, by {} in term {}",
+                        leader.planner, leader.term
+                    )
+                });
+                self.steps.push_front(Step::Arbiter(hopper_sim::Event::Appended));
+                self.steps.push_front(Step::Pass(crash::APPENDED));
+            }
+            Err(error) => {
+                stage.coverage.count("journal", "append_failed");
+                stage.note(|| format!("holding at decision {}: {error}", record.decision));
+                self.steps.push_front(Step::Arbiter(hopper_sim::Event::AppendFailed));
+            }
+        }
+        Turned::Done
+    }
+
+    fn serve(&mut self, stage: &mut Stage<'_>) {
+        for message in self.take(Topic::Asked) {
+            let Message::Asked(request, number, client) = message else { continue };
+            let Machine::Sim { journal, arbiter, .. } = &self.machine else { continue };
+            if request.run != journal.header().run() {
+                continue;
+            }
+            let Ok(mut page) = journal.page(request.from) else { continue };
+            let due = arbiter.state().decision;
+            page.records.truncate(stage.setup.page_records);
+            page.records.retain(|record| record.decision < due);
+            stage.witness.served(&page);
+            stage.coverage.count("past", "page");
+            let asker = stage.readers.iter().copied().find(|reader| reader.life == client);
+            if let Some(asker) = asker {
+                stage.send(self.life, asker, Message::Answered(Rc::new(page), number));
+            }
+        }
+    }
+
+    // perception
+
+    fn chart(&mut self, event: perception::Event, stage: &mut Stage<'_>) {
+        let now = stage.now();
+        let Machine::Perception { cartographer, mapping } = &mut self.machine else { return };
+        let brief_of = if let perception::Event::Brief(brief) = &event { Some(brief.run) } else { None };
+        let Some(event) = stage.meddler.cartographer_hears(cartographer, event) else { return };
+        let mut effects = cartographer.on(event, now);
+        if let Some(run) = brief_of.filter(|run| *mapping != Some(*run)) {
+            // The old run's writer goes, and its last map with it.
+            *mapping = Some(run);
+            stage.drop_history(self.life, Topic::Map);
+        }
+        stage.meddler.cartographer_wants(cartographer, &mut effects);
+        self.deferred.extend(effects.into_iter().map(Step::ForCartographer));
+    }
+
+    fn for_cartographer(&mut self, effect: perception::Effect, stage: &mut Stage<'_>) {
+        match effect {
+            perception::Effect::RequestPast(request) => self.ask(request, stage),
+            perception::Effect::PublishMap => {
+                let sensed = stage.now();
+                self.steps.push_front(Step::PublishMap(sensed));
+                self.steps.push_front(Step::Pass("perception.sensed"));
+            }
+            perception::Effect::Finished(_) => self.ended = Some(stage.now()),
+        }
+    }
+
+    fn publish_map(&mut self, sensed: MonotonicNs, stage: &mut Stage<'_>) {
+        let now = stage.now();
+        let Machine::Perception { cartographer, mapping } = &mut self.machine else { return };
+        let mut map = cartographer.stamped_map(sensed, now).clone();
+        if mapping.is_some() {
+            stage.meddler.cartographer_publishes(&mut map, &stage.witness.mission().terrain);
+            stage.witness.mapped(&map);
+            stage.note(|| format!("perception publishes the map through {:?}", map.through.map(|d| d.0)));
+            stage.publish(self.life, Message::Map(Rc::new(map)));
+        }
+        self.steps.push_front(Step::Pass("perception.published"));
+    }
+
+    // planner
+
+    fn fly(&mut self, event: planner::pilot::Event, stage: &mut Stage<'_>) {
+        let now = stage.now();
+        let Machine::Planner { pilot, blind, .. } = &mut self.machine else { return };
+        if matches!(event, planner::pilot::Event::Tick) {
+            // The shell asks the operating system before it ticks.
+            let exists = |pid| stage.readers.iter().any(|reader| pid_of(reader.life) == pid);
+            if let Some(gone) = pilot.rival_pid().filter(|&pid| *blind || !exists(pid)) {
+                let effects = pilot.on(planner::pilot::Event::Gone(gone), now);
+                self.deferred.extend(effects.into_iter().map(Step::ForPilot));
+            }
+        }
+        let Some(event) = stage.meddler.pilot_hears(pilot, self.life, event) else { return };
+        let mut effects = pilot.on(event, now);
+        stage.meddler.pilot_wants(pilot, self.life, &mut effects);
+        let queue = if self.executing { &mut self.steps } else { &mut self.deferred };
+        queue.extend(effects.into_iter().map(Step::ForPilot));
+    }
+
+    fn for_pilot(&mut self, effect: planner::pilot::Effect, stage: &mut Stage<'_>) -> Turned {
+        let now = stage.now();
+        let life = self.life;
+        let Machine::Planner { pilot, commission, planner, .. } = &mut self.machine else {
+            return Turned::Done;
+        };
+        match effect {
+            planner::pilot::Effect::Plan => {
+                let Some(situation) = pilot.situation() else { return Turned::Done };
+                stage.witness.plans(&situation);
+                let plan = planner.plan(&situation, &Budget::default());
+                let slow = stage.chance.one_in(60);
+                let ns = if slow {
+                    stage.chance.duration_ns(MS, 1500 * MS)
+                } else {
+                    stage.chance.between(10_000, 900_000)
+                };
+                self.planning = Some((plan, now));
+                stage.schedule(stage.time_ns + ns, Happening::Planned(self.slot, life));
+                return Turned::Pending;
+            }
+            planner::pilot::Effect::Send(command) => {
+                let leader = pilot.situation().map_or(Leader::default(), |situation| situation.state.leader);
+                let sent = stage.monotonic();
+                if let Some(cause) = stage.witness.sent(&command, commission, leader, sent) {
+                    stage.coverage.count("takeover_asked", cause);
+                }
+                stage.note(|| {
+                    let contract::Command { decision, action, term, planner, .. } = command;
+                    format!("{planner} {life} sends decision {decision}, {action}, term {term}")
+                });
+                stage.commanded = Some(command);
+                stage.publish(life, Message::Command(Rc::new(Ok(command))));
+                self.steps.push_front(Step::Pass("planner.sent"));
+            }
+            planner::pilot::Effect::Leads(term) => {
+                stage.coverage.count("pilot", "leads");
+                stage.note(|| format!("{life} commands, term {term}"));
+            }
+            planner::pilot::Effect::StepsBack(term) => {
+                stage.coverage.count("pilot", "steps_back");
+                stage.note(|| format!("{life} steps back, term {term}"));
+            }
+            planner::pilot::Effect::StandsBy(_) => stage.coverage.count("pilot", "stands_by"),
+            planner::pilot::Effect::Finished(_) => self.ended = Some(now),
+        }
+        Turned::Done
+    }
+
+    // monitor
+
+    fn watch(&mut self, event: monitor::Event, stage: &mut Stage<'_>) {
+        let now = stage.now();
+        let Machine::Monitor { watcher } = &mut self.machine else { return };
+        let Some(event) = stage.meddler.watcher_hears(watcher, event) else { return };
+        let effects = watcher.on(event, now);
+        if let Some(tally) = watcher.tally() {
+            stage.witness.watched(tally, watcher.seen().0);
+        }
+        self.steps.extend(effects.into_iter().map(Step::ForWatcher));
+    }
+
+    fn for_watcher(&mut self, effect: monitor::Effect, stage: &mut Stage<'_>) {
+        match effect {
+            monitor::Effect::RequestPast(request) => self.ask(request, stage),
+            monitor::Effect::Progress(_) => {}
+            monitor::Effect::Finished(_) => self.ended = Some(stage.now()),
+        }
+    }
+
+    // everyone
+
+    /// Asks for the past; a request before it that has no answer yet is given up.
+    fn ask(&mut self, request: PastRequest, stage: &mut Stage<'_>) {
+        self.asked = (self.asked.0 + 1, true);
+        stage.coverage.count("past", "asked");
+        stage.publish(self.life, Message::Asked(request, self.asked.0, self.life));
+    }
+
+    /// Closes the turn: beats, and leaves or sleeps.
+    fn close(&mut self, stage: &mut Stage<'_>) -> Turned {
+        let now = stage.now();
+        let (run, decision, status) = match &self.machine {
+            Machine::Sim { arbiter, .. } => {
+                let state = arbiter.state();
+                (state.run, state.decision, state.status)
+            }
+            Machine::Perception { cartographer, .. } => cartographer.seen(),
+            Machine::Planner { pilot, .. } => pilot.seen(),
+            Machine::Monitor { watcher } => watcher.seen(),
+        };
+        let due = self.beat_at.is_none_or(|at| now.since_ns(at) >= BEAT_PERIOD_NS);
+        if due || (run, status) != (self.last_beat.run, self.last_beat.status) {
+            let counter = self.last_beat.counter + 1;
+            self.last_beat = Heartbeat { counter, run, decision, status, ..self.last_beat };
+            self.beat_at = Some(now);
+            stage.publish(self.life, Message::Heartbeat(Rc::new(self.last_beat)));
+        }
+        let farewell = self.ended.is_some_and(|ended| now.since_ns(ended) >= FAREWELL_NS);
+        let done = match &self.machine {
+            Machine::Sim { finished, .. } => finished.is_some(),
+            _ => farewell && !self.stays,
+        };
+        if done {
+            return Turned::Left;
+        }
+        let sleep_ns = match &self.machine {
+            Machine::Sim { arbiter, assembled: true, .. } => arbiter
+                .wake_at()
+                .map_or(TICK_NS, |at| stage.time_of(at).saturating_sub(stage.time_ns).clamp(1_000, TICK_NS)),
+            Machine::Monitor { .. } if !self.asked.1 => MONITOR_PERIOD_NS,
+            _ => TICK_NS,
+        };
+        let sleep_ns =
+            if std::mem::take(&mut self.rung) { stage.chance.between(1_000, 5_000) } else { sleep_ns };
+        self.turn_at(stage.time_ns + sleep_ns, stage);
+        Turned::Done
+    }
+}
+
+fn beat_of(message: &Message) -> Option<Heartbeat> {
+    match message {
+        Message::Heartbeat(beat) => Some(**beat),
+        _ => None,
+    }
+}
+
+/// The process number of a life; each life of a simulation has one of its own.
+pub(super) fn pid_of(life: Incarnation) -> u32 {
+    life.0 as u32 + 1000
+}

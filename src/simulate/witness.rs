@@ -1,0 +1,361 @@
+//! Who sees everything and holds it against the promises, without a word to anybody.
+//!
+//! The witness knows the truth, the journal's bytes and every message. It computes what should be true by
+//! itself where it can: outcomes by executing the command again, seen cells from the sensor's formula.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use contract::{
+    Action, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MonotonicNs, ObservedMap, PastPage,
+    Pose, Record, RunId, State, Status, Term,
+};
+use hopper_sim::dynamics::{Execution, execute};
+use hopper_sim::{Arbiter, Mission, Pace, ROBOT};
+use perception::Observation;
+use planner::Situation;
+use planner::pilot::{Commission, DEATH_SILENCE_NS};
+use report::Tally;
+use serde::Serialize;
+
+/// A promise that did not hold.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Violation {
+    /// The rule.
+    pub rule: &'static str,
+    /// What was seen.
+    pub detail: String,
+}
+
+/// What a command is known by.
+type Sent = (RunId, Incarnation, Decision, Term, u32);
+
+/// Sees everything.
+#[derive(Debug)]
+pub struct Witness {
+    mission: Mission,
+    opening: State,
+    records: Vec<Record>,
+    /// Who led in each term of the run.
+    terms: BTreeMap<Term, Incarnation>,
+    sent: BTreeSet<Sent>,
+    observation: Observation,
+    /// Cells that some pose so far could see.
+    visible: Vec<bool>,
+    /// Fingerprint of the map that belongs to each state.
+    prints: BTreeMap<Digest, u64>,
+    /// Every map that was right at its time.
+    maps: BTreeSet<(RunId, Decision, u64)>,
+    /// When each process last heard that each other lives, and the count of that beat.
+    heard: BTreeMap<(Incarnation, Incarnation), (u64, MonotonicNs)>,
+    /// Lives of planners that have commanded in this run.
+    commanders: BTreeSet<Incarnation>,
+    violation: Option<Violation>,
+}
+
+impl Witness {
+    /// Watches over `mission` from its start.
+    #[must_use]
+    pub fn new(mission: &Mission) -> Self {
+        let opening = *Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(0)).state();
+        let mut witness = Self {
+            opening,
+            records: Vec::new(),
+            terms: BTreeMap::new(),
+            sent: BTreeSet::new(),
+            observation: Observation::unseen(&mission.brief, ROBOT),
+            visible: vec![false; mission.brief.grid.cells()],
+            prints: BTreeMap::new(),
+            maps: BTreeSet::new(),
+            heard: BTreeMap::new(),
+            commanders: BTreeSet::new(),
+            violation: None,
+            mission: mission.clone(),
+        };
+        witness.see(opening.pose, Decision(0), opening.digest);
+        witness
+    }
+
+    /// Another mission begins; what was seen of the old one stays valid for its stragglers.
+    pub fn begin(&mut self, mission: &Mission) {
+        let new = Self::new(mission);
+        let old = std::mem::replace(self, new);
+        self.sent = old.sent;
+        self.prints.extend(old.prints);
+        self.maps.extend(old.maps);
+        self.heard = old.heard;
+        self.violation = old.violation;
+    }
+
+    /// What was violated first, if anything was.
+    #[must_use]
+    pub fn violation(&self) -> Option<&Violation> {
+        self.violation.as_ref()
+    }
+
+    /// The mission.
+    #[must_use]
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// Every record of the run so far.
+    #[must_use]
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// How the mission stands.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        self.records.last().map_or(self.opening.status, |record| record.status)
+    }
+
+    /// Who commands.
+    #[must_use]
+    pub fn leader(&self) -> Leader {
+        self.records.last().map_or(self.opening.leader, |record| record.leader)
+    }
+
+    /// Takes note of a violation; the first counts.
+    pub fn accuse(&mut self, rule: &'static str, detail: impl FnOnce() -> String) {
+        if self.violation.is_none() {
+            self.violation = Some(Violation { rule, detail: detail() });
+        }
+    }
+
+    fn hold(&mut self, holds: bool, rule: &'static str, detail: impl FnOnce() -> String) {
+        if !holds {
+            self.accuse(rule, detail);
+        }
+    }
+
+    fn digest(&self) -> Digest {
+        self.records.last().map_or(self.opening.digest, |record| record.digest)
+    }
+
+    /// The state that should be known to the world at `decision`.
+    fn state_at(&self, decision: Decision) -> Option<State> {
+        let Some(index) = decision.0.checked_sub(1) else { return Some(self.opening) };
+        let record = self.records.get(index as usize)?;
+        Some(record.state_after(self.mission.brief.run, MonotonicNs(0), MonotonicNs(0)))
+    }
+
+    /// A pose was taken up: more can be seen.
+    fn see(&mut self, pose: Pose, decision: Decision, digest: Digest) {
+        let Mission { brief, terrain, .. } = &self.mission;
+        let sensor = &brief.sensor;
+        let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
+            .max(sensor.radius_min_m)
+            .min(sensor.radius_max_m);
+        if brief.grid.contains(pose.cell) {
+            for (index, cell) in brief.grid.iter().enumerate() {
+                self.visible[index] |=
+                    cell.distance_cells(pose.cell) * brief.grid.cell_size_m <= radius_m * (1.0 + 1e-12);
+            }
+        }
+        self.observation.fold(brief, terrain, pose, decision);
+        let print = self.observation.map().observation();
+        self.prints.insert(digest, print);
+        self.maps.insert((brief.run, decision, print));
+    }
+
+    /// The journal holds another record.
+    pub fn committed(&mut self, record: &Record) {
+        let due = Decision(self.records.len() as u64);
+        self.hold(record.decision == due, "one command is executed per decision", || {
+            format!("decision {} was committed, {due} was due", record.decision)
+        });
+        let before = self.state_at(due).unwrap_or(self.opening);
+        self.hold(!before.status.is_over(), "nothing follows the end", || {
+            format!("decision {due} was committed after {}", before.status)
+        });
+        let previous = self.digest();
+        let chained = record.previous == previous && record.digest == previous.chain(record);
+        self.hold(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
+        if !before.status.is_over() {
+            let need = execute(&self.mission, &before, record.action);
+            let Record { outcome, pose, collected, steps, status, .. } = *record;
+            let got = Execution { outcome, pose, collected, steps, status };
+            self.hold(need == got, "the outcome depends on seed, robot and decision alone", || {
+                format!("decision {due} came out as {got:?}, needs {need:?}")
+            });
+        }
+        self.succession(before.leader, record.leader, due);
+        let sent = self.sent.contains(&signature(record, self.mission.brief.run));
+        self.hold(sent, "what is executed was commanded", || {
+            format!("nobody sent decision {due} as {} of {:?}", record.action, record.leader)
+        });
+        let seen = self.prints.get(&previous) == Some(&record.observation);
+        self.hold(seen, "nobody decides before the map covers the decision", || {
+            format!("decision {due} was taken on another map")
+        });
+        self.records.push(*record);
+        self.see(record.pose, due.next(), record.digest);
+    }
+
+    fn succession(&mut self, held: Leader, leader: Leader, decision: Decision) {
+        let Leader { term, incarnation, planner, .. } = leader;
+        let goes_on = term == held.term && (incarnation, planner) == (held.incarnation, held.planner);
+        self.hold(goes_on || term == held.term.next(), "terms only rise, by one", || {
+            format!("decision {decision}: term {} of {} after {}", term, incarnation, held.term)
+        });
+        let owner = *self.terms.entry(term).or_insert(incarnation);
+        self.hold(owner == incarnation, "no term is shared by two planners", || {
+            format!("decision {decision}: term {term} of {incarnation} was {owner}'s")
+        });
+        self.commanders.insert(incarnation);
+    }
+
+    /// hopper-sim has opened the journal, which holds `records`; `may_have_lost` after a loss of power
+    /// without --sync.
+    pub fn reopened(&mut self, records: &[Record], may_have_lost: bool) {
+        let known = self.records.len().min(records.len());
+        let (kept, more) = records.split_at(known);
+        let whole = kept == &self.records[..known] && (may_have_lost || known == self.records.len());
+        let (held, got) = (self.records.len(), records.len());
+        self.hold(whole, "what is committed is never lost", || {
+            format!("the journal held {held} records, and was opened again with {got}")
+        });
+        self.hold(more.len() <= 1, "one command is executed per decision", || {
+            format!("{} records appeared in the journal by themselves", more.len())
+        });
+        if known < self.records.len() {
+            self.rewind(known);
+        }
+        for record in more {
+            self.committed(record);
+        }
+    }
+
+    /// The journal has lost its tail, as it may.
+    fn rewind(&mut self, kept: usize) {
+        let kept: Vec<Record> = self.records[..kept].to_vec();
+        let mission = self.mission.clone();
+        self.begin(&mission);
+        for record in &kept {
+            self.committed(record);
+        }
+    }
+
+    /// hopper-sim publishes a state.
+    pub fn published(&mut self, state: &State) {
+        let Some(held) = self.state_at(state.decision).filter(|held| held.run == state.run) else {
+            return self.accuse("nothing is published that the journal does not hold", || {
+                format!("state {} of run {}", state.decision, state.run)
+            });
+        };
+        let timeless = State {
+            landed: MonotonicNs(0),
+            published: MonotonicNs(0),
+            last_timing: held.last_timing,
+            ..*state
+        };
+        self.hold(timeless == held, "nothing is published that the journal does not hold", || {
+            format!("state {} is {timeless:?}, the journal has {held:?}", state.decision)
+        });
+    }
+
+    /// hopper-sim answers for the past.
+    pub fn served(&mut self, page: &PastPage) {
+        let from = page.from.0 as usize;
+        let held = self.records.get(from..from + page.records.len());
+        let right = page.run == self.mission.brief.run && held == Some(&page.records[..]);
+        self.hold(right, "nothing is published that the journal does not hold", || {
+            format!("the past from decision {from} is not that of the journal")
+        });
+    }
+
+    /// perception publishes a map.
+    pub fn mapped(&mut self, map: &ObservedMap) {
+        let Some(through) = map.through else {
+            return self.accuse("the map is that of the poses so far", || "it covers nothing".into());
+        };
+        if map.run == self.mission.brief.run {
+            let treasure = |cell: usize| map.treasures.contains(&map.grid.cell(cell));
+            let known = |cell: usize| map.cells[cell].is_some() || treasure(cell);
+            let unseen = (0..map.cells.len()).find(|&cell| known(cell) && !self.visible[cell]);
+            self.hold(unseen.is_none(), "the planner never knows an unseen cell", || {
+                format!("cell {unseen:?} is on the map through decision {through}")
+            });
+        }
+        let right = self.maps.contains(&(map.run, through, map.observation()));
+        self.hold(right, "the map is that of the poses so far", || {
+            format!("the map of run {} through decision {through} is another", map.run)
+        });
+    }
+
+    /// A planner is about to plan for `situation`.
+    pub fn plans(&mut self, situation: &Situation<'_>) {
+        let state = situation.state;
+        let covered = self.prints.get(&state.digest) == Some(&situation.map.observation())
+            && situation.map.through == Some(state.decision)
+            && situation.brief.run == state.run;
+        self.hold(covered, "nobody decides before the map covers the decision", || {
+            format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
+        });
+    }
+
+    /// A planner sends a command, knowing `leader` as the one in command. Says what it takes over for, if
+    /// it does.
+    pub fn sent(
+        &mut self,
+        command: &Command,
+        commission: &Commission,
+        leader: Leader,
+        now: MonotonicNs,
+    ) -> Option<&'static str> {
+        let Command { run, incarnation, decision, term, action, .. } = *command;
+        self.sent.insert((run, incarnation, decision, term, action.code()));
+        if leader.incarnation == incarnation && term == leader.term {
+            return None;
+        }
+        let silent_since = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
+        // What it asks for may be what it got, and has not heard of yet.
+        let led = run == self.mission.brief.run
+            && self.commanders.contains(&incarnation)
+            && self.terms.get(&term) != Some(&incarnation);
+        let cause = if leader.term == Term(0) {
+            Some("vacancy")
+        } else if commission.takeover && !led {
+            Some("order")
+        } else if commission.succeeds_pid == Some(leader.pid) {
+            Some("succession")
+        } else if now.0.saturating_sub(silent_since) > DEATH_SILENCE_NS {
+            Some("silence")
+        } else {
+            None
+        };
+        self.hold(cause.is_some() && term == leader.term.next(), "nobody takes over without a cause", || {
+            format!("{incarnation} asks for term {term} after {}, whose leader beats", leader.term)
+        });
+        cause
+    }
+
+    /// A process has heard that another lives.
+    pub fn heard(&mut self, listener: Incarnation, beat: &Heartbeat, now: MonotonicNs) {
+        let last = self.heard.entry((listener, beat.incarnation)).or_insert((0, now));
+        if beat.counter > last.0 {
+            *last = (beat.counter, now);
+        }
+    }
+
+    /// The watcher has taken account of everything up to `tally`.
+    pub fn watched(&mut self, tally: &Tally, run: RunId) {
+        if run != self.mission.brief.run || self.violation.is_some() {
+            return;
+        }
+        let due = tally.due();
+        let need = self.state_at(due).map(|state| (state.digest, state.pose, state.steps));
+        let got = tally.last.map(|last| (last.digest, last.pose, last.steps));
+        let route = &tally.route;
+        let whole = route.hops() + route.held == due.0 && (due == Decision(0) || need == got);
+        self.hold(whole, "the monitor knows what the journal holds", || {
+            format!("its tally through {due} is another's")
+        });
+    }
+}
+
+fn signature(record: &Record, run: RunId) -> Sent {
+    let action: Action = record.action;
+    (run, record.leader.incarnation, record.decision, record.leader.term, action.code())
+}

@@ -1,0 +1,127 @@
+//! Every promise holds over the seeds of continuous integration, and these leave nothing out.
+
+use std::process::Command;
+
+use hopper::simulate::fault::{Forgery, Plan, points};
+use hopper::simulate::meddler::Faithful;
+use hopper::simulate::message::Topic;
+use hopper::simulate::simulation::simulate;
+use hopper::simulate::sweep;
+
+/// Seeds of continuous integration.
+pub const SEEDS: std::ops::Range<u64> = 0..2000;
+
+/// P-SIMULATED: no promise is broken.
+/// P-SIMULATED-ALL: nothing is left out.
+#[test]
+fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
+    let campaign = sweep(SEEDS, Faithful::default, |_| ());
+    if let Some(failing) = &campaign.failure {
+        for line in &failing.trace {
+            eprintln!("{:>12.3} ms  {}", line.ms, line.text);
+        }
+        panic!("seed {}: {:?} {:#?}", failing.seed, failing.violation, failing.plan.faults);
+    }
+    assert_eq!(campaign.seeds, 2000);
+    let mut expected: Vec<(&str, &str)> = Vec::new();
+    let groups: [(&str, &[&str]); 11] = [
+        (
+            "fault",
+            &[
+                "lose",
+                "duplicate",
+                "delay",
+                "reorder",
+                "kill",
+                "kill_at",
+                "stop",
+                "stop_at",
+                "tear",
+                "full",
+                "rival",
+                "wall_clock",
+                "power_loss",
+                "new_run",
+                "forge",
+            ],
+        ),
+        ("killed", &["hopper-sim", "perception", "planner", "monitor"]),
+        ("stopped", &["hopper-sim", "perception", "planner", "monitor"]),
+        (
+            "journal",
+            &[
+                "resumed",
+                "resumed_at_the_end",
+                "torn_tail_cut",
+                "killed_writing",
+                "append_failed",
+                "open_failed",
+            ],
+        ),
+        (
+            "refusal",
+            &[
+                "wrong_run",
+                "wrong_robot",
+                "repeated_decision",
+                "future_decision",
+                "stale_term",
+                "future_term",
+                "not_leader",
+                "yielding",
+                "mission_over",
+                "busy",
+                "malformed",
+            ],
+        ),
+        ("takeover_asked", &["vacancy", "order", "succession", "silence"]),
+        ("pilot", &["leads", "steps_back", "stands_by"]),
+        ("past", &["asked", "page"]),
+        ("run", &["new", "announced_again"]),
+        ("left", &["hopper-sim", "perception", "planner", "monitor"]),
+        ("ended", &["goal", "deadlock", "lost", "left_map"]),
+    ];
+    for (group, names) in groups {
+        expected.extend(names.iter().map(|name| (group, *name)));
+    }
+    for kind in ["lose", "duplicate", "delay", "reorder"] {
+        expected.extend(Topic::ALL.map(|topic| (kind, topic.as_str())));
+    }
+    expected.extend(points().into_iter().flat_map(|point| [("killed_at", point), ("stopped_at", point)]));
+    let missing: Vec<_> =
+        expected.iter().filter(|(group, name)| campaign.coverage.of(group, name) == 0).collect();
+    assert!(missing.is_empty(), "never came up: {missing:?} of {:#?}", campaign.coverage);
+    assert_eq!(Forgery::ALL.len(), 8);
+}
+
+/// P-SIMULATED-TWICE.
+#[test]
+fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
+    for seed in 0..10 {
+        let plan = Plan::of(seed);
+        let [one, two] = [(); 2].map(|()| simulate(&plan, &mut Faithful, true));
+        assert_eq!(one.trace, two.trace, "seed {seed}");
+        assert_eq!((one.events, one.coverage), (two.events, two.coverage), "seed {seed}");
+        assert!(one.trace.len() > 10, "seed {seed}");
+    }
+}
+
+/// P-SIMULATE-COMMAND.
+#[test]
+fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
+    let hopper = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hopper"));
+        command.arg("simulate").args(words).output().unwrap()
+    };
+    let json = hopper(&["--seeds", "0..12", "--jobs", "1", "--format", "json"]);
+    let answer: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((json.status.code(), &answer["seeds"]), (Some(0), &12.into()));
+    assert!(answer["failure"].is_null() && answer["events"].as_u64().unwrap() > 1000);
+    let text = hopper(&["--seeds", "0..12", "--jobs", "2"]);
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(text.contains("12 seeds") && text.contains("no promise was broken"), "{text}");
+    for nonsense in ["5", "5..5", "7..3", "a..b", "-1..3"] {
+        let refused = hopper(&["--seeds", nonsense]);
+        assert_eq!(refused.status.code(), Some(2), "{nonsense}");
+    }
+}
