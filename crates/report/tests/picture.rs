@@ -7,7 +7,7 @@ mod mission;
 
 use contract::{Action, Branch, Brief, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId, Status};
 use mission::{Step, brief, ground, policy, records};
-use report::{Picture, ReportError};
+use report::{Picture, Plate, ReportError, View};
 use roxmltree::Document;
 
 /// East and north in turn, every seventh hop slips, every eleventh gets nowhere.
@@ -54,6 +54,50 @@ fn a_tiny_picture_stands_as_drawn() {
     let (terrain, map) = ground(&brief);
     let route = records(&brief, &[(Action::Hop(Direction::East), Branch::Intended)], 4);
     insta::assert_snapshot!(svg(&brief, &terrain, &map, Some(&policy(&brief)), &route));
+}
+
+/// Two moments of a tiny mission on one plate.
+fn tiny_plate() -> String {
+    let brief = brief(4);
+    let (terrain, map) = ground(&brief);
+    let route = records(&brief, &[(Action::Hop(Direction::East), Branch::Intended)], 4);
+    let policy = policy(&brief);
+    let before = Picture {
+        brief: &brief,
+        terrain: &terrain,
+        treasures: &[],
+        map: &map,
+        policy: None,
+        route: &[],
+        outcome: Status::Underway,
+        sensing_radius_m: Some(2.0),
+    };
+    let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
+    let views = vec![
+        View { heading: "before".into(), picture: before },
+        View { heading: "after".into(), picture: after },
+    ];
+    Plate { title: "A hop".into(), caption: "east".into(), columns: 2, views }.svg().unwrap()
+}
+
+#[test]
+fn a_tiny_plate_stands_as_drawn() {
+    insta::assert_snapshot!(tiny_plate());
+}
+
+#[test]
+fn views_on_a_plate_share_ground_legend_and_scale_and_no_id() {
+    let text = tiny_plate();
+    let document = Document::parse(&text).unwrap();
+    let ids: Vec<&str> = document.descendants().filter_map(|node| node.attribute("id")).collect();
+    let distinct: std::collections::BTreeSet<&&str> = ids.iter().collect();
+    assert_eq!(ids.len(), distinct.len(), "{ids:?}");
+    assert_eq!(text.matches("id=\"ground-").count(), 1, "the same ground is drawn once");
+    assert_eq!(text.matches("href=\"#ground-0\"").count(), 1);
+    for word in ["start", "goal", "hopper, disc it senses", "hop as intended", "policy N, S, E, W"] {
+        assert_eq!(text.matches(&format!(">{word}<")).count(), 1, "{word}");
+    }
+    assert_eq!(text.matches(">height above datum (m)<").count(), 1);
 }
 
 #[test]
