@@ -36,6 +36,8 @@ pub type SnapshotClient = Client<MapRequest>;
 type Request<Q> = Parcel<<Q as crate::Plain>::Wire>;
 type Cells<Q> = [Parcel<<<Q as Question>::Answer as Sheet>::Cell>];
 type Header<Q> = Parcel<<<Q as Question>::Answer as Sheet>::Header>;
+type Questions<Q> = PortFactory<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>;
+type Pending<Q> = PendingResponse<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>;
 
 /// The only server of a service.
 #[derive(Debug)]
@@ -49,7 +51,7 @@ pub struct Server<Q: Question> {
 /// A client of a service, with one request at a time.
 #[derive(Debug)]
 pub struct Client<Q: Question> {
-    pending: Option<PendingResponse<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>>,
+    pending: Option<Pending<Q>>,
     client: AskingPort<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>,
     bell: Notifier<Ipc>,
     cells: Vec<<Q::Answer as Sheet>::Cell>,
@@ -209,10 +211,7 @@ pub(crate) fn page_bytes<S: Sheet>(exchange: &Exchange) -> usize {
     size_of::<S::Header>() + exchange.page * size_of::<S::Cell>()
 }
 
-fn open<Q: Question>(
-    base: &Base,
-    exchange: &Exchange,
-) -> Result<PortFactory<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>, NodeError> {
+fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
     let need = format!(
         "{} ({} bytes) answered by {} ({} bytes) with cells of {} ({} bytes), {} clients",
         Q::Wire::NAME,

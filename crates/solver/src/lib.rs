@@ -16,6 +16,20 @@
 //!
 //! T contracts by γ in the maximum norm, so its fixed point V* exists, is the only one, and
 //! |V − V*| ≤ max |V − TV| / (1 − γ) for any V: the certificate needs no knowledge of how V was found.
+//!
+//! # From nothing
+//! [`solve`] is the order of events. The mathematics stand where they are used:
+//!
+//! - the kernel's form of Bellman's operator, one division a node: `sweep`;
+//! - the layout in which a diagonal of the grid is updated at once, as if node by node: `skew`;
+//! - the order of diagonals, and why a window over them halves the work: `window`;
+//! - the survey in double precision, residual and best hops in one: `survey`;
+//! - the correction, Newton's step for Bellman's equation, by sweeps or by a Krylov method: `correct`;
+//! - why every instruction set gives the same bits: [`simd`].
+//!
+//! A coarse grid to start from was tried, as were per-node extrapolation and corrections by aggregates of
+//! nodes: the first saved no more sweeps than it cost, the second was never accepted, the third brought nine
+//! nodes in ten below the bound, and the largest error grew.
 
 pub mod bellman;
 pub mod certificate;

@@ -1,13 +1,13 @@
 //! The solver: values from nothing, to a certified bound or to the end of the budget.
 //!
 //! 1. **Start** from below: every free node has the worst value there can be, min r / (1 − γ) or the loss.
-//! 2. **Sweep** Bellman's operator in single precision ([`crate::sweep`]) in a window that moves outwards
-//!    from the goal ([`crate::window`]), as long as that pays: on most worlds until the last bits of
+//! 2. **Sweep** Bellman's operator in single precision (`sweep`) in a window that moves outwards
+//!    from the goal (`window`), as long as that pays: on most worlds until the last bits of
 //!    single precision, on worlds where lingering beats the goal until the change stalls.
-//! 3. **Survey** in double precision, straight from the definition ([`crate::survey`]): residual, and the
+//! 3. **Survey** in double precision, straight from the definition (`survey`): residual, and the
 //!    best hops. Within the target, that is the certificate, and the end.
 //! 4. **Correct** the values by the best hops' linear equation, in single precision
-//!    ([`crate::correct`]); on to 3, or, while the residual is above what single precision can tell, to 2.
+//!    (`correct`); on to 3, or, while the residual is above what single precision can tell, to 2.
 //!
 //! Should a round of 3 and 4 not bring the residual down, sweeps in double precision, which contract by γ
 //! whatever happens, take over.

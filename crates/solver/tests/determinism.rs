@@ -22,6 +22,7 @@ fn agree(world: &World) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
+    /// P-SAME-BITS.
     #[test]
     fn every_instruction_set_gives_the_same_bits(seed: u64) {
         agree(&random(seed));
@@ -35,6 +36,7 @@ proptest! {
     }
 }
 
+/// P-SAME-BITS.
 #[test]
 fn what_was_solved_before_does_not_matter() {
     let mut used = Solver::new();

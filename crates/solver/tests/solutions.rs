@@ -21,6 +21,7 @@ fn error(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
+/// P-CERTIFIED.
 #[test]
 fn values_lie_within_their_bound_of_the_linear_solve_on_hundreds_of_worlds() {
     let mut solver = Solver::new();
@@ -39,6 +40,7 @@ fn values_lie_within_their_bound_of_the_linear_solve_on_hundreds_of_worlds() {
     }
 }
 
+/// P-CERTIFIED.
 #[test]
 fn a_cut_solve_is_valid_and_says_how_far_off_it_is() {
     let mut solver = Solver::new();

@@ -147,8 +147,8 @@ mod tests {
         let whole = Relief::of_gaussians(grid, &hills);
         assert_eq!(Relief::of_gaussians_within(grid, &hills, 1e3), whole);
         let near = Relief::of_gaussians_within(grid, &hills, 6.0);
-        let off = |(a, b): (&(f64, [f64; 2]), &(f64, [f64; 2]))| (a.0 - b.0).abs();
-        let worst = whole.known().zip(near.known()).map(off).fold(0.0, f64::max);
+        let off = whole.known().zip(near.known()).map(|(a, b)| (a.0 - b.0).abs());
+        let worst = off.fold(0.0, f64::max);
         assert!(worst > 0.0 && worst < 1.6e-8, "exp(-18) of the amplitude: {worst}");
         let alone = Relief::of_gaussians_within(grid, &hills[..1], 2.0);
         let touched = |(index, cell): (usize, &Option<(f64, [f64; 2])>)| {

@@ -1,20 +1,20 @@
 //! The planner that solves the grid world as a Markov decision process before every hop (P23 section III).
 
+pub mod cold;
 pub mod model;
 pub mod policy;
 pub mod session;
 pub mod treasures;
-pub mod value_iteration;
 
 use std::cell::RefCell;
 
 use contract::{Action, Name, PolicyCell};
 use solver::online::{How, Status};
 
+use self::cold::Cold;
 use self::model::Model;
 use self::session::Session;
 use self::treasures::Treasures;
-use self::value_iteration::ValueIteration;
 use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 
 /// The best hop from where the hopper stands, by [`session`]: work is counted in backups of a cell, and
@@ -35,7 +35,7 @@ pub struct Mdp {
     /// Whether the last plan is the session's.
     in_session: bool,
     model: Option<Model>,
-    solver: ValueIteration,
+    solver: Cold,
     treasures: Treasures,
     /// Whether the model and the values belong to the last plan.
     solved: bool,

@@ -18,8 +18,8 @@
 //!
 //! Hops keep to a lattice of every `hop_cells`-th cell, so only the goal's lattice is modelled.
 
-use contract::{Branch, Cell, Direction, Grid, Profile, Soil};
-use motion::{Transition, transitions};
+use contract::{Branch, Brief, Cell, Direction, Grid, Profile, Soil};
+use motion::{Transition, soil_motion, transitions};
 
 use crate::Situation;
 use crate::belief::Belief;
@@ -56,6 +56,10 @@ pub struct Model {
     pub payoffs: Vec<f64>,
     /// Scatter of the four hops from each node, in the order of [`Direction::ALL`].
     pub scatter: Vec<[Transition; 4]>,
+    /// Slopes of each node towards the east and the north, in slope limits.
+    pub slopes: Vec<[f64; 2]>,
+    /// Hard ground and sand, as the solver knows soils.
+    pub soils: [solver::Soil; 2],
     /// Whether a hop from the node takes two periods.
     pub two_periods: Vec<bool>,
     /// Discount γ of one period.
@@ -77,6 +81,8 @@ impl Model {
             nodes: Vec::new(),
             payoffs: Vec::new(),
             scatter: Vec::new(),
+            slopes: Vec::new(),
+            soils: soils(situation.brief),
             two_periods: Vec::new(),
             discount: 0.0,
             loss: 0.0,
@@ -106,7 +112,9 @@ impl Model {
         refill(&mut self.nodes, self.width * height, Node::Outside);
         refill(&mut self.payoffs, self.width * height, 0.0);
         refill(&mut self.scatter, self.width * height, unseen_scatter);
+        refill(&mut self.slopes, self.width * height, [0.0; 2]);
         refill(&mut self.two_periods, self.width * height, false);
+        self.soils = soils(brief);
         let mut worst_payoff = 0.0_f64;
         for row in 1..height - 1 {
             for node in row * self.width + 1..(row + 1) * self.width - 1 {
@@ -119,6 +127,8 @@ impl Model {
                 };
                 self.payoffs[node] = payoff.of(cell, ground);
                 self.two_periods[node] = ground.soil == Soil::Sand;
+                self.slopes[node] =
+                    ground.gradient.map(|along| libm::atan(along) / brief.motion.slope_limit_rad);
                 if belief.is_seen(cell) {
                     self.scatter[node] = transitions(&brief.motion, ground);
                 }
@@ -235,6 +245,17 @@ impl Model {
         }
         false
     }
+}
+
+/// Hard ground and sand, as the solver knows soils: a hop from sand takes two periods.
+pub(super) fn soils(brief: &Brief) -> [solver::Soil; 2] {
+    [Soil::Hard, Soil::Sand].map(|soil| {
+        let motion = soil_motion(&brief.motion, soil);
+        // The scatter takes the remainder for one side; here both sides share it.
+        let sideways = 0.5 * (1.0 - motion.intended - motion.stuck);
+        let wait = f64::from(u8::from(soil == Soil::Sand));
+        solver::Soil { intended: motion.intended, stuck: motion.stuck, sideways, wait }
+    })
 }
 
 fn refill<T: Clone>(buffer: &mut Vec<T>, len: usize, value: T) {

@@ -3,8 +3,8 @@
 use contract::{Action, Cell, PolicyCell};
 use solver::online::choice::TIE;
 
+use super::cold::tolerance;
 use super::model::{Model, Node};
-use super::value_iteration::tolerance;
 use crate::tie::first_best;
 
 /// Actions whose values lie within δ of the best count as equal, and the first of north, east, south,

@@ -12,7 +12,7 @@ use contract::{Action, Brief, Cell, Direction, Grid, Ground, ObservedMap, Policy
 use solver::online::{Decision, Online, choice};
 use solver::{Hop, Kind, Leaving, Rules, Site, World, policy};
 
-use super::model::LOSS;
+use super::model::{LOSS, soils};
 use crate::Pulse;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
@@ -183,15 +183,7 @@ fn world(brief: &Brief, lattice: &Lattice, believed: &[Ground]) -> Option<(World
         Profile::Paper2023 => Leaving::Stays,
         Profile::Hopper => Leaving::Loses,
     };
-    let soil = |soil: Soil| {
-        let motion = motion::soil_motion(&brief.motion, soil);
-        // The scatter takes the remainder for one side; here both sides share it.
-        let sideways = 0.5 * (1.0 - motion.intended - motion.stuck);
-        let wait = f64::from(u8::from(soil == Soil::Sand));
-        solver::Soil { intended: motion.intended, stuck: motion.stuck, sideways, wait }
-    };
-    let soils = vec![soil(Soil::Hard), soil(Soil::Sand)];
-    let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils };
+    let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
     let mut world = World::new(lattice.width, lattice.height, rules).ok()?;
     let payoff = LandingPayoff::new(brief);
     for (node, ground) in believed.iter().enumerate() {

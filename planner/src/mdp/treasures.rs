@@ -12,9 +12,9 @@
 
 use contract::{Action, Cell};
 
+use super::cold::{Cold, Solution};
 use super::model::{Model, Node};
 use super::policy;
-use super::value_iteration::{Solution, ValueIteration};
 use crate::{Budget, Situation};
 
 /// Most treasures that are planned for at once: 16 models.
@@ -54,9 +54,9 @@ impl Treasures {
         self.onward.resize(self.nodes.len(), Action::Hold);
     }
 
-    /// Solves the models of all sets within `budget`, counted in sweeps, for all of them together. `model` is that without
-    /// treasures, and ends as that of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, model: &mut Model, solver: &mut ValueIteration, budget: &Budget) -> Solution {
+    /// Solves the models of all sets within `budget`, counted in sweeps, for all of them together. `model` is
+    /// that without treasures, and ends as that of all of them, with `solver` holding its values.
+    pub fn solve(&mut self, model: &mut Model, solver: &mut Cold, budget: &Budget) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
         let mut total = Solution { sweeps: 0, residual: 0.0, converged: true };
         for set in 0..=all {

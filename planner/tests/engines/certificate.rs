@@ -1,4 +1,4 @@
-//! Value iteration against an independent dense linear solve, and its own account of itself.
+//! The planner's values against an independent dense linear solve, and its own account of itself.
 
 use contract::{Action, Branch, Cell, Decision, Direction, ObservedMap, PolicyCell, Profile, RobotId, Soil};
 use motion::{Domain, Draw, landing, transition};
