@@ -14,16 +14,16 @@
 //! Nothing is known to the world before the journal holds it; what the journal holds is told again
 //! and again until the world has moved on.
 
+use contract::pace::Launch;
 use contract::roster::SILENCE_NS;
 use contract::{
-    Collected, Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose, Record,
-    Refusal, RefusalCounts, Role, Roster, State, Status, Timing,
+    Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose,
+    Record, Refusal, RefusalCounts, Role, Roster, State, Status, Tempo, Timing,
 };
 
 use crate::dynamics::{Execution, execute};
 use crate::mission::opening_status;
-use crate::pace::Launch;
-use crate::{Mission, Pace, ROBOT};
+use crate::{Mission, Pace, ROBOT, Throttle};
 
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
 pub const REPUBLISH_NS: u64 = 100_000_000;
@@ -50,6 +50,8 @@ pub enum Event {
     AppendFailed,
     /// A peer's heartbeat came.
     Heartbeat(Heartbeat),
+    /// An order came, or a message that was none.
+    Control(Result<Control, Refusal>),
     /// Time has passed; the first publishes the state, and is the landing it tells of.
     Tick,
 }
@@ -96,7 +98,7 @@ struct Bid {
 #[derive(Clone, Debug)]
 pub struct Arbiter {
     mission: Mission,
-    pace: Pace,
+    throttle: Throttle,
     linger_ns: u64,
     state: State,
     phase: Phase,
@@ -149,7 +151,7 @@ impl Arbiter {
         };
         Self {
             mission,
-            pace,
+            throttle: Throttle::new(pace),
             linger_ns,
             state,
             phase: Phase::Resting,
@@ -160,6 +162,13 @@ impl Arbiter {
             roster: Roster::default(),
             refusals: RefusalCounts::default(),
         }
+    }
+
+    /// The same arbiter, which heeds [`Event::Control`] from now on.
+    #[must_use]
+    pub fn heeding_orders(mut self) -> Self {
+        self.throttle.heed_orders();
+        self
     }
 
     /// Takes an event that happened at `now`; the effects are to be carried out in order.
@@ -197,6 +206,13 @@ impl Arbiter {
                 self.roster.observe(beat, now);
                 effects.extend(self.announce(&beat, now));
             }
+            Event::Control(control) => {
+                if let Err(refusal) = control.and_then(|control| self.obey(&control, now)) {
+                    self.refusals.count(&refusal);
+                    effects.push(Effect::Refused(refusal));
+                }
+                effects.extend(self.land(now));
+            }
             Event::Tick => {
                 if let Phase::Unwritten(record) = self.phase {
                     effects.push(self.commit(record));
@@ -222,7 +238,7 @@ impl Arbiter {
         let Some(sent) = self.sent else { return Some(self.state.landed) };
         let republication = sent.plus_ns(REPUBLISH_NS);
         let landing = match &self.phase {
-            Phase::Flying(next) => Some(next.landed),
+            Phase::Flying(next) if !self.throttle.holds() => Some(next.landed),
             _ => None,
         };
         let end = self.is_lingering().then(|| self.state.published.plus_ns(self.linger_ns));
@@ -239,6 +255,18 @@ impl Arbiter {
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission
+    }
+
+    /// How landings are paced at present.
+    #[must_use]
+    pub fn tempo(&self) -> Tempo {
+        Tempo {
+            run: self.state.run,
+            robot: self.state.robot,
+            pace: self.throttle.pace(),
+            paused: self.throttle.is_paused(),
+            heeds: self.throttle.heeds(),
+        }
     }
 
     /// What was refused so far, by reason.
@@ -383,7 +411,8 @@ impl Arbiter {
     /// The state that `record`, committed at `committed`, leads to when it lands.
     fn state_after(&self, record: &Record, committed: MonotonicNs) -> State {
         let Outcome { flight, .. } = record.outcome;
-        let landed = self.pace.landing(&Launch { last_landed: self.state.landed, committed, flight });
+        let launch = Launch { last_landed: self.state.landed, committed, flight };
+        let landed = self.throttle.landing(&launch);
         let mut next = record.state_after(self.state.run, landed, MonotonicNs(0));
         next.last_timing.committed = committed;
         next
@@ -392,13 +421,34 @@ impl Arbiter {
     /// Takes up the next state and publishes it, if its landing has come.
     fn land(&mut self, now: MonotonicNs) -> Option<Effect> {
         let Phase::Flying(next) = self.phase else { return None };
-        if now < next.landed {
+        if now < next.landed || self.throttle.holds() {
             return None;
         }
+        self.throttle.landed();
         self.phase = Phase::Resting;
         self.state = next;
         self.sent = None;
         Some(self.publish(now))
+    }
+
+    /// Carries out an order: a hop in the air lands when the pace now in force has it, and a pause counts
+    /// as flight, in no decision's time.
+    fn obey(&mut self, control: &Control, now: MonotonicNs) -> Result<(), Refusal> {
+        let Control { run, robot, order } = *control;
+        if run != self.state.run {
+            return Err(Refusal::WrongRun { need: self.state.run, got: run });
+        }
+        if robot != ROBOT {
+            return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
+        }
+        self.throttle.obey(order, now)?;
+        if let Phase::Flying(next) = &mut self.phase {
+            let flight = next.last.map(|outcome| outcome.flight).unwrap_or_default();
+            let committed = next.last_timing.committed;
+            let launch = Launch { last_landed: self.state.landed, committed, flight };
+            next.landed = self.throttle.landing_anew(&launch, now);
+        }
+        Ok(())
     }
 
     /// Publishes the current state: stamped the first time, unchanged ever after.

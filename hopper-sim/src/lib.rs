@@ -10,11 +10,12 @@ pub mod dynamics;
 mod exit;
 pub mod journal;
 pub mod mission;
-pub mod pace;
 pub mod shell;
+pub mod throttle;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
+pub use contract::Pace;
 pub use crash::CRASH_POINTS;
 pub use journal::{History, Journal, JournalError, JournalHeader, Storage, Verification, verify};
 pub use mission::{Mission, ROBOT};
-pub use pace::Pace;
+pub use throttle::Throttle;

@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
-    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
+    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status, Tempo,
     TruthPage, TruthRequest,
 };
 use node::peer::{Patience, TICK, accept, refuse};
 use node::{
-    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
-    crash_point,
+    BriefWriter, CommandReader, ControlReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter,
+    TempoWriter, TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, World};
@@ -112,6 +112,9 @@ pub struct Args {
     /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
+    /// Heed orders to pause, go on, step or change the pace, as the monitor's page gives them.
+    #[arg(long)]
+    control: bool,
     /// Form of the summary on standard output.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -181,6 +184,10 @@ struct Service {
     briefs: BriefWriter,
     truths: TruthServer,
     commands: CommandReader,
+    controls: ControlReader,
+    tempos: TempoWriter,
+    /// The tempo told last.
+    told: Option<Tempo>,
     past: PastServer,
     assembled: bool,
     /// Whether the last append failed.
@@ -214,6 +221,9 @@ impl Service {
             truths: node.truth_server()?,
             states: node.state_writer(robot)?,
             commands: node.command_reader(robot)?,
+            controls: node.control_reader(robot)?,
+            tempos: node.tempo_writer(robot)?,
+            told: None,
             past: node.past_server()?,
             arbiter: Arbiter::new(
                 Mission { brief, terrain: world.terrain, seed: args.mission.seed() },
@@ -231,6 +241,9 @@ impl Service {
             holding: false,
             finished: None,
         };
+        if args.control {
+            service.arbiter = service.arbiter.heeding_orders();
+        }
         service.node.listen(&contract::service::command(robot))?;
         service.announce()?;
         crash_point(crash::JOINED);
@@ -247,6 +260,19 @@ impl Service {
         Ok(())
     }
 
+    /// Tells of the tempo when it has changed.
+    fn tell_tempo(&mut self) -> Result<(), Failure> {
+        let tempo = self.arbiter.tempo();
+        if self.told != Some(tempo) {
+            if self.told.is_some() {
+                tracing::info!(paused = tempo.paused, pace = %tempo.pace, "told to change the tempo");
+            }
+            self.told = Some(tempo);
+            self.tempos.publish(&tempo)?;
+        }
+        Ok(self.tempos.idle()?)
+    }
+
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
         let mut patience = Patience::new(args.wait);
         loop {
@@ -256,6 +282,9 @@ impl Service {
             }
             while let Some(command) = self.commands.receive() {
                 self.feed(Event::Command(command))?;
+            }
+            while let Some(control) = self.controls.receive() {
+                self.feed(Event::Control(control))?;
             }
             for beat in self.node.heartbeats() {
                 if let Some(beat) = accept(Some(beat)) {
@@ -284,6 +313,7 @@ impl Service {
             truths.serve(|request| truth_page(arbiter.mission(), request))?.iter().for_each(refuse);
             self.states.idle()?;
             self.briefs.idle()?;
+            self.tell_tempo()?;
             let state = *self.arbiter.state();
             self.node.beat(state.run, state.decision, state.status)?;
             if let Some(status) = self.finished {

@@ -11,6 +11,7 @@
 pub mod action;
 pub mod brief;
 pub mod command;
+pub mod control;
 pub mod digest;
 pub mod grid;
 pub mod ground;
@@ -20,6 +21,7 @@ pub mod limits;
 pub mod map;
 pub mod name;
 pub mod outcome;
+pub mod pace;
 pub mod past;
 pub mod patch;
 pub mod policy;
@@ -40,6 +42,7 @@ pub use brief::{
     SoilMotion, Weights,
 };
 pub use command::Command;
+pub use control::{Control, Order, Tempo};
 pub use digest::Digest;
 pub use grid::{Cell, Grid};
 pub use ground::{Ground, Soil};
@@ -48,6 +51,7 @@ pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RunId, Term};
 pub use map::ObservedMap;
 pub use name::Name;
 pub use outcome::{Branch, Flight, Outcome, Status};
+pub use pace::Pace;
 pub use past::{PastPage, PastRequest};
 pub use patch::{MapPage, MapPatch, MapRequest, SeenCell};
 pub use policy::{Policy, PolicyCell};
