@@ -7,6 +7,7 @@ pub mod gallery;
 pub mod journal;
 pub mod known;
 pub mod lockstep;
+pub mod manual;
 pub mod moment;
 pub mod outbox;
 pub mod run;
