@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use contract::{Brief, Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
-use hopper_sim::{History, Mission};
+use hopper_sim::{History, Mission, Pace};
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
@@ -56,6 +56,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.view.control && args.view.web.is_none() {
         return Err(Failure::usage("--control needs --web to give orders from"));
+    }
+    if args.view.web.is_some() && args.mission.pace == Pace::Max {
+        tracing::info!(
+            "at --pace max a mission is over before a browser has opened: --pace 2 gives time to look"
+        );
     }
     let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
     if !clairvoyant {

@@ -70,6 +70,12 @@ impl Ground {
         self.seen
     }
 
+    /// Cells seen by the time a decision was due.
+    #[must_use]
+    pub fn seen_by(&self, decision: Decision) -> usize {
+        self.cells.iter().filter(|seen| u64::from(seen.at) <= decision.0).count()
+    }
+
     /// Treasures seen and not yet collected.
     #[must_use]
     pub fn treasures(&self) -> &[Cell] {

@@ -118,8 +118,8 @@ fn heading(account: &Chronicle, knobs: &Knobs) -> Line<'static> {
 }
 
 fn keys(knobs: &Knobs) -> Line<'static> {
-    let view = " q quit  ←→ hop  PgUp PgDn ten  Home End  p policy  f follow";
-    let control = if knobs.control { "  space pause  s step  h hand over" } else { "" };
+    let view = " q quit  ←→ PgUp PgDn Home End  p policy  f follow";
+    let control = if knobs.control { "  space pause  s step  h hand" } else { "" };
     Line::styled(format!("{view}{control}"), DIM)
 }
 
@@ -232,14 +232,25 @@ impl<'a> View<'a> {
         let style = Style::new().bg(shade(seen.height_m, self.heights_m, seen.sand)).fg(Color::Black);
         let arrow = index.filter(|_| self.policy).and_then(|index| self.account.policy()?.cells.get(index));
         match arrow.map(|cell| cell.action) {
-            Some(Action::Hop(Direction::North)) => ("↑ ", style),
-            Some(Action::Hop(Direction::East)) => ("→ ", style),
-            Some(Action::Hop(Direction::South)) => ("↓ ", style),
-            Some(Action::Hop(Direction::West)) => ("← ", style),
+            Some(Action::Hop(direction)) => (arrow_on(direction, seen.sand), style),
             _ if !seen.passable => ("##", style),
             _ if seen.sand => ("░░", style),
             _ => ("  ", style),
         }
+    }
+}
+
+/// An arrow on hard ground or on sand, which is told without colours too.
+fn arrow_on(direction: Direction, sand: bool) -> &'static str {
+    match (direction, sand) {
+        (Direction::North, false) => "↑ ",
+        (Direction::East, false) => "→ ",
+        (Direction::South, false) => "↓ ",
+        (Direction::West, false) => "← ",
+        (Direction::North, true) => "↑░",
+        (Direction::East, true) => "→░",
+        (Direction::South, true) => "↓░",
+        (Direction::West, true) => "←░",
     }
 }
 
@@ -274,7 +285,7 @@ fn side(account: &Chronicle, knobs: &Knobs, now: MonotonicNs, area: Rect) -> Vec
     if let Some(progress) = account.progress() {
         let pulse = &progress.latency;
         let [p50, p99] = [pulse.p50_us, pulse.p99_us].map(|us| duration(us * 1e3));
-        let missed = format!("{} over {}", pulse.misses, duration(budget_ns as f64));
+        let missed = format!("{} missed", pulse.misses);
         let style = if pulse.misses > 0 { BAD } else { Style::new() };
         lines.push(Line::from(vec![
             Span::raw(format!("p50 {p50}  p99 {p99}  ")),
@@ -284,7 +295,7 @@ fn side(account: &Chronicle, knobs: &Knobs, now: MonotonicNs, area: Rect) -> Vec
     lines.push(history(account, at));
     lines.push(title("command"));
     if let Some(hops) = account.hops() {
-        for reign in hops.reigns().rev().take(2) {
+        for reign in hops.reigns().rev().filter(|reign| reign.from <= at).take(2) {
             let text =
                 format!("term {} {} from hop {} ({})", reign.term, reign.planner, reign.from, reign.pid);
             lines.push(Line::raw(text));
@@ -321,7 +332,8 @@ fn mission(account: &Chronicle, at: Decision, lines: &mut Vec<Line<'static>>) {
     let cell = pose(account, at).unwrap_or(brief.start);
     let height_m = hop_before(account, at).map_or(0.0, |hop| hop.height_m);
     let distance_m = cell.distance_cells(brief.goal) * brief.grid.cell_size_m;
-    let seen = 100.0 * ground.seen() as f64 / brief.grid.cells() as f64;
+    let cells = if at < hops.due() { ground.seen_by(at) } else { ground.seen() };
+    let seen = 100.0 * cells as f64 / brief.grid.cells() as f64;
     let flown = at.0.saturating_sub(hops.first().0) as usize;
     let strays = |hop: &&Hop| matches!(hop.branch, Branch::Left | Branch::Right | Branch::Stayed);
     let stray = hops.from(hops.first()).take(flown).filter(strays).count();
