@@ -173,7 +173,11 @@ fn a_plan_whose_map_went_before_it_was_begun_is_asked_for_again() {
     let gap = MapPatch { sequence: 7, before: 1, after: 1, ..map(3) };
     assert_eq!(pilot.on(Event::Patch(gap), at(1)), [Effect::RequestMap(request)]);
     assert!(pilot.situation().is_none(), "nobody can plan now");
-    assert_eq!(pilot.on(Event::Patch(map(3)), at(2)), [Effect::Plan], "a reminder: the map is whole after all");
+    assert_eq!(
+        pilot.on(Event::Patch(map(3)), at(2)),
+        [Effect::Plan],
+        "a reminder: the map is whole after all"
+    );
 }
 
 #[test]
