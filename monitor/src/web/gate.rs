@@ -5,7 +5,8 @@
 //! name), the path a known one, an order must come from this very page with the key that only whoever started
 //! the monitor was told.
 
-use std::net::{IpAddr, SocketAddr};
+// Addresses, but no sockets.
+use core::net::{IpAddr, SocketAddr};
 
 use contract::Order;
 
