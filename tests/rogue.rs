@@ -1,4 +1,4 @@
-//! A rogue process writes what it should not beside a real mission: it is refused, counted, and moves nothing.
+//! A rogue process writes what it should not beside a real mission: refused, counted, it moves nothing.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -297,8 +297,8 @@ fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
     }
 }
 
-/// P-ROGUE-MAP: patches and pages of NaN, off the map, out of sequence or that do not add up are refused by
-/// every reader, and the mission goes on.
+/// P-ROGUE-MAP: patches and pages of NaN, off the map or that do not add up are refused by every reader, patches
+/// out of sequence are cleared up by pages, and the mission goes on.
 #[test]
 fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mission = Mission::new("nan");

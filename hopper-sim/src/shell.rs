@@ -8,7 +8,7 @@ use std::time::Duration;
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
     Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
-    TruthPage, TruthRequest,
+    TruthRequest,
 };
 use node::peer::{Patience, TICK, accept, refuse};
 use node::{
@@ -281,7 +281,8 @@ impl Service {
             })?;
             refusals.iter().for_each(refuse);
             let Self { truths, arbiter, .. } = self;
-            truths.serve(|request| truth_page(arbiter.mission(), request))?.iter().for_each(refuse);
+            let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
+            truths.serve(page)?.iter().for_each(refuse);
             self.states.idle()?;
             self.briefs.idle()?;
             let state = *self.arbiter.state();
@@ -386,18 +387,4 @@ impl Service {
         summary.processes = std::iter::once(own).chain(heard).collect();
         summary
     }
-}
-
-/// The truth from an index on; `None` if another run's is asked for.
-fn truth_page(mission: &Mission, request: &TruthRequest) -> Option<TruthPage> {
-    let (run, terrain) = (mission.brief.run, &mission.terrain);
-    let from = (request.from as usize).min(terrain.cells.len());
-    let until = (from + TRUTH_PAGE_CELLS).min(terrain.cells.len());
-    (request.run == run).then(|| TruthPage {
-        run,
-        grid: terrain.grid,
-        from: from as u32,
-        cells: terrain.cells[from..until].to_vec(),
-        treasures: terrain.treasures.clone(),
-    })
 }

@@ -26,7 +26,7 @@ pub type PastServer = Server<PastRequest>;
 pub type PastClient = Client<PastRequest>;
 /// Answers for the truth; only hopper-sim has one.
 pub type TruthServer = Server<TruthRequest>;
-/// Asks for the truth; perception and monitor only may have one.
+/// Asks for the truth; no planner may have one.
 pub type TruthClient = Client<TruthRequest>;
 /// Answers for the map; only perception has one.
 pub type SnapshotServer = Server<MapRequest>;
@@ -84,8 +84,10 @@ impl<Q: Question> Server<Q> {
         Ok(Self { server, bell: base.notifier(&answered(&exchange))?, exchange, _base: Rc::clone(base) })
     }
 
-    /// Answers every request that is there. `answer` may leave one unanswered: the client will ask again.
-    /// Returns the refusals of malformed requests.
+    /// Answers the requests that are there, one a client at most: whoever asks without end keeps nobody else
+    /// waiting, nor the server from its other work. What is left came meanwhile, and ends the next wait at
+    /// once. `answer` may leave a request unanswered: the client will ask again. Returns the refusals of
+    /// malformed requests.
     ///
     /// # Errors
     /// [`NodeError::Oversize`] if an answer has more cells than a page holds.
@@ -96,7 +98,7 @@ impl<Q: Question> Server<Q> {
         let service = &self.exchange.name;
         let mut refusals = Vec::new();
         let mut answered = false;
-        loop {
+        for _ in 0..self.exchange.max_clients {
             let request = match self.server.receive() {
                 Ok(Some(request)) => request,
                 Ok(None) => break,
@@ -126,8 +128,8 @@ impl<Q: Question> Server<Q> {
         Ok(refusals)
     }
 
-    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still wants
-    /// to know.
+    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still
+    /// wants to know.
     fn send(
         &self,
         request: &iceoryx2::active_request::ActiveRequest<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>,
