@@ -174,6 +174,23 @@ impl Instance {
         Presence::clean(self)
     }
 
+    /// Everything in shared memory that bears this instance's tag, be it of live processes or left over.
+    ///
+    /// # Errors
+    /// If shared memory cannot be listed.
+    pub fn traces(&self) -> Result<Vec<PathBuf>, NodeError> {
+        let entries = fs::read_dir(SHARED_MEMORY)
+            .map_err(|error| NodeError::system("list", SHARED_MEMORY.as_ref(), error))?;
+        let ours = |name: &str| tag_of(name) == Some(&self.tag);
+        let mut traces: Vec<PathBuf> = entries
+            .flatten()
+            .filter(|entry| entry.file_name().to_str().is_some_and(ours))
+            .map(|entry| entry.path())
+            .collect();
+        traces.sort();
+        Ok(traces)
+    }
+
     /// The middleware's files beside the folder: path and bytes in use.
     pub(crate) fn files(&self) -> Vec<(PathBuf, u64)> {
         let prefix = self.prefix();
