@@ -22,7 +22,7 @@ use iceoryx2::service::static_config::StaticConfig;
 
 use crate::presence::Presence;
 use crate::scaffold::{Scaffold, clear_dead};
-use crate::{Instance, NodeError};
+use crate::{Instance, NodeError, room};
 
 /// The middleware's variant that we use.
 pub(crate) type Ipc = ipc::Service;
@@ -60,6 +60,7 @@ impl Base {
     pub(crate) fn new(instance: &Instance, name: &str) -> Result<Self, NodeError> {
         set_log_level(LogLevel::Warn);
         let presence = Presence::enter(instance)?;
+        room::check_entry(name)?;
         let scaffold = Scaffold::open(instance)?;
         let config = instance.config();
         let name = NodeName::new(name).expect("a role or a command is a short name");
@@ -67,6 +68,7 @@ impl Base {
             NodeBuilder::new().name(&name).signal_handling_mode(SignalHandlingMode::Disabled).config(&config);
         let node =
             persist("node", "creating a node", &config, &scaffold, || builder.clone().create::<Ipc>())?;
+        instance.close_to_others()?;
         free_the_dead(&config);
         Ok(Self { node, config, scaffold, instance: instance.clone(), _presence: presence })
     }
@@ -111,7 +113,9 @@ impl Base {
         what: &'static str,
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
-        persist(service, what, &self.config, &self.scaffold, create)
+        let port = persist(service, what, &self.config, &self.scaffold, create)?;
+        room::reserve(&self.instance, &format!("service {service}"))?;
+        Ok(port)
     }
 
     /// The service as it exists.

@@ -29,6 +29,7 @@
 mod base;
 mod clock;
 mod crash;
+mod edition;
 mod error;
 mod exchange;
 mod exit;
