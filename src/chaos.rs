@@ -31,7 +31,7 @@ const FAILURES_MAX: usize = 5;
 pub struct Args {
     /// Faults that shall befall each role: kills, pauses, restarts.
     #[arg(long, default_value_t = 500, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
-    kills: u64,
+    faults: u64,
     /// Victim: hopper-sim, perception, planner or monitor [default: each in turn].
     #[arg(long, value_name = "ROLE")]
     role: Option<Role>,
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let vigil = Vigil::new()?;
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).map_err(Failure::run)?;
     let victims = args.role.map_or_else(|| Role::ALL.to_vec(), |role| vec![role]);
-    let bar = indicatif::ProgressBar::new(args.kills * victims.len() as u64);
+    let bar = indicatif::ProgressBar::new(args.faults * victims.len() as u64);
     let started = Node::now();
     let mut answer = Answer {
         missions: 0,
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     for seed in args.seed.. {
         if answer.failures.len() >= FAILURES_MAX
-            || answer.roles.iter().all(|tally| tally.faults >= args.kills)
+            || answer.roles.iter().all(|tally| tally.faults >= args.faults)
         {
             break;
         }
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let crew = Crew::single("mdp".parse().expect("a name"));
         let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |_| {}).map_err(Failure::run)?;
         let undisturbed = Undisturbed { digest: flown.state.digest, outcome: flown.state.status };
-        for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.kills) {
+        for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.faults) {
             let plan = Plan::of(seed, tally.role);
             let folder = tempfile::Builder::new().prefix("hopper-chaos-").tempdir().map_err(Failure::run)?;
             let flown = fly(&plan, folder.path(), undisturbed, &vigil)?;
@@ -140,7 +140,7 @@ impl Answer {
             let Plan { seed, victim, faults, .. } = plan;
             let _ = writeln!(text, "seed {seed} breaks: {}\n  {}", broken.promise, broken.detail);
             let _ = writeln!(text, "  planned for {victim}: {faults:?}");
-            let _ = writeln!(text, "  again: hopper chaos --seed {seed} --role {victim} --kills 1");
+            let _ = writeln!(text, "  again: hopper chaos --seed {seed} --role {victim} --faults 1");
             let _ = writeln!(text, "  journal and logs: {}", folder.display());
         }
         text
