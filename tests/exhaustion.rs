@@ -128,6 +128,23 @@ fn on_a_full_disk_the_hopper_holds_until_there_is_space_again() {
     peers.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
 }
 
+/// P-FULL-LOG: log lines that can no longer be written end nobody.
+#[test]
+fn a_full_disk_under_the_log_ends_nobody() {
+    let mission = Mission::new("mute");
+    let words = ["run", "--instance", &mission.name, "--seed", "55", "--out", ".", "--format", "json"];
+    let mut command = mission.hopper(&words);
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = command.env("HOPPER_LOG", "debug").stderr(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let summary = json(&output);
+    assert_eq!(summary["digest"], lockstep(&["--seed", "55"])["digest"]);
+    assert!(
+        summary["processes"].as_array().unwrap().iter().all(|process| process["restarts"] == 0),
+        "{summary}"
+    );
+}
+
 /// P-DEAF: a monitor that stops reading holds nobody up: the mission ends while it is stopped, more decisions
 /// later than its queue holds, no message lost to anybody else; woken, it learns of them all.
 #[test]

@@ -345,8 +345,13 @@ impl Flight<'_> {
             return Err(broken("the journal is sound", verified.faults().join("; ")));
         }
         let sim = self.crew.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the crew");
-        let summary: Summary = serde_json::from_str(&sim.output())
-            .map_err(|error| broken("hopper-sim tells what the mission came to", error.to_string()))?;
+        let told = sim.output();
+        let summary: Summary = serde_json::from_str(&told).map_err(|error| {
+            broken(
+                "hopper-sim tells what the mission came to",
+                self.last_words(&format!("{error} in {told:?}")),
+            )
+        })?;
         for (who, digest, outcome) in [
             ("the journal", verified.digest, verified.outcome),
             ("the summary", summary.digest, summary.outcome),

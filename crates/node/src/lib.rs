@@ -48,6 +48,7 @@ mod presence;
 pub mod relay;
 mod room;
 mod scaffold;
+mod undertaker;
 mod vigil;
 
 pub use clock::now;
