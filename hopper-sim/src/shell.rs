@@ -10,7 +10,7 @@ use contract::{
     Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
     TruthRequest,
 };
-use node::peer::{Patience, TICK, accept, refuse};
+use node::peer::{Builds, Patience, TICK, accept, refuse};
 use node::{
     BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
     crash_point,
@@ -175,6 +175,7 @@ struct Service {
     journal: Journal,
     summary: SummaryBuilder,
     roster: Roster,
+    builds: Builds,
     /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
@@ -200,7 +201,7 @@ impl Service {
         }
         let brief = Brief { run: journal.header().run(), ..world.brief };
         let robot = RobotId(0);
-        Room::of(brief.grid.cells(), brief.robots)?.check()?;
+        Room::of(brief.grid.cells(), brief.robots)?.check(instance)?;
         let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
         if args.lifeline {
             node.hold_lifeline();
@@ -226,6 +227,7 @@ impl Service {
             journal,
             summary,
             roster: Roster::default(),
+            builds: Builds::default(),
             lives: BTreeMap::new(),
             assembled: false,
             holding: false,
@@ -248,17 +250,21 @@ impl Service {
     }
 
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
-        let mut patience = Patience::new(args.wait);
+        let mut patience = Patience::new(args.wait, self.node.instance());
         loop {
             self.node.wait(self.timeout());
             if self.node.stop_requested().is_some() {
                 return Ok(Exit::Interrupted);
             }
             while let Some(command) = self.commands.receive() {
+                let command = command.and_then(|command| match self.builds.refuse(command.incarnation) {
+                    Some(refusal) => Err(refusal),
+                    None => Ok(command),
+                });
                 self.feed(Event::Command(command))?;
             }
             for beat in self.node.heartbeats() {
-                if let Some(beat) = accept(Some(beat)) {
+                if let Some(beat) = accept(Some(beat)).filter(|beat| self.builds.admit(beat)) {
                     self.meet(&beat);
                     self.feed(Event::Heartbeat(beat))?;
                 }

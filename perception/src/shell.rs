@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     tracing::info!("joined instance {:?}", args.peer.instance);
 
     let mut cartographer = Cartographer::new(robot);
-    let mut attendance = Attendance::new(&args.peer);
+    let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {

@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         takeover: args.takeover,
         succeeds_pid: args.succeeds_pid,
     });
-    let mut attendance = Attendance::new(&args.peer);
+    let mut attendance = Attendance::new(&args.peer, &instance);
     let mut refused = 0;
     loop {
         node.wait(TICK);
@@ -73,8 +73,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         let mut effects = VecDeque::new();
         for beat in node.heartbeats().into_iter().flatten() {
-            attendance.hear(&beat);
-            effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
+            if attendance.hear(&beat) {
+                effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
+            }
         }
         if let Some(brief) = accept(briefs.newest()) {
             effects.extend(pilot.on(Event::Brief(brief), Node::now()));

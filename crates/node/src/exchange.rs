@@ -213,8 +213,13 @@ pub(crate) fn page_bytes<S: Sheet>(exchange: &Exchange) -> usize {
     size_of::<S::Header>() + exchange.page * size_of::<S::Cell>()
 }
 
-fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
-    let need = format!(
+/// A service as its requests and answers ask for it, under its name.
+pub(crate) fn text<Q: Question>(exchange: &Exchange) -> String {
+    format!("{}: {}, pages of {}", exchange.name, need::<Q>(exchange), exchange.page)
+}
+
+fn need<Q: Question>(exchange: &Exchange) -> String {
+    format!(
         "{} ({} bytes) answered by {} ({} bytes) with cells of {} ({} bytes), {} clients",
         Q::Wire::NAME,
         size_of::<Q::Wire>(),
@@ -223,7 +228,11 @@ fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, N
         <Q::Answer as Sheet>::Cell::NAME,
         size_of::<<Q::Answer as Sheet>::Cell>(),
         exchange.max_clients,
-    );
+    )
+}
+
+fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
+    let need = need::<Q>(exchange);
     base.open(&exchange.name, MessagingPattern::RequestResponse, &need, || {
         base.node()
             .service_builder(&service_name(&exchange.name))

@@ -29,6 +29,7 @@
 mod base;
 mod clock;
 mod crash;
+mod edition;
 mod error;
 mod exchange;
 mod exit;
@@ -48,6 +49,7 @@ mod presence;
 pub mod relay;
 mod room;
 mod scaffold;
+mod undertaker;
 mod vigil;
 
 pub use clock::now;

@@ -433,7 +433,7 @@ fn what_a_port_needs_is_what_it_takes() {
         }
         assert!(room.need_bytes < 256_000_000, "{} bytes at 821 x 821", room.need_bytes);
         assert!(node::Room::of(400, 1).unwrap().need_bytes < 64 << 20, "the default mission runs in 64 MB");
-        room.check().unwrap();
+        room.check(&own.0).unwrap();
     }
     own.assert_gone();
 }
