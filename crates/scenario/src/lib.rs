@@ -12,6 +12,7 @@ mod mission;
 mod overrides;
 mod resolve;
 mod robot;
+pub mod text;
 mod truth;
 mod world;
 

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use super::{Wire, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
 use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
 
 /// What the policy was made for.
@@ -68,7 +68,7 @@ impl From<&PolicyCell> for PolicyCellV1 {
 /// The policy of a copied message.
 ///
 /// # Errors
-/// If a value is not finite or an action is unknown.
+/// If a value is not finite, the residual none, or an action unknown.
 pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
     let cell = |wire: &PolicyCellV1| {
         if !wire.value.is_finite() {
@@ -79,9 +79,9 @@ pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Resu
     Ok(Policy {
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
-        decision: Decision(header.decision),
+        decision: Decision(counted("policy.decision", header.decision)?),
         planner: name_from_wire("policy.planner", header.planner)?,
-        residual: header.residual,
+        residual: float("policy.residual", header.residual, 0.0, f64::INFINITY)?,
         cells: cells.iter().map(cell).collect::<Result<_, _>>()?,
     })
 }

@@ -96,3 +96,22 @@ proptest! {
         prop_assert!(elevation(&bytes).is_err());
     }
 }
+
+/// Writes the GeoTIFFs that fuzzing begins from: `cargo test -p terrain -- --ignored corpus`.
+#[test]
+#[ignore = "writes files, of which the repository has a copy"]
+fn the_corpus_of_geotiffs_is_written() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/geotiff");
+    std::fs::create_dir_all(&folder).unwrap();
+    let plain = GeoTiff::new(5, 4, (0..20).map(f64::from).collect());
+    let packed = |packing, predictor| GeoTiff { packing, predictor, chunk: (5, 2), ..plain.clone() };
+    for (name, file) in [
+        ("plain", GeoTiff { nodata: Some("3"), ..plain.clone() }),
+        ("lzw", packed(Packing::Lzw, 2)),
+        ("deflate", packed(Packing::Deflate, 3)),
+        ("tiled", GeoTiff { tiled: true, chunk: (16, 16), sample: Sample::I16, ..packed(Packing::Deflate, 2) }),
+        ("big", GeoTiff { big_tiff: true, big_endian: true, sample: Sample::F64, ..plain.clone() }),
+    ] {
+        std::fs::write(folder.join(name), file.bytes()).unwrap();
+    }
+}
