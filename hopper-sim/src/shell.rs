@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
-    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
-    TruthPage, TruthRequest,
+    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, Refusal, RobotId, Role, Roster,
+    Status, TruthPage, TruthRequest,
 };
-use node::peer::{Patience, TICK, accept, refuse};
+use node::peer::{Patience, TICK, refuse};
 use node::{
     BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
     crash_point,
@@ -254,13 +254,16 @@ impl Service {
             if self.node.stop_requested().is_some() {
                 return Ok(Exit::Interrupted);
             }
-            while let Some(command) = self.commands.receive() {
+            for command in self.commands.drain().collect::<Vec<_>>() {
                 self.feed(Event::Command(command))?;
             }
             for beat in self.node.heartbeats() {
-                if let Some(beat) = accept(Some(beat)) {
-                    self.meet(&beat);
-                    self.feed(Event::Heartbeat(beat))?;
+                match beat {
+                    Ok(beat) => {
+                        self.meet(&beat);
+                        self.feed(Event::Heartbeat(beat))?;
+                    }
+                    Err(refusal) => self.refused(refusal)?,
                 }
             }
             if self.is_assembled() {
@@ -279,9 +282,11 @@ impl Service {
                 page.records.retain(|record| record.decision < due);
                 Some(page)
             })?;
-            refusals.iter().for_each(refuse);
             let Self { truths, arbiter, .. } = self;
-            truths.serve(|request| truth_page(arbiter.mission(), request))?.iter().for_each(refuse);
+            let of_truth = truths.serve(|request| truth_page(arbiter.mission(), request))?;
+            for refusal in refusals.into_iter().chain(of_truth) {
+                self.refused(refusal)?;
+            }
             self.states.idle()?;
             self.briefs.idle()?;
             let state = *self.arbiter.state();
@@ -292,6 +297,12 @@ impl Service {
             let now = Node::now();
             patience.check(self.waits_for(now), now)?;
         }
+    }
+
+    /// Tells of a malformed message, and counts it.
+    fn refused(&mut self, refusal: Refusal) -> Result<(), Failure> {
+        refuse(&refusal);
+        self.feed(Event::Refused(refusal))
     }
 
     /// The mission begins once somebody senses and somebody plans, so that no decision's time counts

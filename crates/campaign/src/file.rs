@@ -59,7 +59,7 @@ impl Campaign {
     pub fn parse(text: &str, origin: &str) -> Result<Self, CampaignError> {
         let campaign: Self = toml::from_str(text).map_err(|error| CampaignError::Toml {
             origin: origin.into(),
-            message: error.to_string().trim_end().into(),
+            message: scenario::text::fault(&error),
         })?;
         campaign.check()?;
         Ok(campaign)
@@ -71,7 +71,7 @@ impl Campaign {
     /// # Errors
     /// If a scenario cannot be flown.
     pub fn plan(&self, folder: &Path, version: &str) -> Result<Plan, CampaignError> {
-        let (mut cells, mut ground) = (Vec::new(), 0);
+        let (mut cells, mut ground) = (Vec::new(), 0_usize);
         for selector in &self.scenarios {
             let failed =
                 |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
@@ -81,6 +81,16 @@ impl Campaign {
                 scenario::load(&folder.join(selector).to_string_lossy())
             }
             .map_err(failed)?;
+            // Whatever profile and weights, it is the same ground.
+            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
+            ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
+            if ground > GROUND_CELLS_MAX {
+                return Err(CampaignError::Value {
+                    field: "scenarios",
+                    need: format!("at most {GROUND_CELLS_MAX} cells of ground in all worlds of the grid"),
+                    got: format!("{ground} with {selector}; fly it as several campaigns"),
+                });
+            }
             for profile in &self.profiles {
                 let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
                 let scenario = scenario.clone().with(&overrides);
@@ -89,14 +99,6 @@ impl Campaign {
                         let mut scenario = scenario.clone();
                         scenario.brief.weights = weights;
                         let world = scenario.resolve().map_err(failed)?;
-                        ground += world.terrain.cells.len();
-                        if ground > GROUND_CELLS_MAX {
-                            return Err(CampaignError::Value {
-                                field: "scenarios",
-                                need: format!("at most {GROUND_CELLS_MAX} cells of ground in all worlds of the grid"),
-                                got: format!("{ground} by {selector}; fly it as several campaigns"),
-                            });
-                        }
                         let PayoffWeights { safety, information, distance } = weights;
                         let weights = Weights { safety, information, distance };
                         cells.push(Cell::new(cells.len() as u64, selector, planner, weights, &world));

@@ -40,7 +40,12 @@ mod tests {
         for bit in 0..8 * sealed.len() {
             let mut bytes = sealed.clone().into_bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            assert!(String::from_utf8(bytes).map_err(|_| ()).and_then(|text| unseal(&text).map_err(|_| ())).is_err());
+            assert!(
+                String::from_utf8(bytes)
+                    .map_err(|_| ())
+                    .and_then(|text| unseal(&text).map_err(|_| ()))
+                    .is_err()
+            );
         }
         assert!(unseal(&format!("{sealed} ")).is_err() && unseal("{}").is_err());
     }

@@ -59,7 +59,11 @@ pub fn read(bytes: &[u8]) {
             let last = plan.trials() - 1;
             assert!(plan.trial(last).is_some() && plan.trial(last + 1).is_none());
             let manifest = Manifest { shard: Shard::WHOLE, plan };
-            assert_eq!(Manifest::parse(&manifest.text()).as_ref().ok(), Some(&manifest), "a plan is read as written");
+            assert_eq!(
+                Manifest::parse(&manifest.text()).as_ref().ok(),
+                Some(&manifest),
+                "a plan is read as written"
+            );
         }
     }
 }
@@ -117,7 +121,8 @@ pub fn checkpoints() -> Vec<Vec<u8>> {
 pub fn rows() -> Vec<Vec<u8>> {
     let Manifest { shard, plan } = manifest();
     let endings = [Status::Goal, Status::Deadlock, Status::LeftMap];
-    let rows = (0..).map_while(|index| plan.trial(shard.nth(index, plan.trials())?)).zip(endings.iter().cycle());
+    let rows =
+        (0..).map_while(|index| plan.trial(shard.nth(index, plan.trials())?)).zip(endings.iter().cycle());
     let lines = rows.map(|(trial, &outcome)| {
         let ending = Ending {
             outcome,

@@ -9,13 +9,13 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1, PastRequestV1,
-    RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire, page_from_wire,
-    patch_from_wire, truth_page_from_wire,
+    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
+    page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Decision, Heartbeat, Incarnation, MapPatch, MapRequest, MonotonicNs, PastPage, PastRequest, Record,
-    Role, State, TruthPage, TruthRequest,
+    Brief, Command, Decision, Heartbeat, Incarnation, MapPatch, MapRequest, MonotonicNs, PastPage,
+    PastRequest, Record, Role, State, TruthPage, TruthRequest,
 };
 use hopper_sim::{Arbiter, Pace, ROBOT};
 use monitor::watcher::{self, Watcher};
@@ -38,7 +38,12 @@ pub fn read(bytes: &[u8]) {
         let Some(turn) = crew.script.byte() else { break };
         crew.turn(turn);
     }
-    let _ = (crew.watcher.progress(crew.now), crew.watcher.latency(), crew.pilot.seen(), crew.cartographer.seen());
+    let _ = (
+        crew.watcher.progress(crew.now),
+        crew.watcher.latency(),
+        crew.pilot.seen(),
+        crew.cartographer.seen(),
+    );
 }
 
 /// A mission to its end undisturbed, and one with a damaged field now and then.
@@ -276,7 +281,9 @@ impl<'a> Crew<'a> {
     fn cartographer(&mut self, event: cartographer::Event) {
         for effect in self.cartographer.on(event, self.now) {
             match effect {
-                cartographer::Effect::RequestPast(request) => self.past_requests.push_back((Role::Perception, request)),
+                cartographer::Effect::RequestPast(request) => {
+                    self.past_requests.push_back((Role::Perception, request))
+                }
                 cartographer::Effect::RequestTruth(request) => self.truth_requests.push_back(request),
                 cartographer::Effect::PublishMap => {
                     let now = self.now;

@@ -5,8 +5,24 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// What numbers in a text become.
 const NUMBERS: [&str; 18] = [
-    "0", "-0.0", "1", "-1", "2", "1e308", "-1e308", "1e-308", "5e-324", "nan", "inf", "-inf", "1e400", "4294967295",
-    "4294967296", "9223372036854775807", "18446744073709551616", "1048577",
+    "0",
+    "-0.0",
+    "1",
+    "-1",
+    "2",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "5e-324",
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "4294967295",
+    "4294967296",
+    "9223372036854775807",
+    "18446744073709551616",
+    "1048577",
 ];
 
 /// What words in binary input become.
@@ -79,7 +95,8 @@ impl Mutator {
         let word = WORDS[self.below(WORDS.len())];
         let word = if self.below(2) == 0 { word.to_le_bytes() } else { word.to_be_bytes() };
         let at = at / size * size;
-        let (Some(place), from) = (bytes.get_mut(at..at + size), if word[0] == 0 { 8 - size } else { 0 }) else {
+        let (Some(place), from) = (bytes.get_mut(at..at + size), if word[0] == 0 { 8 - size } else { 0 })
+        else {
             return;
         };
         place.copy_from_slice(&word[from..from + size]);
@@ -88,10 +105,12 @@ impl Mutator {
     /// Replaces the next number of a text from `at` on.
     fn number(&mut self, bytes: &mut Vec<u8>, at: usize) {
         let part_of_number = |byte: &u8| byte.is_ascii_digit() || b".-+".contains(byte);
-        let Some(start) = bytes[at..].iter().position(|byte| byte.is_ascii_digit()).map(|skip| at + skip) else {
+        let Some(start) = bytes[at..].iter().position(|byte| byte.is_ascii_digit()).map(|skip| at + skip)
+        else {
             return;
         };
-        let length = bytes[start..].iter().position(|byte| !part_of_number(byte)).unwrap_or(bytes.len() - start);
+        let length =
+            bytes[start..].iter().position(|byte| !part_of_number(byte)).unwrap_or(bytes.len() - start);
         let number = NUMBERS[self.below(NUMBERS.len())];
         bytes.splice(start..start + length, number.bytes());
     }

@@ -25,7 +25,11 @@ pub fn read(bytes: &[u8]) {
         Ok(world) => {
             let again = Scenario::parse(&world.resolved, "canonical").expect("its own text is a scenario");
             let again = again.resolve().expect("its own text is a world");
-            assert_eq!((again.hash, &again.brief), (world.hash, &world.brief), "the canonical text is the world");
+            assert_eq!(
+                (again.hash, &again.brief),
+                (world.hash, &world.brief),
+                "the canonical text is the world"
+            );
             told(&Check::of(&world));
         }
     }
@@ -35,12 +39,12 @@ pub fn read(bytes: &[u8]) {
 fn is_small(scenario: &Scenario) -> bool {
     let small = |width, height, hills| width <= SIDE_MAX && height <= SIDE_MAX && hills <= HILLS_MAX;
     let built = match &scenario.truth.terrain {
-        TerrainSource::Gaussians(hills) => small(
-            hills.width_cells,
-            hills.height_cells,
-            hills.raised_m.len() + hills.lowered_m.len(),
-        ),
-        TerrainSource::RandomHills(hills) => small(hills.width_cells, hills.height_cells, hills.hills as usize),
+        TerrainSource::Gaussians(hills) => {
+            small(hills.width_cells, hills.height_cells, hills.raised_m.len() + hills.lowered_m.len())
+        }
+        TerrainSource::RandomHills(hills) => {
+            small(hills.width_cells, hills.height_cells, hills.hills as usize)
+        }
         TerrainSource::ElevationFile(_) => false,
     };
     built && scenario.truth.sand.mask_file.is_none()

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use contract::{
-    Action, Brief, Cell, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, Record, Role, RunId,
-    State, Status, Term,
+    Action, Brief, Cell, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, Record,
+    Role, RunId, State, Status, Term,
 };
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
 use scenario::{Scenario, World};

@@ -8,13 +8,13 @@ use std::fmt::Debug;
 use bytemuck::Zeroable;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1, PastRequestV1,
-    PolicyCellV1, PolicyHeaderV1, RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1, Wire,
-    map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, truth_page_from_wire,
+    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1,
+    Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, PastRequest, Policy, PolicyCell,
-    Record, Refusal, RobotId, SeenCell, State, TruthPage, TruthRequest,
+    Brief, Command, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, PastRequest, Policy,
+    PolicyCell, Record, Refusal, RobotId, SeenCell, State, TruthPage, TruthRequest,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -204,9 +204,23 @@ pub fn patch() -> MapPatch {
 /// The page that holds what [`patch`] brings.
 #[must_use]
 pub fn page() -> MapPage {
-    let MapPatch { run, robot, through, sequence, after, sensed, published, grid, treasures, cells, .. } = patch();
+    let MapPatch { run, robot, through, sequence, after, sensed, published, grid, treasures, cells, .. } =
+        patch();
     let (from, next) = (0, grid.cells() as u32);
-    MapPage { run, robot, through, sequence, observation: after, sensed, published, grid, from, next, treasures, cells }
+    MapPage {
+        run,
+        robot,
+        through,
+        sequence,
+        observation: after,
+        sensed,
+        published,
+        grid,
+        from,
+        next,
+        treasures,
+        cells,
+    }
 }
 
 /// The specimen's truth, in one page.
@@ -236,7 +250,10 @@ pub fn map_pages() -> Vec<Vec<u8>> {
 /// The first records of the specimen's mission.
 #[must_use]
 pub fn past_pages() -> Vec<Vec<u8>> {
-    let header = PastHeaderV1 { run: CommandV1::from(&specimen::command(&specimen::flown().1[0])).run, ..PastHeaderV1::zeroed() };
+    let header = PastHeaderV1 {
+        run: CommandV1::from(&specimen::command(&specimen::flown().1[0])).run,
+        ..PastHeaderV1::zeroed()
+    };
     let records: Vec<_> = specimen::flown().0.iter().take(3).map(RecordV2::from).collect();
     vec![bytes_of(&header, &records)]
 }
@@ -283,7 +300,10 @@ pub fn requests() -> Vec<Vec<u8>> {
     let (run, robot) = (specimen::RUN, RobotId(0));
     vec![
         bytes_of::<_, GroundV1>(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(2) }), &[]),
-        bytes_of::<_, GroundV1>(&MapRequestV1::from(&MapRequest { run, robot, from: 3, observation: 9 }), &[]),
+        bytes_of::<_, GroundV1>(
+            &MapRequestV1::from(&MapRequest { run, robot, from: 3, observation: 9 }),
+            &[],
+        ),
         bytes_of::<_, GroundV1>(&TruthRequestV1::from(&TruthRequest { run, from: 5 }), &[]),
     ]
 }

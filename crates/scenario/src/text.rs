@@ -9,6 +9,9 @@ use crate::ScenarioError;
 /// Longest scenario or campaign, bytes.
 pub const TEXT_BYTES_MAX: u64 = 1 << 20;
 
+/// Longest line of a fault, characters.
+const LINE_CHARACTERS_MAX: usize = 160;
+
 /// The text of the file at `path`, which may be a pipe.
 ///
 /// # Errors
@@ -23,4 +26,14 @@ pub fn read(path: &Path, bytes_max: u64) -> Result<String, ScenarioError> {
         return Err(ScenarioError::TooLong { path: path.into(), bytes_max });
     }
     String::from_utf8(bytes).map_err(|error| unread(io::Error::new(io::ErrorKind::InvalidData, error)))
+}
+
+/// What is wrong with a TOML text, in few and short lines: the line that it quotes may be as long as the text.
+#[must_use]
+pub fn fault(error: &toml::de::Error) -> String {
+    let brief = |line: &str| match line.char_indices().nth(LINE_CHARACTERS_MAX) {
+        Some((end, _)) => format!("{} ...", line[..end].trim_end()),
+        None => line.trim_end().to_owned(),
+    };
+    error.to_string().trim_end().lines().map(brief).collect::<Vec<_>>().join("\n")
 }

@@ -132,9 +132,8 @@ impl RasterFile<BufReader<File>> {
     /// # Errors
     /// [`TerrainError::File`] with what is wrong.
     pub fn open(path: &Path) -> Result<Self, TerrainError> {
-        let raster = regular(path)
-            .and_then(|file| Self::new(BufReader::new(file)))
-            .map_err(|error| error.of(path))?;
+        let raster =
+            regular(path).and_then(|file| Self::new(BufReader::new(file))).map_err(|error| error.of(path))?;
         let projection = regular(&path.with_extension("prj")).ok().and_then(|file| {
             let mut text = String::new();
             file.take(PROJECTION_BYTES_MAX).read_to_string(&mut text).ok().map(|_| text)

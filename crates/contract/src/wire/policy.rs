@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{Wire, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use crate::limits::GRID_CELLS_MAX;
 use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
 
 /// What the policy was made for.
@@ -70,6 +71,10 @@ impl From<&PolicyCell> for PolicyCellV1 {
 /// # Errors
 /// If a value is not finite, the residual none, or an action unknown.
 pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
+    if cells.len() > GRID_CELLS_MAX as usize {
+        let need = format!("at most {GRID_CELLS_MAX} cells");
+        return Err(Refusal::malformed("policy.cells", &need, cells.len()));
+    }
     let cell = |wire: &PolicyCellV1| {
         if !wire.value.is_finite() {
             return Err(Refusal::malformed("policy.value", "a finite value", wire.value));

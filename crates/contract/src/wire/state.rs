@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire, steps,
-    tag, timing_from_wire, timing_to_wire,
+    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire,
+    steps, tag, timing_from_wire, timing_to_wire,
 };
 use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
 
