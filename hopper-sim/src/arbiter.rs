@@ -50,6 +50,8 @@ pub enum Event {
     AppendFailed,
     /// A peer's heartbeat came.
     Heartbeat(Heartbeat),
+    /// A message that is no command was malformed: it is counted, and nothing else.
+    Refused(Refusal),
     /// Time has passed; the first publishes the state, and is the landing it tells of.
     Tick,
 }
@@ -193,6 +195,7 @@ impl Arbiter {
                 };
                 self.phase = Phase::Unwritten(record);
             }
+            Event::Refused(refusal) => self.refusals.count(&refusal),
             Event::Heartbeat(beat) => {
                 self.roster.observe(beat, now);
                 effects.extend(self.announce(&beat, now));

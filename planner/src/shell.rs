@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         // The page first: with it come all patches published before it was made.
         let page = snapshots.receive();
-        while let Some(patch) = maps.receive() {
+        for patch in maps.drain() {
             crash_point("planner.map_received");
             effects.extend(pilot.on(heard(patch, Event::Patch), Node::now()));
         }

@@ -12,6 +12,15 @@ pub const CELL_SIZE_MIN_M: f64 = 1.0e-3;
 /// Most decisions of a run; a million-hop patrol with room to spare.
 pub const DECISIONS_MAX: u64 = 1 << 32;
 
+/// Most steps of a run, in the paper's count of at most three a hop.
+pub const STEPS_MAX: u64 = 3 * DECISIONS_MAX;
+
+/// Longest budget of a decision, nanoseconds: 31 years.
+pub const BUDGET_MAX_NS: u64 = 1_000_000_000_000_000_000;
+
+/// Processes that are remembered at once; newcomers beyond are not heard until others fall silent.
+pub const PEERS_MAX: usize = 64;
+
 /// Largest height or distance that is believed, metres.
 pub const LENGTH_MAX_M: f64 = 1.0e6;
 

@@ -98,6 +98,7 @@ impl<Q: Question> Server<Q> {
         let service = &self.exchange.name;
         let mut refusals = Vec::new();
         let mut answered = false;
+        // A client has one request at a time, so there are no more, however fast a client asks again.
         for _ in 0..self.exchange.max_clients {
             let request = match self.server.receive() {
                 Ok(Some(request)) => request,
@@ -168,6 +169,14 @@ impl<Q: Question> Client<Q> {
     /// # Errors
     /// If there is no room for the request.
     pub fn request(&mut self, request: &Q) -> Result<(), NodeError> {
+        self.request_wire(request.to_wire())
+    }
+
+    /// Asks with bytes that need not be a valid request, for tests of who refuses what.
+    ///
+    /// # Errors
+    /// As [`Client::request`].
+    pub fn request_wire(&mut self, request: Q::Wire) -> Result<(), NodeError> {
         self.pending = None;
         let service = &self.exchange.name;
         let send_error = |error: &dyn std::fmt::Display| NodeError::Send {
@@ -175,7 +184,7 @@ impl<Q: Question> Client<Q> {
             cause: error.to_string(),
         };
         let sample = self.client.loan_uninit().map_err(|error| send_error(&error))?;
-        match sample.write_payload(Parcel(request.to_wire())).send() {
+        match sample.write_payload(Parcel(request)).send() {
             Ok(pending) => self.pending = Some(pending),
             // The server comes or goes: the request is repeated at a later tick.
             Err(error) => tracing::debug!(service, "asking: {error}"),
