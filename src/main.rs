@@ -3,7 +3,9 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use hopper::{campaign, doctor, gallery, journal, known, manual, run, scenario, simulate, terrain, topic};
+use hopper::{
+    campaign, chaos, doctor, gallery, journal, known, manual, run, scenario, simulate, terrain, topic,
+};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -70,6 +72,11 @@ enum Command {
     /// Simulate the whole system in one thread, with everything going wrong that may.
     #[command(after_help = "Examples:\n  hopper simulate --seeds 0..2000")]
     Simulate(simulate::Args),
+    /// Kill, stop and restart real processes of real missions, and count what it does to them.
+    #[command(
+        after_help = "Examples:\n  hopper chaos --faults 20\n  hopper chaos --role planner --format json"
+    )]
+    Chaos(chaos::Args),
     /// Plan on ground known from edge to edge, as the predecessor paper did.
     #[command(subcommand)]
     #[command(after_help = "Examples:\n  hopper known findings --out out/known")]
@@ -121,6 +128,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Campaign(command) => campaign::run(command),
         Command::Gallery(args) => gallery::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Chaos(args) => chaos::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
