@@ -22,8 +22,8 @@ pub use lives::{Change, Lives, MARKS_KEPT, Mark, Peer};
 
 use crate::Progress;
 
-/// After a whole map was had by asking for it, it is asked for again no earlier: whoever cannot follow the
-/// patches shall not keep perception busy.
+/// After the map became whole it is not asked for again earlier: whoever cannot follow the patches shall not keep
+/// perception busy.
 const SNAPSHOT_PERIOD_NS: u64 = 1_000_000_000;
 
 /// What the account is made of.
@@ -70,8 +70,8 @@ struct Story {
     hops: Hops,
     replica: Replica,
     ground: Ground,
-    /// When a snapshot was last completed, and how many there had been.
-    snapshot: (Option<MonotonicNs>, u64),
+    /// Whether the map was whole when it was looked at last, and when it last became so.
+    whole: (bool, Option<MonotonicNs>),
     /// The newest policy, with its number.
     policy: (u64, Option<Policy>),
 }
@@ -188,7 +188,7 @@ impl Story {
             hops: Hops::default(),
             replica,
             ground: Ground::new(brief),
-            snapshot: (None, 0),
+            whole: (false, None),
             policy: (0, None),
         }
     }
@@ -220,12 +220,12 @@ impl Story {
         self.allowed(request, now)
     }
 
-    /// A request, unless a snapshot was completed just now.
+    /// A request, unless the map became whole just now.
     fn allowed(&mut self, request: Option<MapRequest>, now: MonotonicNs) -> Option<MapRequest> {
-        if self.replica.snapshots() > self.snapshot.1 {
-            self.snapshot = (Some(now), self.replica.snapshots());
-        }
-        request.filter(|_| self.snapshot.0.is_none_or(|last| now.since_ns(last) >= SNAPSHOT_PERIOD_NS))
+        let (was_whole, since) = self.whole;
+        let is_whole = self.replica.map().is_some();
+        self.whole = (is_whole, if is_whole && !was_whole { Some(now) } else { since });
+        request.filter(|_| self.whole.1.is_none_or(|since| now.since_ns(since) >= SNAPSHOT_PERIOD_NS))
     }
 
     /// Writes down what is new on the map, once the hops that it was seen from are known.
