@@ -37,6 +37,7 @@ pub const TARGETS: [Target; 19] = [
     Target { name: "journal", read: journal::read, seeds: journal::seeds },
     Target { name: "brief", read: wire::brief, seeds: wire::briefs },
     Target { name: "command", read: wire::command, seeds: wire::commands },
+    Target { name: "control", read: wire::control, seeds: wire::controls },
     Target { name: "heartbeat", read: wire::heartbeat, seeds: wire::heartbeats },
     Target { name: "state", read: wire::state, seeds: wire::states },
     Target { name: "map_patch", read: wire::map_patch, seeds: wire::map_patches },
