@@ -27,7 +27,7 @@ pub struct Target {
 }
 
 /// Every reader. Recordings join them when there are any.
-pub const TARGETS: [Target; 19] = [
+pub const TARGETS: [Target; 20] = [
     Target { name: "scenario", read: scenario::read, seeds: scenario::seeds },
     Target { name: "campaign", read: campaign::read, seeds: campaign::seeds },
     Target { name: "checkpoint", read: campaign::read_checkpoint, seeds: campaign::checkpoints },
