@@ -42,7 +42,7 @@ impl Moment {
             map,
             outcome: state.status,
             steps: state.steps,
-            sensing_radius_m: perception::radius_m(&brief.sensor, state.pose.height_m),
+            sensing_radius_m: brief.sensor.radius_m(state.pose.height_m),
         }
     }
 

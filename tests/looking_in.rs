@@ -49,8 +49,8 @@ fn every_topic_is_listed_with_its_counts() {
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
         ("truth/terrain", "hop.TruthRequest.v1", 2),
-        ("hop/brief", "hop.Brief.v2", 4),
-        ("hop/r0/state", "hop.State.v2", 4),
+        ("hop/brief", "hop.Brief.v3", 4),
+        ("hop/r0/state", "hop.State.v3", 4),
         ("hop/r0/map", "hop.MapPatch.v1", 3),
         ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
         ("hop/r0/command", "hop.Command.v1", 2),

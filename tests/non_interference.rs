@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::limits::TREASURES_MAX;
-use contract::{Action, MonotonicNs, Name, Pose, Record, Soil};
+use contract::{Action, MonotonicNs, Name, Pose, Record, Soil, Vetoed};
 use hopper::lockstep::{self, Crew};
 use hopper::simulate::chance::Chance;
 use hopper::simulate::setup;
@@ -49,9 +49,9 @@ fn elsewhere(mission: &Mission, records: &[Record], through: usize, chance: &mut
     other
 }
 
-/// What was decided, on what, with how much work.
-fn decided(record: &Record) -> (Action, u64, u64) {
-    (record.action, record.observation, record.work)
+/// What was decided, what the guard had vetoed, on what, with how much work.
+fn decided(record: &Record) -> (Action, Vetoed, u64, u64) {
+    (record.action, record.vetoed, record.observation, record.work)
 }
 
 /// Pairs of truths flown with `planner`: how many there were, in how many the missions differ at all, and

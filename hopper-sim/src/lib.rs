@@ -8,6 +8,7 @@ pub mod arbiter;
 pub mod crash;
 pub mod dynamics;
 mod exit;
+pub mod guard;
 pub mod journal;
 pub mod mission;
 pub mod pace;
@@ -15,6 +16,7 @@ pub mod shell;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use crash::CRASH_POINTS;
+pub use guard::{Fallback, Guard};
 pub use journal::{History, Journal, JournalError, JournalHeader, Storage, Verification, verify};
 pub use mission::{Mission, ROBOT};
 pub use pace::Pace;

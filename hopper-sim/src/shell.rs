@@ -12,8 +12,8 @@ use contract::{
 };
 use node::peer::{Patience, TICK, accept, refuse};
 use node::{
-    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
-    crash_point,
+    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, PolicyReader, Room, StateWriter,
+    TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, World};
@@ -181,6 +181,8 @@ struct Service {
     briefs: BriefWriter,
     truths: TruthServer,
     commands: CommandReader,
+    /// Listened to only where there may be a fallback: planners write policies for listeners alone.
+    policies: Option<PolicyReader>,
     past: PastServer,
     assembled: bool,
     /// Whether the last append failed.
@@ -214,6 +216,7 @@ impl Service {
             truths: node.truth_server()?,
             states: node.state_writer(robot)?,
             commands: node.command_reader(robot)?,
+            policies: (brief.guard.deadline_ns > 0).then(|| node.policy_reader(robot)).transpose()?,
             past: node.past_server()?,
             arbiter: Arbiter::new(
                 Mission { brief, terrain: world.terrain, seed: args.mission.seed() },
@@ -256,6 +259,9 @@ impl Service {
             }
             while let Some(command) = self.commands.receive() {
                 self.feed(Event::Command(command))?;
+            }
+            if let Some(policy) = self.policies.as_mut().and_then(|policies| accept(policies.newest())) {
+                self.feed(Event::Policy(policy))?;
             }
             for beat in self.node.heartbeats() {
                 if let Some(beat) = accept(Some(beat)) {
@@ -341,6 +347,12 @@ impl Service {
                 let mut committed = *record;
                 committed.timing.committed = now;
                 self.summary.record(&committed);
+                if record.origin.is_fallback() {
+                    let (decision, action, origin) = (record.decision, record.action, record.origin);
+                    tracing::warn!(
+                        "no acceptable command for decision {decision}: fell back to {action}, by {origin}"
+                    );
+                }
                 if std::mem::take(&mut self.holding) {
                     tracing::info!("the journal took decision {}: going on", record.decision);
                 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
-use report::Tenure;
+use report::{Fallbacks, Tenure, guarded};
 use serde::{Deserialize, Serialize};
 
 /// How a mission stands. Displayed, it is one line for a log.
@@ -31,6 +31,10 @@ pub struct Progress {
     pub stray_hops: u64,
     /// Treasures collected so far.
     pub treasures: u32,
+    /// Actions that the guard vetoed so far, each once a decision.
+    pub vetoes: u64,
+    /// What its fallback did so far.
+    pub fallbacks: Fallbacks,
     /// Share of the map seen, 0 to 1; `None` before the first map.
     pub coverage: Option<f64>,
     /// Where the time of decisions went.
@@ -104,6 +108,9 @@ impl Progress {
         if let Some(Tenure { name, term, .. }) = self.leader() {
             text += &format!(" · {name} t{term}");
         }
+        if self.fallbacks.total() > 0 {
+            text += &format!(" · {} fallen back", self.fallbacks.total());
+        }
         if self.latency.misses > 0 {
             text += &format!(" · {} missed", self.latency.misses);
         }
@@ -143,6 +150,9 @@ impl fmt::Display for Progress {
         }
         if let Some(Tenure { name, term, .. }) = self.leader() {
             write!(f, ", {name} term {term}")?;
+        }
+        if self.vetoes > 0 || self.fallbacks.total() > 0 {
+            write!(f, ", {}", guarded(self.vetoes, self.fallbacks))?;
         }
         if self.missing > 0 {
             write!(f, ", {} decisions to catch up", self.missing)?;
@@ -193,6 +203,8 @@ pub(crate) mod tests {
             start_to_goal_m: 24.08,
             stray_hops: 2,
             treasures: 0,
+            vetoes: 0,
+            fallbacks: Fallbacks::default(),
             coverage: Some(0.614),
             latency: Pulse {
                 decisions: 17,
@@ -227,11 +239,12 @@ pub(crate) mod tests {
         progress.health[1].silent_ms = 1300;
         progress.health[2] = Health { alive: 0, pid: None, ..progress.health[2] };
         progress.missing = 3;
-        assert!(
-            progress
-                .to_string()
-                .ends_with("term 1, 3 decisions to catch up, perception silent for 1.3 s, no planner")
-        );
+        progress.vetoes = 2;
+        progress.fallbacks.greedy = 1;
+        assert!(progress.to_string().ends_with(
+            "term 1, 2 vetoes, 1 fallback (1 greedy), 3 decisions to catch up, perception silent for 1.3 s, \
+                     no planner"
+        ));
     }
 
     #[test]

@@ -131,6 +131,8 @@ impl Watcher {
             start_to_goal_m: tally.start_to_goal_m(),
             stray_hops: tally.route.stray(),
             treasures: tally.treasures(),
+            vetoes: tally.vetoes,
+            fallbacks: tally.fallbacks,
             coverage: *coverage,
             latency: Pulse {
                 decisions: tally.latency.decisions(),

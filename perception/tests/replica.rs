@@ -81,6 +81,9 @@ impl Source {
             digest: Digest::default(),
             landed: at(decision),
             published: at(decision),
+            vetoed: contract::Vetoed::NONE,
+            last_origin: contract::Origin::Planner,
+            last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         }
     }

@@ -12,7 +12,7 @@ pub struct Situation<'a> {
     /// What has been seen, the present pose folded in. [`ObservedMap::changed_since`] tells what is new since
     /// the last plan.
     pub map: &'a ObservedMap,
-    /// Where the mission stands.
+    /// Where the mission stands, and what hopper-sim's guard has vetoed here ([`State::vetoed`]).
     pub state: &'a State,
 }
 

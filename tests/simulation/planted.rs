@@ -21,7 +21,7 @@ use crate::undisturbed::SEEDS;
 
 /// P-PLANTED: plants the bug under every seed until one shows it; the failure is then small, and told in full.
 #[allow(clippy::print_stderr, reason = "a test tells which seed found it")]
-fn is_found<M: Meddler + Default>() {
+pub(crate) fn is_found<M: Meddler + Default>() {
     let bug = std::any::type_name::<M>();
     let campaign = sweep(SEEDS, M::default, |_| ());
     let Some(failing) = campaign.failure else {

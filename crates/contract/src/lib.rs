@@ -19,6 +19,7 @@ pub mod identity;
 pub mod limits;
 pub mod map;
 pub mod name;
+pub mod origin;
 pub mod outcome;
 pub mod past;
 pub mod patch;
@@ -36,7 +37,7 @@ pub mod wire;
 
 pub use action::{Action, Direction};
 pub use brief::{
-    Brief, GradientSource, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
+    Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
     SoilMotion, Weights,
 };
 pub use command::Command;
@@ -47,6 +48,7 @@ pub use heartbeat::Heartbeat;
 pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RunId, Term};
 pub use map::ObservedMap;
 pub use name::Name;
+pub use origin::{Origin, Vetoed};
 pub use outcome::{Branch, Flight, Outcome, Status};
 pub use past::{PastPage, PastRequest};
 pub use patch::{MapPage, MapPatch, MapRequest, SeenCell};

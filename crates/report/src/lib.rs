@@ -9,6 +9,7 @@
 
 mod ending;
 pub mod error;
+pub mod fallbacks;
 pub mod format;
 pub mod latency;
 pub mod picture;
@@ -18,6 +19,7 @@ pub mod tally;
 pub mod timetable;
 
 pub use error::ReportError;
+pub use fallbacks::{Fallbacks, guarded};
 pub use format::Format;
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
 pub use picture::{Picture, Plate, View};

@@ -1,20 +1,24 @@
 //! The fold over executed decisions behind summary or progress.
 
 use contract::{
-    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Outcome, Pose, Range, Record,
-    State, Status, Term, Timing,
+    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Pose, Range,
+    Record, State, Status, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::Latency;
+use crate::{Fallbacks, Latency};
 
 /// One executed decision, as far as a [`Record`] or the [`State`] after it tell the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Executed {
     /// The decision.
     pub decision: Decision,
-    /// Who commanded it.
+    /// Who was in command.
     pub leader: Leader,
+    /// Who chose the action.
+    pub origin: Origin,
+    /// What the guard vetoed before it.
+    pub vetoed: Vetoed,
     /// What became of it.
     pub outcome: Outcome,
     /// Pose afterwards.
@@ -38,6 +42,8 @@ impl Executed {
         Some(Self {
             decision: Decision(state.decision.0.checked_sub(1)?),
             leader: state.leader,
+            origin: state.last_origin,
+            vetoed: state.last_vetoed,
             outcome: state.last?,
             pose: state.pose,
             collected: state.collected,
@@ -54,6 +60,8 @@ impl From<&Record> for Executed {
         Self {
             decision: record.decision,
             leader: record.leader,
+            origin: record.origin,
+            vetoed: record.vetoed,
             outcome: record.outcome,
             pose: record.pose,
             collected: record.collected,
@@ -146,6 +154,10 @@ pub struct Tally {
     pub planners: Vec<Tenure>,
     /// What became of the hops.
     pub route: Route,
+    /// Actions that the guard vetoed.
+    pub vetoes: u64,
+    /// What its fallback did.
+    pub fallbacks: Fallbacks,
     /// Where the time went.
     pub latency: Latency,
     /// Landing that opened the first decision, to the commit of the last, seconds.
@@ -164,6 +176,8 @@ impl Tally {
             last: None,
             planners: Vec::new(),
             route: Route::default(),
+            vetoes: 0,
+            fallbacks: Fallbacks::default(),
             latency: Latency::new(brief.limits.decision_budget_ns),
             duration_s: 0.0,
             began: contract::MonotonicNs(0),
@@ -225,7 +239,11 @@ impl Tally {
         self.route.add(executed, &self.grid);
         self.duration_s = executed.timing.committed.since_ns(self.began) as f64 / 1e9;
         let decision = executed.decision;
+        self.vetoes += executed.vetoed.count();
+        self.fallbacks.count(executed.origin);
         match self.planners.last_mut() {
+            // A fallback leaves the command where it is.
+            _ if executed.origin.is_fallback() => {}
             Some(tenure) if tenure.term == executed.leader.term => tenure.to_decision = decision,
             _ => self.planners.push(Tenure {
                 name: executed.leader.planner,

@@ -1,4 +1,4 @@
-//! Missions as text: what is true, what is told, which robot, within which limits.
+//! Missions as text: what is true, what is told, which robot, within which limits, under which guard.
 //!
 //! A [`Scenario`] is read from TOML; [`Scenario::resolve`] builds its terrain, fills in every default
 //! and checks that a mission can be flown on it. The result is a [`World`]: the truth for hopper-sim,
@@ -8,6 +8,7 @@ mod built_in;
 mod check;
 mod error;
 mod finding;
+mod guard;
 mod mission;
 mod overrides;
 mod resolve;
@@ -19,6 +20,7 @@ pub use built_in::{BUILT_IN, load};
 pub use check::Check;
 pub use error::ScenarioError;
 pub use finding::Finding;
+pub use guard::GuardRules;
 pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};
 pub use overrides::Overrides;
 pub use robot::{Robot, Scatter, Sensor};
@@ -47,6 +49,9 @@ pub struct Scenario {
     /// When the mission is over.
     #[serde(default)]
     pub limits: MissionLimits,
+    /// What hopper-sim refuses to execute, and when it acts by itself.
+    #[serde(default, skip_serializing_if = "GuardRules::is_empty")]
+    pub guard: GuardRules,
     /// Folder that relative paths start from: that of the scenario's file.
     #[serde(skip)]
     pub folder: PathBuf,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use contract::limits::TREASURES_MAX;
-use contract::wire::{BriefV2, GroundV1};
+use contract::wire::{BriefV3, GroundV1};
 use contract::{
     Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
     Range, RunId, SensorParameters, SoilMotion, Weights,
@@ -46,11 +46,12 @@ impl Scenario {
         resolved.settle_priors(&terrain);
         resolved.settle_sensor(&terrain.grid)?;
 
+        let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
         let mut brief = resolved.brief_on(&terrain)?;
         check_cells(&brief, &terrain, &shaped.relief)?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         // Every bound of the wire is a bound of scenarios; it is stated there, once.
-        brief = Brief::try_from(&BriefV2::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV3::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Option::<Ground>::try_from(&GroundV1::from(Some(ground))).map_err(ScenarioError::Brief)?;
         }
@@ -58,7 +59,10 @@ impl Scenario {
         Ok(World {
             resolved: canonical(&resolved),
             hash: brief.scenario_hash,
-            findings: findings(&brief, &terrain),
+            findings: findings(&brief, &terrain)
+                .into_iter()
+                .chain(unused.then_some(Finding::GuardUnused))
+                .collect(),
             terrain,
             brief,
         })
@@ -217,7 +221,7 @@ impl Scenario {
 
     /// The brief, its scenario hash still to come.
     fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
-        let Self { brief: mission, robot, limits, .. } = self;
+        let Self { brief: mission, robot, limits, guard, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
         in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
@@ -267,6 +271,7 @@ impl Scenario {
                 steps_max: limits.steps_max,
                 decision_budget_ns: (budget_ms * 1e6).round() as u64,
             },
+            guard: guard.settle(mission.profile)?,
         })
     }
 }

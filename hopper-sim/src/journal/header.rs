@@ -13,7 +13,7 @@ use super::{JournalError, Storage, codec, frame};
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
 
 /// Version of the layout of header and records; a changed layout takes a new one.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();

@@ -7,6 +7,7 @@ mod arbiter;
 mod chaos;
 mod dynamics;
 mod fixture;
+mod guard;
 mod journal;
 mod linger;
 mod resume;

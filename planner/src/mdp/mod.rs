@@ -27,6 +27,10 @@ use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 /// If no chain of hops leads to the goal over ground not known to be impassable, the plan is infeasible,
 /// and the action is to hold: what is known cannot become passable again, and standing still is safe.
 ///
+/// What the guard has vetoed where the hopper stands is not chosen again: the next best hop is, from values
+/// solved from nothing. The values themselves know of no guard; where leaving the map and impassable ground
+/// are priced, as in profile `hopper`, there is little left to veto.
+///
 /// Known treasures are planned for by [`treasures`], one model for each set of them, each from nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
@@ -54,6 +58,7 @@ impl Planner for Mdp {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         if budget.work_max.is_none()
+            && situation.state.vetoed.is_empty()
             && situation.map.treasures().is_empty()
             && let Some(plan) = self.plan_in_session(situation, budget.pulse)
         {
@@ -70,7 +75,7 @@ impl Planner for Mdp {
         let solution = self.treasures.solve(model, &mut self.solver, budget);
         self.solved = true;
         Plan {
-            action: policy::action(model, &self.solver.values, node),
+            action: policy::allowed_action(model, &self.solver.values, node, situation.state.vetoed),
             status: if solution.converged { PlanStatus::Solved } else { PlanStatus::Cut },
             work: solution.sweeps,
             residual: solution.residual,

@@ -1,11 +1,11 @@
 //! The policy that values imply, with a total order among equals.
 
-use contract::{Action, Cell, PolicyCell};
+use contract::{Action, Cell, PolicyCell, Vetoed};
 use solver::online::choice::TIE;
 
 use super::cold::tolerance;
 use super::model::{Model, Node};
-use crate::tie::first_best;
+use crate::tie::{first_best, first_best_allowed};
 
 /// Actions whose values lie within δ of the best count as equal, and the first of north, east, south,
 /// west is taken. δ is the session's ([`TIE`]), and at least ten times the error tolerance / (1 − γ) that a
@@ -19,6 +19,13 @@ pub fn tie_tolerance(model: &Model) -> f64 {
 #[must_use]
 pub fn action(model: &Model, values: &[f64], node: usize) -> Action {
     action_within(model, values, node, tie_tolerance(model))
+}
+
+/// The best action at the hopper's node among those that are not `vetoed`.
+#[must_use]
+pub fn allowed_action(model: &Model, values: &[f64], node: usize, vetoed: Vetoed) -> Action {
+    let action_values = model.action_values(values, node).map(Some);
+    first_best_allowed(action_values, tie_tolerance(model), vetoed).map_or(Action::Hold, Action::Hop)
 }
 
 /// [`action`] with a tie tolerance computed beforehand: it takes a look at every cell.

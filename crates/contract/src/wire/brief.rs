@@ -7,7 +7,7 @@ use super::{
 };
 use crate::limits::{DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
 use crate::{
-    Brief, Cell, GradientSource, Grid, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
+    Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
     Refusal, SensorParameters, SoilMotion, Weights,
 };
 
@@ -30,7 +30,7 @@ pub struct SoilMotionV1 {
 /// The canonical brief.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV2 {
+pub struct BriefV3 {
     /// Run, high half first.
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
@@ -91,13 +91,17 @@ pub struct BriefV2 {
     pub steps_max: u64,
     /// Budget of a decision, nanoseconds.
     pub decision_budget_ns: u64,
+    /// Largest hazard that the guard lets pass.
+    pub hazard_max: f64,
+    /// Time to the fallback, nanoseconds; 0 for none.
+    pub deadline_ns: u64,
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV2>() == 360);
+const _: () = assert!(size_of::<BriefV3>() == 376);
 
-impl Wire for BriefV2 {
-    const NAME: &'static str = "hop.Brief.v2";
+impl Wire for BriefV3 {
+    const NAME: &'static str = "hop.Brief.v3";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -130,7 +134,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV2 {
+impl From<&Brief> for BriefV3 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -166,14 +170,16 @@ impl From<&Brief> for BriefV2 {
             sensor_radius_m: [brief.sensor.radius_min_m, brief.sensor.radius_max_m],
             steps_max: brief.limits.steps_max,
             decision_budget_ns: brief.limits.decision_budget_ns,
+            hazard_max: brief.guard.hazard_max,
+            deadline_ns: brief.guard.deadline_ns,
         }
     }
 }
 
-impl TryFrom<&BriefV2> for Brief {
+impl TryFrom<&BriefV3> for Brief {
     type Error = Refusal;
 
-    fn try_from(wire: &BriefV2) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV3) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
@@ -248,6 +254,10 @@ impl TryFrom<&BriefV2> for Brief {
                     ));
                 },
                 decision_budget_ns: wire.decision_budget_ns,
+            },
+            guard: Guard {
+                hazard_max: float("brief.guard.hazard_max", wire.hazard_max, 0.0, 1.0)?,
+                deadline_ns: wire.deadline_ns,
             },
         })
     }
