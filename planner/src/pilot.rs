@@ -291,7 +291,7 @@ impl Pilot {
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let Some(state) = self.situation().map(|situation| *situation.state) else {
-            // Whatever was asked for finds no situation to plan for, and is asked for again.
+            // Whoever was asked for a plan may have found nothing to plan for.
             self.planning = None;
             return;
         };
