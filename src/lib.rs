@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod child;
 pub mod doctor;
+pub mod endure;
 pub mod gallery;
 pub mod journal;
 pub mod known;

@@ -244,6 +244,11 @@ fn enlist(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, PlannerErro
     if name.as_str() != planner::CLAIRVOYANT {
         return planner::algorithm(name.as_str());
     }
+    if mission.brief.patrol.is_some() {
+        return Err(PlannerError::Unsuited {
+            reason: "the clairvoyant plans for one goal, not for a patrol".into(),
+        });
+    }
     let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief, &mission.terrain);
     let unsuited =
         |error: clairvoyant::ClairvoyantError| PlannerError::Unsuited { reason: error.to_string() };

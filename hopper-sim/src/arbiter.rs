@@ -113,6 +113,8 @@ pub struct Arbiter {
     bid: Option<Bid>,
     /// The last policy heard of; kept only if there may be a fallback.
     policy: Option<Policy>,
+    /// The first decision of the present leg that this life knows of.
+    leg_began: Decision,
     /// When the current state was last published; `None` before the first time.
     sent: Option<MonotonicNs>,
     finished: bool,
@@ -148,6 +150,7 @@ impl Arbiter {
                 robot: ROBOT,
                 decision: Decision(0),
                 steps: 0,
+                visits: 0,
                 status: opening_status(brief),
                 leader: Leader::default(),
                 pose: Pose { cell: brief.start, height_m: start.height_m },
@@ -170,6 +173,7 @@ impl Arbiter {
             phase: Phase::Resting,
             bid: None,
             policy: None,
+            leg_began: Decision(0),
             sent: None,
             finished: false,
             stranger: None,
@@ -234,7 +238,7 @@ impl Arbiter {
                     effects.push(self.publish(now));
                 }
                 if self.deadline().is_some_and(|deadline| now >= deadline) {
-                    let fallback = self.guard().fallback(self.policy());
+                    let fallback = self.guard().fallback(self.goal(), self.policy());
                     effects.push(self.fall_back(fallback, now));
                 }
             }
@@ -261,6 +265,13 @@ impl Arbiter {
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Whether the mission goes on whoever is there: it is over, or under way with a fallback.
+    #[must_use]
+    pub fn needs_nobody(&self) -> bool {
+        let falls_back = self.mission.brief.guard.deadline_ns > 0;
+        self.state.status.is_over() || (falls_back && self.state.decision > Decision(0))
     }
 
     /// The mission.
@@ -335,7 +346,8 @@ impl Arbiter {
     /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
     fn record(&self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
-        let Execution { outcome, pose, collected, steps, status } = execute(&self.mission, state, action);
+        let Execution { outcome, pose, collected, steps, visits, status } =
+            execute(&self.mission, state, action);
         let mut record = Record {
             robot: state.robot,
             decision: state.decision,
@@ -350,6 +362,7 @@ impl Arbiter {
             pose,
             collected,
             steps,
+            visits,
             status,
             timing,
             previous: state.digest,
@@ -387,9 +400,15 @@ impl Arbiter {
         }
     }
 
-    /// The last policy of the algorithm in command.
+    /// The goal in force.
+    fn goal(&self) -> contract::Cell {
+        self.mission.brief.leg(self.state.visits).goal
+    }
+
+    /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
     fn policy(&self) -> Option<&Policy> {
-        self.policy.as_ref().filter(|policy| policy.planner == self.state.leader.planner)
+        let leads_here = |policy: &&Policy| policy.decision >= self.leg_began;
+        self.policy.as_ref().filter(|policy| policy.planner == self.state.leader.planner).filter(leads_here)
     }
 
     /// Who leads once `command` is executed; or why it is not.
@@ -470,6 +489,9 @@ impl Arbiter {
             return None;
         }
         self.phase = Phase::Resting;
+        if next.visits != self.state.visits {
+            self.leg_began = next.decision;
+        }
         self.state = next;
         self.sent = None;
         Some(self.publish(now))

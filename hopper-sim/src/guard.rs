@@ -65,9 +65,9 @@ impl<'a> Guard<'a> {
         Some(self.hazard(action)).filter(|&hazard| hazard > self.brief.guard.hazard_max)
     }
 
-    /// What to do if nobody has said anything acceptable for too long.
+    /// What to do on the way to `goal` if nobody has said anything acceptable for too long.
     #[must_use]
-    pub fn fallback(&self, policy: Option<&Policy>) -> Fallback {
+    pub fn fallback(&self, goal: Cell, policy: Option<&Policy>) -> Fallback {
         let index = self.brief.grid.index(self.pose.cell);
         let advised = policy.zip(index).and_then(|(policy, index)| policy.cells.get(index));
         // A policy holds where it knows nothing, so holding is no advice.
@@ -75,16 +75,16 @@ impl<'a> Guard<'a> {
         if let Some(action) = advised.filter(|&action| self.veto(action).is_none()) {
             return Fallback { action, origin: Origin::Policy };
         }
-        match self.greedy() {
+        match self.greedy(goal) {
             Some(direction) => Fallback { action: Action::Hop(direction), origin: Origin::Greedy },
             None => Fallback { action: Action::Hold, origin: Origin::Hold },
         }
     }
 
     /// The hop that is let pass whose aim lies nearest to the goal.
-    fn greedy(&self) -> Option<Direction> {
+    fn greedy(&self, goal: Cell) -> Option<Direction> {
         let aim = |direction| self.brief.grid.hop(self.pose.cell, direction);
-        let to_goal_cells = |direction: &Direction| aim(*direction).distance_cells(self.brief.goal);
+        let to_goal_cells = |direction: &Direction| aim(*direction).distance_cells(goal);
         Direction::ALL
             .into_iter()
             .filter(|&direction| {

@@ -16,7 +16,7 @@ use node::{
     TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, World};
+use scenario::{Overrides, Scenario, World};
 
 use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, Pace, crash};
 
@@ -62,17 +62,21 @@ impl MissionArgs {
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
     pub fn world(&self) -> Result<World, Failure> {
-        let usage = |error: scenario::ScenarioError| Failure::new(Exit::Usage, error.to_string());
+        self.scenario()?.resolve().map_err(Failure::usage)
+    }
+
+    /// The scenario of the mission, as the command line changes it.
+    ///
+    /// # Errors
+    /// Exit code 2 if there is none, or it is not one.
+    pub fn scenario(&self) -> Result<Scenario, Failure> {
         let overrides = Overrides {
             profile: self.profile,
             decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
             dem: self.dem.clone(),
         };
-        scenario::load(self.scenario.as_deref().unwrap_or("hard"))
-            .map_err(usage)?
-            .with(&overrides)
-            .resolve()
-            .map_err(usage)
+        let scenario = scenario::load(self.scenario.as_deref().unwrap_or("hard")).map_err(Failure::usage)?;
+        Ok(scenario.with(&overrides))
     }
 }
 
@@ -301,12 +305,12 @@ impl Service {
     }
 
     /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
-    /// the wait for processes to start; a mission that is over is told to whoever comes.
+    /// the wait for processes to start. A mission that is over is told to whoever comes, and one that was under
+    /// way with a fallback is taken up at once.
     fn is_assembled(&mut self) -> bool {
         let now = Node::now();
         let crew = [Role::Perception, Role::Planner];
-        self.assembled |=
-            self.arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled |= self.arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
         self.assembled
     }
 

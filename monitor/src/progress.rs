@@ -23,7 +23,11 @@ pub struct Progress {
     pub steps: u64,
     /// Steps after which the mission is a deadlock.
     pub steps_max: u64,
-    /// From the hopper to the goal, metres as the crow flies.
+    /// Goals visited so far.
+    pub visits: u64,
+    /// Hops after which a patrol is flown; `None` if the mission is no patrol.
+    pub hops_max: Option<u64>,
+    /// From the hopper to the goal in force, metres as the crow flies.
     pub distance_to_goal_m: f64,
     /// From start to goal, metres as the crow flies.
     pub start_to_goal_m: f64,
@@ -82,9 +86,13 @@ pub struct Health {
 }
 
 impl Progress {
-    /// Share of the way from start to goal that is covered, 0 to 1; a detour does not go below 0.
+    /// Share of the way from start to goal that is covered, or of a patrol's hops, 0 to 1; a detour does not go
+    /// below 0.
     #[must_use]
     pub fn covered(&self) -> f64 {
+        if let Some(hops_max) = self.hops_max {
+            return (self.decision.0 as f64 / hops_max as f64).min(1.0);
+        }
         if self.start_to_goal_m > 0.0 {
             (1.0 - self.distance_to_goal_m / self.start_to_goal_m).max(0.0)
         } else {
@@ -136,7 +144,14 @@ impl fmt::Display for Progress {
             write!(f, "{}: ", self.status)?;
         }
         let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
-        write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?;
+        match self.hops_max {
+            None => write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?,
+            Some(hops_max) => write!(
+                f,
+                "hop {decision}/{hops_max}, {} goals visited, {distance_to_goal_m:.1} m to the next",
+                self.visits
+            )?,
+        }
         if let Some(coverage) = self.coverage {
             write!(f, ", {:.0} % seen", 100.0 * coverage)?;
         }
@@ -199,6 +214,8 @@ pub(crate) mod tests {
             missing: 0,
             steps: 34,
             steps_max: 150,
+            visits: 0,
+            hops_max: None,
             distance_to_goal_m: 12.04,
             start_to_goal_m: 24.08,
             stray_hops: 2,

@@ -131,6 +131,8 @@ impl Watcher {
             start_to_goal_m: tally.start_to_goal_m(),
             stray_hops: tally.route.stray(),
             treasures: tally.treasures(),
+            visits: tally.visits(),
+            hops_max: brief.patrol.map(|patrol| patrol.hops_max),
             vetoes: tally.vetoes,
             fallbacks: tally.fallbacks,
             coverage: *coverage,
@@ -366,7 +368,8 @@ impl Mission {
     fn distance_to_goal_m(&self) -> f64 {
         let state = self.state.filter(|state| state.decision >= self.tally.due());
         let cell = state.map_or(self.tally.cell(), |state| state.pose.cell);
-        cell.distance_cells(self.brief.goal) * self.brief.grid.cell_size_m
+        let visits = state.map_or(self.tally.visits(), |state| state.visits);
+        cell.distance_cells(self.brief.leg(visits).goal) * self.brief.grid.cell_size_m
     }
 
     fn request(&self, robot: RobotId) -> Effect {

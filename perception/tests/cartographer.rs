@@ -43,6 +43,7 @@ impl World {
             leader: Leader::default(),
             action: Action::Hop(Direction::East),
             origin: contract::Origin::Planner,
+            visits: 0,
             vetoed: contract::Vetoed::NONE,
             observation: 0,
             work: 0,

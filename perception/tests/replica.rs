@@ -81,6 +81,7 @@ impl Source {
             digest: Digest::default(),
             landed: at(decision),
             published: at(decision),
+            visits: 0,
             vetoed: contract::Vetoed::NONE,
             last_origin: contract::Origin::Planner,
             last_vetoed: contract::Vetoed::NONE,

@@ -99,6 +99,8 @@ type Due = (RunId, Decision, Vetoed);
 pub struct Pilot {
     commission: Commission,
     brief: Option<Brief>,
+    /// The brief of the leg of the present state.
+    leg: Option<Brief>,
     state: Option<State>,
     map: Replica,
     roster: Roster,
@@ -125,6 +127,7 @@ impl Pilot {
         Self {
             commission,
             brief: None,
+            leg: None,
             state: None,
             map: Replica::new(commission.robot),
             roster: Roster::default(),
@@ -154,6 +157,7 @@ impl Pilot {
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
+        self.leg = self.brief.zip(self.state).map(|(brief, state)| brief.leg(state.visits));
         self.plan(now, &mut effects);
         effects
     }
@@ -161,7 +165,7 @@ impl Pilot {
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
     #[must_use]
     pub fn situation(&self) -> Option<Situation<'_>> {
-        match (&self.brief, &self.state, self.map.map()) {
+        match (&self.leg, &self.state, self.map.map()) {
             (Some(brief), Some(state), Some(map))
                 if brief.run == state.run
                     && map.run == state.run

@@ -7,7 +7,7 @@ use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
 /// Everything a decision may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
-    /// What was known before the mission.
+    /// What was known before the mission; of a patrol, the leg that is flown: start and goal are the leg's.
     pub brief: &'a Brief,
     /// What has been seen, the present pose folded in. [`ObservedMap::changed_since`] tells what is new since
     /// the last plan.

@@ -60,6 +60,7 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
         digest: Digest::default(),
         landed: at(0),
         published: at(0),
+        visits: 0,
         vetoed: contract::Vetoed::NONE,
         last_origin: contract::Origin::Planner,
         last_vetoed: contract::Vetoed::NONE,

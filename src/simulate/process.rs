@@ -478,8 +478,7 @@ impl Process {
                 let now = stage.now();
                 let Machine::Sim { arbiter, assembled, .. } = &mut self.machine else { return };
                 let crew = [Role::Perception, Role::Planner];
-                *assembled |=
-                    arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+                *assembled |= arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
                 if *assembled {
                     self.arbitrate(hopper_sim::Event::Tick, stage);
                 }

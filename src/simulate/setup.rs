@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use contract::limits::TREASURES_MAX;
-use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Profile, RunId, Soil};
+use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Patrol, Profile, RunId, Soil};
 use hopper_sim::{Mission, Pace};
 use terrain::Terrain;
 
@@ -92,6 +92,7 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         goal,
         limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
         guard: guard(seed, number),
+        patrol: patrol(seed, number, goal, start),
         ..*BRIEF
     };
     brief.sensor.gradient = if brief.profile == Profile::Hopper {
@@ -106,6 +107,13 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         terrain: Terrain { grid, datum_m: brief.datum_m, cells, treasures },
         seed: chance.bits(),
     }
+}
+
+/// Now and then a patrol there and back.
+fn patrol(seed: u64, number: u64, goal: Cell, start: Cell) -> Option<Patrol> {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "patrol");
+    let hops_max = chance.between(12, 40);
+    chance.one_in(5).then(|| Patrol::new(&[goal, start], hops_max).expect("start and goal differ"))
 }
 
 /// The guard of a mission: none, one that forbids but the grossest, one that forbids much or all that is

@@ -174,8 +174,8 @@ impl Witness {
         self.hold(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = execute(&self.mission, &before, record.action);
-            let Record { outcome, pose, collected, steps, status, .. } = *record;
-            let got = Execution { outcome, pose, collected, steps, status };
+            let Record { outcome, pose, collected, steps, visits, status, .. } = *record;
+            let got = Execution { outcome, pose, collected, steps, visits, status };
             self.hold(need == got, "the outcome depends on seed, robot and decision alone", || {
                 format!("decision {due} came out as {got:?}, needs {need:?}")
             });
@@ -292,9 +292,12 @@ impl Witness {
                 format!("state {} of run {}", state.decision, state.run)
             });
         };
-        // Of the decision that is due, and of no other, vetoes may be told.
-        let due = state.decision.0 == self.records.len() as u64 && !state.status.is_over();
-        let need = if due { self.to_veto(held.pose.cell) } else { Vetoed::NONE };
+        // While a hop is in the air the state before it is told again, with what was vetoed then.
+        let need = match self.records.get(state.decision.0 as usize) {
+            Some(record) => record.vetoed,
+            None if state.status.is_over() => Vetoed::NONE,
+            None => self.to_veto(held.pose.cell),
+        };
         let told = state.vetoed.union(need) == need;
         self.hold(told, "only what is seen to be dangerous is vetoed", || {
             format!("state {}: {:?} are vetoed, {need:?} are dangerous", state.decision, state.vetoed)

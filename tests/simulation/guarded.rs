@@ -33,9 +33,9 @@ impl Meddler for VetoSkipped {
     fn arbiter_wants(&mut self, arbiter: &Arbiter, effects: &mut Vec<Effect>) {
         for effect in effects {
             if let (Effect::Append(record), Some(action)) = (effect, self.action) {
-                let Execution { outcome, pose, collected, steps, status } =
+                let Execution { outcome, pose, collected, steps, visits, status } =
                     execute(arbiter.mission(), arbiter.state(), action);
-                *record = Record { action, outcome, pose, collected, steps, status, ..*record };
+                *record = Record { action, outcome, pose, collected, steps, visits, status, ..*record };
                 record.digest = record.previous.chain(record);
             }
         }
@@ -63,7 +63,11 @@ struct DeadlineIgnored;
 impl Meddler for DeadlineIgnored {
     fn arbiter_hears(&mut self, arbiter: &Arbiter, event: Event) -> Option<Event> {
         let due = event == Event::Tick && arbiter.state().decision.0 % 5 == 4;
-        Some(if due { Event::Repeat(guard(arbiter).fallback(None)) } else { event })
+        Some(if due {
+            Event::Repeat(guard(arbiter).fallback(arbiter.mission().brief.goal, None))
+        } else {
+            event
+        })
     }
 }
 

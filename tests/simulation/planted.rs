@@ -248,9 +248,9 @@ impl Meddler for DrawnTwice {
             let Effect::Append(record) = effect else { continue };
             if std::mem::take(&mut self.failed) {
                 let again = Mission { seed: !arbiter.mission().seed, ..arbiter.mission().clone() };
-                let Execution { outcome, pose, collected, steps, status } =
+                let Execution { outcome, pose, collected, steps, visits, status } =
                     execute(&again, arbiter.state(), record.action);
-                *record = Record { outcome, pose, collected, steps, status, ..*record };
+                *record = Record { outcome, pose, collected, steps, visits, status, ..*record };
                 record.digest = record.previous.chain(record);
             }
         }

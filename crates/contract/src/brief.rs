@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Grid, Name, RunId};
+use crate::{Cell, Grid, Name, Patrol, RunId};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -179,7 +179,7 @@ impl SensorParameters {
 /// When the mission is over, and how long a decision may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Steps (the paper's count) after which the mission is a deadlock.
+    /// Steps (the paper's count) after which the mission is a deadlock; a patrol has no such limit.
     pub steps_max: u64,
     /// Budget of one decision, landing to commit, nanoseconds.
     pub decision_budget_ns: u64,
@@ -220,8 +220,10 @@ pub struct Brief {
     pub datum_m: f64,
     /// Where the hopper starts.
     pub start: Cell,
-    /// Where it shall go.
+    /// Where it shall go; on a patrol, first.
     pub goal: Cell,
+    /// The goals to be visited in turn, if the mission is a patrol.
+    pub patrol: Option<Patrol>,
     /// Payoff weights.
     pub weights: Weights,
     /// Payoff constants.

@@ -34,6 +34,8 @@ pub struct Record {
     pub pose: Pose,
     /// Treasures collected so far, this landing's among them.
     pub collected: Collected,
+    /// Goals visited so far, this landing's among them.
+    pub visits: u64,
     /// Steps afterwards, in the paper's count.
     pub steps: u64,
     /// Status afterwards.
@@ -55,6 +57,7 @@ impl Record {
             robot: self.robot,
             decision: self.decision.next(),
             steps: self.steps,
+            visits: self.visits,
             status: self.status,
             leader: self.leader,
             pose: self.pose,

@@ -27,6 +27,8 @@ pub struct State {
     pub decision: Decision,
     /// Steps so far, in the paper's count.
     pub steps: u64,
+    /// Goals visited so far: on a patrol, what says which goal is in force ([`crate::Brief::leg`]).
+    pub visits: u64,
     /// How the mission stands.
     pub status: Status,
     /// Who commands.

@@ -139,7 +139,7 @@ fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
         assert_eq!(error.exit(), Exit::Peer);
         let text = error.to_string();
         assert!(
-            text.starts_with("service hop/r0/state needs hop.State.v3 (312 bytes), 1 publishers"),
+            text.starts_with("service hop/r0/state needs hop.State.v3 (320 bytes), 1 publishers"),
             "{text}"
         );
         assert!(text.contains("got u64 (8 bytes), 2 publishers"), "{text}");

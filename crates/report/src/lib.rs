@@ -3,7 +3,7 @@
 //! [`Tally`] folds executed decisions in constant memory; [`Latency`] inside it says where the time
 //! of a decision went. [`Summary`] is the tally as JSON for programs (its field names are a promise)
 //! or, displayed, as text for a terminal. [`Picture`] draws ground, policy, route in the manner of
-//! the papers' figures. [`timetable()`] lists where the time of each decision went. [`table()`] formats every text table of the project.
+//! the papers' figures. [`timetable_row`] tells where the time of a decision went. [`table()`] formats every text table of the project.
 //!
 //! No I/O, no clock: everything is computed from what is handed in.
 
@@ -26,4 +26,4 @@ pub use picture::{Picture, Plate, View};
 pub use summary::{Process, Summary, SummaryBuilder};
 pub use table::table;
 pub use tally::{Executed, Route, Tally, Tenure};
-pub use timetable::timetable;
+pub use timetable::{timetable_heading, timetable_row};

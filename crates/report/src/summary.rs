@@ -64,6 +64,10 @@ pub struct Summary {
     pub steps_max: u64,
     /// Treasures collected.
     pub treasures: u32,
+    /// Goals visited: 1 at the goal, any number on a patrol.
+    pub visits: u64,
+    /// Whether the mission is a patrol.
+    pub is_patrol: bool,
     /// Share of the map seen, 0 to 1, if known.
     pub coverage: Option<f64>,
     /// From the hopper to the goal, metres as the crow flies.
@@ -130,6 +134,8 @@ impl SummaryBuilder {
             decisions: tally.due().0,
             steps_max: brief.limits.steps_max,
             treasures: tally.treasures(),
+            visits: tally.visits(),
+            is_patrol: brief.patrol.is_some(),
             coverage: None,
             distance_to_goal_m: tally.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
@@ -149,7 +155,8 @@ impl Summary {
     #[must_use]
     pub fn sentence(&self) -> String {
         let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, .. } = self;
-        Ending { outcome, hops, steps, steps_max, cell, distance_to_goal_m }.to_string()
+        let patrolled = self.is_patrol.then_some(self.visits);
+        Ending { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled }.to_string()
     }
 }
 

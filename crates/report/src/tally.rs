@@ -1,8 +1,8 @@
 //! The fold over executed decisions behind summary or progress.
 
 use contract::{
-    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Pose, Range,
-    Record, State, Status, Term, Timing, Vetoed,
+    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
+    Range, Record, State, Status, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +27,8 @@ pub struct Executed {
     pub collected: Collected,
     /// Steps afterwards, in the papers' count.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Status afterwards.
     pub status: Status,
     /// Timing of the decision.
@@ -48,6 +50,7 @@ impl Executed {
             pose: state.pose,
             collected: state.collected,
             steps: state.steps,
+            visits: state.visits,
             status: state.status,
             timing: state.last_timing,
             digest: state.digest,
@@ -66,6 +69,7 @@ impl From<&Record> for Executed {
             pose: record.pose,
             collected: record.collected,
             steps: record.steps,
+            visits: record.visits,
             status: record.status,
             timing: record.timing,
             digest: record.digest,
@@ -146,8 +150,10 @@ pub struct Tally {
     pub grid: Grid,
     /// Where the hopper started.
     pub start: Cell,
-    /// Where it shall go.
+    /// Where it shall go, or on a patrol first.
     pub goal: Cell,
+    /// The goals of a patrol.
+    pub patrol: Option<Patrol>,
     /// The last decision folded in; `None` before the first.
     pub last: Option<Executed>,
     /// Who commanded what.
@@ -173,6 +179,7 @@ impl Tally {
             grid: brief.grid,
             start: brief.start,
             goal: brief.goal,
+            patrol: brief.patrol,
             last: None,
             planners: Vec::new(),
             route: Route::default(),
@@ -214,10 +221,22 @@ impl Tally {
         self.last.map_or(self.start, |last| last.pose.cell)
     }
 
-    /// From the hopper to the goal, in metres as the crow flies.
+    /// Goals visited so far.
+    #[must_use]
+    pub fn visits(&self) -> u64 {
+        self.last.map_or(0, |last| last.visits)
+    }
+
+    /// The goal in force.
+    #[must_use]
+    pub fn goal(&self) -> Cell {
+        self.patrol.map_or(self.goal, |patrol| patrol.goal(self.visits()))
+    }
+
+    /// From the hopper to the goal in force, in metres as the crow flies.
     #[must_use]
     pub fn distance_to_goal_m(&self) -> f64 {
-        self.cell().distance_cells(self.goal) * self.grid.cell_size_m
+        self.cell().distance_cells(self.goal()) * self.grid.cell_size_m
     }
 
     /// From start to goal, in metres as the crow flies.

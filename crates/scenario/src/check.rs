@@ -62,6 +62,10 @@ impl fmt::Display for Check {
         )?;
         let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
         line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
+        if let Some(patrol) = &brief.patrol {
+            let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
+            line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
+        }
         line(
             "robot",
             format!(

@@ -11,6 +11,7 @@ mod finding;
 mod guard;
 mod mission;
 mod overrides;
+mod patrol;
 mod resolve;
 mod robot;
 mod truth;
@@ -23,6 +24,7 @@ pub use finding::Finding;
 pub use guard::GuardRules;
 pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};
 pub use overrides::Overrides;
+pub use patrol::{MissionKind, MissionRules};
 pub use robot::{Robot, Scatter, Sensor};
 pub use truth::{
     CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules, TerrainSource,
@@ -43,6 +45,9 @@ pub struct Scenario {
     pub truth: Truth,
     /// What everyone is told.
     pub brief: MissionBrief,
+    /// Whether it goes to a goal or patrols.
+    #[serde(default, skip_serializing_if = "MissionRules::is_empty")]
+    pub mission: MissionRules,
     /// The hopper. Everything has a default: the hopper of Sakamoto & Kunii 2023.
     #[serde(default)]
     pub robot: Robot,

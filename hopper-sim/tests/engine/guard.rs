@@ -9,7 +9,6 @@ use hopper_sim::{Arbiter, Effect, Event, Fallback, Guard, Mission, Pace, ROBOT};
 use crate::fixture::{EAST, Host, LINGER_NS, RUN, WEST, command, mission, name};
 
 const NORTH: Action = Action::Hop(Direction::North);
-const SOUTH: Action = Action::Hop(Direction::South);
 const DEADLINE_NS: u64 = 3_000_000_000;
 
 /// The mission from `start` on ground without slopes, with rocks, under a guard.

@@ -10,6 +10,7 @@ mod fixture;
 mod guard;
 mod journal;
 mod linger;
+mod patrol;
 mod resume;
 mod verification;
 mod wire;

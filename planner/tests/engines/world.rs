@@ -138,6 +138,7 @@ impl World {
             },
             limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
             guard: contract::Guard::OFF,
+            patrol: None,
         };
         Self { brief, cells }
     }
@@ -200,6 +201,7 @@ impl World {
             digest: Digest::default(),
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
+            visits: 0,
             vetoed: contract::Vetoed::NONE,
             last_origin: contract::Origin::Planner,
             last_vetoed: contract::Vetoed::NONE,

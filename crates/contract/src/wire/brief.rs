@@ -5,10 +5,10 @@ use bytemuck::{Pod, Zeroable};
 use super::{
     Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
 };
-use crate::limits::{DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::limits::{DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
 use crate::{
-    Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
-    Refusal, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors,
+    Profile, Range, Refusal, SensorParameters, SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -95,10 +95,18 @@ pub struct BriefV3 {
     pub hazard_max: f64,
     /// Time to the fallback, nanoseconds; 0 for none.
     pub deadline_ns: u64,
+    /// Hops after which a patrol is flown; 0 for no patrol.
+    pub hops_max: u64,
+    /// Goals of a patrol; 0 for no patrol.
+    pub goal_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The goals (x, y), cells, the rest zero.
+    pub goals: [[i32; 2]; GOALS_MAX],
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV3>() == 376);
+const _: () = assert!(size_of::<BriefV3>() == 520);
 
 impl Wire for BriefV3 {
     const NAME: &'static str = "hop.Brief.v3";
@@ -172,6 +180,10 @@ impl From<&Brief> for BriefV3 {
             decision_budget_ns: brief.limits.decision_budget_ns,
             hazard_max: brief.guard.hazard_max,
             deadline_ns: brief.guard.deadline_ns,
+            hops_max: brief.patrol.map_or(0, |patrol| patrol.hops_max),
+            goal_count: brief.patrol.map_or(0, |patrol| patrol.goals().len() as u32),
+            reserved: 0,
+            goals: goals_to_wire(brief.patrol.as_ref()),
         }
     }
 }
@@ -194,6 +206,11 @@ impl TryFrom<&BriefV3> for Brief {
         let range = |field: &str, [min, max]: [f64; 2]| -> Result<Range, Refusal> {
             Ok(Range { min: length(field, min)?, max: float(field, max, min, LENGTH_MAX_M)? })
         };
+        let goal = on_grid("brief.goal", wire.goal)?;
+        let patrol = patrol_from_wire(wire, on_grid)?;
+        if patrol.is_some_and(|patrol| patrol.goal(0) != goal) {
+            return Err(Refusal::malformed("brief.goal", "the patrol's first", goal));
+        }
         let robots = u16::try_from(wire.robots).ok().filter(|&robots| robots > 0);
         Ok(Self {
             run: run_from_wire(wire.run),
@@ -204,7 +221,8 @@ impl TryFrom<&BriefV3> for Brief {
             grid,
             datum_m: length("brief.datum_m", wire.datum_m)?,
             start: on_grid("brief.start", wire.start)?,
-            goal: on_grid("brief.goal", wire.goal)?,
+            goal,
+            patrol,
             weights: Weights {
                 safety: payoff("brief.weights.safety", wire.weights[0])?,
                 information: payoff("brief.weights.information", wire.weights[1])?,
@@ -261,4 +279,28 @@ impl TryFrom<&BriefV3> for Brief {
             },
         })
     }
+}
+
+fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
+    let mut cells = [[0; 2]; GOALS_MAX];
+    for (wire, goal) in cells.iter_mut().zip(patrol.map_or(&[][..], Patrol::goals)) {
+        *wire = cell_to_wire(*goal);
+    }
+    cells
+}
+
+fn patrol_from_wire(
+    wire: &BriefV3,
+    on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
+) -> Result<Option<Patrol>, Refusal> {
+    if wire.goal_count == 0 && wire.hops_max == 0 {
+        return Ok(None);
+    }
+    let need = format!("2 to {GOALS_MAX}, each another than the one before, and 1 to {DECISIONS_MAX} hops");
+    let refuse = || Refusal::malformed("brief.patrol", &need, wire.goal_count);
+    let cells = wire.goals.get(..wire.goal_count as usize).ok_or_else(refuse)?;
+    let goals: Vec<Cell> =
+        cells.iter().map(|cell| on_grid("brief.patrol", *cell)).collect::<Result<_, _>>()?;
+    let hops_max = Some(wire.hops_max).filter(|hops| *hops <= DECISIONS_MAX).ok_or_else(refuse)?;
+    Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }

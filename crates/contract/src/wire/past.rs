@@ -49,6 +49,8 @@ pub struct RecordV3 {
     pub work: u64,
     /// Steps afterwards.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Robot.
     pub robot: u32,
     /// [`Action::code`].
@@ -81,7 +83,7 @@ pub struct RecordV3 {
 
 const _: () = assert!(size_of::<PastRequestV1>() == 32);
 const _: () = assert!(size_of::<PastHeaderV1>() == 32);
-const _: () = assert!(size_of::<RecordV3>() == 336);
+const _: () = assert!(size_of::<RecordV3>() == 344);
 
 impl Wire for PastRequestV1 {
     const NAME: &'static str = "hop.PastRequest.v1";
@@ -134,6 +136,7 @@ impl From<&Record> for RecordV3 {
             observation: record.observation,
             work: record.work,
             steps: record.steps,
+            visits: record.visits,
             robot: u32::from(record.robot.0),
             action: record.action.code(),
             cut: u32::from(record.cut),
@@ -170,6 +173,7 @@ impl TryFrom<&RecordV3> for Record {
             pose: (&wire.pose).try_into()?,
             collected: collected("record.collected", wire.collected)?,
             steps: wire.steps,
+            visits: counted("record.visits", wire.visits)?,
             status: tag("record.status", wire.status, Status::from_code)?,
             timing: timing_from_wire(wire.timing_ns),
             previous: Digest(wire.previous),

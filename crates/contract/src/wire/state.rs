@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, collected, robot_from_wire, run_from_wire, run_to_wire, tag,
+    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire, tag,
     timing_from_wire, timing_to_wire, vetoed,
 };
 use crate::limits::DECISIONS_MAX;
@@ -19,6 +19,8 @@ pub struct StateV3 {
     pub decision: u64,
     /// Steps so far, in the paper's count.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Hopper at rest, monotonic nanoseconds.
     pub landed_ns: u64,
     /// Message published, monotonic nanoseconds.
@@ -47,7 +49,7 @@ pub struct StateV3 {
     pub last_timing_ns: [u64; 8],
 }
 
-const _: () = assert!(size_of::<StateV3>() == 312);
+const _: () = assert!(size_of::<StateV3>() == 320);
 
 impl Wire for StateV3 {
     const NAME: &'static str = "hop.State.v3";
@@ -59,6 +61,7 @@ impl From<&State> for StateV3 {
             run: run_to_wire(state.run),
             decision: state.decision.0,
             steps: state.steps,
+            visits: state.visits,
             landed_ns: state.landed.0,
             published_ns: state.published.0,
             robot: u32::from(state.robot.0),
@@ -92,6 +95,7 @@ impl TryFrom<&StateV3> for State {
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(wire.decision),
             steps: wire.steps,
+            visits: counted("state.visits", wire.visits)?,
             status: tag("state.status", wire.status, Status::from_code)?,
             leader: (&wire.leader).try_into()?,
             pose: (&wire.pose).try_into()?,

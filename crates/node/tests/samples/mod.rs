@@ -95,6 +95,7 @@ pub fn brief() -> Brief {
         },
         limits: Limits { steps_max: 100, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
+        patrol: None,
     }
 }
 
@@ -121,6 +122,7 @@ pub fn state(decision: u64) -> State {
         digest: Digest([3; 32]),
         landed: MonotonicNs(5),
         published: MonotonicNs(6),
+        visits: 0,
         vetoed: contract::Vetoed::NONE,
         last_origin: contract::Origin::Planner,
         last_vetoed: contract::Vetoed::NONE,
@@ -212,6 +214,7 @@ pub fn record(decision: u64) -> Record {
         leader: Leader { term: Term(1), incarnation: Incarnation(9), pid: 1, planner: name("mdp") },
         action: Action::Hop(Direction::East),
         origin: contract::Origin::Planner,
+        visits: 0,
         vetoed: contract::Vetoed::NONE,
         observation: 42,
         work: 17,

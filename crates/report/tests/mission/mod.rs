@@ -44,6 +44,7 @@ pub fn brief(side: u32) -> Brief {
         },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
+        patrol: None,
     }
 }
 
@@ -82,6 +83,7 @@ pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
             },
             action,
             origin: contract::Origin::Planner,
+            visits: 0,
             vetoed: contract::Vetoed::NONE,
             observation: 0,
             work: 10,
