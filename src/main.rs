@@ -3,7 +3,9 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, endure, gallery, journal, known, run, scenario, simulate, terrain, topic};
+use hopper::{
+    campaign, chaos, doctor, endure, gallery, journal, known, run, scenario, simulate, terrain, topic,
+};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -52,6 +54,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Fly a long patrol through four processes, kill them in turn, and see whether anything grows.
     Endure(endure::Args),
+    /// Kill, stop and restart real processes of real missions, and count what it does to them.
+    Chaos(chaos::Args),
     /// Plan on ground known from edge to edge, as the predecessor paper did.
     #[command(subcommand)]
     Known(known::Command),
@@ -90,6 +94,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Gallery(args) => gallery::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Endure(args) => endure::run(args),
+        Command::Chaos(args) => chaos::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),

@@ -1,8 +1,9 @@
-//! The output folder of a mission: how it came about, what happened, and a picture.
+//! The output folder of a mission, for its owner only: how it came about, what happened, and a picture.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
+use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{BufWriter, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::{Decision, Pose, RefusalCounts, RobotId};
@@ -51,7 +52,7 @@ impl Outbox {
             let history = History::open(&journal_dir).map_err(Failure::usage)?;
             JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
         }
-        std::fs::create_dir_all(&dir).map_err(|error| {
+        DirBuilder::new().recursive(true).mode(0o700).create(&dir).map_err(|error| {
             Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
         })?;
         let outbox = Self { dir };
@@ -132,7 +133,7 @@ impl Outbox {
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         };
-        let mut timing = BufWriter::new(File::create(&path).map_err(unwritten)?);
+        let mut timing = BufWriter::new(create(&path).map_err(unwritten)?);
         timing.write_all(report::timetable_heading().as_bytes()).map_err(unwritten)?;
         let mut observation = Observation::unseen(&brief, RobotId(0));
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
@@ -185,10 +186,15 @@ impl Outbox {
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.dir.join(file);
-        std::fs::write(&path, text).map_err(|error| {
+        create(&path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         })
     }
+}
+
+/// A new file for its owner only, or an old one emptied.
+fn create(path: &Path) -> std::io::Result<File> {
+    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(path)
 }
 
 /// The first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.

@@ -81,6 +81,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
         ("past", &["asked", "page"]),
         ("truth", &["asked", "page"]),
         ("snapshot", &["asked", "page"]),
+        ("map", &["part", "landing"]),
         ("run", &["new", "announced_again"]),
         ("left", &["hopper-sim", "perception", "planner", "monitor"]),
         ("ended", &["goal", "deadlock", "lost", "left_map"]),

@@ -28,6 +28,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
+use contract::wire::RecordV3;
 use contract::{Decision, PastPage, Record};
 
 use crate::mission::{ROBOT, genesis};
@@ -47,6 +48,10 @@ pub const FILE_NAME: &str = "hops.journal";
 
 /// Most bytes of an encoded record.
 const RECORD_BYTES_MAX: usize = 4096;
+
+/// Most bytes of a torn tail: a frame cut short, and what a file system may put behind it. More than that is
+/// no tail, and is not cut.
+pub const TORN_BYTES_MAX: u64 = 1 << 20;
 
 /// A journal open for writing, locked against every other writer.
 #[derive(Debug)]
@@ -302,7 +307,7 @@ impl<S: Storage> Journal<S> {
         let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
         let payload = reader.payload().map_err(io("read", &self.path))?;
         let payload = payload.ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
-        let record = codec::decode(payload).map_err(undecodable)?;
+        let record = self::record(payload).map_err(undecodable)?;
         let payload_bytes = payload.len();
         reader.skip(payload_bytes);
         Ok(record)
@@ -341,6 +346,12 @@ impl<S: Storage> Journal<S> {
     fn genesis(&self) -> contract::Digest {
         genesis(&self.header.brief, self.header.seed)
     }
+}
+
+/// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
+fn record(payload: &[u8]) -> Result<Record, String> {
+    let record: Record = codec::decode(payload)?;
+    Record::try_from(&RecordV3::from(&record)).map_err(|refusal| refusal.to_string())
 }
 
 /// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.

@@ -12,5 +12,6 @@ mod journal;
 mod linger;
 mod patrol;
 mod resume;
+mod truth;
 mod verification;
 mod wire;

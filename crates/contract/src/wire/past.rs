@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, flag, robot_from_wire, run_from_wire, run_to_wire,
-    tag, timing_from_wire, timing_to_wire, vetoed,
+    steps, tag, timing_from_wire, timing_to_wire, vetoed,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
 use crate::{Action, Decision, Digest, Origin, PastPage, PastRequest, Record, Refusal, Status};
@@ -172,7 +172,7 @@ impl TryFrom<&RecordV3> for Record {
             outcome: (&wire.outcome).try_into()?,
             pose: (&wire.pose).try_into()?,
             collected: collected("record.collected", wire.collected)?,
-            steps: wire.steps,
+            steps: steps("record.steps", wire.steps)?,
             visits: counted("record.visits", wire.visits)?,
             status: tag("record.status", wire.status, Status::from_code)?,
             timing: timing_from_wire(wire.timing_ns),
