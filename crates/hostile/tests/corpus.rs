@@ -52,7 +52,7 @@ fn holds(target: &Target) -> bool {
     })
 }
 
-/// P-HOSTILE: each reader takes its corpus and thousands of mutations of valid input without a panic.
+/// P-FUZZED: each reader takes its corpus and thousands of mutations of valid input without a panic.
 #[test]
 fn no_reader_panics_whatever_it_reads() {
     let fallen: Vec<&str> =
@@ -60,7 +60,7 @@ fn no_reader_panics_whatever_it_reads() {
     assert!(fallen.is_empty(), "claims of {fallen:?} do not hold");
 }
 
-/// P-HOSTILE-ALL
+/// P-FUZZED-ALL
 #[test]
 fn every_wire_type_and_every_target_has_its_place() {
     let read = |path: PathBuf| std::fs::read_to_string(&path).unwrap();
