@@ -320,13 +320,18 @@ fn a_restarted_perception_goes_on_with_the_same_stream() {
     // A reader that is up to date needs no cell again.
     let mut source = Source::new(60, 6.0);
     let mut replica = reader(&source);
+    let mut old = None;
     for _ in 0..9 {
         for patch in source.land() {
+            old.get_or_insert(patch.clone());
             replica.patch(patch, at(0));
         }
     }
-    let again = source.restart();
-    let request = replica.patch(again[0].clone(), at(1)).expect("an old patch is asked about");
+    for patch in source.restart() {
+        assert_eq!(replica.patch(patch, at(1)), None, "the last landing once more is no news");
+    }
+    assert_whole(&replica, &source);
+    let request = replica.patch(old.unwrap(), at(1)).expect("an old patch is asked about");
     let page = source.cartographer.page(&request).unwrap();
     assert_eq!(page.cells, []);
     replica.page(&page, at(1));

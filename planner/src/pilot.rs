@@ -278,7 +278,11 @@ impl Pilot {
 
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let Some(state) = self.situation().map(|situation| *situation.state) else { return };
+        let Some(state) = self.situation().map(|situation| *situation.state) else {
+            // Whoever was asked for a plan may have found nothing to plan for.
+            self.planning = None;
+            return;
+        };
         let due = (state.run, state.decision);
         if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
             return;

@@ -89,6 +89,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             effects.extend(pilot.on(heard(patch, Event::Patch), Node::now()));
         }
         if let Some(page) = page {
+            crash_point("planner.map_received");
             effects.extend(pilot.on(heard(page, Event::Page), Node::now()));
         }
         if let Some(gone) = pilot.rival_pid().filter(|&pid| !node::host::process_exists(pid)) {

@@ -163,6 +163,23 @@ fn nobody_decides_on_a_map_with_a_gap() {
     assert_eq!(pilot.map().snapshots(), 1);
 }
 
+/// P-WHOLE: what stood in the way of a plan does not keep it from being asked for again.
+#[test]
+fn a_plan_whose_map_went_before_it_was_begun_is_asked_for_again() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [Effect::Plan]);
+    let request = MapRequest { run: RUN, robot: RobotId(0), from: 0, observation: 0 };
+    let gap = MapPatch { sequence: 7, before: 1, after: 1, ..map(3) };
+    assert_eq!(pilot.on(Event::Patch(gap), at(1)), [Effect::RequestMap(request)]);
+    assert!(pilot.situation().is_none(), "nobody can plan now");
+    assert_eq!(
+        pilot.on(Event::Patch(map(3)), at(2)),
+        [Effect::Plan],
+        "a reminder: the map is whole after all"
+    );
+}
+
 #[test]
 fn a_map_that_comes_before_its_state_is_kept() {
     let mut pilot = pilot(false);

@@ -97,6 +97,9 @@ impl Replica {
         let map = self.map.as_mut().filter(|map| is_of(map, patch.run, patch.robot, patch.grid))?;
         // While pages are being applied the map is none that anybody ever had.
         let untouched = self.pursuit.is_none_or(|pursuit| pursuit.sequence.is_none());
+        if untouched && repeats(map, &patch) {
+            return self.ask(now);
+        }
         if untouched && follows(map, &patch) {
             match apply(map, &patch) {
                 Ok(()) => {
@@ -183,6 +186,11 @@ fn follows(map: &ObservedMap, patch: &MapPatch) -> bool {
     let reminder = patch.cells.is_empty() && patch.after == patch.before;
     let next = patch.sequence == map.sequence + 1 || (reminder && patch.sequence == map.sequence);
     next && patch.before == map.observation()
+}
+
+/// Whether the patch is the one that made this map, heard once more.
+fn repeats(map: &ObservedMap, patch: &MapPatch) -> bool {
+    patch.sequence == map.sequence && patch.after == map.observation() && patch.after != patch.before
 }
 
 fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {

@@ -317,12 +317,14 @@ fn heartbeats_advance_at_their_pace_and_at_once_when_the_mission_ends() {
         assert_eq!(a.heartbeats(), []);
         let started = Instant::now();
         let mut beats = Vec::new();
-        while started.elapsed() < Duration::from_millis(320) {
+        while beats.len() < 5 {
+            assert!(started.elapsed() < Duration::from_secs(60), "{} beats in a minute", beats.len());
             b.beat(RUN, Decision(4), Status::Underway).unwrap();
             beats.extend(a.heartbeats().into_iter().map(Result::unwrap));
             std::thread::sleep(Duration::from_millis(1));
         }
-        assert!((4..=8).contains(&beats.len()), "{} beats in 320 ms", beats.len());
+        let least = Duration::from_nanos(4 * contract::roster::BEAT_PERIOD_NS);
+        assert!(started.elapsed() >= least, "five beats in {:?}", started.elapsed());
         assert!(beats.is_sorted_by(|a, b| a.counter < b.counter), "the counter advances");
         let beat = beats.last().unwrap();
         assert_eq!((beat.role, beat.incarnation, beat.pid), (Role::Planner, b.incarnation(), b.pid()));
