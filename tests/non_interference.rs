@@ -123,7 +123,7 @@ fn wide(profile: Profile, seed: u64) -> Mission {
          cell_size_m = 1.0\nseed = {seed}\nhills = 60\nsigma_m = [2.0, 6.0]\namplitude_m = [0.05, 0.4]\n\
          [truth.sand]\nrectangles = [{{ x = [26, 30], y = [0, 40] }}]\n\
          [brief]\nname = \"wide\"\nprofile = \"{profile}\"\nstart = [20, 20]\ngoal = [70, 66]\n\
-         [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 44\n"
+         [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 110\n"
     );
     let world = Scenario::parse(&text, "wide").and_then(|scenario| scenario.resolve()).unwrap();
     Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed }
