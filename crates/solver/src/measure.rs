@@ -120,9 +120,8 @@ fn chunk<T: Copy>(of: &[T], at: usize, beyond: T) -> [T; LANES] {
     if at + LANES <= of.len() {
         chunk.copy_from_slice(&of[at..at + LANES]);
     } else {
-        for lane in 0..of.len() - at {
-            chunk[lane] = of[at + lane];
-        }
+        let rest = &of[at..];
+        chunk[..rest.len()].copy_from_slice(rest);
     }
     chunk
 }

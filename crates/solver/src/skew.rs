@@ -191,14 +191,14 @@ impl Block {
         assert!(self.node < of.len() && end < of.len(), "a block lies within its world");
         let mut picked = [of[end]; LANES];
         if last + 1 == LANES {
-            for lane in 0..LANES {
+            for (lane, picked) in picked.iter_mut().enumerate() {
                 // SAFETY: the node lies between the first and the last, both of which are asserted to be in range.
                 // A check of each is half of what picking costs.
-                picked[lane] = *unsafe { of.get_unchecked(self.at(lane)) };
+                *picked = *unsafe { of.get_unchecked(self.at(lane)) };
             }
         } else {
-            for lane in 0..last {
-                picked[lane] = of[self.at(lane)];
+            for (lane, picked) in picked[..last].iter_mut().enumerate() {
+                *picked = of[self.at(lane)];
             }
         }
         picked

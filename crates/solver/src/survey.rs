@@ -117,8 +117,8 @@ fn survey_lanes<const BEST: bool>(
         let mut classes = [Class::LOST; LANES];
         classes.copy_from_slice(&all_classes[at..at + LANES]);
         let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0_f64; LANES]; 4];
-        for index in 0..world.rules().soils.len() {
-            let [a, q, c, wait] = soils[index];
+        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
+            let [a, q, c, wait] = *soil;
             for lane in 0..LANES {
                 let this = classes[lane].is_free_of(index);
                 intended[lane] = if this { a } else { intended[lane] };
@@ -191,14 +191,14 @@ fn survey_lanes<const BEST: bool>(
             parts[4][lane] = if is_i { slip_high } else { ahead_high_j };
         }
         if BEST {
-            for index in 0..PARTS {
+            for (index, values) in parts.iter().enumerate() {
                 let part = part(at, index);
-                stream[part..part + LANES].copy_from_slice(&parts[index]);
+                stream[part..part + LANES].copy_from_slice(values);
             }
         } else {
-            for hop in 0..HOPS {
+            for (hop, values) in hops.iter().enumerate() {
                 let shift = shift(at, hop);
-                stream[shift..shift + LANES].copy_from_slice(&hops[hop]);
+                stream[shift..shift + LANES].copy_from_slice(values);
             }
         }
         unknown[at..at + LANES].fill(0.0);

@@ -200,8 +200,8 @@ fn load_lanes(
         classes.copy_from_slice(&all_classes[at..at + LANES]);
         let mut parts = [[0.0_f32; LANES]; PARTS];
         let mut landed = chunk(worths, at);
-        for index in 0..world.rules().soils.len() {
-            let [per_payoff, a, c] = soils[index];
+        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
+            let [per_payoff, a, c] = *soil;
             for lane in 0..LANES {
                 let this = classes[lane].is_free_of(index);
                 parts[0][lane] = if this { payoffs[lane] as f32 * per_payoff } else { parts[0][lane] };
@@ -228,9 +228,9 @@ fn load_lanes(
         for lane in 0..LANES {
             unknown[at + lane] = landed[lane] as f32;
         }
-        for index in 0..PARTS {
+        for (index, values) in parts.iter().enumerate() {
             let part = part(at, index);
-            ground[part..part + LANES].copy_from_slice(&parts[index]);
+            ground[part..part + LANES].copy_from_slice(values);
         }
     }
 }
