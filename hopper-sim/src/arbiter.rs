@@ -46,6 +46,7 @@ pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
 /// What the arbiter is told.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// A command came, or a message that was none.
     Command(Result<Command, Refusal>),

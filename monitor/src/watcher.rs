@@ -26,6 +26,7 @@ const OTHERS: [Role; 3] = [Role::HopperSim, Role::Perception, Role::Planner];
 
 /// What the monitor hears.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),

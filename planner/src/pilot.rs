@@ -42,6 +42,7 @@ pub struct Commission {
 
 /// What a pilot hears.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),
