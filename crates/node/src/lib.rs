@@ -41,6 +41,7 @@ mod log;
 mod message;
 mod node;
 mod nonce;
+mod on_demand;
 mod parcel;
 pub mod peer;
 mod port;
@@ -63,6 +64,7 @@ pub use log::log_to_stderr;
 pub use message::{Plain, Question, Sheet};
 pub use node::{Node, Wake, version};
 pub use nonce::random_run;
+pub use on_demand::{OnDemand, PolicyPort};
 pub use port::{
     BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
     MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,

@@ -74,6 +74,8 @@ pub struct Reader<M: Plain> {
     subscriber: Subscriber<Ipc, Parcel<M::Wire>, ()>,
     factory: Single<M::Wire>,
     topic: String,
+    /// Messages that the queues of all writers hold.
+    most: usize,
     _base: Rc<Base>,
 }
 
@@ -95,6 +97,8 @@ pub struct SheetReader<S: Sheet> {
     header: S::Header,
     cells: Vec<S::Cell>,
     topic: String,
+    /// Messages that the queues of all writers hold.
+    most: usize,
     _base: Rc<Base>,
     _sheet: PhantomData<S>,
 }
@@ -151,7 +155,8 @@ impl<M: Plain> Reader<M> {
         let factory = open_single::<M::Wire>(base, topic)?;
         let subscriber = base.port(&topic.name, "subscribing", || factory.subscriber_builder().create())?;
         settle(&topic.name, &subscriber);
-        Ok(Self { subscriber, factory, topic: topic.name.clone(), _base: Rc::clone(base) })
+        let most = topic.max_publishers * topic.buffer;
+        Ok(Self { subscriber, factory, topic: topic.name.clone(), most, _base: Rc::clone(base) })
     }
 
     /// The next message, oldest first; `None` when there is none.
@@ -162,15 +167,18 @@ impl<M: Plain> Reader<M> {
     /// The newest message; older ones are passed over unread.
     pub fn newest(&mut self) -> Option<Result<M, Refusal>> {
         let mut newest = None;
-        while let Some(wire) = self.receive_wire() {
+        for _ in 0..self.most {
+            let Some(wire) = self.receive_wire() else { break };
             newest = Some(wire);
         }
         newest.map(|wire| M::from_wire(&wire))
     }
 
-    /// All messages that are there, oldest first per writer.
+    /// All messages that are there, oldest first per writer: no more than queues hold, however fast a writer
+    /// fills them again.
     pub fn drain(&mut self) -> impl Iterator<Item = Result<M, Refusal>> + '_ {
-        std::iter::from_fn(|| self.receive())
+        let most = self.most;
+        std::iter::from_fn(|| self.receive()).take(most)
     }
 
     /// Writers and readers at present, those not yet freed after death included.
@@ -266,6 +274,7 @@ impl<S: Sheet> SheetReader<S> {
             header: S::Header::zeroed(),
             cells: Vec::new(),
             topic: topic.name.clone(),
+            most: topic.max_publishers * topic.buffer,
             _base: Rc::clone(base),
             _sheet: PhantomData,
         })
@@ -279,15 +288,20 @@ impl<S: Sheet> SheetReader<S> {
     /// The newest message; older ones are passed over unread.
     pub fn newest(&mut self) -> Option<Result<S, Refusal>> {
         let mut any = false;
-        while self.receive_wire() {
+        for _ in 0..self.most {
+            if !self.receive_wire() {
+                break;
+            }
             any = true;
         }
         any.then(|| S::from_wire(&self.header, &self.cells))
     }
 
-    /// All messages that are there, oldest first per writer.
+    /// All messages that are there, oldest first per writer: no more than queues hold, however fast a writer
+    /// fills them again.
     pub fn drain(&mut self) -> impl Iterator<Item = Result<S, Refusal>> + '_ {
-        std::iter::from_fn(|| self.receive())
+        let most = self.most;
+        std::iter::from_fn(|| self.receive()).take(most)
     }
 
     /// Writers and readers at present, those not yet freed after death included.
