@@ -1,4 +1,4 @@
-//! A rogue process writes what it should not beside a real mission: it is refused, counted, and moves nothing.
+//! A rogue process writes what it should not beside a real mission: refused, counted, it moves nothing.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -226,7 +226,7 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
         role: Role::Monitor,
         incarnation: Incarnation(0xbad),
         pid: std::process::id(),
-        version: "9.9.9".parse().unwrap(),
+        version: node::version(),
         planner: Name::NONE,
         counter: 1,
         run: state.run,
@@ -258,6 +258,73 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     for peer in &mut peers {
         assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
     }
+}
+
+/// P-OLD-PLANNER: a planner of an older release, whose build did not know how to refuse, is told with both
+/// versions, and not heard, though its commands would be in turn.
+#[test]
+fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
+    let mission = Mission::new("older");
+    let mut sim = mission.start_slow_sim("44");
+    let perception = mission.start("perception", &[]);
+    let mut leader = mission.start("planner", &[]);
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+    // Nobody commands any more: whoever asks for the next term would have it.
+    leader.kill();
+    let mut due = state;
+    eventually("the last hop to land", || {
+        rogue.node.wait(Duration::from_millis(5));
+        due = rogue.states.drain().map(Result::unwrap).last().unwrap_or(due);
+        mission.decisions() == due.decision.0
+    });
+    let beats = rogue.node.heartbeat_writer().unwrap();
+    let beat = |counter| {
+        HeartbeatV1::from(&Heartbeat {
+            role: Role::Planner,
+            incarnation: Incarnation(0xbad),
+            pid: std::process::id(),
+            version: "0.0.9".parse().unwrap(),
+            planner: "rogue".parse().unwrap(),
+            counter,
+            run: due.run,
+            decision: due.decision,
+            status: Status::Underway,
+        })
+    };
+    let told = format!(
+        "planner (process {}) is of version 0.0.9, this process is of {}",
+        std::process::id(),
+        node::version()
+    );
+    let mut counter = 0;
+    for process in [&sim, &perception] {
+        eventually("the older release to be told", || {
+            counter += 1;
+            beats.publish_wire(beat(counter)).unwrap();
+            process.log().contains(&told)
+        });
+    }
+    let command = Rogue::command(&due);
+    rogue.send([CommandV1 { term: due.leader.term.0 + 1, ..command }]);
+    // Three states later nothing has moved.
+    for _ in 0..3 {
+        let mut told = None;
+        eventually("the state to be told again", || {
+            rogue.node.wait(Duration::from_millis(5));
+            told = rogue.states.drain().map(Result::unwrap).last();
+            told.is_some()
+        });
+        assert_eq!(told.unwrap().decision, due.decision);
+    }
+    drop(beats);
+    let mut heir = mission.start("planner", &[]);
+    heir.await_log("in command");
+    let summary = stop(&mut sim);
+    assert_eq!(summary["refusals"]["malformed"], 1, "{summary}");
+    drop(rogue);
+    assert_nothing_moved(&mission, "44");
+    assert_eq!(heir.code(), 0, "{}", heir.log());
 }
 
 /// The first patch of a mission, as perception might write it: a planner would decide on it.
@@ -303,8 +370,8 @@ fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
     }
 }
 
-/// P-ROGUE-MAP: patches and pages of NaN, off the map, out of sequence or that do not add up are refused by
-/// every reader, and the mission goes on.
+/// P-ROGUE-MAP: patches and pages of NaN, off the map or that do not add up are refused by every reader, patches
+/// out of sequence are cleared up by pages, and the mission goes on.
 #[test]
 fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mission = Mission::new("nan");

@@ -8,9 +8,9 @@ use std::time::Duration;
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
     Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, Refusal, RobotId, Role, Roster,
-    Status, TruthPage, TruthRequest,
+    Status, TruthRequest,
 };
-use node::peer::{Patience, TICK, refuse};
+use node::peer::{Builds, Patience, TICK, refuse};
 use node::{
     BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
     crash_point,
@@ -175,6 +175,7 @@ struct Service {
     journal: Journal,
     summary: SummaryBuilder,
     roster: Roster,
+    builds: Builds,
     /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
@@ -200,7 +201,7 @@ impl Service {
         }
         let brief = Brief { run: journal.header().run(), ..world.brief };
         let robot = RobotId(0);
-        Room::of(brief.grid.cells(), brief.robots)?.check()?;
+        Room::of(brief.grid.cells(), brief.robots)?.check(instance)?;
         let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
         if args.lifeline {
             node.hold_lifeline();
@@ -226,6 +227,7 @@ impl Service {
             journal,
             summary,
             roster: Roster::default(),
+            builds: Builds::default(),
             lives: BTreeMap::new(),
             assembled: false,
             holding: false,
@@ -248,21 +250,26 @@ impl Service {
     }
 
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
-        let mut patience = Patience::new(args.wait);
+        let mut patience = Patience::new(args.wait, self.node.instance());
         loop {
             self.node.wait(self.timeout());
             if self.node.stop_requested().is_some() {
                 return Ok(Exit::Interrupted);
             }
             for command in self.commands.drain().collect::<Vec<_>>() {
+                let command = command.and_then(|command| match self.builds.refuse(command.incarnation) {
+                    Some(refusal) => Err(refusal),
+                    None => Ok(command),
+                });
                 self.feed(Event::Command(command))?;
             }
             for beat in self.node.heartbeats() {
                 match beat {
-                    Ok(beat) => {
+                    Ok(beat) if self.builds.admit(&beat) => {
                         self.meet(&beat);
                         self.feed(Event::Heartbeat(beat))?;
                     }
+                    Ok(_) => {}
                     Err(refusal) => self.refused(refusal)?,
                 }
             }
@@ -283,7 +290,8 @@ impl Service {
                 Some(page)
             })?;
             let Self { truths, arbiter, .. } = self;
-            let of_truth = truths.serve(|request| truth_page(arbiter.mission(), request))?;
+            let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
+            let of_truth = truths.serve(page)?;
             for refusal in refusals.into_iter().chain(of_truth) {
                 self.refused(refusal)?;
             }
@@ -397,18 +405,4 @@ impl Service {
         summary.processes = std::iter::once(own).chain(heard).collect();
         summary
     }
-}
-
-/// The truth from an index on; `None` if another run's is asked for.
-fn truth_page(mission: &Mission, request: &TruthRequest) -> Option<TruthPage> {
-    let (run, terrain) = (mission.brief.run, &mission.terrain);
-    let from = (request.from as usize).min(terrain.cells.len());
-    let until = (from + TRUTH_PAGE_CELLS).min(terrain.cells.len());
-    (request.run == run).then(|| TruthPage {
-        run,
-        grid: terrain.grid,
-        from: from as u32,
-        cells: terrain.cells[from..until].to_vec(),
-        treasures: terrain.treasures.clone(),
-    })
 }

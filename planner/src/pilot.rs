@@ -65,7 +65,8 @@ pub enum Event {
 pub enum Effect {
     /// Ask for the observed map.
     RequestMap(MapRequest),
-    /// Plan for [`Pilot::situation`], then report [`Event::Planned`].
+    /// Plan for [`Pilot::situation`], then report [`Event::Planned`]; unless the plan was reported meanwhile
+    /// ([`Pilot::awaits_plan`]).
     Plan,
     /// Send the command.
     Send(Command),
@@ -164,6 +165,13 @@ impl Pilot {
             }
             _ => None,
         }
+    }
+
+    /// Whether a plan was asked for that has not been reported, and still can be made. What is heard between
+    /// two plans may ask for a plan twice: the second is that of the first.
+    #[must_use]
+    pub fn awaits_plan(&self) -> bool {
+        self.planning.is_some()
     }
 
     /// The run, decision and status last seen, for the heartbeat.

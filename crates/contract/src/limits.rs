@@ -54,8 +54,12 @@ pub const PATCHES_MAX: u64 = 1 << 44;
 /// Patches that a reader buffers while it catches up.
 pub const PATCHES_BUFFERED: usize = 64;
 
+/// Whoever asks for something and has no answer asks again after this long, nanoseconds, and no earlier:
+/// asking again gives up the answer that may be on its way.
+pub const ASK_AGAIN_NS: u64 = 10_000_000;
+
 /// Changes of cells that a map remembers at least, once there were so many.
 pub const CHANGES_KEPT: usize = 1 << 16;
 
-/// Landings after which a map still tells what changed since.
+/// Landings that changed the map after which it still tells what changed since.
 pub const MARKS_KEPT: usize = 1024;

@@ -169,7 +169,7 @@ impl<'a> Crew<'a> {
         let treasures = terrain.treasures.clone();
         let page = TruthPage { run: specimen::RUN, grid: terrain.grid, from: request.from, cells, treasures };
         let header = self.script.damaged(TruthPageV1::from(&page));
-        let cells: Vec<_> = page.cells.iter().map(|ground| GroundV1::from(Some(ground))).collect();
+        let cells: Vec<_> = page.cells.iter().map(GroundV1::from).collect();
         if let Ok(page) = truth_page_from_wire(&header, &self.one_damaged(cells)) {
             self.cartographer(cartographer::Event::Truth(page));
         }

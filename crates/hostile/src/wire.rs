@@ -85,7 +85,7 @@ pub fn truth_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(truth_page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.cells.len() <= TRUTH_PAGE_CELLS);
-        let cells: Vec<GroundV1> = page.cells.iter().map(|ground| GroundV1::from(Some(ground))).collect();
+        let cells: Vec<GroundV1> = page.cells.iter().map(GroundV1::from).collect();
         truth_page_from_wire(&TruthPageV1::from(page), &cells)
     });
 }
@@ -94,9 +94,7 @@ pub fn truth_page(bytes: &[u8]) {
 pub fn cell(bytes: &[u8]) {
     there_and_back::<SeenCellV1, SeenCell>(&header(bytes).0);
     there_and_back::<RecordV2, Record>(&header(bytes).0);
-    paged(Option::<Ground>::try_from(&header::<GroundV1>(bytes).0), |ground| {
-        Option::<Ground>::try_from(&GroundV1::from(ground.as_ref()))
-    });
+    there_and_back::<GroundV1, Ground>(&header(bytes).0);
 }
 
 /// Requests of every kind.
@@ -279,7 +277,7 @@ pub fn policies() -> Vec<Vec<u8>> {
 #[must_use]
 pub fn truth_pages() -> Vec<Vec<u8>> {
     let page = truth();
-    let cells: Vec<_> = page.cells.iter().map(|ground| GroundV1::from(Some(ground))).collect();
+    let cells: Vec<_> = page.cells.iter().map(GroundV1::from).collect();
     vec![bytes_of(&TruthPageV1::from(&page), &cells)]
 }
 
@@ -289,7 +287,7 @@ pub fn cells() -> Vec<Vec<u8>> {
     let (seen, ground) = (seen_cells()[0], specimen::world().terrain.cells[0]);
     vec![
         bytes_of::<_, GroundV1>(&SeenCellV1::from(&seen), &[]),
-        bytes_of::<_, GroundV1>(&GroundV1::from(Some(&ground)), &[]),
+        bytes_of::<_, GroundV1>(&GroundV1::from(&ground), &[]),
         bytes_of::<_, GroundV1>(&RecordV2::from(&specimen::flown().0[0]), &[]),
     ]
 }

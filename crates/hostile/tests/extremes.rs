@@ -122,7 +122,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (records, states) = specimen::flown();
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
-    let ground: Vec<_> = truth.cells.iter().map(|ground| GroundV1::from(Some(ground))).collect();
+    let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
     for wire in extremes::of(&BriefV2::from(&specimen::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
             for run in [specimen::RUN, brief.run] {

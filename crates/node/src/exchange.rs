@@ -26,7 +26,7 @@ pub type PastServer = Server<PastRequest>;
 pub type PastClient = Client<PastRequest>;
 /// Answers for the truth; only hopper-sim has one.
 pub type TruthServer = Server<TruthRequest>;
-/// Asks for the truth; perception and monitor only may have one.
+/// Asks for the truth; no planner may have one.
 pub type TruthClient = Client<TruthRequest>;
 /// Answers for the map; only perception has one.
 pub type SnapshotServer = Server<MapRequest>;
@@ -84,8 +84,10 @@ impl<Q: Question> Server<Q> {
         Ok(Self { server, bell: base.notifier(&answered(&exchange))?, exchange, _base: Rc::clone(base) })
     }
 
-    /// Answers every request that is there. `answer` may leave one unanswered: the client will ask again.
-    /// Returns the refusals of malformed requests.
+    /// Answers the requests that are there, one a client at most: whoever asks without end keeps nobody else
+    /// waiting, nor the server from its other work. What is left came meanwhile, and ends the next wait at
+    /// once. `answer` may leave a request unanswered: the client will ask again. Returns the refusals of
+    /// malformed requests.
     ///
     /// # Errors
     /// [`NodeError::Oversize`] if an answer has more cells than a page holds.
@@ -127,8 +129,8 @@ impl<Q: Question> Server<Q> {
         Ok(refusals)
     }
 
-    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still wants
-    /// to know.
+    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still
+    /// wants to know.
     fn send(
         &self,
         request: &iceoryx2::active_request::ActiveRequest<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>,
@@ -220,8 +222,13 @@ pub(crate) fn page_bytes<S: Sheet>(exchange: &Exchange) -> usize {
     size_of::<S::Header>() + exchange.page * size_of::<S::Cell>()
 }
 
-fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
-    let need = format!(
+/// A service as its requests and answers ask for it, under its name.
+pub(crate) fn text<Q: Question>(exchange: &Exchange) -> String {
+    format!("{}: {}, pages of {}", exchange.name, need::<Q>(exchange), exchange.page)
+}
+
+fn need<Q: Question>(exchange: &Exchange) -> String {
+    format!(
         "{} ({} bytes) answered by {} ({} bytes) with cells of {} ({} bytes), {} clients",
         Q::Wire::NAME,
         size_of::<Q::Wire>(),
@@ -230,7 +237,11 @@ fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, N
         <Q::Answer as Sheet>::Cell::NAME,
         size_of::<<Q::Answer as Sheet>::Cell>(),
         exchange.max_clients,
-    );
+    )
+}
+
+fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
+    let need = need::<Q>(exchange);
     base.open(&exchange.name, MessagingPattern::RequestResponse, &need, || {
         base.node()
             .service_builder(&service_name(&exchange.name))

@@ -328,8 +328,32 @@ impl<S: Sheet> SheetReader<S> {
     }
 }
 
+/// A topic as its messages of one size ask for it, under its name.
+pub(crate) fn plain_text<M: Plain>(topic: &Topic) -> String {
+    format!("{}: {}", topic.name, need(&single_types::<M::Wire>(), topic))
+}
+
+/// A topic as its messages of a header and cells ask for it, under its name.
+pub(crate) fn sheet_text<S: Sheet>(topic: &Topic) -> String {
+    format!("{}: {}", topic.name, need(&slice_types::<S>(), topic))
+}
+
+fn single_types<W: Wire>() -> String {
+    format!("{} ({} bytes)", W::NAME, size_of::<W>())
+}
+
+fn slice_types<S: Sheet>() -> String {
+    format!(
+        "{} ({} bytes) with cells of {} ({} bytes)",
+        S::Header::NAME,
+        size_of::<S::Header>(),
+        S::Cell::NAME,
+        size_of::<S::Cell>()
+    )
+}
+
 pub(crate) fn open_single<W: Wire>(base: &Base, topic: &Topic) -> Result<Single<W>, NodeError> {
-    let need = need(&format!("{} ({} bytes)", W::NAME, size_of::<W>()), topic);
+    let need = need(&single_types::<W>(), topic);
     base.open(&topic.name, MessagingPattern::PublishSubscribe, &need, || {
         base.node()
             .service_builder(&service_name(&topic.name))
@@ -346,14 +370,8 @@ pub(crate) fn open_single<W: Wire>(base: &Base, topic: &Topic) -> Result<Single<
 }
 
 pub(crate) fn open_slices<S: Sheet>(base: &Base, topic: &Topic) -> Result<Slices<S>, NodeError> {
-    let types = format!(
-        "{} ({} bytes) with cells of {} ({} bytes)",
-        S::Header::NAME,
-        size_of::<S::Header>(),
-        S::Cell::NAME,
-        size_of::<S::Cell>()
-    );
-    base.open(&topic.name, MessagingPattern::PublishSubscribe, &need(&types, topic), || {
+    let need = need(&slice_types::<S>(), topic);
+    base.open(&topic.name, MessagingPattern::PublishSubscribe, &need, || {
         base.node()
             .service_builder(&service_name(&topic.name))
             .publish_subscribe::<[Parcel<S::Cell>]>()

@@ -55,7 +55,7 @@ impl Scenario {
         // Every bound of the wire is a bound of scenarios; it is stated there, once.
         brief = Brief::try_from(&BriefV2::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
-            Option::<Ground>::try_from(&GroundV1::from(Some(ground))).map_err(ScenarioError::Brief)?;
+            Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
         }
         brief.scenario_hash = hash(&resolved, &terrain);
         Ok(World {
