@@ -9,11 +9,13 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use contract::{Brief, MonotonicNs, RunId, Timing};
+use contract::{Brief, MonotonicNs, Record, RunId, Timing};
 use hopper::lockstep::{self, Crew};
 use hopper_sim::{History, Mission};
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
+use perception::{Cartographer, Effect, Event};
+use scenario::World;
 
 /// Interleaved rounds of each measurement.
 const ROUNDS: u64 = 7;
@@ -24,24 +26,23 @@ const PACES_HZ: [u64; 2] = [50, 1000];
 /// Decisions of one relay round, about as many as a mission on hard ground takes.
 const RELAY_ROUNDS: u64 = 40;
 
-/// Cells of the paper's map.
-const CELLS: usize = 400;
-
 /// Lockstep missions a round.
 const EPISODES: u64 = 200;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    if let [_, role, instance, stage] = arguments.as_slice()
+    if let [_, role, instance, cells, stage] = arguments.as_slice()
         && role == "relay-stage"
     {
-        relay(instance).answer(stage.parse().expect("a stage")).expect("the relay runs");
+        let relay = relay(instance, cells.parse().expect("a number of cells"));
+        relay.answer(stage.parse().expect("a stage")).expect("the relay runs");
         return;
     }
+    let cells = patch_cells();
     let mut rows = Rows::default();
     for round in 0..ROUNDS {
         for pace_hz in PACES_HZ {
-            let bare_us = bare_relay_us(round, pace_hz);
+            let bare_us = bare_relay_us(round, pace_hz, cells);
             let timings = fly(round, &pace_hz.to_string());
             let stack_us = median(timings.iter().map(overhead_us));
             rows.push(&format!("{pace_hz} Hz: bare relay of three processes [us]"), bare_us);
@@ -57,7 +58,7 @@ fn main() {
         }
     }
     println!("processor: {}", node::host::processor());
-    println!("cores: {}, rounds: {ROUNDS}\n", cores());
+    println!("cores: {}, rounds: {ROUNDS}, cells of a patch in the relay: {cells}\n", cores());
     rows.print();
 }
 
@@ -65,24 +66,51 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn relay(instance: &str) -> Relay {
-    Relay { instance: Instance::new(instance).expect("an instance"), cells: CELLS }
+fn relay(instance: &str, cells: usize) -> Relay {
+    Relay { instance: Instance::new(instance).expect("an instance"), cells }
+}
+
+/// Cells of the median patch of these missions: what the relay has to carry, like the stack.
+fn patch_cells() -> usize {
+    let World { brief, terrain, .. } = paper_world();
+    let mut cells = Vec::new();
+    for seed in 0..ROUNDS {
+        let mission = Mission { brief, terrain: terrain.clone(), seed };
+        let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
+        cartographer.on(Event::Brief(brief), MonotonicNs(0));
+        cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));
+        let mut land = |record: &Record| {
+            let state = record.state_after(brief.run, MonotonicNs(0), MonotonicNs(0));
+            if cartographer.on(Event::State(state), MonotonicNs(0)).contains(&Effect::PublishMap) {
+                let patches = cartographer.patches(MonotonicNs(0), &mut || MonotonicNs(0));
+                cells.extend(patches.iter().map(|patch| patch.cells.len() as f64));
+            }
+        };
+        lockstep::fly(mission, &Crew::single("mdp".parse().expect("a name")), &mut Node::now, &mut land)
+            .expect("a known algorithm");
+    }
+    median(cells.into_iter()) as usize
+}
+
+fn paper_world() -> World {
+    let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).expect("a built-in scenario");
+    World { brief: Brief { run: RunId(1), ..world.brief }, ..world }
 }
 
 /// Median round trip of a relay that does no work, microseconds.
-fn bare_relay_us(round: u64, pace_hz: u64) -> f64 {
+fn bare_relay_us(round: u64, pace_hz: u64, cells: usize) -> f64 {
     let instance = format!("bench-relay-{}-{round}-{pace_hz}", std::process::id());
     let executable = std::env::current_exe().expect("this benchmark");
     let stage = |stage: Stage| -> Child {
         Command::new(&executable)
-            .args(["relay-stage", &instance, stage.as_str()])
+            .args(["relay-stage", &instance, &cells.to_string(), stage.as_str()])
             .stdin(Stdio::null())
             .spawn()
             .expect("a stage starts")
     };
     let mut stages = [stage(Stage::Map), stage(Stage::Command)];
     let period = Duration::from_nanos(1_000_000_000 / pace_hz);
-    let times_ns = relay(&instance).source(RELAY_ROUNDS, period).expect("the relay runs");
+    let times_ns = relay(&instance, cells).source(RELAY_ROUNDS, period).expect("the relay runs");
     for stage in &mut stages {
         stage.wait().expect("a stage ends");
     }
@@ -126,16 +154,13 @@ fn rate_hz(timings: &[Timing]) -> f64 {
 
 /// Median planning time in microseconds, and missions a second.
 fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
-    let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).expect("a built-in scenario");
+    let world = paper_world();
     let crew = Crew::single(algorithm.parse().expect("a name"));
     let mut planning_us = Vec::new();
     let started = Instant::now();
     for episode in 0..EPISODES {
-        let mission = Mission {
-            brief: Brief { run: RunId(1), ..world.brief },
-            terrain: world.terrain.clone(),
-            seed: round * EPISODES + episode,
-        };
+        let mission =
+            Mission { brief: world.brief, terrain: world.terrain.clone(), seed: round * EPISODES + episode };
         let mut clock = || -> MonotonicNs { Node::now() };
         lockstep::fly(mission, &crew, &mut clock, &mut |record| {
             let Timing { planning_started, planning_ended, .. } = record.timing;

@@ -36,7 +36,15 @@ impl Supervised {
     /// # Errors
     /// If the process cannot be started.
     pub fn start(role: Role, arguments: Vec<String>) -> Result<Self, Failure> {
-        let (child, lifeline, output) = spawn(role, &arguments, &[])?;
+        Self::start_as(role, arguments, &|_| {})
+    }
+
+    /// As [`Supervised::start`], after `dress` has had its say on the command.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn start_as(role: Role, arguments: Vec<String>, dress: Dress<'_>) -> Result<Self, Failure> {
+        let (child, lifeline, output) = spawn(role, &arguments, &[], dress)?;
         Ok(Self {
             role,
             restarts: 0,
@@ -56,12 +64,20 @@ impl Supervised {
     /// # Errors
     /// If the process cannot be started.
     pub fn restart(&mut self) -> Result<(), Failure> {
+        self.restart_as(&|_| {})
+    }
+
+    /// As [`Supervised::restart`], after `dress` has had its say on the command.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn restart_as(&mut self, dress: Dress<'_>) -> Result<(), Failure> {
         let mut extra = Vec::new();
         if self.role == Role::Planner {
             extra = vec!["--succeeds-pid".to_owned(), self.pid().to_string()];
         }
         self.former.push(self.pid());
-        (self.child, self.lifeline, self.output) = spawn(self.role, &self.arguments, &extra)?;
+        (self.child, self.lifeline, self.output) = spawn(self.role, &self.arguments, &extra, dress)?;
         self.restarts += 1;
         self.started = Node::now();
         self.ended = None;
@@ -116,15 +132,19 @@ impl Drop for Supervised {
     }
 }
 
+/// What else a command needs, e.g. an environment.
+pub type Dress<'a> = &'a dyn Fn(&mut Command);
+
 type Spawned = (Child, Option<ChildStdin>, Option<JoinHandle<String>>);
 
-fn spawn(role: Role, arguments: &[String], extra: &[String]) -> Result<Spawned, Failure> {
+fn spawn(role: Role, arguments: &[String], extra: &[String], dress: Dress<'_>) -> Result<Spawned, Failure> {
     let executable = std::env::current_exe().map_err(Failure::run)?;
     let mut command = Command::new(executable);
     if role != Role::Monitor && std::env::var_os("HOPPER_LOG").is_none() {
         // The monitor tells of progress; from the others only what is out of order.
         command.env("HOPPER_LOG", "warn");
     }
+    dress(&mut command);
     let mut child = command
         .args(arguments)
         .args(extra)

@@ -1,6 +1,7 @@
 //! The command `hopper`: missions as separate processes or in lockstep, and the tools around them.
 
 pub mod campaign;
+pub mod chaos;
 pub mod child;
 pub mod doctor;
 pub mod gallery;

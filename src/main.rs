@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hopper::{campaign, doctor, gallery, journal, known, run, scenario, simulate, terrain, topic};
+use hopper::{campaign, chaos, doctor, gallery, journal, known, run, scenario, simulate, terrain, topic};
 use node::{Exit, Failure};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -50,6 +50,8 @@ enum Command {
     Gallery(gallery::Args),
     /// Simulate the whole system in one thread, with everything going wrong that may.
     Simulate(simulate::Args),
+    /// Kill, stop and restart real processes of real missions, and count what it does to them.
+    Chaos(chaos::Args),
     /// Plan on ground known from edge to edge, as the predecessor paper did.
     #[command(subcommand)]
     Known(known::Command),
@@ -87,6 +89,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Campaign(command) => campaign::run(command),
         Command::Gallery(args) => gallery::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Chaos(args) => chaos::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),

@@ -1,6 +1,9 @@
-//! The output folder of a mission: how it came about, what happened, and a picture.
+//! The output folder of a mission, for its owner only: how it came about, what happened, and a picture.
 
 use std::collections::BTreeMap;
+use std::fs::{DirBuilder, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::{Record, RefusalCounts};
@@ -45,7 +48,7 @@ impl Outbox {
             let history = History::open(&journal_dir).map_err(Failure::usage)?;
             JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
         }
-        std::fs::create_dir_all(&dir).map_err(|error| {
+        DirBuilder::new().recursive(true).mode(0o700).create(&dir).map_err(|error| {
             Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
         })?;
         let outbox = Self { dir };
@@ -156,7 +159,9 @@ impl Outbox {
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.dir.join(file);
-        std::fs::write(&path, text).map_err(|error| {
+        let mut owner_only = OpenOptions::new();
+        owner_only.write(true).create(true).truncate(true).mode(0o600);
+        owner_only.open(&path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         })
     }

@@ -20,7 +20,8 @@ pub enum Command {
 /// Which scenario, in which form.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// A scenario's file, or the name of a built-in one: hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars.
+    /// A scenario's file, or the name of a built-in one: hard, heterogeneous, sandy, large, treasures, wide,
+    /// vast, hills, mars.
     #[arg(value_name = "NAME|FILE")]
     scenario: String,
     /// Reading of the model, instead of the scenario's: paper-2023 or hopper.

@@ -178,7 +178,7 @@ fn line(text: &str) -> Result<(), End> {
 }
 
 fn list(target: &Target) -> Result<(), End> {
-    let instance = appear(target, &mut Patience::new(Some(target.wait)))?;
+    let (instance, _) = appear(target)?;
     let services = services(&instance)?;
     match target.format {
         Format::Json => services.iter().try_for_each(|service| line(&json!(service).to_string())),
@@ -270,8 +270,7 @@ fn watch(
 ) -> Result<(), End> {
     /// The last messages of a mission are on their way when it ends.
     const FAREWELL_NS: u64 = 200_000_000;
-    let mut patience = Patience::new(Some(target.wait));
-    let instance = appear(target, &mut patience)?;
+    let (instance, mut patience) = appear(target)?;
     let mut node = Node::visit(&instance)?;
     let mut tap = open(&mut node, topic, full)?;
     let mut states = node.state_reader(topic.robot)?;
@@ -309,9 +308,10 @@ fn watch(
 }
 
 /// Waits until the instance lives.
-fn appear(target: &Target, patience: &mut Patience) -> Result<Instance, End> {
+fn appear(target: &Target) -> Result<(Instance, Patience), End> {
     const PAUSE: Duration = Duration::from_millis(20);
     let instance = Instance::new(&target.instance)?;
+    let mut patience = Patience::new(Some(target.wait), &instance);
     let vigil = Vigil::new()?;
     if !instance.is_alive()? {
         tracing::info!("instance {:?} does not live yet; {}", target.instance, living()?);
@@ -322,7 +322,7 @@ fn appear(target: &Target, patience: &mut Patience) -> Result<Instance, End> {
             return Err(End::Stopped);
         }
     }
-    Ok(instance)
+    Ok((instance, patience))
 }
 
 /// Which instances live, in words.

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use ::campaign::seal::{seal, unseal};
 use harness::{eventually, hopper, json, stderr};
 use serde_json::Value;
 
@@ -48,7 +49,12 @@ fn refused(dir: &Path, words: &[&str], says: &[&str]) {
     for part in says {
         assert!(text.contains(part), "{words:?} does not say {part:?}: {text}");
     }
-    assert!(!text.contains("panicked") && text.lines().count() <= 12, "{text}");
+    assert!(!text.contains("panicked") && text.lines().count() <= 12 && text.len() < 3000, "{text}");
+}
+
+/// A row in which `from` has become `to`, sealed anew.
+fn forged(line: &str, from: &str, to: &str) -> String {
+    seal(unseal(line).unwrap().replace(from, to).strip_suffix('}').unwrap())
 }
 
 /// Both forms of the rows, byte for byte.
@@ -196,7 +202,8 @@ fn a_trial_flown_again_has_the_digest_of_its_row() {
     refused(dir, &["rerun", "a", "--trial", "20", "--out", "s"], &["--trial", "0 to 19"]);
 
     let digest = row["digest"].as_str().unwrap();
-    fs::write(dir.join("a/trials.jsonl"), lines.replace(digest, &"0".repeat(64))).unwrap();
+    let forged = lines.lines().map(|line| forged(line, digest, &"0".repeat(64)) + "\n");
+    fs::write(dir.join("a/trials.jsonl"), forged.collect::<String>()).unwrap();
     let output =
         hopper(&["campaign", "rerun", "a", "--trial", "13", "--out", "t"]).current_dir(dir).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
@@ -209,6 +216,7 @@ fn bad_campaigns_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();
     refused(dir, &["run", "none.toml"], &["none.toml", "cannot be read"]);
+    let many = format!("scenarios = {:?}", (0..5000).map(|number| number.to_string()).collect::<Vec<_>>());
     for (from, to, says) in [
         ("seed = 11", "sead = 11", "sead"),
         ("seed = 11", "seed = -1", "seed"),
@@ -222,6 +230,8 @@ fn bad_campaigns_are_refused_by_name() {
         ("\"greedy\"", "\"mdp\"", "twice"),
         ("\"hard\"", "\"no-such\"", "no-such"),
         ("\"hard\"", "7", "string"),
+        ("repetitions = 5", "repetitions = 300000000", "at most 1000000000 trials in all"),
+        ("scenarios = [\"hard\", \"sandy\"]", &many, "at most 4096 cells"),
         ("safety = 0.5", "safety = nan", "weights"),
         ("safety = 0.5", "saftey = 0.5", "saftey"),
         ("repetitions = 5", "repetitions = 5\nprofiles = [\"teleport\"]", "paper-2023"),
@@ -231,6 +241,22 @@ fn bad_campaigns_are_refused_by_name() {
         fs::write(dir.join("bad.toml"), text).unwrap();
         refused(dir, &["run", "bad.toml", "--out", "bad"], &["bad.toml", says]);
     }
+    // 120 worlds of 674,041 cells.
+    let weights: Vec<String> =
+        (0..60).map(|part| format!("{{ safety = 0.{part:03}, information = 0 }}")).collect();
+    let vast = TINY.replace("[\"hard\", \"sandy\"]", "[\"vast\"]");
+    let vast = vast.replace("{ safety = 0.5, information = 0.5 }", &weights.join(", "));
+    fs::write(dir.join("bad.toml"), vast).unwrap();
+    refused(
+        dir,
+        &["run", "bad.toml", "--out", "bad"],
+        &["bad.toml: scenarios: need at most 67108864 cells of ground"],
+    );
+    let large = fs::File::create(dir.join("bad.toml")).unwrap();
+    large.set_len(1 << 40).unwrap();
+    refused(dir, &["run", "bad.toml", "--out", "bad"], &["bad.toml: need at most 1048576 bytes, got more"]);
+    fs::write(dir.join("bad.toml"), format!("name = {}", "[".repeat(500_000))).unwrap();
+    refused(dir, &["run", "bad.toml", "--out", "bad"], &["bad.toml", "max recursion depth"]);
     assert!(!dir.join("bad").exists(), "nothing is written for a campaign that cannot be flown");
     fs::write(dir.join("bad.toml"), [0xff, 0xfe, 0]).unwrap();
     refused(dir, &["run", "bad.toml"], &["bad.toml"]);
@@ -252,11 +278,46 @@ fn damaged_rows_are_refused_by_line() {
     let write = |rows: Vec<&str>| fs::write(dir.join("a/trials.jsonl"), rows.join("\n") + "\n").unwrap();
     write([&all[..3], &all[4..]].concat());
     refused(dir, &["report", "a"], &["line 4: need trial 3, got 4"]);
-    write([&all[..3], &["{}"], &all[4..]].concat());
-    refused(dir, &["report", "a"], &["line 4", "trial"]);
-    let foreign = all[3].replace("\"config\":\"", "\"config\":\"0");
-    write([&all[..3], &[&foreign], &all[4..]].concat());
-    refused(dir, &["report", "a"], &["trial 3: need configuration"]);
+    let refuses = |line: &str, says: &str| {
+        write([&all[..3], &[line], &all[4..]].concat());
+        refused(dir, &["report", "a"], &["trials.jsonl", says]);
+    };
+    refuses("{}", "line 4: need an object that closes with its checksum");
+    refuses(&all[3].replace("\"hops\":", "\"hops\":1"), "line 4: need checksum");
+    refuses(&seal("{\"trial\":3"), "line 4: missing field");
+    refuses(&" ".repeat(20_000), "line 4: need at most 16384 bytes, got more");
+    refuses(&forged(all[3], "\"config\":\"", "\"config\":\"0"), "trial 3: need configuration");
+    refuses(&forged(all[3], "\"seed\":", "\"seed\":1"), "trial 3: need {");
+    refuses(&forged(all[3], "\"coverage\":", "\"coverage\":7"), "line 4: coverage: need 0 to 1, got 7");
+}
+
+/// P-DAMAGED-PLAN
+#[test]
+fn a_damaged_or_edited_plan_is_refused() {
+    let dir = folder(TINY);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let plan = fs::read_to_string(dir.join("a/campaign.json")).unwrap();
+    let refuses = |text: &str, says: &str| {
+        fs::write(dir.join("a/campaign.json"), text).unwrap();
+        for words in [&["report", "a"][..], &["run", "c.toml", "--out", "a", "--resume"]] {
+            refused(dir, words, &["campaign.json", says]);
+        }
+    };
+    refuses("", "the plan: need an object that closes with its checksum");
+    refuses(&plan.replace("\"seed\": 11", "\"seed\": 13"), "the plan: need checksum");
+    refuses(&(forged(plan.trim_end(), "\"seed\": 11", "\"seed\": 13") + "\n"), "need a plan of hash");
+    refuses(&forged(plan.trim_end(), "\"count\": 1", "\"count\": 0"), "shard: need a shard is I/N");
+    let large = fs::File::create(dir.join("a/campaign.json")).unwrap();
+    large.set_len(1 << 40).unwrap();
+    refused(dir, &["report", "a"], &["campaign.json", "need at most 67108864 bytes, got more"]);
+    fs::write(dir.join("a/campaign.json"), plan).unwrap();
+    // The table is made anew from the rows, which alone are believed.
+    let table = dir.join("a/trials.csv");
+    let good = fs::read(&table).unwrap();
+    fs::write(&table, b"whatever\n").unwrap();
+    campaign(dir, &["run", "c.toml", "--out", "a", "--resume"]);
+    assert_eq!(fs::read(&table).unwrap(), good);
 }
 
 /// P-REPORT

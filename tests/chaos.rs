@@ -4,9 +4,14 @@
 
 mod harness;
 
+use std::fs;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::Path;
 use std::time::Duration;
 
-use harness::{Mission, Process, lockstep};
+use harness::{Mission, Process, hopper, lockstep, stderr};
+use rustix::fs::{FlockOperation, flock};
+use rustix::process::Signal;
 use serde_json::Value;
 
 const ROLES: [&str; 4] = ["sim", "perception", "planner", "monitor"];
@@ -90,6 +95,205 @@ fn random_kills_of_every_role_leave_the_digest() {
     }
 }
 
+/// P-CHAOS: kill -9, SIGSTOP and restarts of every role, at crash points and at random, start-up included,
+/// leave the digest as it was, and nothing behind.
+#[test]
+fn a_sample_of_chaos_breaks_no_promise() {
+    let output = hopper(&["chaos", "--faults", "8", "--format", "json"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let answer = harness::json(&output);
+    let roles = answer["roles"].as_array().unwrap();
+    assert_eq!(roles.len(), ROLES.len(), "{answer}");
+    for role in roles {
+        let (faults, recovery) = (role["faults"].as_u64().unwrap(), &role["recovery"]);
+        assert!(faults >= 8 && role["failures"] == 0, "{role}");
+        assert_eq!(role["bound"], 3.0 / faults as f64, "{role}");
+        assert_eq!(
+            role["kinds"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum::<u64>(),
+            faults
+        );
+        assert!(
+            recovery["count"].as_u64().unwrap() <= faults
+                && recovery["p50_ms"].as_f64() <= recovery["p99_ms"].as_f64()
+        );
+    }
+}
+
+/// P-CHAOS-SEED: a promise that breaks ends `hopper chaos` with exit code 1 and the seed.
+#[test]
+fn a_broken_promise_is_told_with_its_seed() {
+    let mut mission = Mission::new("seed");
+    let mut command = mission.hopper(&["chaos", "--faults", "1", "--role", "monitor", "--seed", "71"]);
+    command.env("TMPDIR", mission.path(""));
+    let mut chaos = Process::spawn("chaos", command, &mission.path(""));
+    // Of all processes the one that nobody planned to kill.
+    kill_child(chaos.pid(), "planner");
+    assert_eq!(chaos.code(), 1, "{}", chaos.log());
+    for part in [
+        "seed 71 breaks: nobody but the victim dies",
+        "planner ended by itself",
+        "again: hopper chaos --seed 71 --role monitor --faults 1",
+    ] {
+        assert!(chaos.out().contains(part), "{part:?} is not in {}", chaos.out());
+    }
+    let kept = fs::read_dir(mission.path("")).unwrap().flatten();
+    let kept: Vec<_> = kept.filter(|entry| entry.path().is_dir()).collect();
+    assert!(kept.len() == 1 && kept[0].path().join("planner.log").exists(), "{kept:?}");
+    mission.assert_nothing_left();
+}
+
+/// `hopper doctor WORDS` of the mission's instance: it must do.
+fn doctor(mission: &Mission, words: &[&str]) -> Value {
+    let output = mission
+        .hopper(&["doctor", "--instance", &mission.name, "--format", "json"])
+        .args(words)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    harness::json(&output)
+}
+
+/// What `doctor` tells of as left over, `doctor --clean` removes.
+fn assert_repaired(mission: &Mission, state: &str) {
+    let told = doctor(mission, &[]);
+    let left = told["instances"][0]["leftovers"].as_array().unwrap();
+    assert_eq!(left.is_empty(), mission.instance().traces().unwrap().is_empty(), "{state}: {told}");
+    let cleaned = doctor(mission, &["--clean"]);
+    assert_ne!(cleaned["cleaned"][0]["outcome"], "alive", "{state}");
+    assert_eq!(mission.instance().traces().unwrap(), [] as [std::path::PathBuf; 0], "{state}");
+}
+
+/// Kills all there are, and has what they left repaired.
+fn assert_killed_and_repaired(mission: &Mission, mut processes: Vec<Process>, state: &str) {
+    processes.iter_mut().for_each(Process::kill);
+    drop(processes);
+    assert_repaired(mission, state);
+}
+
+/// P-REPAIR: `doctor --clean` repairs every state that deaths leave behind, at every crash point, in start-up,
+/// half-made and damaged files included, and a mission flies in their place.
+#[test]
+fn the_doctor_repairs_every_state_that_the_dead_leave_behind() {
+    let mut mission = Mission::new("repair");
+    let start = |crash: &str| {
+        let start =
+            |role: &&str| mission.start_with(role, &words(role, "24", "200"), &[("HOPPER_CRASH", crash)]);
+        ROLES.iter().map(start).collect::<Vec<_>>()
+    };
+    // Everybody at once, ever later in the start.
+    for step in 0..12 {
+        let processes = start("");
+        std::thread::sleep(Duration::from_millis(step * 3));
+        assert_killed_and_repaired(&mission, processes, &format!("start-up, {} ms", step * 3));
+        let _ = fs::remove_dir_all(mission.journal());
+    }
+    // One at its crash point, then the others.
+    let points = [
+        hopper_sim::CRASH_POINTS,
+        perception::shell::CRASH_POINTS,
+        planner::shell::CRASH_POINTS,
+        monitor::shell::CRASH_POINTS,
+    ];
+    for (victim, points) in points.into_iter().enumerate() {
+        for point in points {
+            let mut processes = start(point);
+            harness::eventually(point, || processes[victim].has_ended().is_some());
+            assert_killed_and_repaired(&mission, processes, point);
+            let _ = fs::remove_dir_all(mission.journal());
+        }
+    }
+    for (state, make) in DAMAGE {
+        let mut processes = start("");
+        mission.await_decisions(2);
+        processes.iter_mut().for_each(Process::kill);
+        drop(processes);
+        make(&mission);
+        assert_repaired(&mission, state);
+        let _ = fs::remove_dir_all(mission.journal());
+    }
+    let name = mission.name.clone();
+    let fly = ["run", "--instance", &name, "--out", ".", "--seed", "24", "--format", "json"];
+    let output = mission.hopper(&fly).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(harness::json(&output)["digest"], lockstep(&["--seed", "24"])["digest"]);
+    mission.assert_nothing_left();
+}
+
+type Damage = (&'static str, fn(&Mission));
+
+/// States that no death is sure to leave, made by hand.
+const DAMAGE: &[Damage] = &[
+    ("no label", |mission| fs::remove_file(mission.instance().root().join("instance")).unwrap()),
+    ("half a label", |mission| write(&mission.instance().root().join("instance.17"), 0o600)),
+    ("no lock", |mission| fs::remove_file(mission.instance().root().join("presence.lock")).unwrap()),
+    ("no folder", |mission| fs::remove_dir_all(mission.instance().root()).unwrap()),
+    ("an empty folder", |mission| {
+        let root = mission.instance().root().to_path_buf();
+        mission.instance().clean().unwrap();
+        fs::DirBuilder::new().mode(0o700).create(root).unwrap();
+    }),
+    ("half-made files", |mission| {
+        let root = mission.instance().root().to_path_buf();
+        let tag = root.file_name().unwrap().to_str().unwrap();
+        write(&root.with_file_name(format!("{tag}_0123456789.data")), 0o200);
+        write(&root.with_file_name(format!("{tag}_0_1.connection")), 0o200);
+        write(&root.join("services").join("half.service"), 0o600);
+        write(&root.join("nodes").join(format!("{tag}_1.node_monitor_context")), 0o200);
+    }),
+    ("damaged files", |mission| {
+        for path in files(mission.instance().root()) {
+            fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o600)).unwrap();
+            fs::write(&path, b"no such thing").unwrap();
+        }
+    }),
+    ("no services", |mission| fs::remove_dir_all(mission.instance().root().join("services")).unwrap()),
+];
+
+fn write(path: &Path, mode: u32) {
+    fs::OpenOptions::new().write(true).create(true).truncate(true).mode(mode).open(path).unwrap();
+}
+
+/// Plain files below `folder`.
+fn files(folder: &Path) -> Vec<std::path::PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        match entry.file_type().unwrap() {
+            kind if kind.is_dir() => files.extend(self::files(&entry.path())),
+            kind if kind.is_file() => files.push(entry.path()),
+            _ => {}
+        }
+    }
+    files
+}
+
+/// P-REPAIR-LIVE: `doctor --clean` touches nothing of an instance in which everybody is stopped.
+#[test]
+fn the_doctor_leaves_the_stopped_alone() {
+    let mission = Mission::new("stopped");
+    let mut processes = vec![mission.start_slow_sim("25")];
+    processes.extend(mission.start_peers());
+    mission.await_decisions(1);
+    let scaffold = fs::File::open(mission.instance().root().join("scaffold.lock")).unwrap();
+    // Who is stopped with the lock of those who make things keeps out the doctor too.
+    harness::eventually("all to be stopped with nothing half-made", || {
+        processes.iter().for_each(|process| process.signal(Signal::STOP));
+        std::thread::sleep(Duration::from_millis(5));
+        let free = flock(&scaffold, FlockOperation::NonBlockingLockExclusive).is_ok();
+        if !free {
+            processes.iter().for_each(|process| process.signal(Signal::CONT));
+        }
+        flock(&scaffold, FlockOperation::Unlock).unwrap();
+        free
+    });
+    let before = mission.instance().traces().unwrap();
+    assert_eq!(doctor(&mission, &["--clean"])["cleaned"][0]["outcome"], "alive");
+    assert_eq!(mission.instance().traces().unwrap(), before);
+    processes.iter().for_each(|process| process.signal(Signal::CONT));
+    let sim = mission.hurry(processes.remove(0), "25");
+    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "25"])["digest"]);
+    processes.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
+}
+
 /// P-RESTART: `hopper run` restarts what dies.
 #[test]
 fn hopper_run_restarts_whatever_dies() {
@@ -124,7 +328,8 @@ fn a_crash_looping_planner_is_given_up_and_the_hopper_holds() {
     let mut mission = Mission::new("loop");
     let name = mission.name.clone();
     let mut command = mission.hopper(&["run", "--instance", &name, "--out", ".", "--patience", "1s"]);
-    command.env("HOPPER_CRASH", "planner.map_received");
+    // It has the map, be it from patches or pages, and dies before it has commanded.
+    command.env("HOPPER_CRASH", "planner.planned");
     let mut run = Process::spawn("run", command, &mission.path(""));
     assert_eq!(run.code(), 1, "{}", run.log());
     let told = run.log().matches("the hopper holds").count();

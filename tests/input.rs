@@ -16,7 +16,10 @@ fn refuses(words: &[&str], code: i32, says: &[&str]) {
         assert!(text.contains(part), "{words:?} does not say {part:?}: {text}");
     }
     assert!(!text.contains("panicked"), "{words:?}: {text}");
-    assert!(text.lines().count() <= 12, "{words:?} is not one clear error: {text}");
+    assert!(
+        text.lines().count() <= 12 && text.len() < 3000,
+        "{words:?} is not one clear error: {text:.3000}"
+    );
 }
 
 /// P-FLAGS: flags.
@@ -55,6 +58,53 @@ fn bad_scenarios_are_refused_by_name() {
     refuses(&["scenario", "check", path], 2, &["bad.toml"]);
 }
 
+/// P-SCENARIO-LIMITS: what is too long, too deep, too much or without end is refused by name before memory or
+/// time goes into it.
+#[test]
+fn scenarios_beyond_a_limit_are_refused_by_the_limits_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("bad.toml");
+    let path = file.to_str().unwrap();
+    let good = include_str!("../scenarios/hard.toml");
+    let hills = format!("raised_m = [{}]", "[1,6],".repeat(1001));
+    let nested = format!("name = {}", "[".repeat(100_000));
+    let rectangles = format!("[truth.sand]\nrectangles = [{}]\n[brief]", "{x=[0,1],y=[0,1]},".repeat(1001));
+    let treasures = format!("[truth]\ntreasures = [{}]\n[truth.terrain", "[3,3],".repeat(17));
+    for (from, to, says) in [
+        (
+            "raised_m = [[1, 6], [5, 0], [5, 20], [7, 14], [8, 8]]",
+            hills.as_str(),
+            "need at most 1000 hills, got 1004",
+        ),
+        ("width_cells = 20", "width_cells = 1025", "sides of 1 to 1024 cells"),
+        ("width_cells = 20", "width_cells = 4294967296", "width_cells"),
+        ("cell_size_m = 1.0", "cell_size_m = 1e-9", "need a hop of a whole number of cells"),
+        ("name = \"hard\"", nested.as_str(), "max recursion depth"),
+        ("[brief]", rectangles.as_str(), "truth.sand.rectangles: need at most 1000, got 1001"),
+        ("[truth.terrain", treasures.as_str(), "truth.treasures: need at most 16 cells, got 17"),
+        ("steps_max = 150", "steps_max = 4294967297", "brief.steps_max needs 1 to 4294967296"),
+        (
+            "decision_budget_ms = 600",
+            "decision_budget_ms = 1e13",
+            "limits.decision_budget_ms: need 0 to 1e12 ms",
+        ),
+    ] {
+        let text = good.replace(from, to);
+        assert_ne!(text, good, "{from}");
+        std::fs::write(&file, text).unwrap();
+        refuses(&["scenario", "check", path], 2, &[says]);
+    }
+    std::fs::File::create(&file).unwrap().set_len(1 << 40).unwrap();
+    for words in [
+        &["scenario", "check", path][..],
+        &["run", "--lockstep", "--scenario", path],
+        &["sim", "--scenario", path],
+    ] {
+        refuses(words, 2, &["bad.toml: need at most 1048576 bytes, got more"]);
+    }
+    refuses(&["scenario", "check", "/dev/zero"], 2, &["/dev/zero: need at most 1048576 bytes, got more"]);
+}
+
 #[test]
 fn a_log_filter_that_is_none_is_named_and_a_wait_names_who_lives() {
     let words = ["topic", "list", "--instance", "nobody-home", "--wait", "50ms"];
@@ -82,6 +132,13 @@ fn bad_elevation_models_are_refused_by_name() {
     let huge = b"ncols 99999999\nnrows 99999999\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n";
     refuses(&["terrain", "check", &write("huge.asc", huge)], 2, &["huge.asc"]);
     refuses(&["run", "--lockstep", "--scenario", "mars", "--dem", "no/such.tif"], 2, &["no/such.tif"]);
+    // What is no file might never open, or never end.
+    let pipe = dir.path().join("pipe.tif");
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, rustix::fs::Mode::RWXU, 0)
+        .unwrap();
+    for path in [pipe.to_str().unwrap(), dir.path().to_str().unwrap(), "/dev/zero"] {
+        refuses(&["terrain", "check", path], 2, &[path, "file: need a regular one"]);
+    }
 }
 
 /// P-OUT: an output folder that cannot be made.

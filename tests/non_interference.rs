@@ -3,13 +3,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use contract::limits::TREASURES_MAX;
-use contract::{Action, MonotonicNs, Name, Pose, Record, Soil};
+use std::collections::BTreeSet;
+
+use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
+use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil};
 use hopper::lockstep::{self, Crew};
 use hopper::simulate::chance::Chance;
 use hopper::simulate::setup;
 use hopper_sim::{Mission, ROBOT};
 use perception::Observation;
+use scenario::Scenario;
 
 fn fly(mission: &Mission, planner: &str) -> Vec<Record> {
     let mut records = Vec::new();
@@ -54,17 +57,27 @@ fn decided(record: &Record) -> (Action, u64, u64) {
     (record.action, record.observation, record.work)
 }
 
-/// Pairs of truths flown with `planner`: how many there were, in how many the missions differ at all, and
-/// in how many they differ by what was decided before the difference could be seen.
-fn pairs(planner: &str, worlds: u64) -> (u64, u64, u64) {
-    let (mut flown, mut differ, mut leaked) = (0, 0, 0);
-    for seed in 0..worlds {
-        let mission = setup::mission(seed, 0);
-        let records = fly(&mission, planner);
-        let mut chance = Chance::new(seed, "elsewhere");
+/// Pairs of truths flown with a planner.
+#[derive(Debug, Default)]
+struct Pairs {
+    flown: u64,
+    /// In how many the missions differ at all.
+    differ: u64,
+    /// In how many they differ by what was decided before the difference could be seen.
+    leaked: u64,
+    /// In how many treasures lie elsewhere.
+    treasures: u64,
+    profiles: BTreeSet<Profile>,
+}
+
+impl Pairs {
+    /// Flies `mission` with `planner`, and it thrice on ground that differs where nothing was seen.
+    fn fly(&mut self, mission: &Mission, planner: &str, chance: &mut Chance) {
+        let records = fly(mission, planner);
         for _ in 0..3 {
             let through = chance.below(records.len() as u64) as usize;
-            let others = fly(&elsewhere(&mission, &records, through, &mut chance), planner);
+            let other = elsewhere(mission, &records, through, chance);
+            let others = fly(&other, planner);
             // The commands of decisions 0 to `through`, and all that became of those before it.
             let commands =
                 |records: &[Record]| records.iter().map(decided).take(through + 1).collect::<Vec<_>>();
@@ -73,26 +86,73 @@ fn pairs(planner: &str, worlds: u64) -> (u64, u64, u64) {
             let poses = |records: &[Record]| -> Vec<Pose> {
                 records.iter().map(|record| record.pose).take(through).collect()
             };
-            flown += 1;
-            leaked += u64::from(!same || poses(&records) != poses(&others));
-            differ += u64::from(records.last().unwrap().digest != others.last().unwrap().digest);
+            self.flown += 1;
+            self.leaked += u64::from(!same || poses(&records) != poses(&others));
+            self.differ += u64::from(records.last().unwrap().digest != others.last().unwrap().digest);
+            self.treasures += u64::from(mission.terrain.treasures != other.terrain.treasures);
+            self.profiles.insert(mission.brief.profile);
         }
     }
-    (flown, differ, leaked)
+
+    /// Over the small worlds of the simulation.
+    fn small(planner: &str, worlds: u64) -> Self {
+        let mut pairs = Self::default();
+        for seed in 0..worlds {
+            pairs.fly(&setup::mission(seed, 0), planner, &mut Chance::new(seed, "elsewhere"));
+        }
+        pairs
+    }
 }
 
-/// P-UNSEEN-IDLE.
+/// P-UNSEEN-IDLE: both profiles, treasures elsewhere too.
 #[test]
 fn what_has_not_been_seen_changes_no_decision_of_any_planner() {
     for planner in planner::ALGORITHMS {
-        let (flown, differ, leaked) = pairs(planner, 120);
-        assert_eq!(leaked, 0, "{planner}: {leaked} of {flown} pairs");
-        assert!(differ > flown / 10 || *planner == "hold", "{planner}: {differ} of {flown} ever differ");
+        let pairs = Pairs::small(planner, 120);
+        assert_eq!(pairs.leaked, 0, "{planner}: {pairs:?}");
+        assert!(pairs.differ > pairs.flown / 10 || *planner == "hold", "{planner}: {pairs:?}");
+        assert!(pairs.treasures > pairs.flown / 2, "{planner}: {pairs:?}");
+        assert_eq!(pairs.profiles.len(), Profile::ALL.len(), "{planner}: {pairs:?}");
+    }
+}
+
+/// Ground so wide that a landing is told in several patches.
+fn wide(profile: Profile, seed: u64) -> Mission {
+    let text = format!(
+        "[truth]\ntreasures = [[30, 21], [60, 60]]\n[truth.terrain.random_hills]\nwidth_cells = 80\nheight_cells = 80\n\
+         cell_size_m = 1.0\nseed = {seed}\nhills = 60\nsigma_m = [2.0, 6.0]\namplitude_m = [0.05, 0.4]\n\
+         [truth.sand]\nrectangles = [{{ x = [26, 30], y = [0, 40] }}]\n\
+         [brief]\nname = \"wide\"\nprofile = \"{profile}\"\nstart = [20, 20]\ngoal = [70, 66]\n\
+         [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 44\n"
+    );
+    let world = Scenario::parse(&text, "wide").and_then(|scenario| scenario.resolve()).unwrap();
+    Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed }
+}
+
+/// P-UNSEEN-WIDE
+#[test]
+fn what_has_not_been_seen_changes_no_decision_on_ground_told_in_many_patches() {
+    for planner in planner::ALGORITHMS {
+        let mut pairs = Pairs::default();
+        for (seed, profile) in (1..=2).flat_map(|seed| Profile::ALL.map(|profile| (seed, profile))) {
+            let mission = wide(profile, seed);
+            let mut first = Observation::unseen(&mission.brief, ROBOT);
+            let height_m = mission.terrain.ground(mission.brief.start).unwrap().height_m;
+            let start = Pose { cell: mission.brief.start, height_m };
+            first.fold(&mission.brief, &mission.terrain, start, contract::Decision(0));
+            let mut chance = Chance::new(seed, "wide");
+            pairs.fly(&mission, planner, &mut chance);
+            let seen = first.map().seen_cells();
+            assert!(seen > MAP_PATCH_CELLS && seen < mission.brief.grid.cells() / 2, "{seen} cells");
+        }
+        assert_eq!(pairs.leaked, 0, "{planner}: {pairs:?}");
+        assert!(pairs.treasures > 0 && pairs.profiles.len() == 2, "{planner}: {pairs:?}");
+        assert!(pairs.differ > 0 || *planner == "hold", "{planner}: {pairs:?}");
     }
 }
 
 #[test]
 fn a_planner_that_sees_the_truth_is_found_out() {
-    let (flown, _, leaked) = pairs(planner::CLAIRVOYANT, 40);
-    assert!(leaked > 0, "none of {flown} pairs");
+    let pairs = Pairs::small(planner::CLAIRVOYANT, 40);
+    assert!(pairs.leaked > 0, "{pairs:?}");
 }

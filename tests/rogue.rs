@@ -1,4 +1,4 @@
-//! A rogue process writes what it should not beside a real mission: it is refused, counted, and moves nothing.
+//! A rogue process writes what it should not beside a real mission: refused, counted, it moves nothing.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -6,12 +6,18 @@ mod harness;
 
 use std::time::Duration;
 
-use contract::wire::{CommandV1, HeartbeatV1, MapPatchV1, SeenCellV1};
+use bytemuck::Zeroable;
+use contract::wire::{
+    BriefV2, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    SeenCellV1, StateV2, TruthRequestV1,
+};
 use contract::{
     Action, Brief, Command, Decision, Direction, Ground, Heartbeat, Incarnation, MapPage, MapPatch,
-    MapRequest, MonotonicNs, Name, ObservedMap, RobotId, Role, SeenCell, State, Status,
+    MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Refusal, RobotId, Role, SeenCell, State, Status,
+    TruthRequest,
 };
 use harness::{Mission, Process, eventually, lockstep};
+use hostile::{extremes, specimen};
 use node::{CommandWriter, Instance, Node, StateReader};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -220,7 +226,7 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
         role: Role::Monitor,
         incarnation: Incarnation(0xbad),
         pid: std::process::id(),
-        version: "9.9.9".parse().unwrap(),
+        version: node::version(),
         planner: Name::NONE,
         counter: 1,
         run: state.run,
@@ -252,6 +258,73 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     for peer in &mut peers {
         assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
     }
+}
+
+/// P-OLD-PLANNER: a planner of an older release, whose build did not know how to refuse, is told with both
+/// versions, and not heard, though its commands would be in turn.
+#[test]
+fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
+    let mission = Mission::new("older");
+    let mut sim = mission.start_slow_sim("44");
+    let perception = mission.start("perception", &[]);
+    let mut leader = mission.start("planner", &[]);
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+    // Nobody commands any more: whoever asks for the next term would have it.
+    leader.kill();
+    let mut due = state;
+    eventually("the last hop to land", || {
+        rogue.node.wait(Duration::from_millis(5));
+        due = rogue.states.drain().map(Result::unwrap).last().unwrap_or(due);
+        mission.decisions() == due.decision.0
+    });
+    let beats = rogue.node.heartbeat_writer().unwrap();
+    let beat = |counter| {
+        HeartbeatV1::from(&Heartbeat {
+            role: Role::Planner,
+            incarnation: Incarnation(0xbad),
+            pid: std::process::id(),
+            version: "0.0.9".parse().unwrap(),
+            planner: "rogue".parse().unwrap(),
+            counter,
+            run: due.run,
+            decision: due.decision,
+            status: Status::Underway,
+        })
+    };
+    let told = format!(
+        "planner (process {}) is of version 0.0.9, this process is of {}",
+        std::process::id(),
+        node::version()
+    );
+    let mut counter = 0;
+    for process in [&sim, &perception] {
+        eventually("the older release to be told", || {
+            counter += 1;
+            beats.publish_wire(beat(counter)).unwrap();
+            process.log().contains(&told)
+        });
+    }
+    let command = Rogue::command(&due);
+    rogue.send([CommandV1 { term: due.leader.term.0 + 1, ..command }]);
+    // Three states later nothing has moved.
+    for _ in 0..3 {
+        let mut told = None;
+        eventually("the state to be told again", || {
+            rogue.node.wait(Duration::from_millis(5));
+            told = rogue.states.drain().map(Result::unwrap).last();
+            told.is_some()
+        });
+        assert_eq!(told.unwrap().decision, due.decision);
+    }
+    drop(beats);
+    let mut heir = mission.start("planner", &[]);
+    heir.await_log("in command");
+    let summary = stop(&mut sim);
+    assert_eq!(summary["refusals"]["malformed"], 1, "{summary}");
+    drop(rogue);
+    assert_nothing_moved(&mission, "44");
+    assert_eq!(heir.code(), 0, "{}", heir.log());
 }
 
 /// The first patch of a mission, as perception might write it: a planner would decide on it.
@@ -297,8 +370,8 @@ fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
     }
 }
 
-/// P-ROGUE-MAP: patches and pages of NaN, off the map, out of sequence or that do not add up are refused by
-/// every reader, and the mission goes on.
+/// P-ROGUE-MAP: patches and pages of NaN, off the map or that do not add up are refused by every reader, patches
+/// out of sequence are cleared up by pages, and the mission goes on.
 #[test]
 fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mission = Mission::new("nan");
@@ -363,19 +436,174 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     }
 }
 
-/// P-ONE-MAP: beside a perception nobody else can write the map: the topic has one writer.
+/// P-ONE-MAP: beside the crew nobody else can write the brief, the state or the map, nor serve the past, the truth or
+/// the snapshot: each has one writer.
 #[test]
-fn a_second_writer_of_the_map_is_refused_by_name() {
+fn a_second_writer_of_what_has_one_is_refused_by_name() {
     let mission = Mission::new("maps");
     let _sim = mission.start_slow_sim("45");
     let _peers = mission.start_peers();
     mission.await_decisions(1);
-    let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-    let error = node.map_writer(ROBOT).unwrap_err().to_string();
-    assert!(error.contains("hop/r0/map") && error.contains("publish"), "{error}");
-    // So it is for all that hopper-sim alone writes.
-    let error = node.state_writer(ROBOT).unwrap_err().to_string();
-    assert!(error.contains("hop/r0/state"), "{error}");
+    let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+    let refusals = [
+        ("hop/brief", node.brief_writer().err()),
+        ("hop/r0/state", node.state_writer(ROBOT).err()),
+        ("hop/r0/map", node.map_writer(ROBOT).err()),
+        ("hop/past", node.past_server().err()),
+        ("truth/terrain", node.truth_server().err()),
+        ("hop/r0/snapshot", node.snapshot_server(ROBOT).err()),
+    ];
+    for (service, error) in refusals {
+        let error = error.unwrap_or_else(|| panic!("{service} takes a second writer")).to_string();
+        assert!(error.contains(service), "{error}");
+    }
     let decisions = mission.decisions();
     mission.await_decisions(decisions + 1);
+}
+
+/// Waits until hopper-sim has read everything that was sent until now; how many `markers` that took. A marker
+/// repeats a decision that is taken, so that the state is published again; between two publications hopper-sim
+/// reads its commands at least once.
+fn settle(rogue: &mut Rogue, marker: CommandV1) -> u64 {
+    rogue.states.drain().for_each(drop);
+    let (mut markers, mut heard) = (0, 0);
+    while heard < 2 {
+        rogue.send([marker]);
+        markers += 1;
+        eventually("hopper-sim to go round", || {
+            rogue.node.wait(Duration::from_millis(2));
+            let states = rogue.states.drain().count();
+            heard += states;
+            states > 0
+        });
+    }
+    markers
+}
+
+/// P-ROGUE-EXTREMES: every field of every message that a rogue can send beside a crew (commands, heartbeats,
+/// policies, requests of all three kinds) at every extreme moves nothing, and hopper-sim counts what it refuses.
+#[test]
+fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
+    let mission = Mission::new("extremes");
+    let mut sim = mission.start_slow_sim("46");
+    let mut peers = mission.start_peers();
+    let mut rogue = Rogue::new(&mission);
+    let state = rogue.landing();
+
+    // Under the term in force, which the rogue does not hold; fewer at a time than a queue holds.
+    let commands = extremes::of(&Rogue::command(&state));
+    let marker = CommandV1 { decision: 0, ..Rogue::command(&state) };
+    let mut markers = 0;
+    for some in commands.chunks(6) {
+        rogue.send(some.iter().copied());
+        markers += settle(&mut rogue, marker);
+    }
+    let malformed =
+        |refusal: Option<Refusal>| usize::from(refusal.is_some_and(|why| why.reason() == "malformed"));
+    let malformed_commands =
+        commands.iter().map(|wire| malformed(Command::try_from(wire).err())).sum::<usize>();
+    let mut need = malformed_commands;
+
+    let honest = Heartbeat {
+        role: Role::Monitor,
+        incarnation: Incarnation(0xbad),
+        pid: std::process::id(),
+        version: "0.1.0".parse().unwrap(),
+        planner: Name::NONE,
+        counter: 1,
+        run: state.run,
+        decision: state.decision,
+        status: Status::Underway,
+    };
+    let beats = extremes::of(&HeartbeatV1::from(&honest));
+    let writer = rogue.node.heartbeat_writer().unwrap();
+    for some in beats.chunks(8) {
+        some.iter().for_each(|beat| writer.publish_wire(*beat).unwrap());
+        markers += settle(&mut rogue, marker);
+    }
+    need += beats.iter().map(|beat| malformed(Heartbeat::try_from(beat).err())).sum::<usize>();
+
+    let (run, robot) = (state.run, ROBOT);
+    let mut past = rogue.node.past_client().unwrap();
+    for wire in extremes::of(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(0) })) {
+        past.request_wire(wire).unwrap();
+        let wrong = malformed(PastRequest::try_from(&wire).err());
+        markers += if wrong > 0 { settle(&mut rogue, marker) } else { 0 };
+        need += wrong;
+    }
+    let mut truth = rogue.node.truth_client().unwrap();
+    for wire in extremes::of(&TruthRequestV1::from(&TruthRequest { run, from: 0 })) {
+        truth.request_wire(wire).unwrap();
+    }
+    // Perception answers these.
+    let mut snapshot = rogue.node.snapshot_client(robot).unwrap();
+    for wire in extremes::of(&MapRequestV1::from(&MapRequest { run, robot, from: 0, observation: 1 })) {
+        snapshot.request_wire(wire).unwrap();
+    }
+    // Nobody acts upon a policy.
+    let policies = rogue.node.policy_writer(robot, 4).unwrap();
+    let (header, cell) = (PolicyHeaderV1::zeroed(), PolicyCellV1 { value: 1.0, action: 1, reserved: 0 });
+    extremes::of(&header).iter().for_each(|header| policies.publish_wire(header, 1, |_| cell).unwrap());
+    extremes::of(&cell).iter().for_each(|cell| policies.publish_wire(&header, 4, |_| *cell).unwrap());
+
+    for process in peers.iter_mut().chain([&mut sim]) {
+        assert!(process.has_ended().is_none(), "{} ended: {}", process.role, process.log());
+    }
+    drop((writer, past, truth, snapshot, policies, rogue));
+    let decisions = mission.decisions();
+    mission.await_decisions(decisions + 1);
+    let summary = stop(&mut sim);
+    let refusals = &summary["refusals"];
+    assert_eq!(refusals["malformed"], need, "{refusals}");
+    let counted: u64 = refusals.as_object().unwrap().values().filter_map(Value::as_u64).sum();
+    // The planner in command repeats itself when its command crosses the landing.
+    assert!(
+        counted >= (commands.len() + need - malformed_commands) as u64 + markers,
+        "{markers} markers: {refusals}"
+    );
+    assert_nothing_moved(&mission, "46");
+    for peer in &mut peers {
+        assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
+    }
+}
+
+/// P-ROGUE-SIM: a rogue in hopper-sim's place, that tells every field of brief and state at every extreme, ends nobody;
+/// its successor flies the mission.
+#[test]
+fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
+    let mission = Mission::new("impostor");
+    let mut peers = mission.start_peers();
+    peers.iter().for_each(|peer| peer.await_log("joined"));
+    let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+    let (briefs, states) = (node.brief_writer().unwrap(), node.state_writer(ROBOT).unwrap());
+    let (brief, flown) = (specimen::brief(), specimen::flown().1);
+    let pause = || std::thread::sleep(Duration::from_millis(1));
+    for wire in extremes::of(&BriefV2::from(&brief)) {
+        // A grid that is another's takes room in shared memory, which is not what this is about.
+        if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
+            continue;
+        }
+        briefs.publish_wire(wire).unwrap();
+        pause();
+    }
+    briefs.publish(&brief).unwrap();
+    for state in [&flown[0], &flown[1]] {
+        for wire in extremes::of(&StateV2::from(state)) {
+            states.publish_wire(wire).unwrap();
+            pause();
+        }
+    }
+    for peer in &mut peers {
+        assert!(peer.has_ended().is_none(), "{} ended: {}", peer.role, peer.log());
+    }
+    for peer in &peers[..2] {
+        peer.await_log("refused a message");
+    }
+    drop((briefs, states, node));
+    let mut sim = mission.start("sim", &["--seed", "47"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "47"])["digest"]);
+    for peer in &mut peers {
+        assert_eq!(peer.code(), 0, "{}: {}", peer.role, peer.log());
+    }
 }

@@ -5,10 +5,12 @@
 mod harness;
 
 use harness::{Mission, hopper, json, lockstep, stderr};
+use hopper_sim::History;
 
 const WORDS: [&str; 4] = ["--scenario", "wide", "--seed", "3"];
 
-/// P-WIDE: over 200 x 200 cells four processes have the digest of lockstep, and tell where the time of each step went.
+/// P-WIDE: over 200 x 200 cells four processes have the digest of lockstep, and tell where the time of each
+/// step went.
 #[test]
 fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     let mut mission = Mission::new("wide");
@@ -35,13 +37,22 @@ fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     let mut lines = text.lines();
     let headings: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| headings.iter().position(|heading| *heading == name).unwrap();
+    let journal = History::open(&mission.path("out/journal")).unwrap();
+    let mut records = journal.records();
     let mut decisions = 0;
     for line in lines {
+        let moments = records.next().unwrap().unwrap().timing.moments();
+        assert!(moments.is_sorted(), "nobody began anew: {moments:?}");
         let cells: Vec<&str> = line.split(',').collect();
         assert_eq!((cells.len(), cells[0]), (headings.len(), decisions.to_string().as_str()));
         let us = |name: &str| cells[column(name)].parse::<f64>().unwrap();
-        let stages = ["state_us", "sense_us", "map_us", "deliver_us", "plan_us", "command_us"];
-        assert!((stages.map(us).iter().sum::<f64>() - us("landing_to_command_us")).abs() < 0.01, "{line}");
+        let stages = ["state", "sense", "map", "deliver", "plan", "command", "commit"];
+        for (stage, moments) in stages.iter().zip(moments.windows(2)) {
+            let need = moments[1].since_ns(moments[0]) as f64 / 1e3;
+            assert_eq!(us(&format!("{stage}_us")), need, "{stage}: {line}");
+        }
+        let [landed, .., accepted, _] = moments;
+        assert_eq!(us("landing_to_command_us"), accepted.since_ns(landed) as f64 / 1e3, "{line}");
         assert!(us("landing_to_command_us") > 0.0 && us("plan_us") > 0.0, "{line}");
         decisions += 1;
     }
@@ -52,8 +63,8 @@ fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     mission.assert_nothing_left();
 }
 
-/// P-WIDE-LATE: planners that come late, and a perception that is killed, hold the whole map again before anybody
-/// decides: the digest is that of lockstep.
+/// P-WIDE-LATE: planners that come late, and a perception that is killed, hold the whole map again before
+/// anybody decides: the digest is that of lockstep.
 #[test]
 fn late_planners_and_a_killed_perception_leave_the_digest_of_a_wide_world() {
     let mission = Mission::new("wide-late");

@@ -35,8 +35,8 @@ const LATE_COMER_NS: u64 = 250_000_000;
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
-/// How long a peer may go on beating without knowing the run before it is told again, nanoseconds: truth
-/// and brief are published once, and what is missed of them would be missed for ever.
+/// How long a peer may go on beating without knowing the run before it is told again, nanoseconds: the brief
+/// is published once, and whoever missed it would miss it for ever.
 pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
 /// What the arbiter is told.
@@ -50,6 +50,8 @@ pub enum Event {
     AppendFailed,
     /// A peer's heartbeat came.
     Heartbeat(Heartbeat),
+    /// A message that is no command was malformed: it is counted, and nothing else.
+    Refused(Refusal),
     /// Time has passed; the first publishes the state, and is the landing it tells of.
     Tick,
 }
@@ -59,7 +61,7 @@ pub enum Event {
 pub enum Effect {
     /// Append this record, then answer [`Event::Appended`] or [`Event::AppendFailed`].
     Append(Record),
-    /// Publish truth and brief again: a peer does not know of this run.
+    /// Publish the brief again: a peer does not know of this run.
     Announce,
     /// Publish this state.
     Publish(State),
@@ -193,6 +195,7 @@ impl Arbiter {
                 };
                 self.phase = Phase::Unwritten(record);
             }
+            Event::Refused(refusal) => self.refusals.count(&refusal),
             Event::Heartbeat(beat) => {
                 self.roster.observe(beat, now);
                 effects.extend(self.announce(&beat, now));
@@ -410,7 +413,7 @@ impl Arbiter {
         Effect::Publish(self.state)
     }
 
-    /// Truth and brief again, if a peer has not known of the run for long. One is looked after at a time.
+    /// The brief again, if a peer has not known of the run for long. One is looked after at a time.
     fn announce(&mut self, beat: &Heartbeat, now: MonotonicNs) -> Option<Effect> {
         let knows = beat.run == self.state.run || beat.role == Role::HopperSim;
         let (looked_after, since) = *self.stranger.get_or_insert((beat.incarnation, now));

@@ -5,7 +5,7 @@
 /// The journal is open, its header written if the run is new; nobody has heard of this life yet.
 pub const JOURNAL_OPENED: &str = "sim.journal_opened";
 
-/// Truth and brief are published, the state is not.
+/// The brief is published, the state is not.
 pub const JOINED: &str = "sim.joined";
 
 /// A command is accepted, its outcome drawn, its record about to be written. A life that ends here

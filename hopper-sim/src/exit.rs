@@ -17,6 +17,7 @@ impl JournalError {
             | JournalError::BadHeader { .. }
             | JournalError::Mismatch { .. }
             | JournalError::Corrupt { .. }
+            | JournalError::TornTooMuch { .. }
             | JournalError::Undecodable { .. }
             | JournalError::OutOfOrder { .. }
             | JournalError::BrokenChain { .. } => Exit::Usage,

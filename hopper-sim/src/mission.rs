@@ -1,6 +1,6 @@
 //! What the arbiter executes: a brief, the true terrain under it, the seed of its draws.
 
-use contract::{Brief, Digest, RobotId, Status};
+use contract::{Brief, Digest, RobotId, Status, TruthPage, TruthRequest};
 use terrain::Terrain;
 
 /// The only robot of a hopper mission.
@@ -22,6 +22,22 @@ impl Mission {
     #[must_use]
     pub fn genesis(&self) -> Digest {
         genesis(&self.brief, self.seed)
+    }
+
+    /// The page of the truth that answers `request`, of at most `cells_max` cells; `None` if another run's is
+    /// asked for.
+    #[must_use]
+    pub fn truth_page(&self, request: &TruthRequest, cells_max: usize) -> Option<TruthPage> {
+        let (run, terrain) = (self.brief.run, &self.terrain);
+        let from = (request.from as usize).min(terrain.cells.len());
+        let until = (from + cells_max).min(terrain.cells.len());
+        (request.run == run).then(|| TruthPage {
+            run,
+            grid: terrain.grid,
+            from: from as u32,
+            cells: terrain.cells[from..until].to_vec(),
+            treasures: terrain.treasures.clone(),
+        })
     }
 }
 

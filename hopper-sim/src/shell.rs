@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
-    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, RobotId, Role, Roster, Status,
-    TruthPage, TruthRequest,
+    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, Refusal, RobotId, Role, Roster,
+    Status, TruthRequest,
 };
-use node::peer::{Patience, TICK, accept, refuse};
+use node::peer::{Builds, Patience, TICK, refuse};
 use node::{
     BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter, TruthServer,
     crash_point,
@@ -175,6 +175,7 @@ struct Service {
     journal: Journal,
     summary: SummaryBuilder,
     roster: Roster,
+    builds: Builds,
     /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
     lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
     states: StateWriter,
@@ -200,7 +201,7 @@ impl Service {
         }
         let brief = Brief { run: journal.header().run(), ..world.brief };
         let robot = RobotId(0);
-        Room::of(brief.grid.cells(), brief.robots)?.check()?;
+        Room::of(brief.grid.cells(), brief.robots)?.check(instance)?;
         let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
         if args.lifeline {
             node.hold_lifeline();
@@ -226,6 +227,7 @@ impl Service {
             journal,
             summary,
             roster: Roster::default(),
+            builds: Builds::default(),
             lives: BTreeMap::new(),
             assembled: false,
             holding: false,
@@ -248,19 +250,27 @@ impl Service {
     }
 
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
-        let mut patience = Patience::new(args.wait);
+        let mut patience = Patience::new(args.wait, self.node.instance());
         loop {
             self.node.wait(self.timeout());
             if self.node.stop_requested().is_some() {
                 return Ok(Exit::Interrupted);
             }
-            while let Some(command) = self.commands.receive() {
+            for command in self.commands.drain().collect::<Vec<_>>() {
+                let command = command.and_then(|command| match self.builds.refuse(command.incarnation) {
+                    Some(refusal) => Err(refusal),
+                    None => Ok(command),
+                });
                 self.feed(Event::Command(command))?;
             }
             for beat in self.node.heartbeats() {
-                if let Some(beat) = accept(Some(beat)) {
-                    self.meet(&beat);
-                    self.feed(Event::Heartbeat(beat))?;
+                match beat {
+                    Ok(beat) if self.builds.admit(&beat) => {
+                        self.meet(&beat);
+                        self.feed(Event::Heartbeat(beat))?;
+                    }
+                    Ok(_) => {}
+                    Err(refusal) => self.refused(refusal)?,
                 }
             }
             if self.is_assembled() {
@@ -279,9 +289,12 @@ impl Service {
                 page.records.retain(|record| record.decision < due);
                 Some(page)
             })?;
-            refusals.iter().for_each(refuse);
             let Self { truths, arbiter, .. } = self;
-            truths.serve(|request| truth_page(arbiter.mission(), request))?.iter().for_each(refuse);
+            let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
+            let of_truth = truths.serve(page)?;
+            for refusal in refusals.into_iter().chain(of_truth) {
+                self.refused(refusal)?;
+            }
             self.states.idle()?;
             self.briefs.idle()?;
             let state = *self.arbiter.state();
@@ -292,6 +305,12 @@ impl Service {
             let now = Node::now();
             patience.check(self.waits_for(now), now)?;
         }
+    }
+
+    /// Tells of a malformed message, and counts it.
+    fn refused(&mut self, refusal: Refusal) -> Result<(), Failure> {
+        refuse(&refusal);
+        self.feed(Event::Refused(refusal))
     }
 
     /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
@@ -386,18 +405,4 @@ impl Service {
         summary.processes = std::iter::once(own).chain(heard).collect();
         summary
     }
-}
-
-/// The truth from an index on; `None` if another run's is asked for.
-fn truth_page(mission: &Mission, request: &TruthRequest) -> Option<TruthPage> {
-    let (run, terrain) = (mission.brief.run, &mission.terrain);
-    let from = (request.from as usize).min(terrain.cells.len());
-    let until = (from + TRUTH_PAGE_CELLS).min(terrain.cells.len());
-    (request.run == run).then(|| TruthPage {
-        run,
-        grid: terrain.grid,
-        from: from as u32,
-        cells: terrain.cells[from..until].to_vec(),
-        treasures: terrain.treasures.clone(),
-    })
 }

@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
     let mut watcher = Watcher::new(robot);
     let mut display = Display::on_stderr();
-    let mut attendance = Attendance::new(&args.peer);
+    let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
         node.wait(if past.is_waiting() { TICK } else { PERIOD });
         if node.stop_requested().is_some() {
@@ -56,7 +56,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         let mut events: Vec<Event> = Vec::new();
         for beat in node.heartbeats() {
-            beat.iter().for_each(|beat| attendance.hear(beat));
+            if beat.as_ref().is_ok_and(|beat| !attendance.hear(beat)) {
+                continue;
+            }
             events.push(heard(beat, Event::Heartbeat));
         }
         events.extend(briefs.newest().map(|brief| heard(brief, Event::Brief)));

@@ -8,7 +8,7 @@
 //! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
 //! one before it ended.
 
-use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN};
+use contract::limits::{ASK_AGAIN_NS, MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
     Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage,
     PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, TruthPage, TruthRequest,
@@ -56,6 +56,8 @@ pub enum Effect {
 #[derive(Debug)]
 pub struct Cartographer {
     robot: RobotId,
+    /// Most cells of a patch.
+    patch_cells: usize,
     brief: Option<Brief>,
     terrain: Option<(RunId, Terrain)>,
     gathering: Gathering,
@@ -63,6 +65,8 @@ pub struct Cartographer {
     observation: Option<Observation>,
     /// Poses 0..folded are in the map.
     folded: u64,
+    /// The record of the past that was asked for last, and when.
+    asked: Option<(Decision, MonotonicNs)>,
     /// The decision whose landing is published; its map has its moment of sensing.
     stamped: Option<Decision>,
     published: Option<MonotonicNs>,
@@ -75,16 +79,32 @@ impl Cartographer {
     pub fn new(robot: RobotId) -> Self {
         Self {
             robot,
+            patch_cells: MAP_PATCH_CELLS,
             brief: None,
             terrain: None,
             gathering: Gathering::default(),
             state: None,
             observation: None,
             folded: 0,
+            asked: None,
             stamped: None,
             published: None,
             finished: false,
         }
+    }
+
+    /// The same, publishing patches of at most `cells` cells: small ones make several of a landing on a small
+    /// map. All lives of perception in a run need the same.
+    ///
+    /// # Panics
+    /// If that is none, or more than [`MAP_PATCH_CELLS`].
+    #[must_use]
+    pub fn with_patches_of(self, cells: usize) -> Self {
+        assert!(
+            (1..=MAP_PATCH_CELLS).contains(&cells),
+            "a patch has 1 to {MAP_PATCH_CELLS} cells, not {cells}"
+        );
+        Self { patch_cells: cells, ..self }
     }
 
     /// Takes note of `event` at `now` and says what is to be done.
@@ -262,8 +282,10 @@ impl Cartographer {
 
     /// Begins the map of the brief's run anew.
     fn forget(&mut self) {
-        self.observation = self.brief.map(|brief| Observation::unseen(&brief, self.robot));
+        let unseen = |brief| Observation::unseen(&brief, self.robot).cut_to(self.patch_cells);
+        self.observation = self.brief.map(unseen);
         self.folded = 0;
+        self.asked = None;
         self.stamped = None;
         self.published = None;
         self.finished = false;
@@ -309,7 +331,7 @@ impl Cartographer {
             effects.extend(self.finish(state));
             return effects;
         }
-        vec![self.request(state.run)]
+        self.request(state.run, now).into_iter().collect()
     }
 
     /// The start is in the brief, so that the past is needed from decision 0 only for what followed.
@@ -322,9 +344,15 @@ impl Cartographer {
         self.fold(Pose { cell: brief.start, height_m });
     }
 
-    fn request(&self, run: RunId) -> Effect {
+    /// Asks for the poses that are missing, unless that was done just now: asking anew gives up an answer
+    /// that may be on its way.
+    fn request(&mut self, run: RunId, now: MonotonicNs) -> Option<Effect> {
         let from = Decision(self.folded.saturating_sub(1));
-        Effect::RequestPast(PastRequest { run, robot: self.robot, from })
+        if self.asked.is_some_and(|(asked, at)| asked == from && now.since_ns(at) < ASK_AGAIN_NS) {
+            return None;
+        }
+        self.asked = Some((from, now));
+        Some(Effect::RequestPast(PastRequest { run, robot: self.robot, from }))
     }
 
     fn past(&mut self, page: &PastPage, now: MonotonicNs) -> Vec<Effect> {
@@ -341,7 +369,7 @@ impl Cartographer {
                 self.fold(record.pose);
             }
         }
-        // An answer without news is asked for again at the next tick, not at once.
+        // What an answer without news left open is asked for again later, not at once.
         if self.folded > folded { self.advance(now) } else { Vec::new() }
     }
 

@@ -13,6 +13,8 @@ use crate::sensing::disc;
 pub struct Observation {
     map: ObservedMap,
     gradient: GradientSource,
+    /// Most cells of a patch.
+    patch_cells: usize,
     /// Cells that have been seen, this landing's among them: one bit each, so that the disc is looked up in
     /// the nearest memory whatever the size of the map.
     known: Bits,
@@ -47,12 +49,19 @@ impl Observation {
         Self {
             map: ObservedMap::unseen(brief.run, robot, brief.grid),
             gradient: brief.sensor.gradient,
+            patch_cells: MAP_PATCH_CELLS,
             known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
             landing: Vec::new(),
             links: Vec::new(),
             seen: Vec::new(),
             treasures: Vec::new(),
         }
+    }
+
+    /// The same, its landings cut to patches of at most `cells` cells.
+    pub(crate) fn cut_to(mut self, cells: usize) -> Self {
+        self.patch_cells = cells;
+        self
     }
 
     /// The map so far.
@@ -74,7 +83,7 @@ impl Observation {
     /// the indices of the changed cells. A landing that changed nothing is one empty patch.
     pub(crate) fn parts(&self) -> impl ExactSizeIterator<Item = ([u64; 2], u32, &[u32])> {
         (1..self.links.len()).map(|part| {
-            let cells = self.landing.chunks(MAP_PATCH_CELLS).nth(part - 1).unwrap_or(&[]);
+            let cells = self.landing.chunks(self.patch_cells).nth(part - 1).unwrap_or(&[]);
             ([self.links[part - 1], self.links[part]], self.seen[part - 1], cells)
         })
     }
@@ -151,19 +160,19 @@ impl Observation {
     /// Writes the landing's cells down as `ground` tells them, and takes note of the chain of patches.
     /// What turns out to be no news is left out of the landing.
     fn learn(&mut self, ground: impl Fn(usize) -> Ground) {
-        let Self { map, landing, links, seen, .. } = self;
+        let Self { map, patch_cells, landing, links, seen, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
             let news = map.learn(index as usize, ground(index as usize));
             changed += usize::from(news);
-            if news && changed.is_multiple_of(MAP_PATCH_CELLS) {
+            if news && changed.is_multiple_of(*patch_cells) {
                 links.push(map.observation());
                 seen.push(map.seen_cells() as u32);
             }
             news
         });
-        if changed == 0 || !changed.is_multiple_of(MAP_PATCH_CELLS) {
+        if changed == 0 || !changed.is_multiple_of(*patch_cells) {
             links.push(map.observation());
             seen.push(map.seen_cells() as u32);
         }

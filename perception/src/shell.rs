@@ -7,8 +7,13 @@ use node::{Exit, Failure, Instance, Node, crash_point};
 use crate::{Cartographer, Effect, Event};
 
 /// Points at which a test may kill this process: see [`node::crash_point`].
-pub const CRASH_POINTS: &[&str] =
-    &["perception.joined", "perception.state_received", "perception.sensed", "perception.published"];
+pub const CRASH_POINTS: &[&str] = &[
+    "perception.joined",
+    "perception.state_received",
+    "perception.sensed",
+    "perception.part_published",
+    "perception.published",
+];
 
 /// Arguments of `perception` and of `hopper perception`.
 #[derive(clap::Args, Clone, Debug)]
@@ -39,7 +44,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     tracing::info!("joined instance {:?}", args.peer.instance);
 
     let mut cartographer = Cartographer::new(robot);
-    let mut attendance = Attendance::new(&args.peer);
+    let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -72,6 +77,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     crash_point("perception.sensed");
                     for patch in cartographer.patches(sensed, &mut Node::now) {
                         maps.publish(&patch)?;
+                        crash_point("perception.part_published");
                     }
                     crash_point("perception.published");
                 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use contract::limits::ASK_AGAIN_NS;
 use contract::{
     Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Leader, MonotonicNs, ObservedMap,
     Outcome, PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status, Timing,
@@ -138,7 +139,14 @@ fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
         let world = World::new(profile);
         let mut reborn = world.ready();
         assert_eq!(reborn.on(Event::State(world.state(9)), NOW), [request(0)]);
-        assert_eq!(reborn.on(Event::Tick, NOW), [request(0)], "the request is repeated each tick");
+        let soon = NOW.plus_ns(ASK_AGAIN_NS - 1);
+        assert_eq!(reborn.on(Event::Tick, soon), [], "an answer is given time to come");
+        assert_eq!(
+            reborn.on(Event::State(world.state(9)), soon),
+            [],
+            "the same state is no reason to ask anew"
+        );
+        assert_eq!(reborn.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)], "then it is asked again");
         assert_eq!(reborn.on(Event::Past(world.page(0, 4)), NOW), [request(4)]);
         assert_eq!(reborn.on(Event::Past(world.page(2, 2)), NOW), [], "an old page brings nothing");
         assert_eq!(reborn.on(Event::Past(world.page(4, 5)), NOW), [Effect::PublishMap]);

@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use contract::limits::ASK_AGAIN_NS;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
-use contract::replica::ASK_AGAIN_NS;
 use contract::{
-    Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Leader, MapPage, MapPatch,
-    MapRequest, MonotonicNs, ObservedMap, Pose, Replica, RobotId, RunId, SensorParameters, Soil, State,
-    Status, Timing,
+    Action, Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
+    MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Outcome, PastPage, Pose, Record, Replica,
+    RobotId, RunId, SensorParameters, Soil, State, Status, Timing,
 };
 use perception::{Cartographer, Effect, Event};
 use terrain::Terrain;
@@ -26,6 +26,8 @@ struct Source {
     cartographer: Cartographer,
     decision: u64,
     downwards: bool,
+    /// When decision 0 is, nanoseconds.
+    epoch: u64,
 }
 
 impl Source {
@@ -49,8 +51,14 @@ impl Source {
             gradient: GradientSource::SeenDifferences,
         };
         let brief = Brief { run: RUN, grid, sensor, start: Cell::new(1, 1), ..brief };
-        let mut source =
-            Self { brief, terrain, cartographer: Cartographer::new(ROBOT), decision: 0, downwards: false };
+        let mut source = Self {
+            brief,
+            terrain,
+            cartographer: Cartographer::new(ROBOT),
+            decision: 0,
+            downwards: false,
+            epoch: 0,
+        };
         source.begin();
         source
     }
@@ -79,33 +87,69 @@ impl Source {
             pose: Pose { cell, height_m: self.terrain.ground(cell).unwrap().height_m },
             last: None,
             digest: Digest::default(),
-            landed: at(decision),
-            published: at(decision),
+            landed: at(self.epoch + decision),
+            published: at(self.epoch + decision),
             last_timing: Timing::default(),
         }
     }
 
     /// The next landing's patches.
     fn land(&mut self) -> Vec<MapPatch> {
-        let effects = self.cartographer.on(Event::State(self.state(self.decision)), at(self.decision));
+        let now = at(self.epoch + self.decision);
+        let effects = self.cartographer.on(Event::State(self.state(self.decision)), now);
         assert!(effects.contains(&Effect::PublishMap), "{effects:?} at {}", self.decision);
         self.decision += 1;
         self.publish()
     }
 
     fn publish(&mut self) -> Vec<MapPatch> {
-        self.cartographer.patches(at(self.decision), &mut || at(self.decision))
+        let now = at(self.epoch + self.decision);
+        self.cartographer.patches(now, &mut || now)
     }
 
-    /// Perception dies and rebuilds its map.
-    fn restart(&mut self) -> Vec<MapPatch> {
+    /// Perception dies and rebuilds its map from the past, in pages of `records`; what it publishes then.
+    fn restart(&mut self, records: usize) -> Vec<MapPatch> {
         self.begin();
-        let flown = std::mem::take(&mut self.decision);
-        let mut patches = Vec::new();
-        for _ in 0..flown {
-            patches = self.land();
+        let last = self.decision - 1;
+        let mut effects = self.cartographer.on(Event::State(self.state(last)), at(0));
+        let mut pages = 0;
+        while let [Effect::RequestPast(request)] = effects[..] {
+            let from = request.from.0;
+            let until = last.min(from + records as u64);
+            let records = (from..until).map(|decision| self.record(decision)).collect();
+            let page = PastPage { run: RUN, robot: ROBOT, from: request.from, records };
+            effects = self.cartographer.on(Event::Past(page), at(0));
+            pages += 1;
         }
-        patches
+        assert_eq!(effects, [Effect::PublishMap], "rebuilt from {pages} pages through {last}");
+        assert_eq!(
+            pages,
+            last.saturating_sub(1).div_ceil(records as u64),
+            "the last pose comes with the state"
+        );
+        self.publish()
+    }
+
+    /// What the journal holds of a decision: it leads to the pose of the next.
+    fn record(&self, decision: u64) -> Record {
+        let (from, to) = (self.state(decision).pose.cell, self.state(decision + 1).pose);
+        Record {
+            robot: ROBOT,
+            decision: Decision(decision),
+            leader: Leader::default(),
+            action: Action::Hold,
+            observation: 0,
+            work: 0,
+            cut: false,
+            outcome: Outcome { branch: Branch::Intended, from, to: to.cell, flight: Flight::default() },
+            pose: to,
+            collected: Collected::default(),
+            steps: 2 * (decision + 1),
+            status: Status::Underway,
+            timing: Timing::default(),
+            previous: Digest::default(),
+            digest: Digest::default(),
+        }
     }
 
     fn map(&self) -> &ObservedMap {
@@ -155,7 +199,7 @@ fn patches_add_up_to_the_map() {
             }
             assert_whole(&replica, &source);
         }
-        assert_eq!((replica.snapshots(), replica.refusals().0.len()), (0, 0));
+        assert_eq!(replica.refusals().0.len(), 0);
         assert_eq!(replica.map().unwrap().observation(), source.map().observation());
     }
 }
@@ -239,7 +283,7 @@ fn a_late_comer_catches_up_while_the_map_grows() {
     }
     assert!(pages > 5, "{pages} pages");
     assert_whole(&replica, &source);
-    assert_eq!((replica.snapshots(), replica.refusals().0.len()), (1, 0));
+    assert_eq!(replica.refusals().0.len(), 0);
     for patch in source.land() {
         assert_eq!(replica.patch(patch, at(0)), None, "the chain goes on");
     }
@@ -290,7 +334,8 @@ fn a_patch_lost_between_two_pages_is_noticed_and_the_snapshot_begins_anew() {
     assert_whole(&replica, &source);
 }
 
-/// P-SENSE-KILL: perception killed at any moment, between two patches of one landing too, goes on where it was.
+/// P-SENSE-KILL: perception killed at any moment, between two patches of one landing too, goes on where it
+/// was.
 #[test]
 fn a_restarted_perception_goes_on_with_the_same_stream() {
     for heard in 0..2 {
@@ -302,7 +347,7 @@ fn a_restarted_perception_goes_on_with_the_same_stream() {
             assert_eq!(replica.patch(patch, at(0)), None);
         }
         assert_eq!(replica.map().and_then(|map| map.through), None);
-        let again = source.restart();
+        let again = source.restart(3);
         let mut now = 0;
         for patch in again {
             now += ASK_AGAIN_NS;
@@ -320,13 +365,20 @@ fn a_restarted_perception_goes_on_with_the_same_stream() {
     // A reader that is up to date needs no cell again.
     let mut source = Source::new(60, 6.0);
     let mut replica = reader(&source);
+    let mut old = None;
     for _ in 0..9 {
         for patch in source.land() {
+            old.get_or_insert(patch.clone());
             replica.patch(patch, at(0));
         }
     }
-    let again = source.restart();
-    let request = replica.patch(again[0].clone(), at(1)).expect("an old patch is asked about");
+    for records in [1, 3, 64] {
+        for patch in source.restart(records) {
+            assert_eq!(replica.patch(patch, at(1)), None, "the last landing once more is no news");
+        }
+        assert_whole(&replica, &source);
+    }
+    let request = replica.patch(old.unwrap(), at(1)).expect("an old patch is asked about");
     let page = source.cartographer.page(&request).unwrap();
     assert_eq!(page.cells, []);
     replica.page(&page, at(1));
@@ -380,6 +432,62 @@ fn a_journal_that_lost_its_tail_takes_the_map_back() {
 }
 
 #[test]
+fn patches_in_the_wrong_order_are_set_right_without_a_page_unless_one_is_missing() {
+    let mut source = Source::new(60, 6.0);
+    let mut replica = reader(&source);
+    let patches: Vec<MapPatch> = (0..9).flat_map(|_| source.land()).collect();
+    let mut hear = |numbers: &[u64]| {
+        for &number in numbers {
+            replica.patch(patches[number as usize - 1].clone(), at(0));
+        }
+        replica.map().map(|map| map.sequence)
+    };
+    assert_eq!(hear(&[1, 2, 3]), Some(3));
+    assert_eq!(hear(&[5]), None);
+    assert_eq!(hear(&[4]), Some(5), "the fifth is not lost");
+    assert_eq!(hear(&[9, 7, 6]), None, "the ninth shows that the eighth is missing");
+    assert_eq!(hear(&[8]), Some(9));
+    assert_eq!(replica.refusals().0.len(), 0);
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn patches_of_a_tail_that_the_journal_has_lost_stand_in_no_ones_way() {
+    let mut source = Source::new(300, 45.0);
+    for _ in 0..60 {
+        source.land();
+    }
+    let mut replica = reader(&source);
+    // It has just come, asks, and hears of hops that are then lost, before it is answered.
+    let mut request = replica.ask(at(0));
+    let lost: Vec<MapPatch> = (0..20).flat_map(|_| source.land()).collect();
+    for patch in &lost {
+        replica.patch(patch.clone(), at(0));
+    }
+    source.downwards = true;
+    source.brief.start = source.state(0).pose.cell;
+    (source.epoch, source.decision) = (1000, 0);
+    source.begin();
+    while source.cartographer.map().is_none_or(|map| map.sequence < lost[0].sequence) {
+        source.land();
+    }
+    assert!(source.map().cells()[lost[1].cells[0].index as usize].is_none(), "they led elsewhere");
+    // While it catches up, the numbers of what was lost come round again.
+    let mut pages = 0;
+    while let Some(asked) = request {
+        let page = source.cartographer.page(&asked).unwrap();
+        for patch in source.land() {
+            replica.patch(patch, at(0));
+        }
+        request = replica.page(&page, at(0));
+        pages += 1;
+    }
+    assert!(pages > 2, "{pages} pages");
+    assert_eq!(replica.refusals().0.len(), 0, "the first attempt succeeds");
+    assert_whole(&replica, &source);
+}
+
+#[test]
 fn a_request_is_repeated_until_it_is_answered_and_no_earlier() {
     let source = Source::new(20, 3.0);
     let mut replica = reader(&source);
@@ -408,13 +516,14 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
         patch
     };
     let mut now = 0;
-    for (what, patch) in [
-        ("another run", twist(&|patch| patch.run = RunId(8))),
-        ("another robot", twist(&|patch| patch.robot = RobotId(3))),
-        ("another lattice", twist(&|patch| patch.grid.width = 61)),
+    for (what, patch, counted) in [
+        ("another run", twist(&|patch| patch.run = RunId(8)), [1, 0]),
+        ("another robot", twist(&|patch| patch.robot = RobotId(3)), [1, 1]),
+        ("another lattice", twist(&|patch| patch.grid.width = 61), [1, 2]),
     ] {
         assert_eq!(replica.patch(patch, at(now)), None, "{what} is none of ours");
         assert_eq!(replica.map(), Some(&whole), "{what}");
+        assert_eq!(["wrong_run", "malformed"].map(|reason| replica.refusals().of(reason)), counted, "{what}");
     }
     for (what, patch) in [
         ("a cell too many", twist(&|patch| patch.cells.push(patch.cells[0]))),
@@ -481,11 +590,14 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
         assert_eq!(replica.page(&page, at(now)), None);
         assert_eq!(replica.map(), Some(&whole));
     }
-    for (what, page) in forged_pages(&source) {
+    for (what, page, reason) in forged_pages(&source) {
         let mut replica = reader(&source);
         replica.ask(at(0)).unwrap();
         replica.page(&page, at(0));
         assert!(replica.map().is_none(), "{what}");
+        let counted = replica.refusals().0.values().sum::<u64>();
+        assert_eq!(counted, u64::from(reason.is_some()), "{what}");
+        assert!(reason.is_none_or(|reason| replica.refusals().of(reason) == 1), "{what}");
         for round in 1..4 {
             catch_up(&mut replica, &source, at(round * ASK_AGAIN_NS));
         }
@@ -507,8 +619,9 @@ fn source_cells(map: &ObservedMap) -> Vec<contract::SeenCell> {
     map.cells().iter().enumerate().filter_map(seen).collect()
 }
 
-/// Pages that tell another map than they say, or no end.
-fn forged_pages(source: &Source) -> Vec<(&'static str, MapPage)> {
+/// Pages that tell another map than they say, or no end, with the reason under which each is counted. An
+/// answer to another request is none: it was given up.
+fn forged_pages(source: &Source) -> Vec<(&'static str, MapPage, Option<&'static str>)> {
     let request = MapRequest { run: RUN, robot: ROBOT, from: 0, observation: 0 };
     let honest = source.cartographer.page(&request).unwrap();
     let mut other_height = honest.clone();
@@ -516,11 +629,15 @@ fn forged_pages(source: &Source) -> Vec<(&'static str, MapPage)> {
     let mut no_progress = MapPage { next: 0, ..honest.clone() };
     no_progress.cells.clear();
     vec![
-        ("another height", other_height),
-        ("no progress", no_progress),
-        ("another fingerprint", MapPage { observation: honest.observation ^ 1, ..honest.clone() }),
-        ("a foreign run", MapPage { run: RunId(8), ..honest.clone() }),
-        ("a foreign robot", MapPage { robot: RobotId(1), ..honest.clone() }),
-        ("another stretch", MapPage { from: 7, ..honest }),
+        ("another height", other_height, Some("malformed")),
+        ("no progress", no_progress, Some("malformed")),
+        (
+            "another fingerprint",
+            MapPage { observation: honest.observation ^ 1, ..honest.clone() },
+            Some("malformed"),
+        ),
+        ("a foreign run", MapPage { run: RunId(8), ..honest.clone() }, Some("wrong_run")),
+        ("a foreign robot", MapPage { robot: RobotId(1), ..honest.clone() }, Some("malformed")),
+        ("another stretch", MapPage { from: 7, ..honest }, None),
     ]
 }

@@ -65,7 +65,8 @@ pub enum Event {
 pub enum Effect {
     /// Ask for the observed map.
     RequestMap(MapRequest),
-    /// Plan for [`Pilot::situation`], then report [`Event::Planned`].
+    /// Plan for [`Pilot::situation`], then report [`Event::Planned`]; unless the plan was reported meanwhile
+    /// ([`Pilot::awaits_plan`]).
     Plan,
     /// Send the command.
     Send(Command),
@@ -164,6 +165,13 @@ impl Pilot {
             }
             _ => None,
         }
+    }
+
+    /// Whether a plan was asked for that has not been reported, and still can be made. What is heard between
+    /// two plans may ask for a plan twice: the second is that of the first.
+    #[must_use]
+    pub fn awaits_plan(&self) -> bool {
+        self.planning.is_some()
     }
 
     /// The run, decision and status last seen, for the heartbeat.
@@ -278,7 +286,11 @@ impl Pilot {
 
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let Some(state) = self.situation().map(|situation| *situation.state) else { return };
+        let Some(state) = self.situation().map(|situation| *situation.state) else {
+            // Whoever was asked for a plan may have found nothing to plan for.
+            self.planning = None;
+            return;
+        };
         let due = (state.run, state.decision);
         if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
             return;

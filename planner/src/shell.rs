@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use contract::{Policy, Refusal, RobotId, Role};
+use contract::{Decision, Policy, Refusal, RobotId, Role, RunId};
 use node::peer::{Attendance, PeerArgs, TICK, accept, refuse};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
@@ -50,7 +50,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut maps = node.map_reader(robot)?;
     let mut snapshots = node.snapshot_client(robot)?;
     let commands = node.command_writer(robot)?;
-    let mut policies = None;
+    let mut policies = node.policy_port(robot)?;
+    let mut told = Told::default();
     let mut residual = 0.0;
     crash_point("planner.joined");
     tracing::info!("joined instance {:?} as {}", args.peer.instance, planner.name());
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         takeover: args.takeover,
         succeeds_pid: args.succeeds_pid,
     });
-    let mut attendance = Attendance::new(&args.peer);
+    let mut attendance = Attendance::new(&args.peer, &instance);
     let mut refused = 0;
     loop {
         node.wait(TICK);
@@ -72,11 +73,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         let mut effects = VecDeque::new();
         for beat in node.heartbeats().into_iter().flatten() {
-            attendance.hear(&beat);
-            effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
+            if attendance.hear(&beat) {
+                effects.extend(pilot.on(Event::Heartbeat(beat), Node::now()));
+            }
         }
         if let Some(brief) = accept(briefs.newest()) {
-            policies = Some(node.policy_writer(robot, brief.grid.cells())?);
             effects.extend(pilot.on(Event::Brief(brief), Node::now()));
         }
         if let Some(state) = accept(states.newest()) {
@@ -84,11 +85,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         // The page first: with it come all patches published before it was made.
         let page = snapshots.receive();
-        while let Some(patch) = maps.receive() {
+        for patch in maps.drain() {
             crash_point("planner.map_received");
             effects.extend(pilot.on(heard(patch, Event::Patch), Node::now()));
         }
         if let Some(page) = page {
+            crash_point("planner.map_received");
             effects.extend(pilot.on(heard(page, Event::Page), Node::now()));
         }
         if let Some(gone) = pilot.rival_pid().filter(|&pid| !node::host::process_exists(pid)) {
@@ -99,17 +101,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             match effect {
                 Effect::RequestMap(request) => snapshots.request(&request)?,
                 Effect::Plan => {
-                    let (further, reached) = plan(&mut pilot, planner.as_mut(), &mut node);
-                    effects.extend(further);
-                    residual = reached;
+                    if let Some((further, reached)) = plan(&mut pilot, planner.as_mut(), &mut node) {
+                        effects.extend(further);
+                        residual = reached;
+                    }
                 }
                 Effect::Send(command) => {
                     commands.publish(&command)?;
                     crash_point("planner.sent");
-                    if let Some(policies) = policies.as_mut().filter(|policies| policies.has_readers())
+                    // For the eye, and after the command: it may take long, and must not end the mission.
+                    if told.is_news(command.run, command.decision, policies.readers())
                         && let Some(policy) = policy(&pilot, planner.as_ref(), residual)
+                        && let Err(error) = policies.publish(&policy)
                     {
-                        policies.publish(&policy)?;
+                        tracing::warn!("nobody gets the policy of decision {}: {error}", policy.decision);
                     }
                 }
                 Effect::Leads(term) => tracing::info!("in command, term {term}"),
@@ -133,10 +138,31 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
-/// A word on patches or pages that were in form, but told of another map than their cells make.
+/// Which policy was told last, and to how many.
+#[derive(Clone, Copy, Debug, Default)]
+struct Told {
+    decision: Option<(RunId, Decision)>,
+    readers: usize,
+}
+
+impl Told {
+    /// Whether somebody is to be told the policy behind a decision: once for each decision, and again if more
+    /// listen by then, however often the command is sent.
+    fn is_news(&mut self, run: RunId, decision: Decision, readers: usize) -> bool {
+        let due = Some((run, decision));
+        let news = readers > 0 && (self.decision != due || readers > self.readers);
+        if news {
+            self.decision = due;
+        }
+        self.readers = readers;
+        news
+    }
+}
+
+/// A word on patches or pages that were in form, but told of another map than their cells make. Those of
+/// another run are counted without a word: between two missions they are to be expected.
 fn tell_of_refusals(pilot: &Pilot, told: &mut u64) {
-    let refusals = pilot.map().refusals();
-    let count = refusals.0.values().sum();
+    let count = pilot.map().refusals().of("malformed");
     if count > *told {
         tracing::warn!("{count} messages about the map were malformed or did not add up");
         *told = count;
@@ -155,10 +181,10 @@ fn heard<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
 }
 
 /// Plans between two readings of the clock, beating as the work goes on; gives the plan's residual beside
-/// what is to be done.
-fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> (Vec<Effect>, f64) {
+/// what is to be done. `None` if there is nothing to plan any more.
+fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> Option<(Vec<Effect>, f64)> {
     let (run, decision, status) = pilot.seen();
-    let Some(situation) = pilot.situation() else { return (Vec::new(), 0.0) };
+    let situation = pilot.situation().filter(|_| pilot.awaits_plan())?;
     let node = RefCell::new(node);
     let beat = || {
         if let Err(error) = node.borrow_mut().beat(run, decision, status) {
@@ -170,7 +196,7 @@ fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> (Vec<E
     let ended = Node::now();
     crash_point("planner.planned");
     let residual = plan.residual;
-    (pilot.on(Event::Planned(plan, started, ended), ended), residual)
+    Some((pilot.on(Event::Planned(plan, started, ended), ended), residual))
 }
 
 /// The policy behind the command just sent, for the eye.
@@ -184,4 +210,23 @@ fn policy(pilot: &Pilot, planner: &dyn Planner, residual: f64) -> Option<Policy>
         residual,
         cells: planner.policy()?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_policy_is_told_once_a_decision_and_again_to_who_comes_later() {
+        let mut told = Told::default();
+        let mut is_news = |decision, readers| told.is_news(RunId(1), Decision(decision), readers);
+        assert!(!is_news(0, 0), "nobody listens");
+        assert!(is_news(0, 1), "the command is sent again, and somebody listens");
+        assert!(!is_news(0, 1), "the command is sent again");
+        assert!(is_news(0, 2), "one more listens");
+        assert!(!is_news(0, 1), "one has gone");
+        assert!(is_news(0, 2), "another has come");
+        assert!(is_news(1, 2), "the next decision");
+        assert!(!is_news(1, 2));
+    }
 }

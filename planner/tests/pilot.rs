@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use contract::replica::ASK_AGAIN_NS;
+use contract::limits::ASK_AGAIN_NS;
 use contract::roster::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
@@ -160,7 +160,42 @@ fn nobody_decides_on_a_map_with_a_gap() {
     assert_eq!(pilot.on(Event::Page(page), at(ASK_AGAIN_NS + 1)), [Effect::Plan], "the rest was buffered");
     let situation = pilot.situation().unwrap();
     assert_eq!((situation.map.seen_cells(), situation.map.observation()), (1, after));
-    assert_eq!(pilot.map().snapshots(), 1);
+}
+
+/// P-WHOLE: what stood in the way of a plan does not keep it from being asked for again.
+#[test]
+fn a_plan_whose_map_went_before_it_was_begun_is_asked_for_again() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [Effect::Plan]);
+    let request = MapRequest { run: RUN, robot: RobotId(0), from: 0, observation: 0 };
+    let gap = MapPatch { sequence: 7, before: 1, after: 1, ..map(3) };
+    assert_eq!(pilot.on(Event::Patch(gap), at(1)), [Effect::RequestMap(request)]);
+    assert!(pilot.situation().is_none(), "nobody can plan now");
+    assert_eq!(
+        pilot.on(Event::Patch(MapPatch { published: at(2), ..map(3) }), at(2)),
+        [Effect::Plan],
+        "a reminder: the map is whole after all"
+    );
+}
+
+/// One turn of a work loop may hear so much that a plan is asked for twice.
+#[test]
+fn a_plan_asked_for_twice_is_made_once() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 1, ME)), at(0));
+    let mut asked = pilot.on(Event::Patch(map(0)), at(0));
+    asked.extend(pilot.on(Event::State(state(1, 1, ME)), at(0)));
+    asked.extend(pilot.on(Event::Patch(map(1)), at(0)));
+    assert_eq!(asked, [Effect::Plan, Effect::Plan]);
+    let mut made = 0;
+    for _ in asked {
+        if pilot.awaits_plan() {
+            assert_eq!(sent(&pilot.on(planned(), at(2))), [(1, 1)]);
+            made += 1;
+        }
+    }
+    assert_eq!(made, 1);
 }
 
 #[test]

@@ -11,6 +11,7 @@ use node::{Exit, Failure, Node};
 use rayon::prelude::*;
 use report::Format;
 use scenario::World;
+use scenario::text::{self, TEXT_BYTES_MAX};
 use serde::Serialize;
 
 use super::print;
@@ -157,8 +158,7 @@ fn long(duration_s: f64) -> String {
 
 /// The plan of a campaign file, planners checked.
 fn plan(file: &Path) -> Result<Plan, Failure> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Failure::usage(format!("{}: cannot be read: {error}", file.display())))?;
+    let text = text::read(file, TEXT_BYTES_MAX).map_err(Failure::usage)?;
     let at = |error: &dyn std::fmt::Display| Failure::usage(format!("{}: {error}", file.display()));
     let campaign = Campaign::parse(&text, &file.display().to_string()).map_err(|error| match error {
         error @ ::campaign::CampaignError::Toml { .. } => Failure::usage(error),

@@ -3,7 +3,8 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `campaign.json` | the plan and the shard: all that decides the rows |
-//! | `trials.jsonl`, `trials.csv` | one row a trial, in order of trial; equal however they were flown |
+//! | `trials.jsonl` | one row a trial with its checksum, in order of trial; equal however they were flown |
+//! | `trials.csv` | the same rows as a table, made anew on resuming |
 //! | `times.csv` | wall-clock times of each trial; of that machine and that day |
 //! | `run.json` | how the last run of this folder went |
 
@@ -11,7 +12,9 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use ::campaign::{Plan, Row, Shard};
+pub use ::campaign::Manifest;
+use ::campaign::manifest::MANIFEST_BYTES_MAX;
+use ::campaign::{Row, Rows as Lines};
 use node::{Exit, Failure};
 use serde::{Deserialize, Serialize};
 
@@ -28,16 +31,6 @@ const RUN: &str = "run.json";
 const TABLE_HEADINGS: &str = "trial,cell,repetition,seed,config,version,scenario,profile,planner,safety,\
                               information,distance,outcome,steps,hops,treasures,coverage,digest\n";
 const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
-
-/// What a folder is a part of.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
-    /// The part.
-    pub shard: Shard,
-    /// The whole.
-    #[serde(flatten)]
-    pub plan: Plan,
-}
 
 /// Wall-clock times of one trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,7 +75,7 @@ impl Store {
                 return Err(Failure::usage(difference(dir, manifest, &held)));
             }
         } else {
-            write(dir, PLAN, &json(manifest)?)?;
+            write(dir, PLAN, &manifest.text())?;
         }
         let (table, times) = (file(dir, TABLE)?, file(dir, TIMES)?);
         let held = whole_lines(&rows)?;
@@ -93,20 +86,14 @@ impl Store {
             )));
         }
         // A killed run may have written more to one file than to another.
-        let done =
-            held.min(whole_lines(&table)?.saturating_sub(1)).min(whole_lines(&times)?.saturating_sub(1));
+        let done = held.min(whole_lines(&times)?.saturating_sub(1));
         cut(&rows, done)?;
-        begin(&table, done, TABLE_HEADINGS)?;
         begin(&times, done, TIMES_HEADINGS)?;
-        let store = Self {
-            dir: dir.into(),
-            rows: BufWriter::new(rows),
-            table: BufWriter::new(table),
-            times: BufWriter::new(times),
-            done,
-        };
-        each_row(dir, manifest, |_| Ok(()))?;
-        Ok(store)
+        // The table says what the rows say, and only they have checksums: it is made anew.
+        begin(&table, 0, TABLE_HEADINGS)?;
+        let mut table = BufWriter::new(table);
+        each_row(dir, manifest, |row| record(&mut table, &row))?;
+        Ok(Self { dir: dir.into(), rows: BufWriter::new(rows), table, times: BufWriter::new(times), done })
     }
 
     /// Trials of the shard that the folder holds already.
@@ -120,8 +107,7 @@ impl Store {
     /// # Errors
     /// If it cannot be written.
     pub fn append(&mut self, row: &Row, times: &Times) -> Result<(), Failure> {
-        serde_json::to_writer(&mut self.rows, row).map_err(Failure::run)?;
-        self.rows.write_all(b"\n")?;
+        self.rows.write_all(row.line().as_bytes())?;
         record(&mut self.table, row)?;
         record(&mut self.times, times)?;
         self.done += 1;
@@ -151,12 +137,11 @@ impl Store {
 /// The manifest of `dir`.
 ///
 /// # Errors
-/// Exit code 2 if the folder is no campaign's.
+/// Exit code 2 if the folder is no campaign's, or its plan is not as it was written.
 pub fn manifest(dir: &Path) -> Result<Manifest, Failure> {
     let path = dir.join(PLAN);
-    let text = std::fs::read_to_string(&path)
-        .map_err(|error| Failure::usage(format!("{}: cannot be read: {error}", path.display())))?;
-    serde_json::from_str(&text).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
+    let text = scenario::text::read(&path, MANIFEST_BYTES_MAX).map_err(Failure::usage)?;
+    Manifest::parse(&text).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
 }
 
 /// Hands each row of `dir` to `tell`, in order, checked against the plan. Returns how many there are.
@@ -172,16 +157,14 @@ pub fn each_row(
     while let Some(row) = rows.next()? {
         tell(row)?;
     }
-    Ok(rows.line)
+    Ok(rows.lines.count())
 }
 
 /// The rows of a folder, one after another.
 #[derive(Debug)]
 pub struct Rows<'a> {
     path: PathBuf,
-    manifest: &'a Manifest,
-    lines: BufReader<File>,
-    line: u64,
+    lines: Lines<'a, BufReader<File>>,
 }
 
 impl<'a> Rows<'a> {
@@ -192,7 +175,7 @@ impl<'a> Rows<'a> {
     pub fn open(dir: &Path, manifest: &'a Manifest) -> Result<Self, Failure> {
         let path = dir.join(ROWS);
         let file = File::open(&path).map_err(|error| failed(&path, &error))?;
-        Ok(Self { path, manifest, lines: BufReader::new(file), line: 0 })
+        Ok(Self { path, lines: Lines::new(manifest, BufReader::new(file)) })
     }
 
     /// The next row; `None` at the end, where a torn line counts as none.
@@ -201,24 +184,7 @@ impl<'a> Rows<'a> {
     /// If it is damaged, out of order or of another campaign.
     #[allow(clippy::should_implement_trait, reason = "it fails")]
     pub fn next(&mut self) -> Result<Option<Row>, Failure> {
-        let mut text = Vec::new();
-        self.lines.read_until(b'\n', &mut text).map_err(|error| failed(&self.path, &error))?;
-        if text.last() != Some(&b'\n') {
-            return Ok(None);
-        }
-        let Manifest { shard, plan } = self.manifest;
-        let need = shard.nth(self.line, plan.trials());
-        self.line += 1;
-        let refuse =
-            |error: &dyn std::fmt::Display| Failure::usage(format!("{}: {error}", self.path.display()));
-        let row: Row =
-            serde_json::from_slice(&text).map_err(|error| refuse(&format!("line {}: {error}", self.line)))?;
-        if need != Some(row.trial) {
-            let need = need.map_or("no more".into(), |need| need.to_string());
-            return Err(refuse(&::campaign::CampaignError::Order { line: self.line, need, got: row.trial }));
-        }
-        plan.check(&row).map_err(|error| refuse(&error))?;
-        Ok(Some(row))
+        self.lines.next().map_err(|error| Failure::usage(format!("{}: {error}", self.path.display())))
     }
 }
 
@@ -268,15 +234,20 @@ fn whole_lines(file: &File) -> Result<u64, Failure> {
 fn lines_and_bytes(mut file: &File, lines_max: u64) -> Result<(u64, u64), Failure> {
     file.seek(SeekFrom::Start(0))?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
-    let (mut lines, mut bytes, mut line) = (0, 0, Vec::new());
+    let (mut lines, mut bytes, mut read) = (0, 0, 0);
     while lines < lines_max {
-        line.clear();
-        let read = reader.read_until(b'\n', &mut line)?;
-        if line.last() != Some(&b'\n') {
+        let buffer = reader.fill_buf()?;
+        if buffer.is_empty() {
             break;
         }
-        lines += 1;
-        bytes += read as u64;
+        let ends = buffer.iter().zip(1..).filter(|(byte, _)| **byte == b'\n').map(|(_, end)| end);
+        for end in ends.take(usize::try_from(lines_max - lines).unwrap_or(usize::MAX)) {
+            lines += 1;
+            bytes = read + end;
+        }
+        let length = buffer.len();
+        read += length as u64;
+        reader.consume(length);
     }
     Ok((lines, bytes))
 }

@@ -9,8 +9,8 @@ use std::rc::Rc;
 
 use contract::roster::BEAT_PERIOD_NS;
 use contract::{
-    Decision, Heartbeat, Incarnation, Leader, MapPage, MapRequest, MonotonicNs, Name, PastPage, PastRequest,
-    Record, RobotId, Role, Roster, RunId, Status, TruthPage, TruthRequest,
+    Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, MonotonicNs, Name, PastPage,
+    PastRequest, Record, RobotId, Role, Roster, RunId, Status, TruthPage, TruthRequest,
 };
 use hopper_sim::{Arbiter, Journal, Storage, crash};
 use monitor::Watcher;
@@ -70,6 +70,7 @@ enum Step {
     Cartographer(perception::Event),
     ForCartographer(perception::Effect),
     PublishMap(MonotonicNs),
+    PublishPart(Box<MapPatch>),
     Pilot(planner::pilot::Event),
     ForPilot(planner::pilot::Effect),
     Watcher(Box<monitor::Event>),
@@ -187,8 +188,9 @@ impl Process {
     }
 
     /// perception.
-    pub fn perception(slot: usize, life: Incarnation, pid: u32, stays: bool) -> Self {
-        let machine = Machine::Perception { cartographer: Cartographer::new(RobotId(0)) };
+    pub fn perception(slot: usize, life: Incarnation, pid: u32, stays: bool, patch_cells: usize) -> Self {
+        let cartographer = Cartographer::new(RobotId(0)).with_patches_of(patch_cells);
+        let machine = Machine::Perception { cartographer };
         Self::new(slot, life, pid, machine, stays, vec![Step::Pass("perception.joined"), Step::Close])
     }
 
@@ -487,6 +489,7 @@ impl Process {
             Step::Cartographer(event) => self.chart(event, stage),
             Step::ForCartographer(effect) => self.for_cartographer(effect, stage),
             Step::PublishMap(sensed) => self.publish_map(sensed, stage),
+            Step::PublishPart(patch) => self.publish_part(*patch, stage),
             Step::Pilot(event) => self.fly(event, stage),
             Step::Watcher(event) => self.watch(*event, stage),
             Step::ForWatcher(effect) => self.for_watcher(effect, stage),
@@ -603,19 +606,7 @@ impl Process {
         for message in self.take(Topic::TruthAsked) {
             let Message::TruthAsked(request, number, client) = message else { continue };
             let Machine::Sim { arbiter, .. } = &self.machine else { continue };
-            let (run, terrain) = (arbiter.mission().brief.run, &arbiter.mission().terrain);
-            if request.run != run {
-                continue;
-            }
-            let from = (request.from as usize).min(terrain.cells.len());
-            let until = (from + page_cells(stage)).min(terrain.cells.len());
-            let page = TruthPage {
-                run,
-                grid: terrain.grid,
-                from: from as u32,
-                cells: terrain.cells[from..until].to_vec(),
-                treasures: terrain.treasures.clone(),
-            };
+            let Some(page) = arbiter.mission().truth_page(&request, page_cells(stage)) else { continue };
             stage.coverage.count("truth", "page");
             self.answer(client, Message::TruthAnswered(Rc::new(page), number), stage);
         }
@@ -665,17 +656,27 @@ impl Process {
     fn publish_map(&mut self, sensed: MonotonicNs, stage: &mut Stage<'_>) {
         let now = stage.now();
         let Machine::Perception { cartographer } = &mut self.machine else { return };
-        for mut patch in cartographer.patches(sensed, &mut || now) {
-            let Some(map) = cartographer.map() else { continue };
-            stage.meddler.cartographer_publishes(&mut patch, map, &stage.witness.mission().terrain);
-            stage.witness.mapped(&patch);
-            stage.note(|| {
-                let (sequence, through, cells) = (patch.sequence, patch.through, patch.cells.len());
-                format!("perception publishes patch {sequence} through {through}, {cells} cells")
-            });
-            stage.publish(self.life, Message::Map(Rc::new(patch)));
-        }
         self.steps.push_front(Step::Pass("perception.published"));
+        for patch in cartographer.patches(sensed, &mut || now).into_iter().rev() {
+            self.steps.push_front(Step::Pass("perception.part_published"));
+            self.steps.push_front(Step::PublishPart(Box::new(patch)));
+        }
+    }
+
+    fn publish_part(&mut self, mut patch: MapPatch, stage: &mut Stage<'_>) {
+        let Machine::Perception { cartographer } = &self.machine else { return };
+        let Some(map) = cartographer.map() else { return };
+        stage.meddler.cartographer_publishes(&mut patch, map, &stage.witness.mission().terrain);
+        stage.witness.mapped(&patch);
+        stage.coverage.count("map", if patch.more > 0 { "part" } else { "landing" });
+        stage.note(|| {
+            let MapPatch { sequence, through, more, .. } = patch;
+            format!(
+                "perception publishes patch {sequence} through {through}, {} cells, {more} more",
+                patch.cells.len()
+            )
+        });
+        stage.publish(self.life, Message::Map(Rc::new(patch)));
     }
 
     // planner
@@ -707,7 +708,9 @@ impl Process {
         match effect {
             planner::pilot::Effect::RequestMap(request) => self.ask_map(request, stage),
             planner::pilot::Effect::Plan => {
-                let Some(situation) = pilot.situation() else { return Turned::Done };
+                let Some(situation) = pilot.situation().filter(|_| pilot.awaits_plan()) else {
+                    return Turned::Done;
+                };
                 stage.witness.plans(&situation);
                 let plan = planner.plan(&situation, &Budget::default());
                 let slow = stage.chance.one_in(60);

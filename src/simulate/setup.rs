@@ -34,6 +34,8 @@ pub struct Setup {
     pub stay: bool,
     /// Reads on CLOCK_MONOTONIC when it begins, nanoseconds.
     pub uptime_ns: u64,
+    /// Cells in a patch of the map: small ones make many parts of a landing.
+    pub patch_cells: usize,
 }
 
 impl Setup {
@@ -53,6 +55,7 @@ impl Setup {
             page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
             stay: chance.one_in(2),
             uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
+            patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
         }
     }
 }

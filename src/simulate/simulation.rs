@@ -245,7 +245,7 @@ impl<'a> Simulation<'a> {
                 let Some(journal) = self.open_journal() else { return };
                 Process::sim(slot, life, pid, journal, &mut self.stage)
             }
-            Role::Perception => Process::perception(slot, life, pid, stays),
+            Role::Perception => Process::perception(slot, life, pid, stays, self.stage.setup.patch_cells),
             Role::Monitor => Process::monitor(slot, life, pid, stays),
             Role::Planner => self.planner(slot, life),
         };

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::fs::File;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -112,14 +113,13 @@ impl Mission {
         assert!(left.is_empty(), "{} left {left:?} in shared memory", self.name);
     }
 
+    /// The instance.
+    pub fn instance(&self) -> node::Instance {
+        node::Instance::new(&self.name).unwrap()
+    }
+
     fn leftovers(&self) -> Vec<PathBuf> {
-        let root = node::Instance::new(&self.name).unwrap().root().to_path_buf();
-        let prefix = root.file_name().unwrap().to_string_lossy().into_owned();
-        std::fs::read_dir(root.parent().unwrap())
-            .unwrap()
-            .filter_map(|entry| Some(entry.ok()?.path()))
-            .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)))
-            .collect()
+        self.instance().traces().unwrap()
     }
 }
 
@@ -227,6 +227,11 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Says that part of a test is left out here, whatever the test runner captures.
+pub fn skip(what: &str, why: &str) {
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {what}: {why}");
 }
 
 /// Waits until `claim` holds.

@@ -526,6 +526,19 @@ impl Meddler for MapToldOnce {
     }
 }
 
+/// A planner takes a part of a landing for all of it.
+#[derive(Default)]
+struct PartForTheWhole;
+
+impl Meddler for PartForTheWhole {
+    fn pilot_hears(&mut self, _: &Pilot, _: Incarnation, event: pilot::Event) -> Option<pilot::Event> {
+        Some(match event {
+            pilot::Event::Patch(patch) => pilot::Event::Patch(MapPatch { more: 0, ..patch }),
+            event => event,
+        })
+    }
+}
+
 /// Processes read the wall clock.
 #[derive(Default)]
 struct WallClockRead;
@@ -682,6 +695,11 @@ fn a_map_that_is_never_asked_for_is_found() {
 #[test]
 fn a_map_that_is_told_once_is_found() {
     is_found::<MapToldOnce>();
+}
+
+#[test]
+fn a_part_of_a_landing_taken_for_the_whole_is_found() {
+    is_found::<PartForTheWhole>();
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
     }
     assert_eq!(campaign.seeds, 2000);
     let mut expected: Vec<(&str, &str)> = Vec::new();
-    let groups: [(&str, &[&str]); 13] = [
+    let groups: [(&str, &[&str]); 14] = [
         (
             "fault",
             &[
@@ -79,6 +79,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
         ("past", &["asked", "page"]),
         ("truth", &["asked", "page"]),
         ("snapshot", &["asked", "page"]),
+        ("map", &["part", "landing"]),
         ("run", &["new", "announced_again"]),
         ("left", &["hopper-sim", "perception", "planner", "monitor"]),
         ("ended", &["goal", "deadlock", "lost", "left_map"]),

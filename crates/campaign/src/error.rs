@@ -54,14 +54,39 @@ pub enum CampaignError {
         /// Trial in the file.
         got: u64,
     },
-    /// A row whose configuration is not its cell's.
-    #[error("trial {trial}: need configuration {need}, got {got}")]
+    /// A row of a trial that says of it what the plan does not.
+    #[error("trial {trial}: need {need}, got {got}")]
     Foreign {
         /// The trial.
         trial: u64,
-        /// Hash in the plan.
+        /// What the plan says.
         need: String,
-        /// Hash in the row.
+        /// What the row says.
+        got: String,
+    },
+    /// A line that holds no row.
+    #[error("line {line}: {reason}")]
+    Damaged {
+        /// Line of the file, from 1.
+        line: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot be read: {0}")]
+    Read(#[from] std::io::Error),
+    /// A plan that is damaged.
+    #[error("the plan: {reason}")]
+    Plan {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A plan that was changed since it was laid out.
+    #[error("need a plan of hash {need}, got {got}; it is damaged or was edited, so begin in another folder")]
+    Edited {
+        /// Hash of what the plan holds.
+        need: String,
+        /// Hash that it claims.
         got: String,
     },
 }

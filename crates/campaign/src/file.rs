@@ -11,6 +11,12 @@ use crate::{CampaignError, Cell, Plan};
 /// Most trials of one campaign.
 pub const TRIALS_MAX: u64 = 1_000_000_000;
 
+/// Most cells of the grid.
+pub const CELLS_MAX: usize = 4096;
+
+/// Most cells of ground over all worlds of the grid, which are held while it is flown: 40 bytes each.
+pub const GROUND_CELLS_MAX: usize = 1 << 26;
+
 /// A grid: every scenario × profile × planner × weighting is a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,7 +59,7 @@ impl Campaign {
     pub fn parse(text: &str, origin: &str) -> Result<Self, CampaignError> {
         let campaign: Self = toml::from_str(text).map_err(|error| CampaignError::Toml {
             origin: origin.into(),
-            message: error.to_string().trim_end().into(),
+            message: scenario::text::fault(&error),
         })?;
         campaign.check()?;
         Ok(campaign)
@@ -65,7 +71,7 @@ impl Campaign {
     /// # Errors
     /// If a scenario cannot be flown.
     pub fn plan(&self, folder: &Path, version: &str) -> Result<Plan, CampaignError> {
-        let mut cells = Vec::new();
+        let (mut cells, mut ground) = (Vec::new(), 0_usize);
         for selector in &self.scenarios {
             let failed =
                 |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
@@ -75,6 +81,16 @@ impl Campaign {
                 scenario::load(&folder.join(selector).to_string_lossy())
             }
             .map_err(failed)?;
+            // Whatever profile and weights, it is the same ground.
+            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
+            ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
+            if ground > GROUND_CELLS_MAX {
+                return Err(CampaignError::Value {
+                    field: "scenarios",
+                    need: format!("at most {GROUND_CELLS_MAX} cells of ground in all worlds of the grid"),
+                    got: format!("{ground} with {selector}; fly it as several campaigns"),
+                });
+            }
             for profile in &self.profiles {
                 let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
                 let scenario = scenario.clone().with(&overrides);
@@ -128,6 +144,14 @@ impl Campaign {
         if self.profiles.is_empty() {
             return refuse("profiles", "at least one", "none".into());
         }
+        let cells =
+            [self.scenarios.len(), self.profiles.len(), self.planners.len(), self.weights.len().max(1)];
+        let cells = cells.into_iter().try_fold(1, |cells: usize, n| cells.checked_mul(n));
+        let Some(cells) = cells.filter(|cells| *cells <= CELLS_MAX) else {
+            let need = format!("at most {CELLS_MAX} cells: scenarios x profiles x planners x weights");
+            let got = cells.map_or("more than can be counted".into(), |cells| cells.to_string());
+            return refuse("scenarios", &need, format!("{got}; fly it as several campaigns"));
+        };
         if let Some(twice) = first_twice(&self.scenarios) {
             return refuse("scenarios", "each once", format!("{twice:?} twice"));
         }
@@ -144,9 +168,7 @@ impl Campaign {
                 format!("({}, {}) twice", twice.safety, twice.information),
             );
         }
-        let cells =
-            [self.scenarios.len(), self.profiles.len(), self.planners.len(), self.weights.len().max(1)];
-        let trials = cells.into_iter().try_fold(self.repetitions, |trials, n| trials.checked_mul(n as u64));
+        let trials = self.repetitions.checked_mul(cells as u64);
         match trials {
             Some(1..=TRIALS_MAX) => Ok(()),
             _ => refuse(

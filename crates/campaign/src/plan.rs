@@ -1,5 +1,6 @@
 //! The campaign laid out: numbered cells, numbered trials.
 
+use contract::Weights;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
@@ -17,7 +18,7 @@ pub struct Plan {
     pub repetitions: u64,
     /// Version of the program that flies.
     pub version: String,
-    /// SHA-256 over the above and the configurations of the cells, hexadecimal.
+    /// SHA-256 over all the rest, hexadecimal.
     pub hash: String,
     /// The cells in order.
     pub cells: Vec<Cell>,
@@ -38,27 +39,37 @@ pub struct Trial<'a> {
 
 impl Plan {
     pub(crate) fn new(campaign: &Campaign, version: &str, cells: Vec<Cell>) -> Self {
-        let mut hasher = Sha256::new();
-        hasher.update(b"hopper campaign v1");
-        for text in [campaign.name.as_str(), version] {
-            hasher.update((text.len() as u64).to_le_bytes());
-            hasher.update(text);
-        }
-        hasher.update(campaign.seed.to_le_bytes());
-        hasher.update(campaign.repetitions.to_le_bytes());
-        for cell in &cells {
-            hasher.update((cell.scenario.len() as u64).to_le_bytes());
-            hasher.update(&cell.scenario);
-            hasher.update(&cell.config);
-        }
-        Self {
+        let mut plan = Self {
             name: campaign.name.clone(),
             seed: campaign.seed,
             repetitions: campaign.repetitions,
             version: version.into(),
-            hash: hexadecimal(&hasher.finalize()),
+            hash: String::new(),
             cells,
+        };
+        plan.hash = plan.fingerprint();
+        plan
+    }
+
+    /// What [`Plan::hash`] has to be.
+    pub(crate) fn fingerprint(&self) -> String {
+        let mut hasher = Sha256::new();
+        hasher.update(b"hopper campaign v2");
+        let mut text = |text: &str| {
+            hasher.update((text.len() as u64).to_le_bytes());
+            hasher.update(text);
+        };
+        text(&self.name);
+        text(&self.version);
+        text(&format!("{} {}", self.seed, self.repetitions));
+        for cell in &self.cells {
+            let Cell { number, scenario, profile, planner, weights, steps_max, config, world } = cell;
+            let Weights { safety, information, distance } = weights;
+            let weights = [safety, information, distance].map(|weight| format!("{:016x}", weight.to_bits()));
+            text(&format!("{number} {profile} {} {steps_max}", weights.join(" ")));
+            [scenario, planner, config, world].into_iter().for_each(|part| text(part));
         }
+        hexadecimal(&hasher.finalize())
     }
 
     /// Trials in all.
@@ -75,15 +86,22 @@ impl Plan {
         Some(Trial { number, repetition, seed: cell.seed(self.seed, repetition), cell })
     }
 
-    /// Whether `row` is one of this plan's.
+    /// Whether `row` is one of this plan's: it says of its trial what the plan says.
     ///
     /// # Errors
-    /// If its configuration is another.
+    /// If it is another's.
     pub fn check(&self, row: &Row) -> Result<(), CampaignError> {
-        let need = self.trial(row.trial).map_or("none", |trial| trial.cell.config.as_str());
-        if row.config == need {
-            return Ok(());
-        }
-        Err(CampaignError::Foreign { trial: row.trial, need: need.into(), got: row.config.clone() })
+        let trial = self.trial(row.trial);
+        let foreign = |need: &str, got: &str| CampaignError::Foreign {
+            trial: row.trial,
+            need: need.into(),
+            got: got.into(),
+        };
+        let Some(trial) = trial.filter(|trial| trial.cell.config == row.config) else {
+            let need = trial.map_or("none", |trial| &trial.cell.config);
+            return Err(foreign(&format!("configuration {need}"), &row.config));
+        };
+        let need = Row::new(self, &trial, row.ending());
+        if *row == need { Ok(()) } else { Err(foreign(need.line().trim_end(), row.line().trim_end())) }
     }
 }

@@ -1,9 +1,17 @@
 //! What became of one trial: a row of `trials.jsonl` and `trials.csv`.
+//!
+//! A line of `trials.jsonl` closes with the CRC-32 of all that stands before it, as text, so that a row that
+//! was damaged is told from one that was written.
 
+use contract::limits::{DECISIONS_MAX, STEPS_MAX, TREASURES_MAX};
 use contract::{Digest, Profile, Status};
 use serde::{Deserialize, Serialize};
 
+use crate::seal::{seal, unseal};
 use crate::{Plan, Trial};
+
+/// Longest line of `trials.jsonl`, bytes.
+pub const LINE_BYTES_MAX: usize = 1 << 14;
 
 /// One row. All of it is reproducible; times are kept apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,6 +95,47 @@ impl Row {
             treasures: ending.treasures,
             coverage: ending.coverage,
             digest: ending.digest,
+        }
+    }
+
+    /// What of it no plan could foretell.
+    #[must_use]
+    pub fn ending(&self) -> Ending {
+        let Self { outcome, steps, hops, treasures, coverage, digest, .. } = *self;
+        Ending { outcome, steps, hops, treasures, coverage, digest }
+    }
+
+    /// The row as a line of `trials.jsonl`, ended.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let mut text = serde_json::to_string(self).expect("a row is numbers and text");
+        assert_eq!(text.pop(), Some('}'), "a row is an object");
+        seal(&text) + "\n"
+    }
+
+    /// The row of a `line` that was ended; the line's end is no part of it.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn of_line(line: &[u8]) -> Result<Self, String> {
+        let text = std::str::from_utf8(line).map_err(|error| format!("need UTF-8, got {error}"))?;
+        let row: Self = serde_json::from_str(&unseal(text)?).map_err(|error| error.to_string())?;
+        row.check()?;
+        Ok(row)
+    }
+
+    /// Numbers that no mission can come to.
+    fn check(&self) -> Result<(), String> {
+        let most = |field, most: u64, got: u64| {
+            if got <= most { Ok(()) } else { Err(format!("{field}: need at most {most}, got {got}")) }
+        };
+        most("steps", STEPS_MAX, self.steps)?;
+        most("hops", DECISIONS_MAX, self.hops)?;
+        most("treasures", TREASURES_MAX as u64, self.treasures.into())?;
+        if (0.0..=1.0).contains(&self.coverage) {
+            Ok(())
+        } else {
+            Err(format!("coverage: need 0 to 1, got {}", self.coverage))
         }
     }
 }

@@ -12,6 +12,15 @@ pub const CELL_SIZE_MIN_M: f64 = 1.0e-3;
 /// Most decisions of a run; a million-hop patrol with room to spare.
 pub const DECISIONS_MAX: u64 = 1 << 32;
 
+/// Most steps of a run, in the paper's count of at most three a hop.
+pub const STEPS_MAX: u64 = 3 * DECISIONS_MAX;
+
+/// Longest budget of a decision, nanoseconds: 31 years.
+pub const BUDGET_MAX_NS: u64 = 1_000_000_000_000_000_000;
+
+/// Processes that are remembered at once; newcomers beyond are not heard until others fall silent.
+pub const PEERS_MAX: usize = 64;
+
 /// Largest height or distance that is believed, metres.
 pub const LENGTH_MAX_M: f64 = 1.0e6;
 
@@ -45,8 +54,12 @@ pub const PATCHES_MAX: u64 = 1 << 44;
 /// Patches that a reader buffers while it catches up.
 pub const PATCHES_BUFFERED: usize = 64;
 
+/// Whoever asks for something and has no answer asks again after this long, nanoseconds, and no earlier:
+/// asking again gives up the answer that may be on its way.
+pub const ASK_AGAIN_NS: u64 = 10_000_000;
+
 /// Changes of cells that a map remembers at least, once there were so many.
 pub const CHANGES_KEPT: usize = 1 << 16;
 
-/// Landings after which a map still tells what changed since.
+/// Landings that changed the map after which it still tells what changed since.
 pub const MARKS_KEPT: usize = 1024;

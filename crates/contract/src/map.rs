@@ -117,14 +117,6 @@ impl ObservedMap {
         }
     }
 
-    /// The map with these treasures seen and not yet collected.
-    #[must_use]
-    pub fn with_treasures(mut self, treasures: &[Cell]) -> Self {
-        self.set_treasures(treasures);
-        self.mark();
-        self
-    }
-
     /// By how much the fingerprint grows when the treasures change.
     #[must_use]
     pub fn treasures_step(before: &[Cell], after: &[Cell]) -> u64 {
@@ -152,8 +144,8 @@ impl ObservedMap {
 
     /// Fingerprint of what is known: equal for equal cells, whoever built the map, when, and in what order.
     ///
-    /// It is the sum, modulo 2⁶⁴, of one XXH3-64 a seen cell and one a treasure, so that a landing changes it by what it
-    /// reveals. It guards against what is lost or damaged on the way, not against forgery.
+    /// It is the sum, modulo 2⁶⁴, of one XXH3-64 a seen cell and one a treasure, so that a landing changes it
+    /// by what it reveals. It guards against what is lost or damaged on the way, not against forgery.
     #[must_use]
     pub fn observation(&self) -> u64 {
         self.observation
@@ -196,8 +188,8 @@ impl ObservedMap {
     ///
     /// Treasures are too few to need a list of changes: compare [`ObservedMap::treasures`].
     ///
-    /// This goes by content, not by object: two maps with one fingerprint hold the same cells, so a planner may
-    /// ask any map on the same lattice, and gets a list that holds every difference, or `None`.
+    /// This goes by content, not by object: two maps with one fingerprint hold the same cells, so a planner
+    /// may ask any map on the same lattice, and gets a list that holds every difference, or `None`.
     #[must_use]
     pub fn changed_since(&self, observation: u64) -> Option<&[u32]> {
         self.changes.since(observation)
@@ -231,7 +223,11 @@ impl Changes {
         self.log.push(index);
     }
 
+    /// A state that is marked already takes no place of another: a hopper may stand still for hours.
     fn mark(&mut self, observation: u64) {
+        if self.marks.back().is_some_and(|(last, _)| *last == observation) {
+            return;
+        }
         let made = self.forgotten + self.log.len() as u64;
         self.marks.push_back((observation, made));
         let forgotten = self.forgotten;
@@ -309,6 +305,18 @@ mod tests {
         assert_eq!(map.changed_since(first), Some(&[6, 5][..]));
         assert_eq!(map.changed_since(map.observation()), Some(&[][..]));
         assert_eq!(map.changed_since(12345), None);
+    }
+
+    #[test]
+    fn standing_still_makes_no_change_forgotten() {
+        let mut map = map();
+        let empty = map.observation();
+        map.learn(5, ground(1.0, Soil::Hard));
+        for _ in 0..3 * MARKS_KEPT {
+            map.mark();
+        }
+        assert_eq!(map.changed_since(empty), Some(&[5][..]));
+        assert_eq!(map.changed_since(map.observation()), Some(&[][..]));
     }
 
     #[test]

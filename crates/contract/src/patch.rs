@@ -15,8 +15,8 @@ pub struct SeenCell {
 
 /// What one landing changed in the map, or a part of that: at most [`crate::limits::MAP_PATCH_CELLS`] cells.
 ///
-/// Patches form a chain: each names the fingerprint of the map it goes on ([`crate::ObservedMap::observation`])
-/// and that of the map it makes, so a reader that has missed one knows. A patch without cells whose two
+/// Patches form a chain: each names the fingerprint of the map it goes on
+/// ([`crate::ObservedMap::observation`]) and that of the map it makes, so a reader that has missed one knows. A patch without cells whose two
 /// fingerprints are one is a reminder, for whoever missed the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapPatch {

@@ -14,14 +14,11 @@
 
 use std::collections::VecDeque;
 
-use crate::limits::PATCHES_BUFFERED;
+use crate::limits::{ASK_AGAIN_NS, PATCHES_BUFFERED};
 use crate::{
     Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts, RobotId,
     RunId, SeenCell,
 };
-
-/// A request that has no answer is repeated after this long.
-pub const ASK_AGAIN_NS: u64 = 10_000_000;
 
 /// The folded map of one robot.
 #[derive(Clone, Debug)]
@@ -30,8 +27,8 @@ pub struct Replica {
     map: Option<ObservedMap>,
     /// How the map is caught up with, unless it is whole.
     pursuit: Option<Pursuit>,
+    /// Patches kept for later while the map is not whole, in the order of the stream.
     buffer: VecDeque<MapPatch>,
-    snapshots: u64,
     refusals: RefusalCounts,
 }
 
@@ -49,14 +46,7 @@ impl Replica {
     /// A replica that knows nothing, not even the run.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        Self {
-            robot,
-            map: None,
-            pursuit: None,
-            buffer: VecDeque::new(),
-            snapshots: 0,
-            refusals: RefusalCounts::default(),
-        }
+        Self { robot, map: None, pursuit: None, buffer: VecDeque::new(), refusals: RefusalCounts::default() }
     }
 
     /// Begins with an empty map of `run`; the same run again changes nothing.
@@ -81,12 +71,6 @@ impl Replica {
         &self.refusals
     }
 
-    /// How often the map was caught up with by pages.
-    #[must_use]
-    pub fn snapshots(&self) -> u64 {
-        self.snapshots
-    }
-
     /// Counts a message that was malformed.
     pub fn refuse(&mut self, refusal: &Refusal) {
         self.refusals.count(refusal);
@@ -94,23 +78,33 @@ impl Replica {
 
     /// Takes a patch; what is to be asked for, if it does not fit.
     pub fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {
-        let map = self.map.as_mut().filter(|map| is_of(map, patch.run, patch.robot, patch.grid))?;
+        if let Err(refusal) = check(self.map.as_ref()?, patch.run, patch.robot, patch.grid) {
+            self.refusals.count(&refusal);
+            return None;
+        }
+        self.drop_void(&patch);
+        let map = self.map.as_mut()?;
         // While pages are being applied the map is none that anybody ever had.
         let untouched = self.pursuit.is_none_or(|pursuit| pursuit.sequence.is_none());
+        if untouched && repeats(map, &patch) {
+            return self.ask(now);
+        }
         if untouched && follows(map, &patch) {
             match apply(map, &patch) {
                 Ok(()) => {
-                    self.pursuit = None;
-                    self.buffer.clear();
-                    return None;
+                    self.follow_buffer();
+                    // Whatever is newer than that shows that something is missing.
+                    self.pursuit = self.pursuit.filter(|_| !self.buffer.is_empty());
+                    return self.ask(now);
                 }
                 Err(refusal) => self.refusals.count(&refusal),
             }
         } else {
-            if self.buffer.len() == PATCHES_BUFFERED {
+            let place = self.buffer.partition_point(|kept| kept.sequence <= patch.sequence);
+            self.buffer.insert(place, patch);
+            if self.buffer.len() > PATCHES_BUFFERED {
                 self.buffer.pop_front();
             }
-            self.buffer.push_back(patch);
         }
         self.pursuit.get_or_insert_default();
         self.ask(now)
@@ -118,14 +112,18 @@ impl Replica {
 
     /// Takes a page that was asked for; what is to be asked for next, if anything.
     pub fn page(&mut self, page: &MapPage, now: MonotonicNs) -> Option<MapRequest> {
-        let map = self.map.as_mut().filter(|map| is_of(map, page.run, page.robot, page.grid))?;
+        let map = self.map.as_mut()?;
+        if let Err(refusal) = check(map, page.run, page.robot, page.grid) {
+            self.refusals.count(&refusal);
+            return None;
+        }
+        // An answer to another request is one that was given up.
         let pursuit = self.pursuit.as_mut().filter(|pursuit| pursuit.from == page.from)?;
         // What was published up to the last page is in it, or was folded in before.
         let held = pursuit.sequence.unwrap_or(page.sequence);
-        while let Some(patch) = self.buffer.pop_front_if(|patch| patch.sequence <= page.sequence) {
-            if patch.sequence > held {
-                learn_all(map, &patch.cells, &patch.treasures);
-            }
+        let told = self.buffer.partition_point(|patch| patch.sequence <= page.sequence);
+        for patch in self.buffer.drain(..told).filter(|patch| patch.sequence > held) {
+            learn_all(map, &patch.cells, &patch.treasures);
         }
         learn_all(map, &page.cells, &page.treasures);
         if map.observation() == page.observation {
@@ -133,8 +131,9 @@ impl Replica {
             (map.sensed, map.published) = (page.sensed, page.published);
             map.mark();
             self.pursuit = None;
-            self.snapshots += 1;
             self.follow_buffer();
+            // What does not fit then is dropped: if it was missed indeed, the next patch or reminder tells.
+            self.buffer.clear();
             return None;
         }
         *pursuit = Pursuit { from: page.next, sequence: Some(page.sequence), asked: None };
@@ -143,6 +142,7 @@ impl Replica {
             let got = format!("{:016x}", map.observation());
             self.refusals.count(&Refusal::malformed("map.observation", &need, got));
             *map = ObservedMap::unseen(map.run, map.robot, map.grid);
+            self.buffer.clear();
             // Asked for again at a later tick, not at once.
             self.pursuit = Some(Pursuit { asked: Some(now), ..Pursuit::default() });
         }
@@ -160,11 +160,18 @@ impl Replica {
         Some(MapRequest { run: map.run, robot: map.robot, from: pursuit.from, observation })
     }
 
-    /// Goes on with what was buffered while the pages came. What does not fit is dropped: if it was
-    /// missed indeed, the next patch or reminder tells.
+    /// Drops what a patch shows to be void: those kept for later that have a higher number, or the same, and
+    /// were published before it. They tell of hops that a journal has lost with its tail.
+    fn drop_void(&mut self, patch: &MapPatch) {
+        let again = |kept: &MapPatch| kept.sequence == patch.sequence && !is_reminder(patch);
+        let overtaken = |kept: &MapPatch| kept.sequence > patch.sequence || again(kept);
+        self.buffer.retain(|kept| kept.published >= patch.published || !overtaken(kept));
+    }
+
+    /// Goes on with what was kept for later, as far as it fits, and drops what is older than that.
     fn follow_buffer(&mut self) {
         let Some(map) = &mut self.map else { return };
-        while let Some(patch) = self.buffer.pop_front() {
+        while let Some(patch) = self.buffer.pop_front_if(|patch| patch.sequence <= map.sequence + 1) {
             if follows(map, &patch)
                 && let Err(refusal) = apply(map, &patch)
             {
@@ -174,15 +181,35 @@ impl Replica {
     }
 }
 
-fn is_of(map: &ObservedMap, run: RunId, robot: RobotId, grid: Grid) -> bool {
-    (map.run, map.robot, map.grid) == (run, robot, grid)
+/// Whether a message is about this map.
+fn check(map: &ObservedMap, run: RunId, robot: RobotId, grid: Grid) -> Result<(), Refusal> {
+    if run != map.run {
+        return Err(Refusal::WrongRun { need: map.run, got: run });
+    }
+    if robot != map.robot {
+        return Err(Refusal::malformed("map.robot", &map.robot.to_string(), robot));
+    }
+    if grid != map.grid {
+        return Err(Refusal::malformed("map.grid", "the brief's", format!("{grid:?}")));
+    }
+    Ok(())
+}
+
+/// Whether the patch changes nothing, and only tells which was the last.
+fn is_reminder(patch: &MapPatch) -> bool {
+    patch.cells.is_empty() && patch.after == patch.before
 }
 
 /// Whether the patch goes on from exactly this map.
 fn follows(map: &ObservedMap, patch: &MapPatch) -> bool {
-    let reminder = patch.cells.is_empty() && patch.after == patch.before;
+    let reminder = is_reminder(patch);
     let next = patch.sequence == map.sequence + 1 || (reminder && patch.sequence == map.sequence);
     next && patch.before == map.observation()
+}
+
+/// Whether the patch is the one that made this map, heard once more.
+fn repeats(map: &ObservedMap, patch: &MapPatch) -> bool {
+    patch.sequence == map.sequence && patch.after == map.observation() && patch.after != patch.before
 }
 
 fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {

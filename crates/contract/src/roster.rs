@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::limits::PEERS_MAX;
 use crate::{Heartbeat, Incarnation, MonotonicNs, Role};
 
 /// A heartbeat older than this no longer proves life: ten missed beats.
@@ -26,13 +27,18 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// Takes note of a beat heard at `now`. Peers silent for ten times [`SILENCE_NS`] are forgotten.
+    /// Takes note of a beat heard at `now`. Peers silent for ten times [`SILENCE_NS`] are forgotten; while
+    /// [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of lives neither takes memory nor
+    /// drives out who is known.
     pub fn observe(&mut self, beat: Heartbeat, now: MonotonicNs) {
-        let advances = self.peers.get(&beat.incarnation).is_none_or(|peer| peer.beat.counter < beat.counter);
+        self.peers.retain(|_, peer| now.since_ns(peer.advanced) <= 10 * SILENCE_NS);
+        let advances = match self.peers.get(&beat.incarnation) {
+            Some(peer) => peer.beat.counter < beat.counter,
+            None => self.peers.len() < PEERS_MAX,
+        };
         if advances {
             self.peers.insert(beat.incarnation, Peer { beat, advanced: now });
         }
-        self.peers.retain(|_, peer| now.since_ns(peer.advanced) <= 10 * SILENCE_NS);
     }
 
     /// Everyone who lives at `now`.
@@ -76,6 +82,21 @@ mod tests {
             decision: Decision(0),
             status: Status::Underway,
         }
+    }
+
+    #[test]
+    fn a_flood_of_lives_drives_out_nobody_and_takes_no_more_room() {
+        let mut roster = Roster::default();
+        roster.observe(beat(1), MonotonicNs(0));
+        for life in 100..1_000 {
+            roster.observe(Heartbeat { incarnation: Incarnation(life), ..beat(1) }, MonotonicNs(life));
+        }
+        roster.observe(beat(2), MonotonicNs(1_000));
+        assert_eq!(roster.live(MonotonicNs(1_000)).count(), PEERS_MAX);
+        assert_eq!(roster.peer(Incarnation(7)).unwrap().beat.counter, 2);
+        // Once the flood has run dry there is room again.
+        roster.observe(Heartbeat { incarnation: Incarnation(1), ..beat(1) }, MonotonicNs(11 * SILENCE_NS));
+        assert!(roster.peer(Incarnation(1)).is_some());
     }
 
     #[test]

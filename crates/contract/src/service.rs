@@ -49,7 +49,9 @@ pub fn state(robot: RobotId) -> Topic {
     Topic { max_subscribers: 16, buffer: 64, event: true, ..topic(format!("hop/r{robot}/state")) }
 }
 
-/// `hop/rN/map`: patches, written by perception; wakes planners. Who comes late asks for a [`snapshot`].
+/// `hop/rN/map`: patches, written by perception; wakes planners. Who comes late asks for a [`snapshot`], and
+/// so does every reader after a landing of more patches than the buffer holds: one that reveals more than
+/// 16,384 cells, as no sensor of the built-in scenarios can.
 #[must_use]
 pub fn map(robot: RobotId) -> Topic {
     Topic { history: 0, buffer: 16, event: true, ..topic(format!("hop/r{robot}/map")) }
@@ -91,10 +93,10 @@ pub fn past() -> Exchange {
     Exchange { name: "hop/past".into(), max_clients: 16, page: PAST_PAGE_RECORDS }
 }
 
-/// `truth/terrain`: served by hopper-sim; perception and monitor only may ask.
+/// `truth/terrain`: served by hopper-sim. Perception asks, and whoever echoes it by hand; no planner may.
 #[must_use]
 pub fn truth() -> Exchange {
-    Exchange { name: "truth/terrain".into(), max_clients: 4, page: TRUTH_PAGE_CELLS }
+    Exchange { name: "truth/terrain".into(), max_clients: 8, page: TRUTH_PAGE_CELLS }
 }
 
 /// `hop/rN/snapshot`: the map for whoever has missed a patch; served by perception.

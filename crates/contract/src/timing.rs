@@ -153,7 +153,8 @@ impl Timing {
         self.stages_ns()[..=Stage::Command as usize].iter().sum()
     }
 
-    /// State published → planning started in nanoseconds: sensing, building the map, bringing it to the planner.
+    /// State published → planning started in nanoseconds: sensing, building the map, bringing it to the
+    /// planner.
     #[must_use]
     pub fn feeding_ns(&self) -> u64 {
         self.stages_ns()[Stage::Sense as usize..=Stage::Deliver as usize].iter().sum()

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::replica::ASK_AGAIN_NS;
+use crate::limits::ASK_AGAIN_NS;
 use crate::{Cell, Grid, Ground, MonotonicNs, Refusal, RunId};
 
 /// The true ground of a run.

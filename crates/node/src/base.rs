@@ -4,12 +4,11 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use contract::service::{NODES_MAX, Topic};
-use iceoryx2::node::{DeadNodeView, NodeCleanupFailure, NodeDetails, NodeView};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{
-    CallbackProgression, Config, LogLevel, MessagingPattern, Node, NodeBuilder, NodeName, NodeState, Service,
-    ServiceName, SignalHandlingMode, ipc, set_log_level,
+    Config, LogLevel, MessagingPattern, Node, NodeBuilder, NodeName, Service, ServiceName,
+    SignalHandlingMode, ipc, set_log_level,
 };
 use iceoryx2::service::builder::event::{EventOpenError, EventOpenOrCreateError};
 use iceoryx2::service::builder::publish_subscribe::{
@@ -21,8 +20,9 @@ use iceoryx2::service::builder::request_response::{
 use iceoryx2::service::static_config::StaticConfig;
 
 use crate::presence::Presence;
-use crate::scaffold::{Scaffold, clear_dead};
-use crate::{Instance, NodeError};
+use crate::scaffold::Scaffold;
+use crate::undertaker::free_the_dead;
+use crate::{Instance, NodeError, room};
 
 /// The middleware's variant that we use.
 pub(crate) type Ipc = ipc::Service;
@@ -60,6 +60,7 @@ impl Base {
     pub(crate) fn new(instance: &Instance, name: &str) -> Result<Self, NodeError> {
         set_log_level(LogLevel::Warn);
         let presence = Presence::enter(instance)?;
+        room::check_entry(name)?;
         let scaffold = Scaffold::open(instance)?;
         let config = instance.config();
         let name = NodeName::new(name).expect("a role or a command is a short name");
@@ -67,6 +68,7 @@ impl Base {
             NodeBuilder::new().name(&name).signal_handling_mode(SignalHandlingMode::Disabled).config(&config);
         let node =
             persist("node", "creating a node", &config, &scaffold, || builder.clone().create::<Ipc>())?;
+        instance.close_to_others()?;
         free_the_dead(&config);
         Ok(Self { node, config, scaffold, instance: instance.clone(), _presence: presence })
     }
@@ -111,7 +113,9 @@ impl Base {
         what: &'static str,
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
-        persist(service, what, &self.config, &self.scaffold, create)
+        let port = persist(service, what, &self.config, &self.scaffold, create)?;
+        room::reserve(&self.instance, &format!("service {service}"))?;
+        Ok(port)
     }
 
     /// The service as it exists.
@@ -226,32 +230,6 @@ fn persist<T, E: fmt::Display>(
         std::thread::sleep(pause);
         pause = (pause * 2).min(PAUSE_MAX);
     }
-}
-
-/// Frees what dead processes of the instance left behind; returns how many of them.
-pub(crate) fn free_the_dead(config: &Config) -> usize {
-    let mut freed = 0;
-    let listed = Node::<Ipc>::list(config, |state| {
-        if let NodeState::Dead(dead) = state {
-            match free(&dead, config) {
-                Ok(()) => freed += 1,
-                Err(error) => tracing::debug!("a dead process is not yet freed: {error}"),
-            }
-        }
-        CallbackProgression::Continue
-    });
-    if let Err(error) = listed {
-        tracing::debug!("could not look for dead processes: {error}");
-    }
-    freed
-}
-
-fn free(dead: &DeadNodeView<Ipc>, config: &Config) -> Result<(), NodeCleanupFailure> {
-    clear_dead(config, dead.id());
-    // Who died while it was being freed has lost its details, without which the middleware would look in
-    // its default folders.
-    let details = dead.details().clone().unwrap_or_else(|| NodeDetails::__internal_new(&None, config));
-    DeadNodeView::<Ipc>::__internal_try_remove_stale_resources(*dead.id(), details)
 }
 
 impl From<&PublishSubscribeOpenOrCreateError> for Trouble {

@@ -37,6 +37,36 @@ pub enum NodeError {
         /// The name found.
         got: String,
     },
+    /// The instance is of another build.
+    #[error(
+        "instance {instance:?} is flown by {need}, this process is {got}: run all processes of an instance from \
+         one build"
+    )]
+    Edition {
+        /// The instance.
+        instance: String,
+        /// The build of those who live in it.
+        need: String,
+        /// Our build.
+        got: String,
+    },
+    /// Another build keeps the same instance elsewhere.
+    #[error(
+        "instance {instance:?} of this user lives in {need}, flown by {edition}, and this process ({own}) would \
+         look in {got}: run all processes of an instance from one build"
+    )]
+    Elsewhere {
+        /// The instance.
+        instance: String,
+        /// Where it lives.
+        need: PathBuf,
+        /// Where we would look for it.
+        got: PathBuf,
+        /// The build of those who live in it.
+        edition: String,
+        /// Our build.
+        own: String,
+    },
     /// Another process makes or cleans something in the instance and does not finish; it may be stopped.
     #[error("{root} needs to be free for a moment, another process has been at work in it for {waited_s} s")]
     Busy {
@@ -97,7 +127,8 @@ pub enum NodeError {
     },
     /// Shared memory is too small.
     #[error(
-        "{what} needs {need_bytes} bytes of shared memory, got {free_bytes} free in {}",
+        "{what} needs {need_bytes} bytes of shared memory, got {free_bytes} free in {}: free some, or enlarge it (in \
+         a container, --shm-size)",
         crate::instance::SHARED_MEMORY
     )]
     NoRoom {
@@ -138,7 +169,12 @@ impl NodeError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::InstanceName { .. } => Exit::Usage,
-            Self::Held { .. } | Self::Mismatch { .. } | Self::Collision { .. } => Exit::Peer,
+            Self::Held { .. }
+            | Self::Mismatch { .. }
+            | Self::Collision { .. }
+            | Self::Edition { .. }
+            | Self::Elsewhere { .. }
+            | Self::ForeignRoot { .. } => Exit::Peer,
             _ => Exit::Failed,
         }
     }

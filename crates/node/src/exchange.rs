@@ -26,7 +26,7 @@ pub type PastServer = Server<PastRequest>;
 pub type PastClient = Client<PastRequest>;
 /// Answers for the truth; only hopper-sim has one.
 pub type TruthServer = Server<TruthRequest>;
-/// Asks for the truth; perception and monitor only may have one.
+/// Asks for the truth; no planner may have one.
 pub type TruthClient = Client<TruthRequest>;
 /// Answers for the map; only perception has one.
 pub type SnapshotServer = Server<MapRequest>;
@@ -84,8 +84,10 @@ impl<Q: Question> Server<Q> {
         Ok(Self { server, bell: base.notifier(&answered(&exchange))?, exchange, _base: Rc::clone(base) })
     }
 
-    /// Answers every request that is there. `answer` may leave one unanswered: the client will ask again.
-    /// Returns the refusals of malformed requests.
+    /// Answers the requests that are there, one a client at most: whoever asks without end keeps nobody else
+    /// waiting, nor the server from its other work. What is left came meanwhile, and ends the next wait at
+    /// once. `answer` may leave a request unanswered: the client will ask again. Returns the refusals of
+    /// malformed requests.
     ///
     /// # Errors
     /// [`NodeError::Oversize`] if an answer has more cells than a page holds.
@@ -96,7 +98,8 @@ impl<Q: Question> Server<Q> {
         let service = &self.exchange.name;
         let mut refusals = Vec::new();
         let mut answered = false;
-        loop {
+        // A client has one request at a time, so there are no more, however fast a client asks again.
+        for _ in 0..self.exchange.max_clients {
             let request = match self.server.receive() {
                 Ok(Some(request)) => request,
                 Ok(None) => break,
@@ -126,8 +129,8 @@ impl<Q: Question> Server<Q> {
         Ok(refusals)
     }
 
-    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still wants
-    /// to know.
+    /// Answers one request. If that fails, the client is gone, or gave up: it will ask again if it still
+    /// wants to know.
     fn send(
         &self,
         request: &iceoryx2::active_request::ActiveRequest<Ipc, Request<Q>, (), Cells<Q>, Header<Q>>,
@@ -166,6 +169,14 @@ impl<Q: Question> Client<Q> {
     /// # Errors
     /// If there is no room for the request.
     pub fn request(&mut self, request: &Q) -> Result<(), NodeError> {
+        self.request_wire(request.to_wire())
+    }
+
+    /// Asks with bytes that need not be a valid request, for tests of who refuses what.
+    ///
+    /// # Errors
+    /// As [`Client::request`].
+    pub fn request_wire(&mut self, request: Q::Wire) -> Result<(), NodeError> {
         self.pending = None;
         let service = &self.exchange.name;
         let send_error = |error: &dyn std::fmt::Display| NodeError::Send {
@@ -173,7 +184,7 @@ impl<Q: Question> Client<Q> {
             cause: error.to_string(),
         };
         let sample = self.client.loan_uninit().map_err(|error| send_error(&error))?;
-        match sample.write_payload(Parcel(request.to_wire())).send() {
+        match sample.write_payload(Parcel(request)).send() {
             Ok(pending) => self.pending = Some(pending),
             // The server comes or goes: the request is repeated at a later tick.
             Err(error) => tracing::debug!(service, "asking: {error}"),
@@ -211,8 +222,13 @@ pub(crate) fn page_bytes<S: Sheet>(exchange: &Exchange) -> usize {
     size_of::<S::Header>() + exchange.page * size_of::<S::Cell>()
 }
 
-fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
-    let need = format!(
+/// A service as its requests and answers ask for it, under its name.
+pub(crate) fn text<Q: Question>(exchange: &Exchange) -> String {
+    format!("{}: {}, pages of {}", exchange.name, need::<Q>(exchange), exchange.page)
+}
+
+fn need<Q: Question>(exchange: &Exchange) -> String {
+    format!(
         "{} ({} bytes) answered by {} ({} bytes) with cells of {} ({} bytes), {} clients",
         Q::Wire::NAME,
         size_of::<Q::Wire>(),
@@ -221,7 +237,11 @@ fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, N
         <Q::Answer as Sheet>::Cell::NAME,
         size_of::<<Q::Answer as Sheet>::Cell>(),
         exchange.max_clients,
-    );
+    )
+}
+
+fn open<Q: Question>(base: &Base, exchange: &Exchange) -> Result<Questions<Q>, NodeError> {
+    let need = need::<Q>(exchange);
     base.open(&exchange.name, MessagingPattern::RequestResponse, &need, || {
         base.node()
             .service_builder(&service_name(&exchange.name))

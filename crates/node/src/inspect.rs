@@ -162,7 +162,11 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
         advice: Vec::new(),
     };
     if alive {
-        report.listen(instance)?;
+        match report.listen(instance) {
+            // What can be told without joining is told all the same.
+            Err(error @ NodeError::NoRoom { .. }) => report.advice.push(format!("nobody can join: {error}")),
+            listened => listened?,
+        }
     } else {
         let folder = instance.exists().then(|| instance.root().to_path_buf());
         let paths = files.into_iter().map(|(path, _)| path).chain(folder);
@@ -244,6 +248,9 @@ impl Report {
     }
 
     fn advise(&mut self) {
+        if !self.advice.is_empty() {
+            return;
+        }
         let name = &self.instance;
         let mut advice = Vec::new();
         if !self.alive {

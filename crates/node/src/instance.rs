@@ -7,8 +7,8 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{Read, Seek, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::io::{ErrorKind, Read, Seek, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -18,7 +18,8 @@ use rustix::fs::FlockOperation;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::NodeError;
-use crate::presence::{Presence, try_flock, unlock};
+use crate::edition::Edition;
+use crate::presence::{self, Presence, try_flock, unlock};
 
 /// The file system that holds everything.
 pub const SHARED_MEMORY: &str = "/dev/shm";
@@ -26,7 +27,7 @@ pub const SHARED_MEMORY: &str = "/dev/shm";
 /// Longest name of an instance, characters.
 pub const NAME_MAX: usize = 64;
 
-/// File in the folder that says whose it is: name, then user, one a line.
+/// File in the folder that says whose it is: name, user, build, one a line.
 const LABEL: &str = "instance";
 
 /// What every name of ours in shared memory begins with.
@@ -71,10 +72,9 @@ impl Instance {
             return Err(NodeError::InstanceName { max: NAME_MAX, got: name.into() });
         }
         let user = rustix::process::getuid().as_raw();
-        let mut hash = format!("{:016x}", xxh3_64(format!("{user}/{name}").as_bytes()));
-        hash.truncate(TAG_DIGITS);
-        let root = Path::new(SHARED_MEMORY).join(format!("{PREFIX}{hash}"));
-        Ok(Self { name: name.into(), user, tag: hash, root })
+        let tag = tag(user, name);
+        let root = Path::new(SHARED_MEMORY).join(format!("{PREFIX}{tag}"));
+        Ok(Self { name: name.into(), user, tag, root })
     }
 
     /// Every instance of this user that has a folder or files, live or left over, in order of names.
@@ -95,7 +95,7 @@ impl Instance {
         let instance = |tag: String| {
             let root = Path::new(SHARED_MEMORY).join(format!("{PREFIX}{tag}"));
             // A process that died while it made its folder left it without a label.
-            Self { name: read_label(&root).unwrap_or_else(|| "?".into()), user, tag, root }
+            Self { name: read_label(&root).map_or_else(|| "?".into(), |label| label.name), user, tag, root }
         };
         let mut found: Vec<_> = tags.into_iter().map(instance).collect();
         found.sort_by(|a, b| a.name.cmp(&b.name));
@@ -174,6 +174,23 @@ impl Instance {
         Presence::clean(self)
     }
 
+    /// Everything in shared memory that bears this instance's tag, be it of live processes or left over.
+    ///
+    /// # Errors
+    /// If shared memory cannot be listed.
+    pub fn traces(&self) -> Result<Vec<PathBuf>, NodeError> {
+        let entries = fs::read_dir(SHARED_MEMORY)
+            .map_err(|error| NodeError::system("list", SHARED_MEMORY.as_ref(), error))?;
+        let ours = |name: &str| tag_of(name) == Some(&self.tag);
+        let mut traces: Vec<PathBuf> = entries
+            .flatten()
+            .filter(|entry| entry.file_name().to_str().is_some_and(ours))
+            .map(|entry| entry.path())
+            .collect();
+        traces.sort();
+        Ok(traces)
+    }
+
     /// The middleware's files beside the folder: path and bytes in use.
     pub(crate) fn files(&self) -> Vec<(PathBuf, u64)> {
         let prefix = self.prefix();
@@ -190,25 +207,93 @@ impl Instance {
         files
     }
 
+    /// The middleware makes one file, its count of nodes, writable for everybody: it becomes ours alone.
+    pub(crate) fn close_to_others(&self) -> Result<(), NodeError> {
+        for (path, _) in self.files() {
+            let closing = fs::symlink_metadata(&path).and_then(|data| match data.mode() & 0o077 {
+                0 => Ok(()),
+                _ => fs::set_permissions(&path, fs::Permissions::from_mode(0o600)),
+            });
+            match closing {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(NodeError::system("close to others", &path, error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn user(&self) -> u32 {
         self.user
     }
 
-    /// Writes the label if it is missing, else holds it against our name.
+    /// Another user who has an instance of this name, which this user may not enter. Its folder's name
+    /// tells, although the folder is closed.
+    #[must_use]
+    pub fn namesake(&self) -> Option<u32> {
+        let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+        entries.filter_map(|entry| Some((entry.file_name(), entry.metadata().ok()?))).find_map(
+            |(file, data)| {
+                let (user, name) = (data.uid(), file.to_str()?);
+                let theirs = format!("{PREFIX}{}", tag(user, &self.name));
+                (data.is_dir() && user != self.user && name == theirs).then_some(user)
+            },
+        )
+    }
+
+    /// Writes the label if it is missing, else holds it against our name and our build.
     pub(crate) fn label(&self) -> Result<(), NodeError> {
+        let own = Edition::own();
         match read_label(&self.root) {
-            Some(name) if name == self.name => Ok(()),
-            Some(name) => {
-                Err(NodeError::Collision { root: self.root.clone(), need: self.name.clone(), got: name })
-            }
+            Some(label) if label.name != self.name => Err(NodeError::Collision {
+                root: self.root.clone(),
+                need: self.name.clone(),
+                got: label.name,
+            }),
+            Some(label) if label.edition.as_ref() == Some(&own) => Ok(()),
+            Some(label) => Err(NodeError::Edition {
+                instance: self.name.clone(),
+                need: label.edition_text(),
+                got: own.to_string(),
+            }),
             None => {
                 // Renamed into place, so that nobody reads half of it.
                 let draft = self.root.join(format!("{LABEL}.{}", std::process::id()));
-                fs::write(&draft, format!("{}\n{}\n", self.name, self.user))
+                let written = fs::OpenOptions::new()
+                    .write(true)
+                    .create(true)
+                    .truncate(true)
+                    .mode(0o600)
+                    .open(&draft)
+                    .and_then(|mut file| write!(file, "{}\n{}\n{own}\n", self.name, self.user));
+                written
                     .and_then(|()| fs::rename(&draft, self.root.join(LABEL)))
                     .map_err(|error| NodeError::system("write", &draft, error))
             }
         }
+    }
+
+    /// Refuses if another build, which names folders in another way, keeps this very instance elsewhere: we
+    /// would wait for each other in vain.
+    pub(crate) fn check_elsewhere(&self) -> Result<(), NodeError> {
+        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+            let (root, data) = (entry.path(), entry.metadata());
+            if root == self.root || !data.is_ok_and(|data| data.is_dir() && data.uid() == self.user) {
+                continue;
+            }
+            let Some(label) = read_label(&root) else { continue };
+            if label.name == self.name && label.user == Some(self.user) && presence::is_held(&root)? {
+                return Err(NodeError::Elsewhere {
+                    instance: self.name.clone(),
+                    edition: label.edition_text(),
+                    own: Edition::own().to_string(),
+                    need: root,
+                    got: self.root.clone(),
+                });
+            }
+        }
+        Ok(())
     }
 
     pub(crate) fn prefix(&self) -> String {
@@ -239,9 +324,37 @@ fn tag_of(name: &str) -> Option<&str> {
     ours.then_some(tag)
 }
 
-fn read_label(root: &Path) -> Option<String> {
+/// The tag of a user's instance.
+fn tag(user: u32, name: &str) -> String {
+    let mut tag = format!("{:016x}", xxh3_64(format!("{user}/{name}").as_bytes()));
+    tag.truncate(TAG_DIGITS);
+    tag
+}
+
+/// Whose a folder is.
+struct Label {
+    name: String,
+    user: Option<u32>,
+    /// A build older than editions tells none.
+    edition: Option<Edition>,
+}
+
+impl Label {
+    fn edition_text(&self) -> String {
+        self.edition
+            .as_ref()
+            .map_or_else(|| "an older build that does not tell its version".into(), ToString::to_string)
+    }
+}
+
+fn read_label(root: &Path) -> Option<Label> {
     let text = fs::read_to_string(root.join(LABEL)).ok()?;
-    text.lines().next().map(str::to_owned)
+    let mut lines = text.lines();
+    Some(Label {
+        name: lines.next()?.to_owned(),
+        user: lines.next().and_then(|line| line.parse().ok()),
+        edition: lines.next().and_then(|line| line.parse().ok()),
+    })
 }
 
 /// Proof that this process alone plays a role in its instance.

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use contract::Role;
 
-use crate::base::free_the_dead;
 use crate::scaffold::Scaffold;
+use crate::undertaker::free_the_dead;
 use crate::{Instance, NodeError};
 
 /// Works until it is dropped.

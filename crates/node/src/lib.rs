@@ -29,6 +29,7 @@
 mod base;
 mod clock;
 mod crash;
+mod edition;
 mod error;
 mod exchange;
 mod exit;
@@ -40,6 +41,7 @@ mod log;
 mod message;
 mod node;
 mod nonce;
+mod on_demand;
 mod parcel;
 pub mod peer;
 mod port;
@@ -47,6 +49,7 @@ mod presence;
 pub mod relay;
 mod room;
 mod scaffold;
+mod undertaker;
 mod vigil;
 
 pub use clock::now;
@@ -61,6 +64,7 @@ pub use log::log_to_stderr;
 pub use message::{Plain, Question, Sheet};
 pub use node::{Node, Wake, version};
 pub use nonce::random_run;
+pub use on_demand::{OnDemand, PolicyPort};
 pub use port::{
     BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
     MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,

@@ -29,6 +29,8 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
+        // A line that cannot be written is lost; telling so would end the process where it tells it.
+        .log_internal_errors(false)
         .with_timer(Stamp { role: role.to_owned() })
         .try_init()
         .is_ok();

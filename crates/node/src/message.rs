@@ -95,7 +95,7 @@ macro_rules! sheet {
 sheet!(
     MapPatch: MapPatchV1, SeenCellV1, cells, SeenCellV1::from, patch_from_wire;
     MapPage: MapPageV1, SeenCellV1, cells, SeenCellV1::from, map_page_from_wire;
-    TruthPage: TruthPageV1, GroundV1, cells, |ground| GroundV1::from(Some(ground)), truth_page_from_wire;
+    TruthPage: TruthPageV1, GroundV1, cells, GroundV1::from, truth_page_from_wire;
     PastPage: PastHeaderV1, RecordV2, records, RecordV2::from, page_from_wire;
     Policy: PolicyHeaderV1, PolicyCellV1, cells, PolicyCellV1::from, policy_from_wire
 );

@@ -19,6 +19,7 @@ use crate::exchange::{
 };
 use crate::janitor::Janitor;
 use crate::nonce::random_incarnation;
+use crate::on_demand::{OnDemand, PolicyPort};
 use crate::port::{
     BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
     MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,
@@ -285,6 +286,14 @@ impl Node {
         SheetWriter::new(&self.base, &service::policy(robot), cells)
     }
 
+    /// A writer of `hop/rN/policy` that takes no room until there is a policy to publish.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn policy_port(&self, robot: RobotId) -> Result<PolicyPort, NodeError> {
+        OnDemand::new(&self.base, service::policy(robot))
+    }
+
     /// A reader of `hop/rN/policy`.
     ///
     /// # Errors
@@ -333,7 +342,7 @@ impl Node {
         self.server(service::truth())
     }
 
-    /// A client of `truth/terrain`; perception and monitor only.
+    /// A client of `truth/terrain`; not for planners.
     ///
     /// # Errors
     /// See [`Node::brief_writer`].

@@ -1,11 +1,12 @@
 //! What perception, planner and monitor have in common: arguments, patience, and a good end.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{Decision, Heartbeat, MonotonicNs, Refusal, Role, Roster, RunId, Status};
+use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Name, Refusal, Role, Roster, RunId, Status};
 
-use crate::{Exit, Failure, Node};
+use crate::{Exit, Failure, Instance, Node, version};
 
 /// How long a work loop sleeps at most.
 pub const TICK: Duration = Duration::from_millis(10);
@@ -50,20 +51,56 @@ pub fn refuse(refusal: &Refusal) {
     tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
 }
 
+/// Lives that a process remembers the build of.
+const LIVES_MAX: usize = 1024;
+
+/// Tells peers of this build from those of another, by the first word of each life. One of another build has
+/// usually been refused when it joined; a build that does not know how is heard of here.
+#[derive(Clone, Debug, Default)]
+pub struct Builds(BTreeMap<Incarnation, Name>);
+
+impl Builds {
+    /// Whether a beat is of this build. The first of another is told, with both versions.
+    pub fn admit(&mut self, beat: &Heartbeat) -> bool {
+        if beat.version != version() && !self.0.contains_key(&beat.incarnation) {
+            tracing::error!(
+                "{} (process {}) is of version {}, this process is of {}: it is not heard; run all processes of \
+                 an instance from one build",
+                beat.role,
+                beat.pid,
+                beat.version,
+                version()
+            );
+        }
+        if self.0.len() < LIVES_MAX {
+            self.0.entry(beat.incarnation).or_insert(beat.version);
+        }
+        beat.version == version() && self.refuse(beat.incarnation).is_none()
+    }
+
+    /// Why a message of that life is refused, if it is of another build.
+    #[must_use]
+    pub fn refuse(&self, incarnation: Incarnation) -> Option<Refusal> {
+        let got = self.0.get(&incarnation).filter(|got| **got != version())?;
+        Some(Refusal::malformed("version", version().as_str(), got))
+    }
+}
+
 /// Says for whom a process waits, and for how long it will.
 #[derive(Debug)]
 pub struct Patience {
     limit: Option<Duration>,
+    instance: Instance,
     waits: Option<(&'static str, MonotonicNs)>,
     /// What the log has said is waited for.
     told: Option<&'static str>,
 }
 
 impl Patience {
-    /// Patience for at most `limit`; `None` is for ever.
+    /// Patience in `instance` for at most `limit`; `None` is for ever.
     #[must_use]
-    pub fn new(limit: Option<Duration>) -> Self {
-        Self { limit, waits: None, told: None }
+    pub fn new(limit: Option<Duration>, instance: &Instance) -> Self {
+        Self { limit, instance: instance.clone(), waits: None, told: None }
     }
 
     /// Takes note of what is waited for at `now`.
@@ -83,15 +120,25 @@ impl Patience {
         // Between two decisions everybody waits a little; only what lasts is worth a line.
         if self.told != Some(what) && now.since_ns(since) >= WORTH_A_LINE_NS {
             self.told = Some(what);
-            tracing::info!("waiting for {what}");
+            tracing::info!("waiting for {what}{}", self.namesake());
         }
         match self.limit {
             Some(limit) if u128::from(now.since_ns(since)) >= limit.as_nanos() => Err(Failure::new(
                 Exit::Peer,
-                format!("waited {limit:?} for {what}: start it in this instance, or allow more with --wait"),
+                format!(
+                    "waited {limit:?} for {what}: start it in this instance, or allow more with --wait{}",
+                    self.namesake()
+                ),
             )),
             _ => Ok(()),
         }
+    }
+
+    /// What is waited for may have been started by another user, whom we never meet.
+    fn namesake(&self) -> String {
+        let Some(user) = self.instance.namesake() else { return String::new() };
+        let (name, own) = (self.instance.name(), self.instance.user());
+        format!("; user {user} has an instance {name:?} too, closed to user {own}")
     }
 }
 
@@ -99,6 +146,7 @@ impl Patience {
 #[derive(Debug)]
 pub struct Attendance {
     roster: Roster,
+    builds: Builds,
     patience: Patience,
     stay: bool,
     joined: MonotonicNs,
@@ -108,19 +156,24 @@ pub struct Attendance {
 impl Attendance {
     /// A peer that has just joined.
     #[must_use]
-    pub fn new(args: &PeerArgs) -> Self {
+    pub fn new(args: &PeerArgs, instance: &Instance) -> Self {
         Self {
             roster: Roster::default(),
-            patience: Patience::new(args.wait),
+            builds: Builds::default(),
+            patience: Patience::new(args.wait, instance),
             stay: args.stay,
             joined: Node::now(),
             ended: None,
         }
     }
 
-    /// Takes note of a sign of life.
-    pub fn hear(&mut self, beat: &Heartbeat) {
-        self.roster.observe(*beat, Node::now());
+    /// Takes note of a sign of life; `false` if it is of another build, and not to be heard.
+    pub fn hear(&mut self, beat: &Heartbeat) -> bool {
+        let admitted = self.builds.admit(beat);
+        if admitted {
+            self.roster.observe(*beat, Node::now());
+        }
+        admitted
     }
 
     /// The mission has ended.

@@ -74,6 +74,8 @@ pub struct Reader<M: Plain> {
     subscriber: Subscriber<Ipc, Parcel<M::Wire>, ()>,
     factory: Single<M::Wire>,
     topic: String,
+    /// Messages that the queues of all writers hold.
+    most: usize,
     _base: Rc<Base>,
 }
 
@@ -95,6 +97,8 @@ pub struct SheetReader<S: Sheet> {
     header: S::Header,
     cells: Vec<S::Cell>,
     topic: String,
+    /// Messages that the queues of all writers hold.
+    most: usize,
     _base: Rc<Base>,
     _sheet: PhantomData<S>,
 }
@@ -151,7 +155,8 @@ impl<M: Plain> Reader<M> {
         let factory = open_single::<M::Wire>(base, topic)?;
         let subscriber = base.port(&topic.name, "subscribing", || factory.subscriber_builder().create())?;
         settle(&topic.name, &subscriber);
-        Ok(Self { subscriber, factory, topic: topic.name.clone(), _base: Rc::clone(base) })
+        let most = topic.max_publishers * topic.buffer;
+        Ok(Self { subscriber, factory, topic: topic.name.clone(), most, _base: Rc::clone(base) })
     }
 
     /// The next message, oldest first; `None` when there is none.
@@ -162,15 +167,18 @@ impl<M: Plain> Reader<M> {
     /// The newest message; older ones are passed over unread.
     pub fn newest(&mut self) -> Option<Result<M, Refusal>> {
         let mut newest = None;
-        while let Some(wire) = self.receive_wire() {
+        for _ in 0..self.most {
+            let Some(wire) = self.receive_wire() else { break };
             newest = Some(wire);
         }
         newest.map(|wire| M::from_wire(&wire))
     }
 
-    /// All messages that are there, oldest first per writer.
+    /// All messages that are there, oldest first per writer: no more than queues hold, however fast a writer
+    /// fills them again.
     pub fn drain(&mut self) -> impl Iterator<Item = Result<M, Refusal>> + '_ {
-        std::iter::from_fn(|| self.receive())
+        let most = self.most;
+        std::iter::from_fn(|| self.receive()).take(most)
     }
 
     /// Writers and readers at present, those not yet freed after death included.
@@ -266,6 +274,7 @@ impl<S: Sheet> SheetReader<S> {
             header: S::Header::zeroed(),
             cells: Vec::new(),
             topic: topic.name.clone(),
+            most: topic.max_publishers * topic.buffer,
             _base: Rc::clone(base),
             _sheet: PhantomData,
         })
@@ -279,15 +288,20 @@ impl<S: Sheet> SheetReader<S> {
     /// The newest message; older ones are passed over unread.
     pub fn newest(&mut self) -> Option<Result<S, Refusal>> {
         let mut any = false;
-        while self.receive_wire() {
+        for _ in 0..self.most {
+            if !self.receive_wire() {
+                break;
+            }
             any = true;
         }
         any.then(|| S::from_wire(&self.header, &self.cells))
     }
 
-    /// All messages that are there, oldest first per writer.
+    /// All messages that are there, oldest first per writer: no more than queues hold, however fast a writer
+    /// fills them again.
     pub fn drain(&mut self) -> impl Iterator<Item = Result<S, Refusal>> + '_ {
-        std::iter::from_fn(|| self.receive())
+        let most = self.most;
+        std::iter::from_fn(|| self.receive()).take(most)
     }
 
     /// Writers and readers at present, those not yet freed after death included.
@@ -314,8 +328,32 @@ impl<S: Sheet> SheetReader<S> {
     }
 }
 
+/// A topic as its messages of one size ask for it, under its name.
+pub(crate) fn plain_text<M: Plain>(topic: &Topic) -> String {
+    format!("{}: {}", topic.name, need(&single_types::<M::Wire>(), topic))
+}
+
+/// A topic as its messages of a header and cells ask for it, under its name.
+pub(crate) fn sheet_text<S: Sheet>(topic: &Topic) -> String {
+    format!("{}: {}", topic.name, need(&slice_types::<S>(), topic))
+}
+
+fn single_types<W: Wire>() -> String {
+    format!("{} ({} bytes)", W::NAME, size_of::<W>())
+}
+
+fn slice_types<S: Sheet>() -> String {
+    format!(
+        "{} ({} bytes) with cells of {} ({} bytes)",
+        S::Header::NAME,
+        size_of::<S::Header>(),
+        S::Cell::NAME,
+        size_of::<S::Cell>()
+    )
+}
+
 pub(crate) fn open_single<W: Wire>(base: &Base, topic: &Topic) -> Result<Single<W>, NodeError> {
-    let need = need(&format!("{} ({} bytes)", W::NAME, size_of::<W>()), topic);
+    let need = need(&single_types::<W>(), topic);
     base.open(&topic.name, MessagingPattern::PublishSubscribe, &need, || {
         base.node()
             .service_builder(&service_name(&topic.name))
@@ -332,14 +370,8 @@ pub(crate) fn open_single<W: Wire>(base: &Base, topic: &Topic) -> Result<Single<
 }
 
 pub(crate) fn open_slices<S: Sheet>(base: &Base, topic: &Topic) -> Result<Slices<S>, NodeError> {
-    let types = format!(
-        "{} ({} bytes) with cells of {} ({} bytes)",
-        S::Header::NAME,
-        size_of::<S::Header>(),
-        S::Cell::NAME,
-        size_of::<S::Cell>()
-    );
-    base.open(&topic.name, MessagingPattern::PublishSubscribe, &need(&types, topic), || {
+    let need = need(&slice_types::<S>(), topic);
+    base.open(&topic.name, MessagingPattern::PublishSubscribe, &need, || {
         base.node()
             .service_builder(&service_name(&topic.name))
             .publish_subscribe::<[Parcel<S::Cell>]>()

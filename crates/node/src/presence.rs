@@ -39,17 +39,21 @@ impl Presence {
     /// the dead are removed.
     pub(crate) fn enter(instance: &Instance) -> Result<Self, NodeError> {
         let (lock, alone) = acquire(instance, true)?;
+        // From here on whoever fails leaves as everybody does.
+        let presence = Self { lock, instance: instance.clone() };
         if alone {
             wipe(instance)?;
+            instance.check_elsewhere()?;
             instance.label()?;
         }
         let path = instance.root().join(LOCK);
         // Between giving up the exclusive lock and having the shared one, another may have come first.
-        if alone && !try_flock(&lock, FlockOperation::NonBlockingLockShared, &path)? {
+        if alone && !try_flock(&presence.lock, FlockOperation::NonBlockingLockShared, &path)? {
+            drop(presence);
             return Self::enter(instance);
         }
         instance.label()?;
-        Ok(Self { lock, instance: instance.clone() })
+        Ok(presence)
     }
 
     /// Removes everything of an instance without live processes.
@@ -164,6 +168,15 @@ pub(crate) fn try_flock(file: &File, operation: FlockOperation, path: &Path) -> 
             Err(error) => return Err(NodeError::system("lock", path, error)),
         }
     }
+}
+
+/// Whether somebody lives in a folder that is not ours to enter.
+pub(crate) fn is_held(root: &Path) -> Result<bool, NodeError> {
+    let path = root.join(LOCK);
+    let Ok(lock) = File::open(&path) else { return Ok(false) };
+    let held = !try_flock(&lock, FlockOperation::NonBlockingLockExclusive, &path)?;
+    unlock(&lock);
+    Ok(held)
 }
 
 /// Gives up a lock. Closing the file would not do: a child that another thread has forked and that has not

@@ -3,7 +3,8 @@
 //! The source sends a state, the second process answers it with a map, the third answers the map with a
 //! command, and the source takes the time from before the first send to after the last receive. Each process
 //! sleeps until its event comes, copies what it receives, and fills what it sends: what any stack over this
-//! middleware must do. Types, sizes and qualities of service are those of the mission.
+//! middleware must do. Types and qualities of service are those of the mission, and so is the size of a map's
+//! patch, if the caller gives it the cells that the mission's patches have.
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -58,7 +59,7 @@ impl std::str::FromStr for Stage {
 pub struct Relay {
     /// The instance it runs in.
     pub instance: Instance,
-    /// Cells of the map.
+    /// Cells of each patch of the map.
     pub cells: usize,
 }
 

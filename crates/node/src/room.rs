@@ -1,7 +1,11 @@
 //! How much shared memory an instance needs, and how much there is.
 //!
-//! A file in shared memory that outgrows it ends the process with SIGBUS rather than an error, so we look
-//! before we leap.
+//! A file in shared memory that outgrows it ends the process with SIGBUS rather than an error, at the first
+//! write to a page that is not there. So we look before we leap, and have every page given to us before we use
+//! any: from then on it is of no matter who fills the rest.
+
+use std::fs;
+use std::io::ErrorKind;
 
 use contract::limits::MAP_PATCH_CELLS;
 use contract::service::{self, Exchange, Topic};
@@ -11,9 +15,12 @@ use contract::wire::{
 };
 use contract::{MapPage, PastPage, RobotId, TruthPage};
 
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::Errno;
+
 use crate::NodeError;
 use crate::exchange::page_bytes;
-use crate::instance::SHARED_MEMORY;
+use crate::instance::{Instance, SHARED_MEMORY};
 
 /// Planners of one robot that are reckoned with: the leader and one that stands by.
 const PLANNERS: usize = 2;
@@ -26,6 +33,10 @@ const OVERHEAD: usize = 64;
 
 /// Bytes for everything else: services, connections, events.
 const MANAGEMENT_BYTES: u64 = 4 << 20;
+
+/// Bytes that must be free for a process to join: more than its part of the above, since others connect to it
+/// without asking.
+const ENTRY_BYTES: u64 = 1 << 20;
 
 /// Shared memory of one service.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -80,12 +91,13 @@ impl Room {
         Ok(Self { need_bytes, free_bytes: free_bytes()?, services })
     }
 
-    /// Fails early if there is not enough.
+    /// Fails early if there is not enough, with what processes of `instance` have already.
     ///
     /// # Errors
     /// [`NodeError::NoRoom`] with both numbers.
-    pub fn check(&self) -> Result<(), NodeError> {
-        check("the mission", self.need_bytes, self.free_bytes)
+    pub fn check(&self, instance: &Instance) -> Result<(), NodeError> {
+        let used_bytes: u64 = instance.files().iter().map(|(_, bytes)| bytes).sum();
+        check("the mission", self.need_bytes, self.free_bytes + used_bytes)
     }
 }
 
@@ -97,6 +109,42 @@ pub fn free_bytes() -> Result<u64, NodeError> {
     let status = rustix::fs::statvfs(SHARED_MEMORY)
         .map_err(|error| NodeError::system("inspect", SHARED_MEMORY.as_ref(), error))?;
     Ok(status.f_bavail * status.f_frsize)
+}
+
+/// Fails if there is no room for one more process.
+pub(crate) fn check_entry(name: &str) -> Result<(), NodeError> {
+    check(&format!("joining as {name}"), ENTRY_BYTES, free_bytes()?)
+}
+
+/// Has all pages of the instance's files given to us, those of `what` among them.
+///
+/// # Errors
+/// [`NodeError::NoRoom`] if there are not enough.
+pub(crate) fn reserve(instance: &Instance, what: &str) -> Result<(), NodeError> {
+    for (path, used_bytes) in instance.files() {
+        let file = match fs::OpenOptions::new().read(true).write(true).open(&path) {
+            Ok(file) => file,
+            // Gone with its owner, or not yet finished: then its maker reserves it.
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::PermissionDenied) => {
+                continue;
+            }
+            Err(error) => return Err(NodeError::system("open", &path, error)),
+        };
+        let bytes = file.metadata().map_err(|error| NodeError::system("inspect", &path, error))?.len();
+        if bytes <= used_bytes {
+            continue;
+        }
+        match fallocate(&file, FallocateFlags::empty(), 0, bytes) {
+            // A file system that gives no promises leaves us with the check alone.
+            Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS) => {}
+            Err(Errno::NOSPC) => {
+                let (need_bytes, free_bytes) = (bytes - used_bytes, free_bytes()?);
+                return Err(NodeError::NoRoom { what: what.into(), need_bytes, free_bytes });
+            }
+            Err(error) => return Err(NodeError::system("reserve", &path, error)),
+        }
+    }
+    Ok(())
 }
 
 /// Fails if one more writer of `topic` would outgrow shared memory.

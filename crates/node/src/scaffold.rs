@@ -19,6 +19,7 @@ use iceoryx2::prelude::Config;
 use rustix::fs::FlockOperation;
 
 use crate::presence::try_flock;
+use crate::undertaker::folder;
 use crate::{Instance, NodeError, SHARED_MEMORY};
 
 /// File whose lock is the right to make things.
@@ -120,7 +121,7 @@ impl Drop for Hold<'_> {
 /// for; a connection with one dead end is of no use, whoever is at it.
 pub(crate) fn clear_dead(config: &Config, dead: &UniqueNodeId) {
     let prefix = config.global.prefix.to_string();
-    let folder = Path::new(&config.global.node_dir().to_string()).join(dead.value().to_string());
+    let folder = folder(config, dead);
     // A port's tag is named after its number, finished or not.
     let ports: Vec<String> = fs::read_dir(&folder)
         .into_iter()

@@ -10,7 +10,7 @@ use std::time::Duration;
 use iceoryx2_bb_posix::signal::SignalHandler;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use signal_hook::SigId;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1, SIGXFSZ};
 
 use crate::{Exit, NodeError};
 
@@ -133,6 +133,9 @@ fn wait_for_end(input: &mut impl Read) {
 /// The middleware captures a dozen signals when it first makes a shared memory, ours among them. Let it do
 /// so now, before our own handlers go on top, and give the others their usual effect back: a terminal's
 /// Ctrl-Z and Ctrl-\ still work.
+///
+/// SIGXFSZ is taken note of and ignored: a file that may not grow is a full disk, an error of the write rather
+/// than the death of the process.
 fn restore_signals() -> std::io::Result<()> {
     static ONCE: Once = Once::new();
     let mut result = Ok(());
@@ -143,6 +146,9 @@ fn restore_signals() -> std::io::Result<()> {
             if let Err(error) = signal_hook::flag::register_conditional_default(signal, always) {
                 result = Err(error);
             }
+        }
+        if let Err(error) = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))) {
+            result = Err(error);
         }
     });
     result

@@ -124,6 +124,7 @@ fn config(own: &Own) -> Config {
     config
 }
 
+/// P-MISMATCH.
 #[test]
 fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
     let own = Own::new();

@@ -4,8 +4,10 @@
 
 mod samples;
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -91,6 +93,7 @@ fn play(part: &str, instance: &Instance) -> Exit {
     let _claim = (part == "claim").then(|| instance.claim(Role::HopperSim).unwrap());
     let mut node = Node::join(instance, Role::HopperSim, Name::NONE).unwrap();
     let states = node.state_writer(ROBOT).unwrap();
+    let _servers = (part == "serve").then(|| (node.past_server().unwrap(), node.truth_server().unwrap()));
     if part.starts_with("lifeline") {
         node.hold_lifeline();
     }
@@ -227,6 +230,43 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
             let nodes = inspect(&own.0).unwrap().nodes;
             nodes.iter().all(|node| node.health == NodeHealth::Alive).then_some(())
         });
+    }
+    own.assert_gone();
+}
+
+/// P-UNDERTAKER.
+#[test]
+fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
+    let own = Own::new();
+    {
+        // It looks after the dead once a second only, and keeps the services alive.
+        let mut peer = Node::join(&own.0, Role::Monitor, Name::NONE).unwrap();
+        let _clients = (peer.past_client().unwrap(), peer.truth_client().unwrap());
+        let names = |folder: &Path| -> BTreeSet<String> {
+            let entries = std::fs::read_dir(folder).unwrap().flatten();
+            entries.map(|entry| entry.file_name().into_string().unwrap()).collect()
+        };
+        let (nodes, records) = (own.0.root().join("nodes"), own.0.root().join("dead"));
+        for round in 0..3 {
+            let before = names(&nodes);
+            let mut server = Helper::start(&own, "serve", "");
+            let after = names(&nodes);
+            let id = after.difference(&before).find(|name| nodes.join(name).is_dir()).unwrap();
+            let tags: Vec<String> =
+                names(&nodes.join(id)).into_iter().filter(|name| name.ends_with(".port_tag")).collect();
+            server.child.kill().unwrap();
+            server.end();
+            // As if somebody had written the tags down, removed them, and died before the places were free.
+            std::fs::create_dir_all(&records).unwrap();
+            std::fs::write(records.join(id), tags.join("\n")).unwrap();
+            for tag in &tags {
+                // Gone only if the peer has just freed it all.
+                let _ = std::fs::remove_file(nodes.join(id).join(tag));
+            }
+            let mut next = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+            let servers = (next.past_server(), next.truth_server());
+            assert!(tags.len() > 4 && servers.0.is_ok() && servers.1.is_ok(), "round {round}: {servers:?}");
+        }
     }
     own.assert_gone();
 }

@@ -3,7 +3,8 @@
 //! [`Tally`] folds executed decisions in constant memory; [`Latency`] inside it says where the time
 //! of a decision went. [`Summary`] is the tally as JSON for programs (its field names are a promise)
 //! or, displayed, as text for a terminal. [`Picture`] draws ground, policy, route in the manner of
-//! the papers' figures. [`timetable()`] lists where the time of each decision went. [`table()`] formats every text table of the project.
+//! the papers' figures. [`timetable()`] lists where the time of each decision went. [`table()`] formats every
+//! text table of the project.
 //!
 //! No I/O, no clock: everything is computed from what is handed in.
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::text::{self, TEXT_BYTES_MAX};
 use crate::{Scenario, ScenarioError};
 
 /// Scenarios of the house by name; the same files lie in `scenarios/`.
@@ -29,8 +30,7 @@ pub fn load(selector: &str) -> Result<Scenario, ScenarioError> {
     if !path.exists() {
         return Err(ScenarioError::Unknown { got: selector.into() });
     }
-    let text =
-        std::fs::read_to_string(path).map_err(|source| ScenarioError::Read { path: path.into(), source })?;
+    let text = text::read(path, TEXT_BYTES_MAX)?;
     let mut scenario = Scenario::parse(&text, selector)?;
     scenario.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     if scenario.brief.name.is_none() {

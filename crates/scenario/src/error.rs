@@ -25,6 +25,14 @@ pub enum ScenarioError {
         /// Why.
         source: std::io::Error,
     },
+    /// More text than any scenario has.
+    #[error("{}: need at most {bytes_max} bytes, got more; name the text of a scenario or a campaign", path.display())]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// Most bytes.
+        bytes_max: u64,
+    },
     /// Not a scenario; the message has line and column.
     #[error("{origin}: {message}")]
     Toml {

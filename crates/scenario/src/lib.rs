@@ -12,6 +12,7 @@ mod mission;
 mod overrides;
 mod resolve;
 mod robot;
+pub mod text;
 mod truth;
 mod world;
 
@@ -60,11 +61,9 @@ impl Scenario {
     ///
     /// # Errors
     /// [`ScenarioError::Toml`] with line and column.
-    pub fn parse(text: &str, origin: &str) -> Result<Self, ScenarioError> {
-        toml::from_str(text).map_err(|error| ScenarioError::Toml {
-            origin: origin.into(),
-            message: error.to_string().trim_end().into(),
-        })
+    pub fn parse(toml: &str, origin: &str) -> Result<Self, ScenarioError> {
+        toml::from_str(toml)
+            .map_err(|error| ScenarioError::Toml { origin: origin.into(), message: text::fault(&error) })
     }
 
     /// The scenario as the command line changes it. A default that follows from what is changed

@@ -21,6 +21,9 @@ use crate::{
 /// Most hills of a generated terrain.
 const HILLS_MAX: usize = 1000;
 
+/// Most rectangles of sand: each is asked for each cell.
+const RECTANGLES_MAX: usize = 1000;
+
 /// A relief, and how it came out of its source, for a mask to follow.
 struct Shaped {
     relief: Relief,
@@ -52,7 +55,7 @@ impl Scenario {
         // Every bound of the wire is a bound of scenarios; it is stated there, once.
         brief = Brief::try_from(&BriefV2::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
-            Option::<Ground>::try_from(&GroundV1::from(Some(ground))).map_err(ScenarioError::Brief)?;
+            Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
         }
         brief.scenario_hash = hash(&resolved, &terrain);
         Ok(World {
@@ -130,6 +133,13 @@ impl Scenario {
 
     fn sand(&self, shaped: &Shaped) -> Result<Sand, ScenarioError> {
         let rules = &self.truth.sand;
+        if rules.rectangles.len() > RECTANGLES_MAX {
+            return Err(ScenarioError::Value {
+                field: "truth.sand.rectangles",
+                need: "at most 1000",
+                got: rules.rectangles.len().to_string(),
+            });
+        }
         for rectangle in &rules.rectangles {
             if rectangle.x[0] > rectangle.x[1] || rectangle.y[0] > rectangle.y[1] {
                 return Err(ScenarioError::Value {

@@ -16,6 +16,12 @@ use crate::{TerrainError, Window};
 /// could hold is cut short, and that is known before memory is taken for them.
 const PACKING_MAX: u64 = 4096;
 
+/// Most cells that the strips or tiles of one window may hold: what is unpacked to read it, some seconds' work.
+const UNPACKED_CELLS_MAX: u64 = 1 << 30;
+
+/// By how much a strip or tile may be longer in the file than unpacked, bytes: what packing may add at worst.
+const PACKED_SLACK: u64 = 1024;
+
 /// Remedies for what is not read, in GDAL's words.
 const AS_DEFLATE: &str = "convert it with gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif";
 const AS_FLOAT32: &str = "convert it with gdal_translate -ot Float32 IN.tif OUT.tif";
@@ -154,11 +160,23 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         let (chunk_width, chunk_height) = self.layout.chunk;
         let chunks_across = width.div_ceil(chunk_width);
         let places = self.places(u64::from(chunks_across) * u64::from(height.div_ceil(chunk_height)))?;
-        let mut values = vec![f64::NAN; window.cells() as usize];
         // Chunks run from the north, windows from the south.
         let north = height - window.y - window.height;
-        for chunk_y in north / chunk_height..=(north + window.height - 1) / chunk_height {
-            for chunk_x in window.x / chunk_width..=(window.x + window.width - 1) / chunk_width {
+        let down = north / chunk_height..=(north + window.height - 1) / chunk_height;
+        let across = window.x / chunk_width..=(window.x + window.width - 1) / chunk_width;
+        let chunks = down.clone().count() as u64 * across.clone().count() as u64;
+        let unpacked = chunks.saturating_mul(u64::from(chunk_width) * u64::from(chunk_height));
+        if unpacked > UNPACKED_CELLS_MAX {
+            return Err(TerrainError::Unsupported {
+                what: "cells in the strips or tiles to be unpacked",
+                need: "at most 1073741824",
+                got: unpacked.to_string(),
+                remedy: AS_TILES,
+            });
+        }
+        let mut values = vec![f64::NAN; window.cells() as usize];
+        for chunk_y in down {
+            for chunk_x in across.clone() {
                 let (left, top) = (chunk_x * chunk_width, chunk_y * chunk_height);
                 let Some(chunk) = self.chunk(places[(chunk_y * chunks_across + chunk_x) as usize], top)?
                 else {
@@ -209,7 +227,7 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         let rows = if tiled { rows } else { rows.min(self.header.height - top) };
         let row_bytes = columns as usize * sample.size();
         let unpacked_length = row_bytes * rows as usize;
-        if length > 2 * unpacked_length as u64 + 65_536 {
+        if length > 2 * unpacked_length as u64 + PACKED_SLACK {
             return Err(TerrainError::Malformed {
                 what: "length of a strip or tile",
                 need: format!("hardly more than its {unpacked_length} bytes unpacked"),

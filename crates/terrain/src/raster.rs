@@ -132,11 +132,9 @@ impl RasterFile<BufReader<File>> {
     /// # Errors
     /// [`TerrainError::File`] with what is wrong.
     pub fn open(path: &Path) -> Result<Self, TerrainError> {
-        let raster = File::open(path)
-            .map_err(TerrainError::from)
-            .and_then(|file| Self::new(BufReader::new(file)))
-            .map_err(|error| error.of(path))?;
-        let projection = File::open(path.with_extension("prj")).ok().and_then(|file| {
+        let raster =
+            regular(path).and_then(|file| Self::new(BufReader::new(file))).map_err(|error| error.of(path))?;
+        let projection = regular(&path.with_extension("prj")).ok().and_then(|file| {
             let mut text = String::new();
             file.take(PROJECTION_BYTES_MAX).read_to_string(&mut text).ok().map(|_| text)
         });
@@ -269,6 +267,19 @@ impl<R: BufRead + Seek> RasterFile<R> {
         }
         Ok(values)
     }
+}
+
+/// Opens a regular file: a pipe might never open, and a device never end.
+fn regular(path: &Path) -> Result<File, TerrainError> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(TerrainError::Unsupported {
+            what: "file",
+            need: "a regular one",
+            got: "a pipe, a device or a folder".into(),
+            remedy: "copy it to a file first",
+        });
+    }
+    Ok(File::open(path)?)
 }
 
 /// Middle of the north-western cell and the cell's sides, in the file's unit.

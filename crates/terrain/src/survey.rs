@@ -71,12 +71,16 @@ impl Survey {
     /// [`TerrainError::File`] with what is wrong.
     pub fn of_file(path: &Path, window: Option<Window>, slope_limit_deg: f64) -> Result<Self, TerrainError> {
         let raster = RasterFile::open(path)?;
-        Self::of_raster(raster, path, window, slope_limit_deg).map_err(|error| error.of(path))
+        Self::of(raster, &path.display().to_string(), window, slope_limit_deg).map_err(|error| error.of(path))
     }
 
-    fn of_raster<R: std::io::BufRead + std::io::Seek>(
+    /// Surveys a raster that is open; `name` is what the survey calls it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn of<R: std::io::BufRead + std::io::Seek>(
         raster: RasterFile<R>,
-        path: &Path,
+        name: &str,
         window: Option<Window>,
         slope_limit_deg: f64,
     ) -> Result<Self, TerrainError> {
@@ -111,7 +115,7 @@ impl Survey {
             over_limit_share: if slopes.is_empty() { 0.0 } else { too_steep / slopes.len() as f64 },
         };
         let mut survey = Self {
-            file: path.display().to_string(),
+            file: name.into(),
             header,
             georeference,
             surveyed_width: window.width,

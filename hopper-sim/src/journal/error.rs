@@ -66,6 +66,22 @@ pub enum JournalError {
         /// Where a whole one follows, bytes.
         whole_at: u64,
     },
+    /// More bytes after the last whole frame than a torn write leaves: nothing is cut.
+    #[error(
+        "{} holds no record at byte {offset}: a torn tail needs at most {max} bytes, got {got}; if they are to go, \
+         truncate --size={offset} the file",
+        path.display()
+    )]
+    TornTooMuch {
+        /// The file.
+        path: PathBuf,
+        /// Where the last whole frame ends, bytes.
+        offset: u64,
+        /// Most bytes of a tail.
+        max: u64,
+        /// Bytes after the last whole frame.
+        got: u64,
+    },
     /// A frame is whole but holds no record.
     #[error("{} holds no record at byte {offset}: {reason}", path.display())]
     Undecodable {

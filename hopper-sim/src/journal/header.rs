@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use contract::wire::BriefV2;
 use contract::{Brief, Limits, RunId};
 use scenario::World;
 use serde::{Deserialize, Serialize};
@@ -108,7 +109,9 @@ impl JournalHeader {
         file.read_exact_at(&mut frame, PREAMBLE_BYTES as u64).map_err(short)?;
         let payload = frame::payload(&frame, codec::BYTES_MAX)
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
-        let header = codec::decode(payload).map_err(bad)?;
+        let header: Self = codec::decode(payload).map_err(bad)?;
+        // The bounds of the wire are those of the journal too; they are stated there.
+        Brief::try_from(&BriefV2::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
     }
 }

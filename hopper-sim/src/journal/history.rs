@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use contract::Record;
 
-use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, codec, frame};
+use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
@@ -96,13 +96,19 @@ impl<S: Storage> Records<'_, S> {
         self.window.resize(bytes_left.min(frame_max as u64) as usize, 0);
         file.read_exact_at(&mut self.window, offset).map_err(read)?;
         let Some(payload) = frame::payload(&self.window, RECORD_BYTES_MAX) else {
-            let whole = frame::find(file, offset + 1..*file_bytes, RECORD_BYTES_MAX).map_err(read)?;
+            // What is searched is bounded, so that no file can keep a reader busy for long.
+            let until = (*file_bytes).min(offset.saturating_add(TORN_BYTES_MAX));
+            let whole = frame::find(file, offset + 1..until, RECORD_BYTES_MAX).map_err(read)?;
             return match whole {
                 Some(whole_at) => Err(JournalError::Corrupt { path: path.clone(), offset, whole_at }),
+                None if bytes_left > TORN_BYTES_MAX => {
+                    let (max, got) = (TORN_BYTES_MAX, bytes_left);
+                    Err(JournalError::TornTooMuch { path: path.clone(), offset, max, got })
+                }
                 None => Ok(None),
             };
         };
-        let record = codec::decode(payload).map_err(|reason| JournalError::Undecodable {
+        let record = super::record(payload).map_err(|reason| JournalError::Undecodable {
             path: path.clone(),
             offset,
             reason,

@@ -26,6 +26,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
+use contract::wire::RecordV2;
 use contract::{Decision, PastPage, Record};
 
 use crate::mission::{ROBOT, genesis};
@@ -43,6 +44,10 @@ pub const FILE_NAME: &str = "hops.journal";
 
 /// Most bytes of an encoded record.
 const RECORD_BYTES_MAX: usize = 4096;
+
+/// Most bytes of a torn tail: a frame cut short, and what a file system may put behind it. More than that is
+/// no tail, and is not cut.
+pub const TORN_BYTES_MAX: u64 = 1 << 20;
 
 /// A journal open for writing, locked against every other writer.
 #[derive(Debug)]
@@ -274,7 +279,7 @@ impl<S: Storage> Journal<S> {
         let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
         let payload = frame::payload(&frame, RECORD_BYTES_MAX)
             .ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
-        codec::decode(payload).map_err(undecodable)
+        self::record(payload).map_err(undecodable)
     }
 
     /// The header.
@@ -310,6 +315,12 @@ impl<S: Storage> Journal<S> {
     fn genesis(&self) -> contract::Digest {
         genesis(&self.header.brief, self.header.seed)
     }
+}
+
+/// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
+fn record(payload: &[u8]) -> Result<Record, String> {
+    let record: Record = codec::decode(payload)?;
+    Record::try_from(&RecordV2::from(&record)).map_err(|refusal| refusal.to_string())
 }
 
 /// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.

@@ -78,7 +78,10 @@ impl Verification {
     }
 
     /// What `history` proves.
-    pub(super) fn of<S: Storage>(history: &History<S>) -> Result<Self, JournalError> {
+    ///
+    /// # Errors
+    /// If it cannot be read through.
+    pub fn of<S: Storage>(history: &History<S>) -> Result<Self, JournalError> {
         let mut verification = Self::new(history);
         let mut due = Decision(0);
         let mut records = history.records();

@@ -10,5 +10,6 @@ mod fixture;
 mod journal;
 mod linger;
 mod resume;
+mod truth;
 mod verification;
 mod wire;

@@ -16,13 +16,21 @@ pub const TOLERANCE: f64 = 1e-9;
 /// The tolerance for `model`: [`TOLERANCE`], or 64 units in the last place of the largest value possible.
 #[must_use]
 pub fn tolerance(model: &Model) -> f64 {
-    TOLERANCE.max(64.0 * f64::EPSILON * value_max(model))
+    TOLERANCE.max(64.0 * f64::EPSILON * worth_max(model))
 }
 
-/// Largest |V| possible.
-fn value_max(model: &Model) -> f64 {
-    let payoff_max = model.payoffs.iter().fold(0.0_f64, |max, payoff| max.max(payoff.abs()));
-    (payoff_max / (1.0 - model.discount)).max(model.loss.abs())
+/// The largest |r + V| possible, as [`World::worth_max`] has it: a free node may pay for ever, what absorbs
+/// pays once.
+fn worth_max(model: &Model) -> f64 {
+    let (mut free, mut once) = (0.0_f64, model.loss.abs());
+    for (node, payoff) in model.nodes.iter().zip(&model.payoffs) {
+        match node {
+            Node::Free => free = free.max(payoff.abs()),
+            Node::Goal | Node::Treasure => once = once.max(payoff.abs()),
+            Node::Impassable | Node::Outside => {}
+        }
+    }
+    (free / (1.0 - model.discount)).max(once)
 }
 
 /// How a solve ended.

@@ -9,7 +9,7 @@ pub mod treasures;
 use std::cell::RefCell;
 
 use contract::{Action, Name, PolicyCell};
-use solver::online::{How, Status};
+use solver::online::How;
 
 use self::cold::Cold;
 use self::model::Model;
@@ -53,11 +53,8 @@ impl Planner for Mdp {
         if here == situation.brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        if budget.work_max.is_none()
-            && situation.map.treasures().is_empty()
-            && let Some(plan) = self.plan_in_session(situation, budget.pulse)
-        {
-            return plan;
+        if budget.work_max.is_none() && situation.map.treasures().is_empty() {
+            return self.plan_in_session(situation, budget.pulse);
         }
         if let Some(model) = &mut self.model {
             model.rebuild(situation);
@@ -94,26 +91,25 @@ impl Planner for Mdp {
 }
 
 impl Mdp {
-    /// Plans by the session; `None` if there can be none.
-    fn plan_in_session(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Option<Plan> {
+    /// Plans by the session.
+    fn plan_in_session(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Plan {
         let Situation { brief, map, state } = *situation;
         let slot = self.session.get_mut();
         match slot.as_mut().filter(|session| session.is_of(brief)) {
             Some(session) => session.follow(map),
-            None => *slot = Session::new(brief, map),
+            None => *slot = Some(Session::new(brief, map)),
         }
-        let session = slot.as_mut()?;
-        let Some(decision) = session.act(state.pose.cell, pulse) else {
-            return Some(Plan::at_once(Action::Hold, PlanStatus::Infeasible));
+        let session = slot.as_mut().expect("made just now, if there was none");
+        // Off the goal's lattice there is no decision, where no goal can be reached no hop.
+        let decision = session.act(state.pose.cell, pulse);
+        let Some((decision, hop)) = decision.and_then(|decision| Some((decision, decision.action?))) else {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        if decision.status == Status::Infeasible {
-            return Some(Plan::at_once(Action::Hold, PlanStatus::Infeasible));
-        }
-        let action = decision.action.map(session::action)?;
+        let action = session::action(hop);
         self.in_session = true;
         // What is promised, not what was measured: that would tell how the decision was come by.
         let beyond = if decision.how == How::Canonical { decision.bound } else { 0.0 };
         let residual = solver::online::VALUE_ERROR.max(beyond) * (1.0 - brief.payoff.discount);
-        Some(Plan { action, status: PlanStatus::Solved, work: decision.work, residual })
+        Plan { action, status: PlanStatus::Solved, work: decision.work, residual }
     }
 }

@@ -251,8 +251,9 @@ impl Model {
 pub(super) fn soils(brief: &Brief) -> [solver::Soil; 2] {
     [Soil::Hard, Soil::Sand].map(|soil| {
         let motion = soil_motion(&brief.motion, soil);
-        // The scatter takes the remainder for one side; here both sides share it.
-        let sideways = 0.5 * (1.0 - motion.intended - motion.stuck);
+        // The scatter takes the remainder for one side; here both sides share it. Where there are no slips,
+        // rounding may leave a remainder just below 0.
+        let sideways = (0.5 * (1.0 - motion.intended - motion.stuck)).max(0.0);
         let wait = f64::from(u8::from(soil == Soil::Sand));
         solver::Soil { intended: motion.intended, stuck: motion.stuck, sideways, wait }
     })

@@ -43,15 +43,18 @@ struct Lattice {
 }
 
 impl Session {
-    /// A session on `brief` and `map`; `None` if the solver refuses the brief's numbers.
+    /// A session on `brief` and `map`.
+    ///
+    /// # Panics
+    /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
-    pub fn new(brief: &Brief, map: &ObservedMap) -> Option<Self> {
+    pub fn new(brief: &Brief, map: &ObservedMap) -> Self {
         let lattice = Lattice::new(brief);
         let belief = Belief::new(brief, map);
         let believed: Vec<Ground> =
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
-        let (world, worst_payoff) = world(brief, &lattice, &believed)?;
-        Some(Self {
+        let (world, worst_payoff) = world(brief, &lattice, &believed);
+        Self {
             brief: *brief,
             lattice,
             believed,
@@ -59,7 +62,7 @@ impl Session {
             observation: map.observation(),
             worst_payoff,
             online: Online::new(world),
-        })
+        }
     }
 
     /// Whether the session is about `brief`.
@@ -76,9 +79,8 @@ impl Session {
         for &node in &changed {
             self.believed[node] = *belief.ground(self.lattice.cell(node));
         }
-        if 4 * changed.len() > self.believed.len()
-            && let Some((world, worst_payoff)) = world(&self.brief, &self.lattice, &self.believed)
-        {
+        if 4 * changed.len() > self.believed.len() {
+            let (world, worst_payoff) = world(&self.brief, &self.lattice, &self.believed);
             self.worst_payoff = worst_payoff;
             self.online.replace(world);
             return;
@@ -178,20 +180,21 @@ impl Lattice {
 }
 
 /// The world of what is believed, and its least payoff.
-fn world(brief: &Brief, lattice: &Lattice, believed: &[Ground]) -> Option<(World, f64)> {
+fn world(brief: &Brief, lattice: &Lattice, believed: &[Ground]) -> (World, f64) {
     let leaving = match brief.profile {
         Profile::Paper2023 => Leaving::Stays,
         Profile::Hopper => Leaving::Loses,
     };
     let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
-    let mut world = World::new(lattice.width, lattice.height, rules).ok()?;
+    let refused = "a brief is checked where it enters a process";
+    let mut world = World::new(lattice.width, lattice.height, rules).expect(refused);
     let payoff = LandingPayoff::new(brief);
     for (node, ground) in believed.iter().enumerate() {
         world.set(node, site(brief, &payoff, lattice.cell(node), ground));
     }
     let worst_payoff = worst_payoff(&world);
-    world.set_loss(loss(brief, worst_payoff)).ok()?;
-    Some((world, worst_payoff))
+    world.set_loss(loss(brief, worst_payoff)).expect(refused);
+    (world, worst_payoff)
 }
 
 fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Ground) -> Site {

@@ -123,6 +123,42 @@ fn value_iteration_agrees_with_the_linear_solve_on_the_worlds_of_the_paper() {
 }
 
 #[test]
+fn ground_without_slips_is_planned_on_in_a_session_and_from_nothing() {
+    // 1 - 0.9 - 0.1 is just below 0 in floating point, and 1 - 0.7 - 0.3 just above.
+    let shares =
+        (0..=10_u32).map(|tenths| [f64::from(10 - tenths), f64::from(tenths)].map(|share| share / 10.0));
+    let negative = |[intended, stuck]: &[f64; 2]| 1.0 - intended - stuck < 0.0;
+    assert!(shares.clone().any(|share| negative(&share)), "the case in point is among them");
+    for [intended, stuck] in shares.filter(|[intended, _]| *intended > 0.0) {
+        for soils in [Soils::Hard, Soils::Sandy] {
+            for profile in Profile::ALL {
+                let mut world = World::paper(soils, [0.5, 0.5], profile);
+                for motion in [&mut world.brief.motion.hard, &mut world.brief.motion.sand] {
+                    (motion.intended, motion.stuck, motion.sideways) = (intended, stuck, 0.0);
+                }
+                let plan_within = |work_max| {
+                    let budget = Budget::of(work_max);
+                    world.plan_within(&mut Mdp::default(), &world.unseen(), world.brief.start, &budget)
+                };
+                let [session, cold] = [None, Some(u64::MAX)].map(plan_within);
+                assert_eq!((session.status, session.action), (PlanStatus::Solved, cold.action), "{intended}");
+                assert_eq!(cold.status, PlanStatus::Solved);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_absorbs_pays_once_and_loosens_no_tolerance_for_ever() {
+    let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
+    world.brief.payoff.goal = 1.0e6;
+    let (map, state) = (world.seen(), world.state(world.brief.start, Decision(0), 0));
+    let model = Model::new(&Situation { brief: &world.brief, map: &map, state: &state });
+    let once = 64.0 * f64::EPSILON * 1.0e6;
+    assert_eq!(planner::mdp::cold::tolerance(&model), once);
+}
+
+#[test]
 fn rewards_beyond_the_precision_of_the_tolerance_are_still_solved() {
     let mut world = World::paper(Soils::Sandy, [9.0e5, 9.0e5], Profile::Hopper);
     world.brief.payoff.goal = -1.0e6;

@@ -3,7 +3,7 @@
 use contract::{Action, Cell, Direction, Ground, Profile, Soil};
 use planner::{PlanStatus, algorithm};
 
-use crate::world::{Soils, World};
+use crate::world::{Soils, World, with_treasures};
 
 /// A flat world of 5 × 5 with the hopper in the middle, the goal north of it, and rocks around.
 fn rocks(profile: Profile, directions: &[Direction]) -> (World, Cell) {
@@ -71,7 +71,7 @@ fn greedy_takes_a_treasure_beside_it_and_no_other() {
         let world = World::paper(Soils::Hard, [0.5, 0.5], profile);
         let here = Cell::new(5, 5);
         let towards = |treasures: Vec<Cell>| {
-            let map = world.seen().with_treasures(&treasures);
+            let map = with_treasures(world.seen(), &treasures);
             world.plan(&mut *algorithm("greedy").unwrap(), &map, here).action
         };
         assert_eq!(towards(vec![Cell::new(5, 4)]), Action::Hop(Direction::South));

@@ -5,9 +5,10 @@ use std::cell::Cell as Counter;
 use contract::{Cell, Decision, Profile};
 use planner::{Budget, Pulse, Situation, algorithm};
 
-use crate::world::World;
+use crate::world::{Soils, World};
 
-/// P-PULSE: whatever works long beats at each sweep or at every few thousand expansions, and decides the same.
+/// P-PULSE: whatever works long beats every few dozen sweeps or few thousand expansions, and decides the
+/// same.
 #[test]
 fn a_long_plan_beats_as_its_work_goes_on() {
     let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
@@ -16,7 +17,7 @@ fn a_long_plan_beats_as_its_work_goes_on() {
     let situation = Situation { brief: &world.brief, map: &map, state: &state };
     // Under a bound on its work the MDP counts sweeps, without one backups.
     for (name, stride, work_max) in [
-        ("mdp", 1, Some(u64::MAX)),
+        ("mdp", 48, Some(u64::MAX)),
         ("mdp", 100 * world.brief.grid.cells() as u64, None),
         ("astar", Pulse::STRIDE, None),
         ("dstar_lite", Pulse::STRIDE, None),
@@ -28,5 +29,29 @@ fn a_long_plan_beats_as_its_work_goes_on() {
         assert!(beats.get() >= plan.work / stride, "{name}: {} beats for {} units", beats.get(), plan.work);
         assert!(beats.get() > 0 && plan.work > 0, "{name} works long here: {} units", plan.work);
         assert_eq!(algorithm(name).unwrap().plan(&situation, &Budget::of(work_max)), plan, "{name}");
+    }
+}
+
+/// P-PULSE: so does a session that goes on from what it knows, and solves nothing anew.
+#[test]
+fn a_session_beats_whenever_it_works_on_news() {
+    for profile in Profile::ALL {
+        let world = World::paper(Soils::Heterogeneous, [0.5, 0.5], profile);
+        let mut mdp = algorithm("mdp").unwrap();
+        let mut worked = 0;
+        let mut map = world.unseen();
+        let mut cell = world.brief.start;
+        for decision in 0..16 {
+            cell = Cell::new(cell.x + 1, cell.y + decision % 2);
+            world.sense(&mut map, cell);
+            let state = world.state(cell, Decision(decision as u64), 0);
+            let situation = Situation { brief: &world.brief, map: &map, state: &state };
+            let beats = Counter::new(0);
+            let beat = || beats.set(beats.get() + 1);
+            let plan = mdp.plan(&situation, &Budget { work_max: None, pulse: Pulse::new(&beat) });
+            assert!(beats.get() > 0 || plan.work == 0, "decision {decision}: {} units in silence", plan.work);
+            worked += u64::from(plan.work > 0);
+        }
+        assert!(worked > 8, "{worked} decisions took work");
     }
 }

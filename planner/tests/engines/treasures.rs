@@ -7,12 +7,12 @@ use planner::mdp::model::{Model, Node};
 use planner::mdp::treasures::EXACT_MAX;
 use planner::{Planner, Situation, algorithm};
 
-use crate::world::{Soils, World};
+use crate::world::{Soils, World, with_treasures};
 
 /// Values of the process whose state is (cell, treasures left), by Jacobi iteration over all of it at
 /// once: values[set][node]. Written from the definition, apart from the planner's own treatment.
 fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<f64>>) {
-    let plain = map.clone().with_treasures(&[]);
+    let plain = with_treasures(map.clone(), &[]);
     let state = world.state(here, contract::Decision(0), 0);
     let model = Model::new(&Situation { brief: &world.brief, map: &plain, state: &state });
     let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.node(cell).unwrap()).collect();
@@ -66,7 +66,7 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
                 passable && ![start, goal].contains(cell) && grid.on_same_lattice(*cell, goal)
             };
             let treasures: Vec<Cell> = grid.iter().filter(eligible).step_by(5).take(3).collect();
-            let map = world.seen().with_treasures(&treasures);
+            let map = with_treasures(world.seen(), &treasures);
             let mut mdp = planner::mdp::Mdp::default();
             let plan = world.plan(&mut mdp, &map, start);
             let Some(policy) = mdp.policy() else { continue };
@@ -97,7 +97,7 @@ fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
         let aside = Cell::new(3, 2);
         let mut first = |payoff: f64, treasures: Vec<Cell>| {
             world.brief.payoff.treasure = payoff;
-            let map = world.seen().with_treasures(&treasures);
+            let map = with_treasures(world.seen(), &treasures);
             world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(3, 4)).action
         };
         assert_eq!(first(0.0, vec![aside]), first(0.0, vec![]), "nothing for nothing");
@@ -115,7 +115,7 @@ fn nobody_lingers_at_a_treasure() {
         let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Paper2023);
         world.brief.payoff.treasure = 1_000.0;
         let all = [Cell::new(4, 4), Cell::new(6, 3), Cell::new(12, 10)];
-        let mut map = world.seen().with_treasures(&all);
+        let mut map = with_treasures(world.seen(), &all);
         let mut planner = algorithm(name).unwrap();
         let (mut cell, mut landings) = (world.brief.start, BTreeSet::new());
         for decision in 0..150 {
@@ -144,7 +144,7 @@ fn of_more_treasures_than_are_planned_for_the_nearest_count() {
     assert_eq!(near.len(), EXACT_MAX);
     let value = |treasures: Vec<Cell>| {
         let mut mdp = planner::mdp::Mdp::default();
-        let map = world.seen().with_treasures(&treasures);
+        let map = with_treasures(world.seen(), &treasures);
         world.plan(&mut mdp, &map, Cell::new(4, 4));
         mdp.policy().unwrap()[world.brief.grid.index(Cell::new(4, 4)).unwrap()].value
     };

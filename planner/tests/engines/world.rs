@@ -48,6 +48,13 @@ pub const MOTION: MotionParameters = MotionParameters {
     gravity_mps2: 3.72,
 };
 
+/// The map with these treasures seen and not yet collected.
+pub fn with_treasures(mut map: ObservedMap, treasures: &[Cell]) -> ObservedMap {
+    map.set_treasures(treasures);
+    map.mark();
+    map
+}
+
 impl World {
     /// The 20 × 20 world of P23 with weights (w1, w2), 10 for the distance.
     pub fn paper(soils: Soils, [safety, information]: [f64; 2], profile: Profile) -> Self {

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use super::{
     Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
 };
-use crate::limits::{DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
 use crate::{
     Brief, Cell, GradientSource, Grid, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
     Refusal, SensorParameters, SoilMotion, Weights,
@@ -247,7 +247,15 @@ impl TryFrom<&BriefV2> for Brief {
                         wire.steps_max,
                     ));
                 },
-                decision_budget_ns: wire.decision_budget_ns,
+                decision_budget_ns: if wire.decision_budget_ns <= BUDGET_MAX_NS {
+                    wire.decision_budget_ns
+                } else {
+                    return Err(Refusal::malformed(
+                        "brief.decision_budget_ns",
+                        &format!("at most {BUDGET_MAX_NS}"),
+                        wire.decision_budget_ns,
+                    ));
+                },
             },
         })
     }

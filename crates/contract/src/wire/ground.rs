@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use super::{Wire, flag, gradient, length, tag};
 use crate::{Ground, Refusal, Soil};
 
-/// One cell; all zeros is a cell nobody has seen.
+/// One cell.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GroundV1 {
@@ -13,7 +13,7 @@ pub struct GroundV1 {
     pub height_m: f64,
     /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
     pub gradient: [f64; 2],
-    /// 0 unseen, 1 hard, 2 sand.
+    /// 1 hard, 2 sand.
     pub soil: u32,
     /// 1 where the hopper survives landing.
     pub passable: u32,
@@ -25,15 +25,10 @@ impl Wire for GroundV1 {
     const NAME: &'static str = "hop.Ground.v1";
 }
 
-impl GroundV1 {
-    /// A cell nobody has seen.
-    pub const UNSEEN: GroundV1 = GroundV1 { height_m: 0.0, gradient: [0.0; 2], soil: 0, passable: 0 };
-}
-
-impl From<Option<&Ground>> for GroundV1 {
+impl From<&Ground> for GroundV1 {
     #[inline]
-    fn from(ground: Option<&Ground>) -> Self {
-        ground.map_or(Self::UNSEEN, |ground| Self {
+    fn from(ground: &Ground) -> Self {
+        Self {
             height_m: ground.height_m,
             gradient: ground.gradient,
             soil: match ground.soil {
@@ -41,19 +36,16 @@ impl From<Option<&Ground>> for GroundV1 {
                 Soil::Sand => 2,
             },
             passable: u32::from(ground.passable),
-        })
+        }
     }
 }
 
-impl TryFrom<&GroundV1> for Option<Ground> {
+impl TryFrom<&GroundV1> for Ground {
     type Error = Refusal;
 
     #[inline]
     fn try_from(wire: &GroundV1) -> Result<Self, Refusal> {
-        if *wire == GroundV1::UNSEEN {
-            return Ok(None);
-        }
-        Ok(Some(Ground {
+        Ok(Self {
             height_m: length("ground.height_m", wire.height_m)?,
             gradient: gradient("ground.gradient", wire.gradient)?,
             soil: tag("ground.soil", wire.soil, |code| match code {
@@ -62,6 +54,6 @@ impl TryFrom<&GroundV1> for Option<Ground> {
                 _ => None,
             })?,
             passable: flag("ground.passable", wire.passable)?,
-        }))
+        })
     }
 }

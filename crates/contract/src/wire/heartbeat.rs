@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, name_from_wire, run_from_wire, run_to_wire, tag};
+use super::{Wire, counted, name_from_wire, run_from_wire, run_to_wire, tag};
 use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, Role, Status};
 
 /// One beat.
@@ -69,7 +69,7 @@ impl TryFrom<&HeartbeatV1> for Heartbeat {
             planner: name_from_wire("heartbeat.planner", wire.planner)?,
             counter: wire.counter,
             run: run_from_wire(wire.run),
-            decision: Decision(wire.decision),
+            decision: Decision(counted("heartbeat.decision", wire.decision)?),
             status: tag("heartbeat.status", wire.status, Status::from_code)?,
         })
     }

@@ -29,7 +29,7 @@ pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, TREASURES_MAX};
+use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, STEPS_MAX, TREASURES_MAX};
 use crate::{
     Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal,
     RobotId, RunId, Term, Timing,
@@ -89,6 +89,15 @@ pub(crate) fn counted(field: &str, value: u64) -> Result<u64, Refusal> {
         Ok(value)
     } else {
         Err(Refusal::malformed(field, &format!("at most {DECISIONS_MAX}"), value))
+    }
+}
+
+/// Steps that a run can come to.
+pub(crate) fn steps(field: &str, value: u64) -> Result<u64, Refusal> {
+    if value <= STEPS_MAX {
+        Ok(value)
+    } else {
+        Err(Refusal::malformed(field, &format!("at most {STEPS_MAX}"), value))
     }
 }
 
@@ -225,7 +234,11 @@ impl TryFrom<&OutcomeV1> for Outcome {
                 rise_m: length("flight.rise_m", wire.rise_m)?,
                 apex_height_m: length("flight.apex_height_m", wire.apex_height_m)?,
                 flight_time_s: float("flight.flight_time_s", wire.flight_time_s, 0.0, 1.0e6)?,
-                flights: wire.flights,
+                flights: if wire.flights <= 2 {
+                    wire.flights
+                } else {
+                    return Err(Refusal::malformed("flight.flights", "at most 2", wire.flights));
+                },
             },
         })
     }

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, flag, robot_from_wire, run_from_wire, run_to_wire,
-    tag, timing_from_wire, timing_to_wire,
+    steps, tag, timing_from_wire, timing_to_wire,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
 use crate::{Action, Decision, Digest, PastPage, PastRequest, Record, Refusal, Status};
@@ -161,7 +161,7 @@ impl TryFrom<&RecordV2> for Record {
             outcome: (&wire.outcome).try_into()?,
             pose: (&wire.pose).try_into()?,
             collected: collected("record.collected", wire.collected)?,
-            steps: wire.steps,
+            steps: steps("record.steps", wire.steps)?,
             status: tag("record.status", wire.status, Status::from_code)?,
             timing: timing_from_wire(wire.timing_ns),
             previous: Digest(wire.previous),

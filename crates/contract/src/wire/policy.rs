@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use super::{Wire, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use crate::limits::GRID_CELLS_MAX;
 use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
 
 /// What the policy was made for.
@@ -68,8 +69,12 @@ impl From<&PolicyCell> for PolicyCellV1 {
 /// The policy of a copied message.
 ///
 /// # Errors
-/// If a value is not finite or an action is unknown.
+/// If a value is not finite, the residual none, or an action unknown.
 pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
+    if cells.len() > GRID_CELLS_MAX as usize {
+        let need = format!("at most {GRID_CELLS_MAX} cells");
+        return Err(Refusal::malformed("policy.cells", &need, cells.len()));
+    }
     let cell = |wire: &PolicyCellV1| {
         if !wire.value.is_finite() {
             return Err(Refusal::malformed("policy.value", "a finite value", wire.value));
@@ -79,9 +84,9 @@ pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Resu
     Ok(Policy {
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
-        decision: Decision(header.decision),
+        decision: Decision(counted("policy.decision", header.decision)?),
         planner: name_from_wire("policy.planner", header.planner)?,
-        residual: header.residual,
+        residual: float("policy.residual", header.residual, 0.0, f64::INFINITY)?,
         cells: cells.iter().map(cell).collect::<Result<_, _>>()?,
     })
 }

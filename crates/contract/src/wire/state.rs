@@ -3,10 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, collected, robot_from_wire, run_from_wire, run_to_wire, tag,
-    timing_from_wire, timing_to_wire,
+    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire,
+    steps, tag, timing_from_wire, timing_to_wire,
 };
-use crate::limits::DECISIONS_MAX;
 use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
 
 /// The state at one decision.
@@ -74,18 +73,11 @@ impl TryFrom<&StateV2> for State {
     type Error = Refusal;
 
     fn try_from(wire: &StateV2) -> Result<Self, Refusal> {
-        if wire.decision > DECISIONS_MAX {
-            return Err(Refusal::malformed(
-                "state.decision",
-                &format!("at most {DECISIONS_MAX}"),
-                wire.decision,
-            ));
-        }
         Ok(Self {
             run: run_from_wire(wire.run),
             robot: robot_from_wire(wire.robot)?,
-            decision: Decision(wire.decision),
-            steps: wire.steps,
+            decision: Decision(counted("state.decision", wire.decision)?),
+            steps: steps("state.steps", wire.steps)?,
             status: tag("state.status", wire.status, Status::from_code)?,
             leader: (&wire.leader).try_into()?,
             pose: (&wire.pose).try_into()?,

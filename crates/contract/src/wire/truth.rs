@@ -87,7 +87,7 @@ impl From<&TruthPage> for TruthPageV1 {
 /// The page of a copied answer.
 ///
 /// # Errors
-/// If the lattice is out of bounds, there are too many cells, or one is unseen or out of range.
+/// If the lattice is out of bounds, there are too many cells, or one is out of range.
 pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<TruthPage, Refusal> {
     let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
         .map_err(|error| Refusal::malformed("truth.grid", "a grid within bounds", error))?;
@@ -95,11 +95,7 @@ pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<
     if cells.len() > most {
         return Err(Refusal::malformed("truth.cells", &format!("at most {most} cells"), cells.len()));
     }
-    let mut known = Vec::with_capacity(cells.len());
-    for cell in cells {
-        let ground = Option::<Ground>::try_from(cell)?;
-        known.push(ground.ok_or_else(|| Refusal::malformed("truth.soil", "hard or sand", "unseen"))?);
-    }
+    let cells = cells.iter().map(Ground::try_from).collect::<Result<_, _>>()?;
     let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
-    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells: known, treasures })
+    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells, treasures })
 }

@@ -96,3 +96,73 @@ proptest! {
         prop_assert!(elevation(&bytes).is_err());
     }
 }
+
+fn refusal(file: &GeoTiff) -> String {
+    let bytes = file.bytes();
+    let (error, largest) = meter::largest_allocation(|| elevation(&bytes).unwrap_err().to_string());
+    assert!(largest <= 1 << 20, "{largest} bytes at once for {error}");
+    error
+}
+
+/// P-DEM-LIMITS: a GeoTIFF that claims, or unpacks to, more than is read at once is refused by the limit's name,
+/// before memory or time goes into it.
+#[test]
+fn a_geotiff_beyond_a_limit_is_refused_by_the_limits_name() {
+    let plain = GeoTiff::new(5, 4, (0..20).map(f64::from).collect());
+    let with = |extra: &[(u16, &[u32])]| GeoTiff {
+        extra: extra.iter().map(|(tag, values)| (*tag, values.to_vec())).collect(),
+        ..plain.clone()
+    };
+    // 4096 tiles of 16 million cells in a row: 33 kilobytes that would unpack to 256 gigabytes.
+    let (offsets, lengths) = (vec![8; 4096], vec![10; 4096]);
+    let tall: [(u16, &[u32]); 7] = [
+        (256, &[4096]),
+        (257, &[1]),
+        (259, &[8]),
+        (322, &[1]),
+        (323, &[1 << 24]),
+        (324, &offsets),
+        (325, &lengths),
+    ];
+    for (file, says) in [
+        (
+            with(&[(256, &[1 << 30]), (257, &[1 << 30])]),
+            "need 1073741824 x 1073741824 cells of float32, got the end",
+        ),
+        (with(&[(256, &[4097]), (257, &[4096]), (278, &[1])]), "got the end of the file"),
+        (with(&[(256, &[u32::MAX])]), "image width: need 1 to 2147483647"),
+        (with(&[(322, &[1 << 16]), (323, &[1 << 16])]), "cells in a strip or tile: need at most 16777216"),
+        (
+            with(&tall),
+            "cells in the strips or tiles to be unpacked: need at most 1073741824, got 68719476736; rewrite",
+        ),
+        (with(&[(279, &[1 << 20])]), "length of a strip or tile"),
+        (with(&[(273, &[8; 7])]), "offsets of strips or tiles: need 1, got 7"),
+        (with(&[(278, &[0])]), "strip or tile: need cells"),
+    ] {
+        let text = refusal(&file);
+        assert!(text.contains(says), "{says:?} in {text}");
+    }
+}
+
+/// Writes the GeoTIFFs that fuzzing begins from: `cargo test -p terrain -- --ignored corpus`.
+#[test]
+#[ignore = "writes files, of which the repository has a copy"]
+fn the_corpus_of_geotiffs_is_written() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/geotiff");
+    std::fs::create_dir_all(&folder).unwrap();
+    let plain = GeoTiff::new(5, 4, (0..20).map(f64::from).collect());
+    let packed = |packing, predictor| GeoTiff { packing, predictor, chunk: (5, 2), ..plain.clone() };
+    for (name, file) in [
+        ("plain", GeoTiff { nodata: Some("3"), ..plain.clone() }),
+        ("lzw", packed(Packing::Lzw, 2)),
+        ("deflate", packed(Packing::Deflate, 3)),
+        (
+            "tiled",
+            GeoTiff { tiled: true, chunk: (16, 16), sample: Sample::I16, ..packed(Packing::Deflate, 2) },
+        ),
+        ("big", GeoTiff { big_tiff: true, big_endian: true, sample: Sample::F64, ..plain.clone() }),
+    ] {
+        std::fs::write(folder.join(name), file.bytes()).unwrap();
+    }
+}

@@ -1,0 +1,81 @@
+//! The bodies of all fuzz targets, over the committed corpus and mutations of valid input.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use hostile::mutation::Mutator;
+use hostile::{TARGETS, Target};
+
+/// Mutations of each target.
+const MUTATIONS: usize = 4000;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The committed inputs of a target by name, those that once broke it among them.
+fn corpus(target: &Target) -> Vec<(String, Vec<u8>)> {
+    let Ok(folder) = std::fs::read_dir(root().join("fuzz/corpus").join(target.name)) else {
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = folder.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths.iter().map(|path| (path.display().to_string(), std::fs::read(path).unwrap())).collect()
+}
+
+/// Has a target read `bytes`; if a claim does not hold, they are kept, and told of.
+fn read(target: &Target, what: &str, bytes: &[u8]) -> Result<(), String> {
+    catch_unwind(AssertUnwindSafe(|| (target.read)(bytes))).map_err(|_| {
+        let kept = std::env::temp_dir().join(format!("hostile-{}", target.name));
+        let _ = std::fs::write(&kept, bytes);
+        format!("{}: {what}, kept in {}", target.name, kept.display())
+    })
+}
+
+/// Its corpus, then mutations of that and of valid input, until one does not hold.
+fn read_all(target: &Target) -> Result<(), String> {
+    let kept = corpus(target);
+    kept.iter().try_for_each(|(name, bytes)| read(target, name, bytes))?;
+    let seeds: Vec<Vec<u8>> =
+        (target.seeds)().into_iter().chain(kept.into_iter().map(|(_, bytes)| bytes)).collect();
+    assert!(!seeds.is_empty(), "{} has nothing to begin from", target.name);
+    let mut mutator = Mutator::new(2023);
+    (0..MUTATIONS).try_for_each(|round| {
+        let (seed, other) = (&seeds[round % seeds.len()], &seeds[(round / 3) % seeds.len()]);
+        read(target, &format!("mutation {round}"), &mutator.mutate(seed, other))
+    })
+}
+
+/// P-HOSTILE: each reader takes its corpus and thousands of mutations of valid input without a panic.
+#[test]
+fn no_reader_panics_whatever_it_reads() {
+    let fallen: Vec<String> = TARGETS.iter().filter_map(|target| read_all(target).err()).collect();
+    assert!(fallen.is_empty(), "claims do not hold:\n{}", fallen.join("\n"));
+}
+
+/// P-HOSTILE-ALL
+#[test]
+fn every_wire_type_and_every_target_has_its_place() {
+    let read = |path: PathBuf| std::fs::read_to_string(&path).unwrap();
+    let body = read(root().join("crates/hostile/src/wire.rs"));
+    let mut types = 0;
+    for entry in std::fs::read_dir(root().join("crates/contract/src/wire")).unwrap() {
+        for line in read(entry.unwrap().path()).lines() {
+            let Some(name) = line.strip_prefix("impl Wire for ").and_then(|rest| rest.split(' ').next())
+            else {
+                continue;
+            };
+            assert!(body.contains(name), "no target reads {name}");
+            types += 1;
+        }
+    }
+    assert!(types > 14, "{types} wire types");
+    let manifest = read(root().join("fuzz/Cargo.toml"));
+    for Target { name, .. } in TARGETS {
+        assert!(manifest.contains(&format!("name = \"{name}\"")), "{name} is no binary of fuzz/");
+        let main = read(root().join(format!("fuzz/fuzz_targets/{name}.rs")));
+        assert!(main.contains("fuzz_target!") && main.contains("hostile::"), "{name}");
+    }
+}

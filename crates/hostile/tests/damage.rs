@@ -1,0 +1,103 @@
+//! What was written and is damaged is never read as something else: every bit, every cut.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use campaign::{CampaignError, Manifest, Row, Rows};
+use contract::Record;
+use hopper_sim::{History, JournalError};
+use hostile::disk::Disk;
+
+/// `bytes` with each of its bits flipped in turn, and which.
+fn flipped(bytes: &[u8]) -> impl Iterator<Item = (usize, Vec<u8>)> + '_ {
+    (0..8 * bytes.len()).map(|bit| {
+        let mut damaged = bytes.to_vec();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        (bit, damaged)
+    })
+}
+
+/// Records and torn bytes of a journal.
+fn records(bytes: &[u8]) -> Result<(Vec<Record>, u64), JournalError> {
+    let disk = Disk::of(bytes);
+    let history = History::on(&disk, "journal".into())?;
+    let mut records = history.records();
+    let whole = records.by_ref().collect::<Result<_, _>>()?;
+    Ok((whole, records.torn_bytes()))
+}
+
+/// The rows of the specimen's plan that `bytes` hold.
+fn rows(bytes: &[u8]) -> Result<Vec<Row>, CampaignError> {
+    let mut rows = Rows::new(hostile::campaign::manifest(), bytes);
+    std::iter::from_fn(|| rows.next().transpose()).collect()
+}
+
+/// P-FLIPPED
+#[test]
+fn every_flipped_bit_of_a_journal_is_told() {
+    let bytes = hostile::journal::seeds().remove(0);
+    let (written, _) = records(&bytes).unwrap();
+    assert!(written.len() > 5);
+    for (bit, damaged) in flipped(&bytes) {
+        // The last record alone is indistinguishable from one that death tore: it is cut, and its bytes are counted.
+        if let Ok((read, torn_bytes)) = records(&damaged) {
+            assert_eq!(read, written[..written.len() - 1], "bit {bit}");
+            assert!(torn_bytes > 0, "bit {bit}");
+        }
+    }
+}
+
+/// P-FLIPPED-ROWS
+#[test]
+fn every_flipped_bit_of_rows_is_told_and_every_cut_keeps_the_whole_rows_before_it() {
+    let bytes = hostile::campaign::rows().remove(0);
+    let written = rows(&bytes).unwrap();
+    assert_eq!(written.len(), 2);
+    for (bit, damaged) in flipped(&bytes) {
+        // Without its end the last line is a torn one.
+        if let Ok(read) = rows(&damaged) {
+            assert!(bit / 8 == bytes.len() - 1 && read == written[..1], "bit {bit}");
+        }
+    }
+    for cut in 0..bytes.len() {
+        let whole = bytes[..cut].iter().filter(|byte| **byte == b'\n').count();
+        assert_eq!(rows(&bytes[..cut]).unwrap(), written[..whole], "cut at {cut}");
+    }
+}
+
+/// P-FLIPPED-PLAN
+#[test]
+fn every_flipped_bit_of_a_plan_is_told() {
+    let bytes = hostile::campaign::checkpoints().remove(0);
+    let written = hostile::campaign::manifest();
+    let parse = |bytes: &[u8]| Manifest::parse(std::str::from_utf8(bytes).ok()?).ok();
+    assert_eq!(parse(&bytes).as_ref(), Some(written));
+    for (bit, damaged) in flipped(&bytes) {
+        // One white space for another behind the end changes nothing.
+        let read = parse(&damaged);
+        assert!(read.is_none() || bit / 8 == bytes.len() - 1, "bit {bit}");
+    }
+    for cut in 0..bytes.len() - 1 {
+        assert!(parse(&bytes[..cut]).is_none(), "cut at {cut}");
+    }
+}
+
+/// P-JOURNAL-LIMITS: what no writer leaves is refused by name, however long the file claims to be.
+#[test]
+fn a_journal_with_more_behind_its_last_record_than_a_torn_tail_is_refused() {
+    let bytes = hostile::journal::seeds().remove(0);
+    for (tail, refused) in [(1 << 20, false), ((1 << 20) + 1, true), (1 << 22, true)] {
+        let mut long = bytes.clone();
+        long.resize(bytes.len() + tail, 0);
+        match records(&long) {
+            Ok((_, torn_bytes)) => assert!(!refused && torn_bytes == tail as u64),
+            Err(error @ JournalError::TornTooMuch { .. }) => {
+                let text = error.to_string();
+                assert!(
+                    refused && text.contains("at most 1048576 bytes") && text.contains("truncate"),
+                    "{text}"
+                );
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+}

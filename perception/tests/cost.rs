@@ -1,0 +1,103 @@
+//! What a landing costs, from the sensor to the planner's door.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell as Counter;
+
+use contract::{
+    Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Leader, MonotonicNs, Pose,
+    Replica, RobotId, RunId, State, Status, Timing,
+};
+use perception::{Cartographer, Effect, Event};
+use terrain::Terrain;
+
+const RUN: RunId = RunId(7);
+const ROBOT: RobotId = RobotId(0);
+const NOW: MonotonicNs = MonotonicNs(1);
+
+/// The system's allocator, counting bytes for each thread: the test harness allocates on one of its own.
+struct Counting;
+
+thread_local! {
+    static BYTES: Counter<u64> = const { Counter::new(0) };
+}
+
+// SAFETY: every call is handed on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // A thread that is ending has no count any more.
+        let _ = BYTES.try_with(|bytes| bytes.set(bytes.get() + layout.size() as u64));
+        // SAFETY: as above.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Bytes allocated and cells changed by each of some landings along the same hops, on a map of `side` x `side`.
+fn landings(side: u32) -> Vec<[u64; 2]> {
+    let grid = Grid::new(side, side, 1.0, 1).unwrap();
+    let ground = |cell: Cell| Ground { height_m: (f64::from(cell.x * 7 + cell.y)).sin(), ..Ground::FLAT };
+    let cells = grid.iter().map(ground).collect();
+    let terrain = Terrain { grid, datum_m: 0.0, cells, treasures: Vec::new() };
+    let mut brief = Brief {
+        run: RUN,
+        grid,
+        start: Cell::new(20, 20),
+        ..scenario::load("hard").unwrap().resolve().unwrap().brief
+    };
+    (brief.sensor.gain, brief.sensor.radius_min_m, brief.sensor.radius_max_m) = (0.0, 12.0, 12.0);
+    brief.sensor.gradient = GradientSource::SeenDifferences;
+    let mut cartographer = Cartographer::new(ROBOT);
+    cartographer.on(Event::Brief(brief), NOW);
+    cartographer.on(Event::Terrain(RUN, terrain.clone()), NOW);
+    let mut replica = Replica::new(ROBOT);
+    replica.begin(RUN, grid);
+    let mut costs = Vec::new();
+    for decision in 0..24 {
+        let cell = Cell::new(20 + decision as i32, 20);
+        let state = State {
+            run: RUN,
+            robot: ROBOT,
+            decision: Decision(decision),
+            steps: 2 * decision,
+            status: Status::Underway,
+            leader: Leader::default(),
+            pose: Pose { cell, height_m: terrain.ground(cell).unwrap().height_m },
+            collected: Collected::default(),
+            last: None,
+            digest: Digest::default(),
+            landed: NOW,
+            published: NOW,
+            last_timing: Timing::default(),
+        };
+        let before = BYTES.get();
+        let known = replica.map().map(|map| map.observation());
+        assert_eq!(cartographer.on(Event::State(state), NOW), [Effect::PublishMap]);
+        for patch in cartographer.patches(NOW, &mut || NOW) {
+            assert_eq!(replica.patch(patch, NOW), None);
+        }
+        let map = replica.map().unwrap();
+        let changed = known.map_or(0, |known| map.changed_since(known).unwrap().len());
+        costs.push([BYTES.get() - before, changed as u64]);
+    }
+    assert_eq!(replica.map().unwrap(), cartographer.map().unwrap());
+    costs
+}
+
+/// P-LANDING-COST.
+#[test]
+fn a_landing_costs_what_it_reveals_whatever_the_size_of_the_map() {
+    let [small, large] = [60, 821].map(landings);
+    assert_eq!(small, large, "bytes and cells of each landing");
+    let map_bytes = 821 * 821 * size_of::<Option<Ground>>() as u64;
+    assert!(large.iter().all(|[bytes, _]| (1..map_bytes / 50).contains(bytes)), "{large:?}");
+    assert!(large[1..].iter().all(|[_, cells]| (1..200).contains(cells)), "{large:?}");
+}

@@ -1,0 +1,188 @@
+//! Memory, disk and readers run out: refused at the start with the sizes, or held, never a death in mid-run.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use std::fs::{File, FileType};
+use std::os::unix::fs::MetadataExt;
+use std::process::{Command, Output};
+
+use harness::{Mission, Process, eventually, hopper, json, lockstep, skip, stderr};
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
+use serde_json::Value;
+
+/// Runs `script` in a mount namespace of its own, where shared memory has `size`; `None` if this user may not.
+fn in_small_memory(mission: &Mission, size: &str, script: &str) -> Option<Output> {
+    let own = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["--map-root-user", "--mount", "sh", "-c", script]).current_dir(mission.path(""));
+        command.env("HOPPER", env!("CARGO_BIN_EXE_hopper")).env_remove("HOPPER_INSTANCE");
+        command.output()
+    };
+    let mount = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
+    match own(&mount) {
+        Ok(probe) if probe.status.success() => Some(own(&format!("{mount} && {script}")).unwrap()),
+        other => {
+            let why = other.map_or_else(|error| error.to_string(), |probe| stderr(&probe));
+            skip("a small /dev/shm", &format!("no mount namespace: {}", why.trim()));
+            None
+        }
+    }
+}
+
+/// P-ROOM-SMALL: shared memory that is too small is refused at the start, with what is needed and what is
+/// there; nobody dies of it, and nothing is left.
+#[test]
+fn shared_memory_that_is_too_small_is_refused_at_the_start_with_the_sizes() {
+    let mission = Mission::new("small");
+    let fly = "$HOPPER run --seed 51 --format json --out . ; code=$?; ls -A /dev/shm >&2; exit $code";
+    // Too small to join, for a service, for the whole mission.
+    for size in ["64k", "3m", "7m", "16m"] {
+        let Some(output) = in_small_memory(&mission, size, fly) else { return };
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{size}: {told}");
+        assert!(told.contains("bytes of shared memory, got "), "{size}: {told}");
+        assert!(!told.contains("signal") && !told.contains("hop_"), "{size}: {told}");
+    }
+    let output = in_small_memory(&mission, "40m", fly).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(json(&output)["digest"], lockstep(&["--seed", "51"])["digest"]);
+}
+
+/// P-ROOM-FILLED: once a mission is under way it has all of its shared memory, page by page: whoever fills the
+/// rest disturbs nobody but those who want to join, who are told.
+#[test]
+fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
+    let mission = Mission::new("backed");
+    let slow = mission.start_slow_sim("52");
+    let mut peers = mission.start_peers();
+    mission.await_decisions(1);
+    eventually("all pages to be there", || {
+        let files = mission.instance().traces().unwrap();
+        let data = files.iter().filter_map(|path| std::fs::metadata(path).ok());
+        data.filter(|data| FileType::is_file(&data.file_type())).all(|data| data.blocks() * 512 >= data.len())
+    });
+    mission.hurry(slow, "52");
+    peers.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
+
+    let filled = Mission::new("filled");
+    let script = "
+        $HOPPER run --instance full --seed 53 --pace 40 --out . --format json &
+        run=$!
+        while [ $(stat -c %s journal/hops.journal 2>/dev/null || echo 0) -lt 3000 ]; do sleep 0.02; done
+        dd if=/dev/zero of=/dev/shm/filler bs=64k 2>/dev/null
+        timeout 20 $HOPPER planner --instance full --wait 5s; echo planner $? >&2
+        $HOPPER doctor --instance full >&2
+        wait $run; code=$?
+        rm /dev/shm/filler; ls -A /dev/shm >&2; exit $code";
+    let Some(output) = in_small_memory(&filled, "40m", script) else { return };
+    let told = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    let summary = json(&output);
+    assert_eq!(summary["digest"], lockstep(&["--seed", "53"])["digest"]);
+    for process in summary["processes"].as_array().unwrap() {
+        assert_eq!(process["restarts"], 0, "{told}");
+    }
+    let refused = "planner: joining as planner needs 1048576 bytes of shared memory, got ";
+    assert!(told.contains(refused) && told.contains("planner 1\n"), "{told}");
+    assert!(told.contains("→ nobody can join: "), "{told}");
+    assert!(!told.contains("hop_"), "{told}");
+}
+
+/// P-DISK-FULL: on a full disk hopper-sim holds before the hop it cannot write down, publishes nothing, and
+/// goes on when there is space again.
+#[test]
+fn on_a_full_disk_the_hopper_holds_until_there_is_space_again() {
+    let mission = Mission::new("disk");
+    let mut sim = mission.start("sim", &["--seed", "54", "--pace", "20"]);
+    let mut peers = mission.start_peers();
+    mission.await_decisions(3);
+    // The limit cuts a record in two.
+    let bytes = std::fs::metadata(mission.journal().join("hops.journal")).unwrap().len() + 100;
+    let (pid, maximum) = (Pid::from_raw(sim.pid() as i32), getrlimit(Resource::Fsize).maximum);
+    let limit = |current| {
+        prlimit(pid, Resource::Fsize, Rlimit { current, maximum }).unwrap();
+    };
+    limit(Some(bytes));
+    sim.await_log("holding at decision");
+    let held = mission.decisions();
+    // Twice the state is told again, and it is that of the journal: nothing was published ahead of it.
+    let echo = ["topic", "echo", "state", "--instance", &mission.name, "--count", "3", "--format", "json"];
+    let output = hopper(&echo).output().unwrap();
+    for line in String::from_utf8_lossy(&output.stdout).lines() {
+        assert_eq!(serde_json::from_str::<Value>(line).unwrap()["decision"], held, "{line}");
+    }
+    assert_eq!(mission.decisions(), held);
+    assert!(
+        sim.has_ended().is_none() && sim.log().matches("holding at decision").count() == 1,
+        "{}",
+        sim.log()
+    );
+    limit(maximum);
+    sim.await_log("going on");
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "54"])["digest"]);
+    let verified = mission.verified();
+    assert_eq!((&verified["contiguous"], &verified["torn_bytes"]), (&true.into(), &0.into()), "{verified}");
+    peers.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
+}
+
+/// P-FULL-LOG: log lines that can no longer be written end nobody.
+#[test]
+fn a_full_disk_under_the_log_ends_nobody() {
+    let mission = Mission::new("mute");
+    let words = ["run", "--instance", &mission.name, "--seed", "55", "--out", ".", "--format", "json"];
+    let mut command = mission.hopper(&words);
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = command.env("HOPPER_LOG", "debug").stderr(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let summary = json(&output);
+    assert_eq!(summary["digest"], lockstep(&["--seed", "55"])["digest"]);
+    assert!(
+        summary["processes"].as_array().unwrap().iter().all(|process| process["restarts"] == 0),
+        "{summary}"
+    );
+}
+
+/// P-DEAF: a monitor that stops reading holds nobody up: the mission ends while it is stopped, more decisions
+/// later than its queue holds, no message lost to anybody else; woken, it learns of them all.
+#[test]
+fn a_monitor_that_stops_reading_slows_nobody() {
+    let mission = Mission::new("deaf");
+    let mut sim = mission.start("sim", &["--seed", "2", "--scenario", "large", "--linger", "100s"]);
+    let mut perception = mission.start("perception", &[]);
+    let mut monitor = mission.start("monitor", &["--format", "json"]);
+    monitor.await_log("hop 0");
+    monitor.signal(Signal::STOP);
+    let mut planner = mission.start("planner", &[]);
+    eventually("the mission to be over", || {
+        mission.journal().exists() && mission.verified()["outcome"] != "underway"
+    });
+    let verified = mission.verified();
+    let queue = contract::service::state(contract::RobotId(0)).buffer as u64;
+    assert!(verified["decisions"].as_u64().unwrap() > queue, "{verified}");
+    assert!(is_stopped(&monitor), "the monitor had no part in it");
+    monitor.signal(Signal::CONT);
+    for process in [&mut sim, &mut perception, &mut planner, &mut monitor] {
+        assert_eq!(process.code(), 0, "{}", process.log());
+        for lost in ["may not have reached", "no free slot"] {
+            assert!(!process.log().contains(lost), "{}", process.log());
+        }
+    }
+    let undisturbed = lockstep(&["--seed", "2", "--scenario", "large"]);
+    assert_eq!(sim.json()["digest"], undisturbed["digest"]);
+    let seen = monitor.json();
+    assert_eq!((&seen["missing"], &seen["decision"]), (&0.into(), &verified["decisions"]), "{seen}");
+    assert_eq!(seen["latency"]["decisions"], verified["decisions"], "{seen}");
+}
+
+fn is_stopped(process: &Process) -> bool {
+    let mut text = String::new();
+    std::io::Read::read_to_string(
+        &mut File::open(format!("/proc/{}/stat", process.pid())).unwrap(),
+        &mut text,
+    )
+    .unwrap();
+    text.rsplit(')').next().unwrap().trim().starts_with('T')
+}
