@@ -1,5 +1,7 @@
 //! A world laid out on rings for the kernel.
 
+use std::ops::Range;
+
 use super::kernel::{Ground, Scattered};
 use super::rings::{LANES, Rings, Seat};
 use crate::{Hop, Kind, Leaving, Site, World};
@@ -24,7 +26,7 @@ pub(super) struct Field {
     blocks: Vec<u8>,
     soils: [Scattered; 8],
     soils_len: usize,
-    discount: f64,
+    pub discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
     pub loses: bool,
@@ -142,9 +144,9 @@ impl Field {
         }
     }
 
-    /// Whether a place holds a free node.
-    pub fn is_free(&self, place: usize) -> bool {
-        self.classes[place] < FIXED
+    /// Which of the places hold a free node.
+    pub fn free(&self, places: Range<usize>) -> impl Iterator<Item = bool> + '_ {
+        self.classes[places].iter().map(|class| *class < FIXED)
     }
 
     /// Worths from values of the row-major `world`, mirrors included.
