@@ -440,7 +440,7 @@ fn mistakes_in_the_text_are_told_with_line_and_column() {
     for (from, to, line, words) in [
         ("sigma_m = 1.0", "sigma = 1.0", "line 6, column 1", "unknown field `sigma`"),
         ("start = [0, 0]", "start = [0]", "line 10, column 9", "length"),
-        ("[brief]", "[mission]", "line 9, column 2", "unknown field `mission`"),
+        ("[brief]", "[journey]", "line 9, column 2", "unknown field `journey`"),
         ("start = [0, 0]", "profile = \"paper\"", "line 10, column 11", "unknown variant `paper`"),
         ("start = [0, 0]", "datum_m = \"lowest\"", "line 10, column 11", "need \"survey\", a number"),
         ("start = [0, 0]", "start = [0, 0", "line 1", ""),
