@@ -87,7 +87,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
         ("map", &["run", "through", "sequence", "before", "after", "grid", "seen_cells", "cell_count"]),
         ("command", &["run", "decision", "term", "action", "observation", "planner", "incarnation", "cut"]),
         ("heartbeat", &["role", "pid", "version", "incarnation", "counter", "decision", "status"]),
-        ("policy", &["run", "decision", "planner", "residual", "cell_count"]),
+        ("policy", &["run", "decision", "planner", "error_bound", "cell_count"]),
     ] {
         let messages = objects(topic(&mission, &["echo", name, "--count", "1"]));
         assert_eq!(messages.len(), 1, "{name}");

@@ -90,15 +90,15 @@ pub struct Plan {
     pub status: PlanStatus,
     /// Work done, in the algorithm's own units.
     pub work: u64,
-    /// Residual max |V − TV| of an independent last sweep, in units of payoff; 0 where nothing was solved.
-    pub residual: f64,
+    /// Bound |V − V*| proven for each value of the policy, in units of payoff; 0 where nothing was solved.
+    pub error_bound: f64,
 }
 
 impl Plan {
     /// A plan that took no search.
     #[must_use]
     pub fn at_once(action: Action, status: PlanStatus) -> Self {
-        Self { action, status, work: 0, residual: 0.0 }
+        Self { action, status, work: 0, error_bound: 0.0 }
     }
 }
 

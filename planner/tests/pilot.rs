@@ -89,7 +89,7 @@ fn map(decision: u64) -> MapPatch {
 
 fn planned() -> Event {
     let plan =
-        Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, residual: 0.0 };
+        Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, error_bound: 0.0 };
     Event::Planned(plan, at(1), at(2))
 }
 
@@ -378,7 +378,7 @@ fn actions(effects: &[Effect]) -> Vec<(u64, Action)> {
 }
 
 fn planned_as(action: Action) -> Event {
-    Event::Planned(Plan { action, status: PlanStatus::Solved, work: 3, residual: 0.0 }, at(1), at(2))
+    Event::Planned(Plan { action, status: PlanStatus::Solved, work: 3, error_bound: 0.0 }, at(1), at(2))
 }
 
 /// P-VETO-TOLD.

@@ -751,7 +751,7 @@ impl Process {
                 if let Some((situation, cells)) = listened.zip(planner.policy()) {
                     let Command { run, robot, decision, planner, .. } = command;
                     debug_assert_eq!(situation.state.decision, decision);
-                    let policy = Policy { run, robot, decision, planner, residual: 0.0, cells };
+                    let policy = Policy { run, robot, decision, planner, error_bound: 0.0, cells };
                     self.steps.push_front(Step::PublishPolicy(Box::new(policy)));
                 }
                 stage.publish(life, Message::Command(Rc::new(Ok(command))));

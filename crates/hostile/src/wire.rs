@@ -266,7 +266,7 @@ pub fn policies() -> Vec<Vec<u8>> {
         robot: ROBOT,
         decision: Decision(0),
         planner: command.planner,
-        residual: 1e-7,
+        error_bound: 1e-5,
         cells,
     };
     let cells: Vec<_> = policy.cells.iter().map(PolicyCellV1::from).collect();

@@ -209,7 +209,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
             let mut planner = algorithm(name).unwrap();
             let situation = Situation { brief: &brief, map: observation.map(), state: &state };
             let plan = planner.plan(&situation, &Budget::of(Some(200_000)));
-            assert!(plan.residual >= 0.0, "{name}: {} under {brief:?}", plan.residual);
+            assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
             planned += 1;
         }
     }

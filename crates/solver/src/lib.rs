@@ -41,6 +41,7 @@ mod extent;
 pub mod hop;
 mod measure;
 pub mod online;
+mod pages;
 mod plane;
 pub mod policy;
 pub mod reach;

@@ -1,5 +1,7 @@
 //! A row of numbers that begins at a cache line.
 
+use crate::pages;
+
 /// Numbers whose first lies at a cache line, so that no chunk of a layout lies across two.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plane<T> {
@@ -15,7 +17,7 @@ impl<T: Copy + Default> Plane<T> {
     pub fn reset(&mut self, len: usize) {
         // The old ones go first.
         self.numbers = Vec::new();
-        self.numbers = vec![T::default(); len + LINE_BYTES / size_of::<T>()];
+        self.numbers = pages::filled(T::default(), len + LINE_BYTES / size_of::<T>());
         self.len = len;
     }
 

@@ -18,12 +18,11 @@
 use crate::certificate::rounding;
 use crate::correct::Krylov;
 use crate::extent::Extent;
-use crate::measure;
 use crate::simd::Simd;
 use crate::skew::{LANES, Skew};
 use crate::sweep::Planes;
 use crate::wave::{Wave, largest};
-use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
+use crate::{Certificate, Hop, Kind, Leaving, Scatter, World, measure, pages};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +144,7 @@ impl Solver {
         if self.skew.fit(world, extent.best_goal) {
             self.planes.reset(self.skew.len);
             self.values = Vec::new();
-            self.values = vec![0.0; world.nodes()];
+            self.values = pages::filled(0.0, world.nodes());
         }
         let mut worst = extent.worst / (1.0 - discount);
         if rules.leaving == Leaving::Loses || extent.any_lost {

@@ -65,41 +65,21 @@ impl Planes {
             let picked = block.pick(world.payoffs().1);
             classes[block.entry..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
         }
-        let Self { worths, classes, unknown, ground, .. } = self;
-        let ground = ground.all_mut();
-        let soils = soils(world);
-        load(
-            simd,
-            worths.all_mut(),
-            classes.all(),
-            unknown.all_mut(),
-            ground,
-            skew,
-            world,
-            &soils,
-            value,
-            true,
-        );
-        self.halo(skew, world.rules());
+        self.load(simd, skew, world, Some(value));
     }
 
     /// Goes on from the worths there are.
     pub fn resume(&mut self, simd: Simd, skew: &Skew, world: &World) {
+        self.load(simd, skew, world, None);
+    }
+
+    /// Lays the world out for sweeps from the value `value` everywhere, or from the worths there are.
+    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, value: Option<f64>) {
         let Self { worths, classes, unknown, ground, .. } = self;
-        let ground = ground.all_mut();
-        let soils = soils(world);
-        load(
-            simd,
-            worths.all_mut(),
-            classes.all(),
-            unknown.all_mut(),
-            ground,
-            skew,
-            world,
-            &soils,
-            0.0,
-            false,
-        );
+        let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
+        let (soils, starts) = (soils(world), value.is_some());
+        let value = value.unwrap_or(0.0);
+        load(simd, worths, classes.all(), unknown, ground, skew, world, &soils, value, starts);
         self.halo(skew, world.rules());
     }
 

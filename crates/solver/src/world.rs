@@ -13,7 +13,7 @@
 
 use crate::extent::Extent;
 use crate::simd::Simd;
-use crate::{Error, Hop, Soil};
+use crate::{Error, Hop, Soil, pages};
 
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,9 +175,9 @@ impl World {
             width,
             height,
             rules: normalised(rules),
-            payoffs: vec![0.0; nodes],
-            slopes_east: vec![0.0; nodes],
-            slopes_north: vec![0.0; nodes],
+            payoffs: pages::filled(0.0, nodes),
+            slopes_east: pages::filled(0.0, nodes),
+            slopes_north: pages::filled(0.0, nodes),
             classes: vec![Class::new(Kind::Free, 0); nodes],
         })
     }

@@ -35,7 +35,7 @@ fn hazards(mission: &Mission, cell: Cell) -> [f64; 5] {
 
 fn policy(mission: &Mission, planner: &str, action: Action) -> Policy {
     let cells = vec![PolicyCell { action, value: 0.0 }; mission.brief.grid.cells()];
-    Policy { run: RUN, robot: ROBOT, decision: Decision(0), planner: name(planner), residual: 0.0, cells }
+    Policy { run: RUN, robot: ROBOT, decision: Decision(0), planner: name(planner), error_bound: 0.0, cells }
 }
 
 #[test]

@@ -202,7 +202,7 @@ pub fn policy() -> Policy {
         robot: ROBOT,
         decision: Decision(3),
         planner: name("mdp"),
-        residual: 1e-9,
+        error_bound: 1e-6,
         cells: vec![cell; grid().cells()],
     }
 }

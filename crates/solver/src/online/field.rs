@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::kernel::{Ground, Scattered};
 use super::rings::{LANES, Rings, Seat};
-use crate::{Hop, Kind, Leaving, Site, World};
+use crate::{Hop, Kind, Leaving, Site, World, pages};
 
 /// Class of a place that no backup may change.
 const FIXED: u8 = 7;
@@ -56,9 +56,9 @@ impl Field {
         let mut field = Self {
             rings,
             centred: centre.is_some(),
-            base: vec![0.0; places],
-            slope_u: vec![0.0; places],
-            slope_v: vec![0.0; places],
+            base: pages::filled(0.0, places),
+            slope_u: pages::filled(0.0, places),
+            slope_v: pages::filled(0.0, places),
             classes: vec![FIXED; places],
             blocks: vec![FIXED; places / LANES],
             soils,
