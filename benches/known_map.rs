@@ -42,6 +42,10 @@ fn main() {
             digest: Digest::default(),
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
+            last_origin: contract::Origin::Planner,
+            last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
         let situation = Situation { brief, map: &map, state: &state };

@@ -4,6 +4,7 @@ pub mod campaign;
 pub mod chaos;
 pub mod child;
 pub mod doctor;
+pub mod endure;
 pub mod gallery;
 pub mod journal;
 pub mod known;

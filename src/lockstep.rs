@@ -1,14 +1,15 @@
 //! The processes' own state machines in one thread: direct calls, no faults, no shared memory.
 //!
-//! A mission flown here has the digest of the same mission flown by four processes, bit for bit.
+//! A mission flown here has the digest of the same mission flown by four processes, bit for bit. No time
+//! passes here, so no deadline does: a mission in which the guard's fallback acted is repeated by its journal.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use contract::{
     Command, Decision, Incarnation, MapPatch, MonotonicNs, Name, ObservedMap, PolicyCell, Record, Refusal,
     RefusalCounts, RobotId, State,
 };
-use hopper_sim::{Arbiter, Mission, Pace};
+use hopper_sim::{Arbiter, Fallback, Mission, Pace};
 use perception::Cartographer;
 use planner::pilot::{Commission, Pilot};
 use planner::{Budget, Planner, PlannerError};
@@ -22,34 +23,48 @@ pub struct Shift {
     pub planner: Name,
 }
 
-/// The whole roster of shifts, the first from decision 0.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Crew(Vec<Shift>);
+/// The whole roster of shifts, the first from decision 0, and what the fallback did between them.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Crew {
+    shifts: Vec<Shift>,
+    fallbacks: BTreeMap<Decision, Fallback>,
+}
 
 impl Crew {
     /// One algorithm from start to end.
     #[must_use]
     pub fn single(planner: Name) -> Self {
-        Self(vec![Shift { from: Decision(0), planner }])
+        Self { shifts: vec![Shift { from: Decision(0), planner }], ..Self::default() }
     }
 
-    /// The shifts that a journal's records tell of.
+    /// The shifts and fallbacks that a journal's records tell of.
     pub fn from_records<E>(records: impl Iterator<Item = Result<Record, E>>) -> Result<Self, E> {
-        let mut shifts: Vec<Shift> = Vec::new();
+        let Self { mut shifts, mut fallbacks } = Self::default();
         for record in records {
             let record = record?;
+            let Record { decision, action, origin, .. } = record;
+            if origin.is_fallback() {
+                fallbacks.insert(decision, Fallback { action, origin });
+                continue;
+            }
             let planner = record.leader.planner;
             if shifts.last().is_none_or(|last| last.planner != planner) {
                 shifts.push(Shift { from: record.decision, planner });
             }
         }
-        Ok(Self(shifts))
+        Ok(Self { shifts, fallbacks })
     }
 
     /// The shifts in order.
     #[must_use]
     pub fn shifts(&self) -> &[Shift] {
-        &self.0
+        &self.shifts
+    }
+
+    /// What the fallback did, by decision.
+    #[must_use]
+    pub fn fallbacks(&self) -> &BTreeMap<Decision, Fallback> {
+        &self.fallbacks
     }
 }
 
@@ -110,6 +125,7 @@ struct Host<'a> {
     pilot: Pilot,
     planner: Box<dyn Planner>,
     crew: VecDeque<Shift>,
+    fallbacks: BTreeMap<Decision, Fallback>,
     lives: u64,
     inbox: VecDeque<Message>,
     observe: &'a mut dyn FnMut(&Record),
@@ -122,7 +138,8 @@ impl<'a> Host<'a> {
         now: MonotonicNs,
         observe: &'a mut dyn FnMut(&Record),
     ) -> Result<Self, PlannerError> {
-        let mut crew: VecDeque<Shift> = crew.0.iter().cloned().collect();
+        let fallbacks = crew.fallbacks.clone();
+        let mut crew: VecDeque<Shift> = crew.shifts.iter().cloned().collect();
         let first = crew.pop_front().map_or_else(|| "hold".parse().expect("a name"), |shift| shift.planner);
         let mut cartographer = Cartographer::new(RobotId(0));
         let (brief, terrain) = (mission.brief, mission.terrain.clone());
@@ -135,6 +152,7 @@ impl<'a> Host<'a> {
             pilot: Pilot::new(commission(first, 1)),
             planner,
             crew,
+            fallbacks,
             lives: 1,
             inbox: VecDeque::new(),
             observe,
@@ -151,7 +169,11 @@ impl<'a> Host<'a> {
         match message {
             Message::State(state) => {
                 self.relieve(state.decision, clock())?;
-                self.fly(planner::pilot::Event::State(state), clock);
+                match self.fallbacks.remove(&state.decision) {
+                    // Nobody commanded it: the pilot does not even hear of it.
+                    Some(fallback) => self.arbitrate(hopper_sim::Event::Repeat(fallback), clock()),
+                    None => self.fly(planner::pilot::Event::State(state), clock),
+                }
                 for effect in self.cartographer.on(perception::Event::State(state), clock()) {
                     if effect == perception::Effect::PublishMap {
                         let sensed = clock();
@@ -209,7 +231,7 @@ impl<'a> Host<'a> {
                     effects.extend(self.arbiter.on(hopper_sim::Event::Appended, now));
                 }
                 hopper_sim::Effect::Publish(state) => self.inbox.push_back(Message::State(state)),
-                hopper_sim::Effect::Refused(Refusal::RepeatedDecision { .. }) => {}
+                hopper_sim::Effect::Refused(Refusal::RepeatedDecision { .. } | Refusal::Vetoed { .. }) => {}
                 hopper_sim::Effect::Refused(refusal) => debug_assert!(false, "lockstep refused: {refusal}"),
                 hopper_sim::Effect::Announce | hopper_sim::Effect::Finished(_) => {}
             }
@@ -221,6 +243,11 @@ impl<'a> Host<'a> {
 fn enlist(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, PlannerError> {
     if name.as_str() != planner::CLAIRVOYANT {
         return planner::algorithm(name.as_str());
+    }
+    if mission.brief.patrol.is_some() {
+        return Err(PlannerError::Unsuited {
+            reason: "the clairvoyant plans for one goal, not for a patrol".into(),
+        });
     }
     let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief, &mission.terrain);
     let unsuited =

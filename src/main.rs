@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use hopper::{
-    campaign, chaos, doctor, gallery, journal, known, manual, run, scenario, simulate, terrain, topic,
+    campaign, chaos, doctor, endure, gallery, journal, known, manual, run, scenario, simulate, terrain, topic,
 };
 use node::{Exit, Failure};
 
@@ -72,6 +72,11 @@ enum Command {
     /// Simulate the whole system in one thread, with everything going wrong that may.
     #[command(after_help = "Examples:\n  hopper simulate --seeds 0..2000")]
     Simulate(simulate::Args),
+    /// Fly a long patrol through four processes, kill them in turn, and see whether anything grows.
+    #[command(
+        after_help = "Examples:\n  hopper endure --hops 20000 --kill-every 2000\n  hopper endure --scenario sandy --hops 5000 --kill-every 0 --format json"
+    )]
+    Endure(endure::Args),
     /// Kill, stop and restart real processes of real missions, and count what it does to them.
     #[command(
         after_help = "Examples:\n  hopper chaos --faults 20\n  hopper chaos --role planner --format json"
@@ -128,6 +133,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Campaign(command) => campaign::run(command),
         Command::Gallery(args) => gallery::run(args),
         Command::Simulate(args) => simulate::run(args),
+        Command::Endure(args) => endure::run(args),
         Command::Chaos(args) => chaos::run(args),
         Command::Known(command) => known::run(command),
         Command::Scenario(command) => scenario::run(command),

@@ -27,7 +27,6 @@ impl Moment {
     /// The mission under `brief` in `world` after the hops of `route`, `planner` being in command.
     #[must_use]
     pub fn after(world: &World, brief: &Brief, route: &[Record], planner: &str) -> Self {
-        let state = state_after(world, brief, route);
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         let start = Pose { cell: brief.start, height_m };
         let mut observation = Observation::unseen(brief, RobotId(0));
@@ -35,14 +34,22 @@ impl Moment {
         for (decision, pose) in poses.enumerate() {
             observation.fold(brief, &world.terrain, pose, Decision(decision as u64));
         }
-        let map = observation.map().clone();
+        Self::with(world, brief, route, observation.map(), planner)
+    }
+
+    /// The mission behind the last of `route` with the map that it has seen; `route` may be the end of a longer
+    /// one.
+    #[must_use]
+    pub fn with(world: &World, brief: &Brief, route: &[Record], map: &ObservedMap, planner: &str) -> Self {
+        let state = state_after(world, brief, route);
+        let map = map.clone();
         Self {
             hops: route.len(),
             policy: policy(brief, &map, state, planner),
             map,
             outcome: state.status,
             steps: state.steps,
-            sensing_radius_m: perception::radius_m(&brief.sensor, state.pose.height_m),
+            sensing_radius_m: brief.sensor.radius_m(state.pose.height_m),
         }
     }
 
@@ -79,6 +86,7 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
-    planner.plan(&Situation { brief, map, state: &state }, &Budget::default());
+    let leg = brief.leg(state.visits);
+    planner.plan(&Situation { brief: &leg, map, state: &state }, &Budget::default());
     planner.policy()
 }

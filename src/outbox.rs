@@ -1,19 +1,23 @@
 //! The output folder of a mission, for its owner only: how it came about, what happened, and a picture.
 
-use std::collections::BTreeMap;
-use std::fs::{DirBuilder, OpenOptions};
-use std::io::Write;
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::{DirBuilder, File, OpenOptions};
+use std::io::{BufWriter, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use contract::{Record, RefusalCounts};
+use contract::{Decision, Pose, RefusalCounts, RobotId};
 use hopper_sim::{History, Journal, JournalHeader};
 use node::{Exit, Failure};
+use perception::Observation;
 use report::{Picture, Summary, SummaryBuilder};
 use scenario::World;
 use serde::Serialize;
 
 use crate::moment::Moment;
+
+/// Most hops that the picture shows, the last ones.
+const ROUTE_SHOWN: usize = 2_000;
 
 /// The folder.
 #[derive(Debug)]
@@ -123,12 +127,35 @@ impl Outbox {
     pub fn illustrate(&self, world: &World, summary: &mut Summary) -> Result<(), Failure> {
         let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
         let run = history.header().run();
-        let records: Vec<Record> = history.records().collect::<Result<_, _>>().map_err(Failure::run)?;
         let brief = contract::Brief { run, ..world.brief };
         // The journal's moments, save that its commit is the moment the append was asked for.
-        self.write("timing.csv", &report::timetable(&records))?;
+        let path = self.dir.join("timing.csv");
+        let unwritten = |error: std::io::Error| {
+            Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
+        };
+        let mut timing = BufWriter::new(create(&path).map_err(unwritten)?);
+        timing.write_all(report::timetable_heading().as_bytes()).map_err(unwritten)?;
+        let mut observation = Observation::unseen(&brief, RobotId(0));
+        let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
+        let mut pose = Pose { cell: brief.start, height_m };
+        let mut decision = Decision(0);
+        // A patrol may be longer than memory, or an eye, holds.
+        let mut route = VecDeque::new();
+        for record in history.records() {
+            let record = record.map_err(Failure::run)?;
+            timing.write_all(report::timetable_row(&record).as_bytes()).map_err(unwritten)?;
+            observation.fold(&brief, &world.terrain, pose, decision);
+            (pose, decision) = (record.pose, decision.next());
+            if route.len() == ROUTE_SHOWN {
+                route.pop_front();
+            }
+            route.push_back(record);
+        }
+        observation.fold(&brief, &world.terrain, pose, decision);
+        timing.flush().map_err(unwritten)?;
+        let records = Vec::from(route);
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
-        let moment = Moment::after(world, &brief, &records, planner);
+        let moment = Moment::with(world, &brief, &records, observation.map(), planner);
         summary.coverage = Some(moment.map.coverage());
         let picture = Picture { outcome: summary.outcome, ..moment.picture(world, &brief, &records) };
         self.write("mission.svg", &picture.svg().map_err(Failure::run)?)?;
@@ -159,12 +186,15 @@ impl Outbox {
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.dir.join(file);
-        let mut owner_only = OpenOptions::new();
-        owner_only.write(true).create(true).truncate(true).mode(0o600);
-        owner_only.open(&path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
+        create(&path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         })
     }
+}
+
+/// A new file for its owner only, or an old one emptied.
+fn create(path: &Path) -> std::io::Result<File> {
+    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(path)
 }
 
 /// The first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.

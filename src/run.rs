@@ -181,7 +181,7 @@ fn crew(args: &Args) -> Result<Crew, Failure> {
         Some(dir) => {
             let history = History::open(dir).map_err(|error| usage(&error))?;
             let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
-            if crew.shifts().is_empty() {
+            if crew.shifts().is_empty() && crew.fallbacks().is_empty() {
                 return Err(usage(&format!("--planners-from {} tells of no decision", dir.display())));
             }
             Ok(crew)

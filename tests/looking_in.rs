@@ -49,8 +49,8 @@ fn every_topic_is_listed_with_its_counts() {
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
         ("truth/terrain", "hop.TruthRequest.v1", 2),
-        ("hop/brief", "hop.Brief.v2", 4),
-        ("hop/r0/state", "hop.State.v2", 4),
+        ("hop/brief", "hop.Brief.v3", 4),
+        ("hop/r0/state", "hop.State.v3", 4),
         ("hop/r0/map", "hop.MapPatch.v1", 3),
         ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
         ("hop/r0/command", "hop.Command.v1", 2),
@@ -89,7 +89,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
         ("map", &["run", "through", "sequence", "before", "after", "grid", "seen_cells", "cell_count"]),
         ("command", &["run", "decision", "term", "action", "observation", "planner", "incarnation", "cut"]),
         ("heartbeat", &["role", "pid", "version", "incarnation", "counter", "decision", "status"]),
-        ("policy", &["run", "decision", "planner", "residual", "cell_count"]),
+        ("policy", &["run", "decision", "planner", "error_bound", "cell_count"]),
         ("tempo", &["run", "pace", "paused", "heeds"]),
     ] {
         let messages = objects(topic(&mission, &["echo", name, "--count", "1"]));

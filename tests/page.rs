@@ -187,7 +187,7 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
     let cells = vec![PolicyCell { action: Action::Hold, value: 0.5 }; brief.grid.cells()];
     let (planner, decision): (Name, Decision) = ("mdp".parse().unwrap(), Decision(1));
     account.on(
-        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, residual: 0.0, cells }),
+        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.0, cells }),
         MonotonicNs(1),
     );
     let mut policies = Cursor::of_policies();

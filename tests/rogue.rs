@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV2, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
-    SeenCellV1, StateV2, TruthRequestV1,
+    BriefV3, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    SeenCellV1, StateV3, TruthRequestV1,
 };
 use contract::{
     Action, Brief, Command, Decision, Direction, Ground, Heartbeat, Incarnation, MapPage, MapPatch,
@@ -578,7 +578,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
     let (briefs, states) = (node.brief_writer().unwrap(), node.state_writer(ROBOT).unwrap());
     let (brief, flown) = (specimen::brief(), specimen::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
-    for wire in extremes::of(&BriefV2::from(&brief)) {
+    for wire in extremes::of(&BriefV3::from(&brief)) {
         // A grid that is another's takes room in shared memory, which is not what this is about.
         if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
             continue;
@@ -588,7 +588,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
     }
     briefs.publish(&brief).unwrap();
     for state in [&flown[0], &flown[1]] {
-        for wire in extremes::of(&StateV2::from(state)) {
+        for wire in extremes::of(&StateV3::from(state)) {
             states.publish_wire(wire).unwrap();
             pause();
         }

@@ -13,15 +13,21 @@
 //! At [`Pace::Max`] the flight takes no time: landing and the next state follow the commit at once.
 //! Nothing is known to the world before the journal holds it; what the journal holds is told again
 //! and again until the world has moved on.
+//!
+//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and told with the
+//! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
+//! fallback acts in the planner's stead, and the record says so.
 
 use contract::pace::Launch;
 use contract::roster::SILENCE_NS;
 use contract::{
-    Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Outcome, Pose,
-    Record, Refusal, RefusalCounts, Role, Roster, State, Status, Tempo, Timing,
+    Action, Brief, Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs,
+    Origin, Outcome, Policy, Pose, Record, Refusal, RefusalCounts, Role, Roster, State, Status, Tempo,
+    Timing, Vetoed,
 };
 
 use crate::dynamics::{Execution, execute};
+use crate::guard::{Fallback, Guard};
 use crate::mission::opening_status;
 use crate::{Mission, Pace, ROBOT, Throttle};
 
@@ -41,6 +47,7 @@ pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
 /// What the arbiter is told.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// A command came, or a message that was none.
     Command(Result<Command, Refusal>),
@@ -52,6 +59,11 @@ pub enum Event {
     Heartbeat(Heartbeat),
     /// An order came, or a message that was none.
     Control(Result<Control, Refusal>),
+    /// A planner's policy came; the last one is kept for the fallback.
+    Policy(Policy),
+    /// What the fallback did at the decision that is due when this mission was flown before: done again, as
+    /// recorded. Deadlines pass by the clock, so a mission that is repeated goes by its journal.
+    Repeat(Fallback),
     /// A message that is no command was malformed: it is counted, and nothing else.
     Refused(Refusal),
     /// Time has passed; the first publishes the state, and is the landing it tells of.
@@ -105,6 +117,10 @@ pub struct Arbiter {
     state: State,
     phase: Phase,
     bid: Option<Bid>,
+    /// The last policy heard of; kept only if there may be a fallback.
+    policy: Option<Policy>,
+    /// The first decision of the present leg that this life knows of.
+    leg_began: Decision,
     /// When the current state was last published; `None` before the first time.
     sent: Option<MonotonicNs>,
     finished: bool,
@@ -140,11 +156,15 @@ impl Arbiter {
                 robot: ROBOT,
                 decision: Decision(0),
                 steps: 0,
+                visits: 0,
                 status: opening_status(brief),
                 leader: Leader::default(),
                 pose: Pose { cell: brief.start, height_m: start.height_m },
                 collected: Collected::default(),
+                vetoed: Vetoed::NONE,
                 last: None,
+                last_origin: Origin::Planner,
+                last_vetoed: Vetoed::NONE,
                 digest: mission.genesis(),
                 landed: now,
                 published: MonotonicNs(0),
@@ -158,6 +178,8 @@ impl Arbiter {
             state,
             phase: Phase::Resting,
             bid: None,
+            policy: None,
+            leg_began: Decision(0),
             sent: None,
             finished: false,
             stranger: None,
@@ -185,7 +207,10 @@ impl Arbiter {
                 Err((refusal, bid)) => {
                     self.bid = self.standing_bid(now).or(bid).or(self.bid);
                     self.refusals.count(&refusal);
-                    let missed = matches!(refusal, Refusal::RepeatedDecision { .. });
+                    if let Refusal::Vetoed { action, .. } = refusal {
+                        self.state.vetoed = self.state.vetoed.with(action);
+                    }
+                    let missed = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::Vetoed { .. });
                     effects.push(Effect::Refused(refusal));
                     // Its sender may have missed the state that answers it.
                     effects.extend(missed.then(|| self.publish(now)));
@@ -216,6 +241,11 @@ impl Arbiter {
                 }
                 effects.extend(self.land(now));
             }
+            Event::Policy(policy) => self.keep(policy),
+            Event::Repeat(fallback) => {
+                let due = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
+                effects.extend(due.then(|| self.fall_back(fallback, now)));
+            }
             Event::Tick => {
                 if let Phase::Unwritten(record) = self.phase {
                     effects.push(self.commit(record));
@@ -228,14 +258,18 @@ impl Arbiter {
                 if self.sent.is_none_or(|sent| now.since_ns(sent) >= REPUBLISH_NS) {
                     effects.push(self.publish(now));
                 }
+                if self.deadline().is_some_and(|deadline| now >= deadline) {
+                    let fallback = self.guard().fallback(self.goal(), self.policy());
+                    effects.push(self.fall_back(fallback, now));
+                }
             }
         }
         effects.extend(self.conclude(now));
         effects
     }
 
-    /// The next moment at which a tick has something to do: a landing, a republication, the end of
-    /// the linger. A host may tick more often.
+    /// The next moment at which a tick has something to do: a landing, a republication, the deadline of a
+    /// decision, the end of the linger. A host may tick more often.
     #[must_use]
     pub fn wake_at(&self) -> Option<MonotonicNs> {
         let Some(sent) = self.sent else { return Some(self.state.landed) };
@@ -245,13 +279,20 @@ impl Arbiter {
             _ => None,
         };
         let end = self.is_lingering().then(|| self.state.published.plus_ns(self.linger_ns));
-        [Some(republication), landing, end].into_iter().flatten().min()
+        [Some(republication), landing, end, self.deadline()].into_iter().flatten().min()
     }
 
     /// The current state: while a hop is under way, the one before it.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Whether the mission goes on whoever is there: it is over, or under way with a fallback.
+    #[must_use]
+    pub fn needs_nobody(&self) -> bool {
+        let falls_back = self.mission.brief.guard.deadline_ns > 0;
+        self.state.status.is_over() || (falls_back && self.state.decision > Decision(0))
     }
 
     /// The mission.
@@ -316,8 +357,10 @@ impl Arbiter {
     fn accept(&self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
         let leader = self.judge(command, now)?;
         let state = &self.state;
-        let Execution { outcome, pose, collected, steps, status } =
-            execute(&self.mission, state, command.action);
+        let action = command.action;
+        if let Some(hazard) = self.guard().veto(action) {
+            return Err(Refusal::Vetoed { action, need: self.mission.brief.guard.hazard_max, got: hazard });
+        }
         let timing = Timing {
             landed: state.landed,
             state_published: state.published,
@@ -328,25 +371,77 @@ impl Arbiter {
             accepted: now,
             committed: now,
         };
+        let record = self.record(leader, action, Origin::Planner, timing);
+        let Command { observation, work, cut, .. } = *command;
+        Ok(Record { observation, work, cut, ..record })
+    }
+
+    /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
+    fn record(&self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
+        let state = &self.state;
+        let Execution { outcome, pose, collected, steps, visits, status } =
+            execute(&self.mission, state, action);
         let mut record = Record {
             robot: state.robot,
             decision: state.decision,
             leader,
-            action: command.action,
-            observation: command.observation,
-            work: command.work,
-            cut: command.cut,
+            action,
+            origin,
+            vetoed: state.vetoed,
+            observation: 0,
+            work: 0,
+            cut: false,
             outcome,
             pose,
             collected,
             steps,
+            visits,
             status,
             timing,
             previous: state.digest,
             digest: state.digest,
         };
         record.digest = record.previous.chain(&record);
-        Ok(record)
+        record
+    }
+
+    /// The guard where the hopper stands.
+    fn guard(&self) -> Guard<'_> {
+        Guard::new(&self.mission.brief, &self.mission.terrain, self.state.pose)
+    }
+
+    /// When the fallback acts, unless a command is accepted before; `None` if it does not.
+    fn deadline(&self) -> Option<MonotonicNs> {
+        let deadline_ns = self.mission.brief.guard.deadline_ns;
+        let waits = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
+        (deadline_ns > 0 && waits && self.sent.is_some()).then(|| self.state.published.plus_ns(deadline_ns))
+    }
+
+    /// Acts in the planner's stead. Who commands goes on commanding: the term stays.
+    fn fall_back(&mut self, Fallback { action, origin }: Fallback, now: MonotonicNs) -> Effect {
+        let State { landed, published, leader, .. } = self.state;
+        let timing =
+            Timing { landed, state_published: published, accepted: now, committed: now, ..Timing::default() };
+        self.commit(self.record(leader, action, origin, timing))
+    }
+
+    fn keep(&mut self, policy: Policy) {
+        let Brief { run, guard, grid, .. } = self.mission.brief;
+        let fits = policy.run == run && policy.robot == ROBOT && policy.cells.len() == grid.cells();
+        if guard.deadline_ns > 0 && fits && policy.decision <= self.state.decision.next() {
+            self.policy = Some(policy);
+        }
+    }
+
+    /// The goal in force.
+    fn goal(&self) -> contract::Cell {
+        self.mission.brief.leg(self.state.visits).goal
+    }
+
+    /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
+    fn policy(&self) -> Option<&Policy> {
+        let leads_here = |policy: &&Policy| policy.decision >= self.leg_began;
+        self.policy.as_ref().filter(|policy| policy.planner == self.state.leader.planner).filter(leads_here)
     }
 
     /// Who leads once `command` is executed; or why it is not.
@@ -429,6 +524,9 @@ impl Arbiter {
         }
         self.throttle.landed();
         self.phase = Phase::Resting;
+        if next.visits != self.state.visits {
+            self.leg_began = next.decision;
+        }
         self.state = next;
         self.sent = None;
         Some(self.publish(now))

@@ -17,6 +17,8 @@ pub struct Execution {
     pub collected: Collected,
     /// Steps afterwards, in the paper's count.
     pub steps: u64,
+    /// Goals visited so far, this landing's among them.
+    pub visits: u64,
     /// Status afterwards.
     pub status: Status,
 }
@@ -50,18 +52,29 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
     };
     let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
     let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);
+    let visited = mission.brief.is_visit(state.visits, outcome.to);
     Execution {
         outcome,
         pose: Pose { cell: outcome.to, height_m },
         collected: state.collected.landing(&terrain.treasures, outcome.to),
         steps,
-        status: status(brief, terrain, outcome.to, steps),
+        visits: state.visits + u64::from(visited),
+        status: status(brief, terrain, state, outcome.to, steps),
     }
 }
 
-/// How the mission stands with the hopper on `cell` after `steps`.
-fn status(brief: &Brief, terrain: &Terrain, cell: Cell, steps: u64) -> Status {
-    match terrain.ground(cell) {
+/// How the mission stands with the hopper on `cell` after `steps`. A patrol is flown once its hops are.
+fn status(brief: &Brief, terrain: &Terrain, before: &State, cell: Cell, steps: u64) -> Status {
+    let ground = terrain.ground(cell);
+    if let Some(patrol) = &brief.patrol {
+        return match ground {
+            None => Status::LeftMap,
+            Some(ground) if !ground.passable => Status::Lost,
+            Some(_) if before.decision.0 + 1 >= patrol.hops_max => Status::Goal,
+            Some(_) => Status::Underway,
+        };
+    }
+    match ground {
         _ if cell == brief.goal && steps <= brief.limits.steps_max => Status::Goal,
         None => Status::LeftMap,
         Some(ground) if !ground.passable => Status::Lost,

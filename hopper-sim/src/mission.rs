@@ -50,5 +50,5 @@ pub fn genesis(brief: &Brief, seed: u64) -> Digest {
 /// How a mission stands before its first command: there already, if it starts at its goal.
 #[must_use]
 pub fn opening_status(brief: &Brief) -> Status {
-    if brief.start == brief.goal { Status::Goal } else { Status::Underway }
+    if brief.start == brief.goal && brief.patrol.is_none() { Status::Goal } else { Status::Underway }
 }

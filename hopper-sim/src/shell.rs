@@ -12,11 +12,11 @@ use contract::{
 };
 use node::peer::{Builds, Patience, TICK, refuse};
 use node::{
-    BriefWriter, CommandReader, ControlReader, Exit, Failure, Instance, Node, PastServer, Room, StateWriter,
-    TempoWriter, TruthServer, crash_point,
+    BriefWriter, CommandReader, ControlReader, Exit, Failure, Instance, Node, PastServer, PolicyReader, Room,
+    StateWriter, TempoWriter, TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, World};
+use scenario::{Overrides, Scenario, World};
 
 use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, Pace, crash};
 
@@ -62,17 +62,21 @@ impl MissionArgs {
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
     pub fn world(&self) -> Result<World, Failure> {
-        let usage = |error: scenario::ScenarioError| Failure::new(Exit::Usage, error.to_string());
+        self.scenario()?.resolve().map_err(Failure::usage)
+    }
+
+    /// The scenario of the mission, as the command line changes it.
+    ///
+    /// # Errors
+    /// Exit code 2 if there is none, or it is not one.
+    pub fn scenario(&self) -> Result<Scenario, Failure> {
         let overrides = Overrides {
             profile: self.profile,
             decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
             dem: self.dem.clone(),
         };
-        scenario::load(self.scenario.as_deref().unwrap_or("hard"))
-            .map_err(usage)?
-            .with(&overrides)
-            .resolve()
-            .map_err(usage)
+        let scenario = scenario::load(self.scenario.as_deref().unwrap_or("hard")).map_err(Failure::usage)?;
+        Ok(scenario.with(&overrides))
     }
 }
 
@@ -189,6 +193,8 @@ struct Service {
     tempos: TempoWriter,
     /// The tempo told last.
     told: Option<Tempo>,
+    /// Listened to only where there may be a fallback: planners write policies for listeners alone.
+    policies: Option<PolicyReader>,
     past: PastServer,
     assembled: bool,
     /// Whether the last append failed.
@@ -225,6 +231,7 @@ impl Service {
             controls: node.control_reader(robot)?,
             tempos: node.tempo_writer(robot)?,
             told: None,
+            policies: (brief.guard.deadline_ns > 0).then(|| node.policy_reader(robot)).transpose()?,
             past: node.past_server()?,
             arbiter: Arbiter::new(
                 Mission { brief, terrain: world.terrain, seed: args.mission.seed() },
@@ -292,6 +299,11 @@ impl Service {
             for control in self.controls.drain().collect::<Vec<_>>() {
                 self.feed(Event::Control(control))?;
             }
+            match self.policies.as_mut().and_then(|policies| policies.newest()) {
+                Some(Ok(policy)) => self.feed(Event::Policy(policy))?,
+                Some(Err(refusal)) => self.refused(refusal)?,
+                None => {}
+            }
             for beat in self.node.heartbeats() {
                 match beat {
                     Ok(beat) if self.builds.admit(&beat) => {
@@ -344,12 +356,12 @@ impl Service {
     }
 
     /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
-    /// the wait for processes to start; a mission that is over is told to whoever comes.
+    /// the wait for processes to start. A mission that is over is told to whoever comes, and one that was under
+    /// way with a fallback is taken up at once.
     fn is_assembled(&mut self) -> bool {
         let now = Node::now();
         let crew = [Role::Perception, Role::Planner];
-        self.assembled |=
-            self.arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled |= self.arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
         self.assembled
     }
 
@@ -390,6 +402,12 @@ impl Service {
                 let mut committed = *record;
                 committed.timing.committed = now;
                 self.summary.record(&committed);
+                if record.origin.is_fallback() {
+                    let (decision, action, origin) = (record.decision, record.action, record.origin);
+                    tracing::warn!(
+                        "no acceptable command for decision {decision}: fell back to {action}, by {origin}"
+                    );
+                }
                 if std::mem::take(&mut self.holding) {
                     tracing::info!("the journal took decision {}: going on", record.decision);
                 }

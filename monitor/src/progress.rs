@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
-use report::Tenure;
+use report::{Fallbacks, Tenure, guarded};
 use serde::{Deserialize, Serialize};
 
 /// How a mission stands. Displayed, it is one line for a log.
@@ -23,7 +23,11 @@ pub struct Progress {
     pub steps: u64,
     /// Steps after which the mission is a deadlock.
     pub steps_max: u64,
-    /// From the hopper to the goal, metres as the crow flies.
+    /// Goals visited so far.
+    pub visits: u64,
+    /// Hops after which a patrol is flown; `None` if the mission is no patrol.
+    pub hops_max: Option<u64>,
+    /// From the hopper to the goal in force, metres as the crow flies.
     pub distance_to_goal_m: f64,
     /// From start to goal, metres as the crow flies.
     pub start_to_goal_m: f64,
@@ -31,6 +35,10 @@ pub struct Progress {
     pub stray_hops: u64,
     /// Treasures collected so far.
     pub treasures: u32,
+    /// Actions that the guard vetoed so far, each once a decision.
+    pub vetoes: u64,
+    /// What its fallback did so far.
+    pub fallbacks: Fallbacks,
     /// Share of the map seen, 0 to 1; `None` before the first map.
     pub coverage: Option<f64>,
     /// Where the time of decisions went.
@@ -78,9 +86,13 @@ pub struct Health {
 }
 
 impl Progress {
-    /// Share of the way from start to goal that is covered, 0 to 1; a detour does not go below 0.
+    /// Share of the way from start to goal that is covered, or of a patrol's hops, 0 to 1; a detour does not go
+    /// below 0.
     #[must_use]
     pub fn covered(&self) -> f64 {
+        if let Some(hops_max) = self.hops_max {
+            return (self.decision.0 as f64 / hops_max as f64).min(1.0);
+        }
         if self.start_to_goal_m > 0.0 {
             (1.0 - self.distance_to_goal_m / self.start_to_goal_m).max(0.0)
         } else {
@@ -103,6 +115,9 @@ impl Progress {
         }
         if let Some(Tenure { name, term, .. }) = self.leader() {
             text += &format!(" · {name} t{term}");
+        }
+        if self.fallbacks.total() > 0 {
+            text += &format!(" · {} fallen back", self.fallbacks.total());
         }
         if self.latency.misses > 0 {
             text += &format!(" · {} missed", self.latency.misses);
@@ -129,7 +144,14 @@ impl fmt::Display for Progress {
             write!(f, "{}: ", self.status)?;
         }
         let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
-        write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?;
+        match self.hops_max {
+            None => write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?,
+            Some(hops_max) => write!(
+                f,
+                "hop {decision}/{hops_max}, {} goals visited, {distance_to_goal_m:.1} m to the next",
+                self.visits
+            )?,
+        }
         if let Some(coverage) = self.coverage {
             write!(f, ", {:.0} % seen", 100.0 * coverage)?;
         }
@@ -143,6 +165,9 @@ impl fmt::Display for Progress {
         }
         if let Some(Tenure { name, term, .. }) = self.leader() {
             write!(f, ", {name} term {term}")?;
+        }
+        if self.vetoes > 0 || self.fallbacks.total() > 0 {
+            write!(f, ", {}", guarded(self.vetoes, self.fallbacks))?;
         }
         if self.missing > 0 {
             write!(f, ", {} decisions to catch up", self.missing)?;
@@ -189,10 +214,14 @@ pub(crate) mod tests {
             missing: 0,
             steps: 34,
             steps_max: 150,
+            visits: 0,
+            hops_max: None,
             distance_to_goal_m: 12.04,
             start_to_goal_m: 24.08,
             stray_hops: 2,
             treasures: 0,
+            vetoes: 0,
+            fallbacks: Fallbacks::default(),
             coverage: Some(0.614),
             latency: Pulse {
                 decisions: 17,
@@ -227,11 +256,12 @@ pub(crate) mod tests {
         progress.health[1].silent_ms = 1300;
         progress.health[2] = Health { alive: 0, pid: None, ..progress.health[2] };
         progress.missing = 3;
-        assert!(
-            progress
-                .to_string()
-                .ends_with("term 1, 3 decisions to catch up, perception silent for 1.3 s, no planner")
-        );
+        progress.vetoes = 2;
+        progress.fallbacks.greedy = 1;
+        assert!(progress.to_string().ends_with(
+            "term 1, 2 vetoes, 1 fallback (1 greedy), 3 decisions to catch up, perception silent for 1.3 s, \
+                     no planner"
+        ));
     }
 
     #[test]

@@ -26,6 +26,7 @@ const OTHERS: [Role; 3] = [Role::HopperSim, Role::Perception, Role::Planner];
 
 /// What the monitor hears.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),
@@ -131,6 +132,10 @@ impl Watcher {
             start_to_goal_m: tally.start_to_goal_m(),
             stray_hops: tally.route.stray(),
             treasures: tally.treasures(),
+            visits: tally.visits(),
+            hops_max: brief.patrol.map(|patrol| patrol.hops_max),
+            vetoes: tally.vetoes,
+            fallbacks: tally.fallbacks,
             coverage: *coverage,
             latency: Pulse {
                 decisions: tally.latency.decisions(),
@@ -364,7 +369,8 @@ impl Mission {
     fn distance_to_goal_m(&self) -> f64 {
         let state = self.state.filter(|state| state.decision >= self.tally.due());
         let cell = state.map_or(self.tally.cell(), |state| state.pose.cell);
-        cell.distance_cells(self.brief.goal) * self.brief.grid.cell_size_m
+        let visits = state.map_or(self.tally.visits(), |state| state.visits);
+        cell.distance_cells(self.brief.leg(visits).goal) * self.brief.grid.cell_size_m
     }
 
     fn request(&self, robot: RobotId) -> Effect {

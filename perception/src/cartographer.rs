@@ -22,6 +22,7 @@ pub const REPUBLISH_NS: u64 = 100_000_000;
 
 /// What perception hears.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),

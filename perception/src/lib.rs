@@ -14,4 +14,4 @@ pub mod shell;
 
 pub use cartographer::{Cartographer, Effect, Event};
 pub use observation::Observation;
-pub use sensing::{disc, radius_m};
+pub use sensing::disc;

@@ -4,7 +4,7 @@
 
 use contract::limits::MAP_PATCH_CELLS;
 use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId};
-use terrain::Terrain;
+use terrain::{Terrain, differences};
 
 use crate::sensing::disc;
 
@@ -177,18 +177,4 @@ impl Observation {
             seen.push(map.seen_cells() as u32);
         }
     }
-}
-
-/// Gradient at a seen cell from the heights of seen neighbours: central difference where both are seen,
-/// one-sided where one is, zero where none is.
-fn differences(cell: Cell, spacing_m: f64, known_m: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
-    let Some(here) = known_m(cell) else { return [0.0; 2] };
-    let height = |dx: i32, dy: i32| known_m(Cell::new(cell.x + dx, cell.y + dy));
-    let slope = |ahead: Option<f64>, behind: Option<f64>| match (ahead, behind) {
-        (Some(ahead), Some(behind)) => (ahead - behind) / (2.0 * spacing_m),
-        (Some(ahead), None) => (ahead - here) / spacing_m,
-        (None, Some(behind)) => (here - behind) / spacing_m,
-        (None, None) => 0.0,
-    };
-    [slope(height(1, 0), height(-1, 0)), slope(height(0, 1), height(0, -1))]
 }

@@ -2,16 +2,10 @@
 
 use contract::{Cell, Grid, Pose, SensorParameters};
 
-/// Sensing radius in metres at height `height_m` above the datum, clamped to the sensor's range.
-#[must_use]
-pub fn radius_m(sensor: &SensorParameters, height_m: f64) -> f64 {
-    (sensor.gain * (height_m + sensor.offset_m)).clamp(sensor.radius_min_m, sensor.radius_max_m)
-}
-
 /// The cells of `grid` whose centres lie within the closed disc around `pose`, in index order. A pose
 /// outside the grid sees nothing.
 pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<Item = Cell> {
-    let radius_cells = radius_m(sensor, pose.height_m) / grid.cell_size_m;
+    let radius_cells = sensor.radius_m(pose.height_m) / grid.cell_size_m;
     let centre = pose.cell;
     // Clipped before it is walked: a sensor may see further than any grid is wide.
     let clip = |at: i32, side: u32| {
@@ -45,10 +39,10 @@ mod tests {
 
     #[test]
     fn the_radius_grows_by_two_metres_a_metre_and_is_clamped() {
-        assert_eq!(radius_m(&sensor(), 0.0), 2.0);
-        assert_eq!(radius_m(&sensor(), 1.5), 5.0);
-        assert_eq!(radius_m(&sensor(), -4139.0), 1.0);
-        assert_eq!(radius_m(&sensor(), 4139.0), 12.0);
+        assert_eq!(sensor().radius_m(0.0), 2.0);
+        assert_eq!(sensor().radius_m(1.5), 5.0);
+        assert_eq!(sensor().radius_m(-4139.0), 1.0);
+        assert_eq!(sensor().radius_m(4139.0), 12.0);
     }
 
     #[test]

@@ -43,6 +43,9 @@ impl World {
             decision: Decision(decision),
             leader: Leader::default(),
             action: Action::Hop(Direction::East),
+            origin: contract::Origin::Planner,
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
             observation: 0,
             work: 0,
             cut: false,
@@ -105,7 +108,7 @@ fn the_first_map_holds_the_sensing_disc_and_nothing_else() {
     let world = World::new(contract::Profile::Paper2023);
     let map = world.undisturbed(0);
     assert_eq!(map.through, Some(Decision(0)));
-    let radius_m = perception::radius_m(&world.brief.sensor, world.pose(world.brief.start).height_m);
+    let radius_m = world.brief.sensor.radius_m(world.pose(world.brief.start).height_m);
     for cell in world.brief.grid.iter() {
         let seen = map.ground(cell).is_some();
         assert_eq!(seen, cell.distance_cells(world.brief.start) <= radius_m, "{cell}");

@@ -76,6 +76,10 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
             digest: Digest::default(),
             landed: NOW,
             published: NOW,
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
+            last_origin: contract::Origin::Planner,
+            last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
         let before = BYTES.get();

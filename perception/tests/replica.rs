@@ -89,6 +89,10 @@ impl Source {
             digest: Digest::default(),
             landed: at(self.epoch + decision),
             published: at(self.epoch + decision),
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
+            last_origin: contract::Origin::Planner,
+            last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         }
     }
@@ -138,6 +142,9 @@ impl Source {
             decision: Decision(decision),
             leader: Leader::default(),
             action: Action::Hold,
+            origin: contract::Origin::Planner,
+            vetoed: contract::Vetoed::NONE,
+            visits: 0,
             observation: 0,
             work: 0,
             cut: false,

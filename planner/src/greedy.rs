@@ -4,7 +4,7 @@ use contract::{Action, Direction, Name, Profile};
 
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
-use crate::tie::first_best;
+use crate::tie::first_best_allowed;
 use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 
 /// Hops towards the neighbour in the map with the largest payoff; ties go to the first of north, east,
@@ -13,7 +13,7 @@ use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 /// A treasure known to lie on a neighbour adds its payoff.
 ///
 /// In profile `hopper` it never hops towards ground known to be impassable. Without a neighbour to go
-/// to it holds.
+/// to it holds. What the guard has vetoed it does not choose again.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Greedy;
 
@@ -38,7 +38,7 @@ impl Planner for Greedy {
                 && (ground.passable || brief.profile == Profile::Paper2023);
             eligible.then(|| payoff.of(cell, ground) + payoff.of_treasure(map, cell))
         });
-        match first_best(payoffs, 0.0) {
+        match first_best_allowed(payoffs, 0.0, state.vetoed) {
             Some(direction) => Plan::at_once(Action::Hop(direction), PlanStatus::Solved),
             None => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
         }

@@ -4,11 +4,14 @@
 //! term in force if it leads, and for the next term if it may take over: nobody leads yet, it was told
 //! to (once), its predecessor is known to be dead, or the leader's heartbeat stands still. hopper-sim
 //! decides; a pilot that lost the race reads so from the next state.
+//!
+//! If hopper-sim's guard vetoes its command, the same state comes again with the veto, and the pilot plans
+//! anew. A planner that insists on what is vetoed stands still.
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, MonotonicNs,
-    Name, Refusal, Replica, RobotId, Roster, RunId, State, Status, Term,
+    Action, Brief, Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
+    MonotonicNs, Name, Refusal, Replica, RobotId, Roster, RunId, State, Status, Term, Vetoed,
 };
 
 use crate::{Plan, PlanStatus, Situation};
@@ -39,6 +42,7 @@ pub struct Commission {
 
 /// What a pilot hears.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
     /// The brief; one of a new run drops all that was known.
     Brief(Brief),
@@ -86,14 +90,21 @@ pub enum Effect {
 #[derive(Clone, Copy, Debug)]
 struct Planned {
     command: Command,
+    /// What was vetoed when it was planned.
+    vetoed: Vetoed,
     sent: MonotonicNs,
 }
+
+/// What is planned for: a decision, and what the guard has vetoed there.
+type Due = (RunId, Decision, Vetoed);
 
 /// Commands one robot, or stands by.
 #[derive(Debug)]
 pub struct Pilot {
     commission: Commission,
     brief: Option<Brief>,
+    /// The brief of the leg of the present state.
+    leg: Option<Brief>,
     state: Option<State>,
     map: Replica,
     roster: Roster,
@@ -108,7 +119,7 @@ pub struct Pilot {
     /// The term last asked for in this run.
     asked: Option<Term>,
     /// The decision for which a plan was asked and has not been reported.
-    planning: Option<(RunId, Decision)>,
+    planning: Option<Due>,
     planned: Option<Planned>,
     finished: bool,
 }
@@ -120,6 +131,7 @@ impl Pilot {
         Self {
             commission,
             brief: None,
+            leg: None,
             state: None,
             map: Replica::new(commission.robot),
             roster: Roster::default(),
@@ -150,6 +162,7 @@ impl Pilot {
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
+        self.leg = self.brief.zip(self.state).map(|(brief, state)| brief.leg(state.visits));
         self.plan(now, &mut effects);
         effects
     }
@@ -157,7 +170,7 @@ impl Pilot {
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
     #[must_use]
     pub fn situation(&self) -> Option<Situation<'_>> {
-        match (&self.brief, &self.state, self.map.map()) {
+        match (&self.leg, &self.state, self.map.map()) {
             (Some(brief), Some(state), Some(map))
                 if brief.run == state.run
                     && map.run == state.run
@@ -244,6 +257,10 @@ impl Pilot {
         if state.robot != self.commission.robot || known.is_some_and(old) {
             return;
         }
+        let same = known.filter(|known| known.decision == state.decision);
+        // A veto stands, though an older copy of the state or another life of hopper-sim may not tell of it.
+        let vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
+        let state = State { vetoed, ..state };
         let news = known.is_none_or(|known| known.leader != state.leader);
         if news {
             self.leader_since = now;
@@ -289,8 +306,8 @@ impl Pilot {
         now.since_ns(heard.max(self.leader_since)) > limit_ns
     }
 
-    fn planned_for(&self) -> Option<(RunId, Decision)> {
-        self.planned.map(|planned| (planned.command.run, planned.command.decision))
+    fn planned_for(&self) -> Option<Due> {
+        self.planned.map(|planned| (planned.command.run, planned.command.decision, planned.vetoed))
     }
 
     /// Asks for a plan if one is due.
@@ -300,7 +317,7 @@ impl Pilot {
             self.planning = None;
             return;
         };
-        let due = (state.run, state.decision);
+        let due = due(&state);
         if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
             return;
         }
@@ -318,7 +335,8 @@ impl Pilot {
     ) {
         let asked = self.planning.take();
         let Some(situation) = self.situation() else { return };
-        if asked != Some((situation.state.run, situation.state.decision)) {
+        let vetoed = situation.state.vetoed;
+        if asked != Some(due(situation.state)) {
             return;
         }
         let command = Command {
@@ -326,7 +344,7 @@ impl Pilot {
             robot: self.commission.robot,
             decision: situation.state.decision,
             term: Term(0),
-            action: plan.action,
+            action: if vetoed.has(plan.action) { Action::Hold } else { plan.action },
             observation: situation.map.observation(),
             planner: self.commission.planner,
             incarnation: self.commission.incarnation,
@@ -338,7 +356,7 @@ impl Pilot {
             planning_started: started,
             planning_ended: ended,
         };
-        self.planned = Some(Planned { command, sent: now });
+        self.planned = Some(Planned { command, vetoed, sent: now });
         self.send(now, effects);
     }
 
@@ -346,7 +364,7 @@ impl Pilot {
     fn send(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let Some(term) = self.term(now) else { return };
         let Some(state) = self.situation().map(|situation| *situation.state) else { return };
-        if self.planned_for() != Some((state.run, state.decision)) {
+        if self.planned_for() != Some(due(&state)) {
             return;
         }
         if term > state.leader.term {
@@ -371,4 +389,8 @@ impl Pilot {
             self.send(now, effects);
         }
     }
+}
+
+fn due(state: &State) -> Due {
+    (state.run, state.decision, state.vetoed)
 }

@@ -7,12 +7,12 @@ use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
 /// Everything a decision may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
-    /// What was known before the mission.
+    /// What was known before the mission; of a patrol, the leg that is flown: start and goal are the leg's.
     pub brief: &'a Brief,
     /// What has been seen, the present pose folded in. [`ObservedMap::changed_since`] tells what is new since
     /// the last plan.
     pub map: &'a ObservedMap,
-    /// Where the mission stands.
+    /// Where the mission stands, and what hopper-sim's guard has vetoed here ([`State::vetoed`]).
     pub state: &'a State,
 }
 
@@ -90,15 +90,15 @@ pub struct Plan {
     pub status: PlanStatus,
     /// Work done, in the algorithm's own units.
     pub work: u64,
-    /// Residual max |V − TV| of an independent last sweep, in units of payoff; 0 where nothing was solved.
-    pub residual: f64,
+    /// Bound |V − V*| proven for each value of the policy, in units of payoff; 0 where nothing was solved.
+    pub error_bound: f64,
 }
 
 impl Plan {
     /// A plan that took no search.
     #[must_use]
     pub fn at_once(action: Action, status: PlanStatus) -> Self {
-        Self { action, status, work: 0, residual: 0.0 }
+        Self { action, status, work: 0, error_bound: 0.0 }
     }
 }
 

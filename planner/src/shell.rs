@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let commands = node.command_writer(robot)?;
     let mut policies = node.policy_port(robot)?;
     let mut told = Told::default();
-    let mut residual = 0.0;
+    let mut error_bound = 0.0;
     crash_point("planner.joined");
     tracing::info!("joined instance {:?} as {}", args.peer.instance, planner.name());
 
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 Effect::Plan => {
                     if let Some((further, reached)) = plan(&mut pilot, planner.as_mut(), &mut node) {
                         effects.extend(further);
-                        residual = reached;
+                        error_bound = reached;
                     }
                 }
                 Effect::Send(command) => {
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     crash_point("planner.sent");
                     // For the eye, and after the command: it may take long, and must not end the mission.
                     if told.is_news(command.run, command.decision, policies.readers())
-                        && let Some(policy) = policy(&pilot, planner.as_ref(), residual)
+                        && let Some(policy) = policy(&pilot, planner.as_ref(), error_bound)
                         && let Err(error) = policies.publish(&policy)
                     {
                         tracing::warn!("nobody gets the policy of decision {}: {error}", policy.decision);
@@ -188,7 +188,7 @@ fn heard<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
     )
 }
 
-/// Plans between two readings of the clock, beating as the work goes on; gives the plan's residual beside
+/// Plans between two readings of the clock, beating as the work goes on; gives the plan's error bound beside
 /// what is to be done. `None` if there is nothing to plan any more.
 fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> Option<(Vec<Effect>, f64)> {
     let (run, decision, status) = pilot.seen();
@@ -203,19 +203,19 @@ fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> Option
     let plan = planner.plan(&situation, &Budget { pulse: Pulse::new(&beat), ..Budget::default() });
     let ended = Node::now();
     crash_point("planner.planned");
-    let residual = plan.residual;
-    Some((pilot.on(Event::Planned(plan, started, ended), ended), residual))
+    let error_bound = plan.error_bound;
+    Some((pilot.on(Event::Planned(plan, started, ended), ended), error_bound))
 }
 
 /// The policy behind the command just sent, for the eye.
-fn policy(pilot: &Pilot, planner: &dyn Planner, residual: f64) -> Option<Policy> {
+fn policy(pilot: &Pilot, planner: &dyn Planner, error_bound: f64) -> Option<Policy> {
     let situation = pilot.situation()?;
     Some(Policy {
         run: situation.state.run,
         robot: situation.state.robot,
         decision: situation.state.decision,
         planner: planner.name(),
-        residual,
+        error_bound,
         cells: planner.policy()?,
     })
 }

@@ -1,6 +1,6 @@
 //! The total order among equals: north, east, south, west.
 
-use contract::Direction;
+use contract::{Action, Direction, Vetoed};
 
 /// The first direction in the order of [`Direction::ALL`] whose value lies within `tolerance` of the
 /// best; `None` if none has a value.
@@ -9,6 +9,22 @@ pub(crate) fn first_best(values: [Option<f64>; 4], tolerance: f64) -> Option<Dir
     Direction::ALL
         .into_iter()
         .find(|&direction| values[direction as usize].is_some_and(|value| value >= best - tolerance))
+}
+
+/// [`first_best`] among what is not vetoed: the choice is made, struck out if it is vetoed, and made again. So
+/// a veto of what would not have been chosen anyway changes nothing, whoever's command it met.
+pub(crate) fn first_best_allowed(
+    mut values: [Option<f64>; 4],
+    tolerance: f64,
+    vetoed: Vetoed,
+) -> Option<Direction> {
+    loop {
+        let direction = first_best(values, tolerance)?;
+        if !vetoed.has(Action::Hop(direction)) {
+            return Some(direction);
+        }
+        values[direction as usize] = None;
+    }
 }
 
 #[cfg(test)]
@@ -21,5 +37,22 @@ mod tests {
         assert_eq!(first_best([None, Some(1.0), Some(1.0), None], 0.0), Some(Direction::East));
         assert_eq!(first_best([Some(1.0), Some(1.5), Some(2.0), Some(2.0)], 0.5), Some(Direction::East));
         assert_eq!(first_best([None; 4], 0.0), None);
+    }
+
+    #[test]
+    fn the_veto_of_what_would_not_be_chosen_changes_no_choice() {
+        let west = Vetoed::NONE.with(Action::Hop(Direction::West));
+        let values = [Some(-0.05), Some(0.5), None, Some(1.0)];
+        assert_eq!(first_best_allowed(values, 1.0, Vetoed::NONE), Some(Direction::East));
+        assert_eq!(
+            first_best_allowed(values, 1.0, west),
+            Some(Direction::East),
+            "not north, as without west"
+        );
+        let east = Vetoed::NONE.with(Action::Hop(Direction::East));
+        assert_eq!(first_best_allowed(values, 1.0, east), Some(Direction::West));
+        assert_eq!(first_best_allowed(values, 1.0, east.union(west)), Some(Direction::North));
+        let all = Direction::ALL.into_iter().fold(Vetoed::NONE, |set, hop| set.with(Action::Hop(hop)));
+        assert_eq!(first_best_allowed(values, 1.0, all), None);
     }
 }

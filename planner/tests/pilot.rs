@@ -60,6 +60,10 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
         digest: Digest::default(),
         landed: at(0),
         published: at(0),
+        visits: 0,
+        vetoed: contract::Vetoed::NONE,
+        last_origin: contract::Origin::Planner,
+        last_vetoed: contract::Vetoed::NONE,
         last_timing: Timing::default(),
     }
 }
@@ -85,7 +89,7 @@ fn map(decision: u64) -> MapPatch {
 
 fn planned() -> Event {
     let plan =
-        Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, residual: 0.0 };
+        Plan { action: Action::Hop(Direction::North), status: PlanStatus::Solved, work: 3, error_bound: 0.0 };
     Event::Planned(plan, at(1), at(2))
 }
 
@@ -378,4 +382,59 @@ fn a_new_run_is_started_from_nothing_and_the_end_is_reported_once() {
     pilot.on(Event::State(fresh), at(0));
     let map = MapPatch { run: RunId(8), ..map(0) };
     assert_eq!(pilot.on(Event::Patch(map), at(0)), [Effect::Plan]);
+}
+
+/// What was sent: decision, action.
+fn actions(effects: &[Effect]) -> Vec<(u64, Action)> {
+    let sent = |effect: &Effect| match effect {
+        Effect::Send(Command { decision, action, .. }) => Some((decision.0, *action)),
+        _ => None,
+    };
+    effects.iter().filter_map(sent).collect()
+}
+
+fn planned_as(action: Action) -> Event {
+    Event::Planned(Plan { action, status: PlanStatus::Solved, work: 3, error_bound: 0.0 }, at(1), at(2))
+}
+
+/// P-VETO-TOLD.
+#[test]
+fn a_vetoed_command_is_planned_anew_and_never_sent_again() {
+    let (north, east) = (Action::Hop(Direction::North), Action::Hop(Direction::East));
+    let told = |vetoed| Event::State(State { vetoed, ..state(3, 1, ME) });
+    let north_vetoed = contract::Vetoed::NONE.with(north);
+    let mut pilot = pilot(false);
+    pilot.on(told(contract::Vetoed::NONE), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [Effect::Plan]);
+    assert_eq!(actions(&pilot.on(planned_as(north), at(0))), [(3, north)]);
+    assert_eq!(pilot.on(told(north_vetoed), at(1)), [Effect::Plan]);
+    assert!(pilot.situation().unwrap().state.vetoed.has(north), "the planner is told");
+    assert_eq!(pilot.on(Event::Tick, at(2 * RESEND_NS)), [], "the old command is not repeated");
+    assert_eq!(actions(&pilot.on(planned_as(east), at(2 * RESEND_NS))), [(3, east)]);
+    assert_eq!(
+        pilot.on(told(contract::Vetoed::NONE), at(2 * RESEND_NS)),
+        [],
+        "an older copy changes nothing"
+    );
+    assert_eq!(actions(&pilot.on(Event::Tick, at(4 * RESEND_NS))), [(3, east)]);
+    // A plan that was under way when the veto came is dropped; one that insists becomes a hold.
+    let both = north_vetoed.with(east);
+    assert_eq!(pilot.on(told(both), at(5 * RESEND_NS)), [Effect::Plan]);
+    assert_eq!(actions(&pilot.on(planned_as(east), at(5 * RESEND_NS))), [(3, Action::Hold)]);
+}
+
+#[test]
+fn a_plan_that_was_under_way_when_a_veto_came_is_dropped() {
+    let north = Action::Hop(Direction::North);
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(3, 1, ME)), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [Effect::Plan]);
+    let vetoed = contract::Vetoed::NONE.with(north);
+    assert_eq!(pilot.on(Event::State(State { vetoed, ..state(3, 1, ME) }), at(0)), [Effect::Plan]);
+    assert_eq!(
+        actions(&pilot.on(planned_as(north), at(1))),
+        [(3, Action::Hold)],
+        "it answers the newer request"
+    );
+    assert_eq!(pilot.on(planned_as(north), at(1)), [], "and nothing else");
 }

@@ -31,6 +31,9 @@ const ENDING_NS: u64 = 5_000_000_000;
 /// What a crash point dies of.
 const KILL: i32 = Signal::KILL.as_raw();
 
+/// Exit code of who was told to end.
+const TOLD: i32 = Exit::Interrupted as i32;
+
 /// What the undisturbed mission comes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undisturbed {
@@ -172,7 +175,7 @@ impl Flight<'_> {
                 }
             }
         }
-        self.part()?;
+        self.part(due)?;
         self.verify(undisturbed)
     }
 
@@ -212,13 +215,15 @@ impl Flight<'_> {
     /// but for a victim at its crash point.
     fn look(&mut self, due: Option<Fault>) -> Result<bool, Cut> {
         let at_a_point = matches!(due, Some(Fault::Point { .. }));
-        let mut over = false;
+        let sim = self.crew.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the crew");
+        let over = sim.ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1)));
         for index in 0..self.crew.len() {
             let role = self.crew[index].role;
             let Some(status) = self.crew[index].ended()? else { continue };
             match status.code() {
-                Some(0 | 1) if role == Role::HopperSim => over = true,
+                Some(0 | 1) if role == Role::HopperSim => {}
                 Some(0) => {}
+                Some(TOLD) if over => {}
                 None if role == self.plan.victim && at_a_point && status.signal() == Some(KILL) => {}
                 _ => {
                     let detail = format!("{role} ended by itself ({status})");
@@ -307,24 +312,33 @@ impl Flight<'_> {
     }
 
     /// Lets the peers end by themselves. Who was started when hopper-sim had gone waits for the next: it is
-    /// told to end.
-    fn part(&mut self) -> Result<(), Cut> {
-        let over = Node::now();
-        while Node::now().since_ns(over) < FAREWELL_NS {
-            let mut living = 0;
-            for child in &mut self.crew {
-                living += usize::from(child.ended()?.is_none());
+    /// told to end. A victim that comes to its crash point only now, the last of all, leaves what it held to
+    /// the next life.
+    fn part(&mut self, mut due: Option<Fault>) -> Result<(), Cut> {
+        loop {
+            let over = Node::now();
+            while Node::now().since_ns(over) < FAREWELL_NS && self.someone_lives()? {
+                std::thread::sleep(POLL);
             }
-            if living == 0 {
-                break;
+            for role in Role::ALL {
+                self.crew.iter_mut().filter(|child| child.role == role).for_each(Supervised::release);
+                self.await_end(role)?;
             }
-            std::thread::sleep(POLL);
+            self.look(due)?;
+            let died = self.victim().ended()?.is_some_and(|status| status.code().is_none());
+            let Some(fault) = due.take().filter(|_| died) else { return Ok(()) };
+            self.strike(fault)?;
+            self.revive(None)?;
         }
-        for role in Role::ALL {
-            self.crew.iter_mut().filter(|child| child.role == role).for_each(Supervised::release);
-            self.await_end(role)?;
+    }
+
+    fn someone_lives(&mut self) -> Result<bool, Cut> {
+        for child in &mut self.crew {
+            if child.ended()?.is_none() {
+                return Ok(true);
+            }
         }
-        Ok(())
+        Ok(false)
     }
 
     fn verify(&mut self, undisturbed: Undisturbed) -> Result<(), Cut> {

@@ -4,8 +4,8 @@ use std::rc::Rc;
 
 use contract::service::{self, Topic as Service};
 use contract::{
-    Brief, Command, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Refusal,
-    RobotId, Role, State, TruthPage, TruthRequest,
+    Brief, Command, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Policy,
+    Refusal, RobotId, Role, State, TruthPage, TruthRequest,
 };
 use serde::Serialize;
 
@@ -23,6 +23,8 @@ pub enum Topic {
     Command,
     /// `hop/heartbeat`.
     Heartbeat,
+    /// `hop/rN/policy`.
+    Policy,
     /// `hop/past`, requests.
     Asked,
     /// `hop/past`, answers.
@@ -50,6 +52,8 @@ pub enum Message {
     Command(Rc<Result<Command, Refusal>>),
     /// A sign of life.
     Heartbeat(Rc<Heartbeat>),
+    /// What a planner would do elsewhere.
+    Policy(Rc<Policy>),
     /// A request for the past with its number and who asks.
     Asked(PastRequest, u64, Incarnation),
     /// The answer to the request of this number.
@@ -66,12 +70,13 @@ pub enum Message {
 
 impl Topic {
     /// Every topic.
-    pub const ALL: [Topic; 11] = [
+    pub const ALL: [Topic; 12] = [
         Topic::Brief,
         Topic::State,
         Topic::Map,
         Topic::Command,
         Topic::Heartbeat,
+        Topic::Policy,
         Topic::Asked,
         Topic::Answered,
         Topic::TruthAsked,
@@ -89,6 +94,7 @@ impl Topic {
             Topic::Map => "map",
             Topic::Command => "command",
             Topic::Heartbeat => "heartbeat",
+            Topic::Policy => "policy",
             Topic::Asked => "asked",
             Topic::Answered => "answered",
             Topic::TruthAsked => "truth_asked",
@@ -107,6 +113,7 @@ impl Topic {
             Topic::Map => Some(service::map(robot)),
             Topic::Command => Some(service::command(robot)),
             Topic::Heartbeat => Some(service::heartbeat()),
+            Topic::Policy => Some(service::policy(robot)),
             Topic::Asked
             | Topic::Answered
             | Topic::TruthAsked
@@ -136,7 +143,7 @@ impl Topic {
             Topic::Brief => role != Role::HopperSim,
             Topic::State => role != Role::HopperSim,
             Topic::Map => matches!(role, Role::Planner | Role::Monitor),
-            Topic::Command | Topic::Asked | Topic::TruthAsked => role == Role::HopperSim,
+            Topic::Command | Topic::Policy | Topic::Asked | Topic::TruthAsked => role == Role::HopperSim,
             Topic::MapAsked => role == Role::Perception,
             Topic::Heartbeat => true,
             Topic::Answered | Topic::TruthAnswered | Topic::MapAnswered => false,
@@ -152,7 +159,7 @@ impl Topic {
             Topic::Command | Topic::Asked | Topic::TruthAsked => role == Role::HopperSim,
             Topic::MapAsked => role == Role::Perception,
             Topic::Answered | Topic::TruthAnswered | Topic::MapAnswered => true,
-            Topic::Brief | Topic::Heartbeat => false,
+            Topic::Brief | Topic::Heartbeat | Topic::Policy => false,
         }
     }
 }
@@ -167,6 +174,7 @@ impl Message {
             Message::Map(_) => Topic::Map,
             Message::Command(_) => Topic::Command,
             Message::Heartbeat(_) => Topic::Heartbeat,
+            Message::Policy(_) => Topic::Policy,
             Message::Asked(..) => Topic::Asked,
             Message::Answered(..) => Topic::Answered,
             Message::TruthAsked(..) => Topic::TruthAsked,

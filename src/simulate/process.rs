@@ -9,8 +9,9 @@ use std::rc::Rc;
 
 use contract::roster::BEAT_PERIOD_NS;
 use contract::{
-    Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, MonotonicNs, Name, PastPage,
-    PastRequest, Record, RobotId, Role, Roster, RunId, Status, TruthPage, TruthRequest,
+    Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, MonotonicNs, Name,
+    Origin, PastPage, PastRequest, Policy, Record, RobotId, Role, Roster, RunId, Status, TruthPage,
+    TruthRequest,
 };
 use hopper_sim::{Arbiter, Journal, Storage, crash};
 use monitor::Watcher;
@@ -70,6 +71,8 @@ enum Step {
     Cartographer(perception::Event),
     ForCartographer(perception::Effect),
     PublishMap(MonotonicNs),
+    /// A planner tells of the policy behind its command, since somebody listens.
+    PublishPolicy(Box<Policy>),
     PublishPart(Box<MapPatch>),
     Pilot(planner::pilot::Event),
     ForPilot(planner::pilot::Effect),
@@ -369,6 +372,9 @@ impl Process {
                         agenda.push_back(Step::Arbiter(hopper_sim::Event::Command((*command).clone())));
                     }
                 }
+                if let Some(Message::Policy(policy)) = self.newest(Topic::Policy) {
+                    agenda.push_back(Step::Arbiter(hopper_sim::Event::Policy((*policy).clone())));
+                }
                 for beat in self.beats(stage) {
                     agenda.push_back(Step::Arbiter(hopper_sim::Event::Heartbeat(beat)));
                 }
@@ -475,8 +481,7 @@ impl Process {
                 let now = stage.now();
                 let Machine::Sim { arbiter, assembled, .. } = &mut self.machine else { return };
                 let crew = [Role::Perception, Role::Planner];
-                *assembled |=
-                    arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+                *assembled |= arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
                 if *assembled {
                     self.arbitrate(hopper_sim::Event::Tick, stage);
                 }
@@ -489,6 +494,7 @@ impl Process {
             Step::Cartographer(event) => self.chart(event, stage),
             Step::ForCartographer(effect) => self.for_cartographer(effect, stage),
             Step::PublishMap(sensed) => self.publish_map(sensed, stage),
+            Step::PublishPolicy(policy) => stage.publish(self.life, Message::Policy(Rc::new(*policy))),
             Step::PublishPart(patch) => self.publish_part(*patch, stage),
             Step::Pilot(event) => self.fly(event, stage),
             Step::Watcher(event) => self.watch(*event, stage),
@@ -566,12 +572,18 @@ impl Process {
                 stage.decisions += 1;
                 stage.stirred_ns = stage.stirred_ns.max(stage.time_ns);
                 let leader = record.leader;
+                if record.origin.is_fallback() {
+                    stage.coverage.count("fallback", record.origin.as_str());
+                }
                 stage.note(|| {
-                    let Record { decision, action, .. } = record;
-                    format!(
-                        "committed: decision {decision}, {action}, by {} in term {}",
-                        leader.planner, leader.term
-                    )
+                    let Record { decision, action, origin, .. } = record;
+                    match origin {
+                        Origin::Planner => format!(
+                            "committed: decision {decision}, {action}, by {} in term {}",
+                            leader.planner, leader.term
+                        ),
+                        _ => format!("committed: decision {decision}, {action}, by the fallback ({origin})"),
+                    }
                 });
                 self.steps.push_front(Step::Arbiter(hopper_sim::Event::Appended));
                 self.steps.push_front(Step::Pass(crash::APPENDED));
@@ -730,10 +742,18 @@ impl Process {
                     stage.coverage.count("takeover_asked", cause);
                 }
                 stage.note(|| {
-                    let contract::Command { decision, action, term, planner, .. } = command;
+                    let Command { decision, action, term, planner, .. } = command;
                     format!("{planner} {life} sends decision {decision}, {action}, term {term}")
                 });
                 stage.commanded = Some(command);
+                // Policies are published for listeners alone, and hopper-sim listens where it may fall back.
+                let listened = pilot.situation().filter(|now| now.brief.guard.deadline_ns > 0);
+                if let Some((situation, cells)) = listened.zip(planner.policy()) {
+                    let Command { run, robot, decision, planner, .. } = command;
+                    debug_assert_eq!(situation.state.decision, decision);
+                    let policy = Policy { run, robot, decision, planner, error_bound: 0.0, cells };
+                    self.steps.push_front(Step::PublishPolicy(Box::new(policy)));
+                }
                 stage.publish(life, Message::Command(Rc::new(Ok(command))));
                 self.steps.push_front(Step::Pass("planner.sent"));
             }

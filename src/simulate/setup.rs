@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use contract::limits::TREASURES_MAX;
-use contract::{Brief, Cell, Grid, Ground, Limits, Name, Profile, RunId, Soil};
+use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Patrol, Profile, RunId, Soil};
 use hopper_sim::{Mission, Pace};
 use terrain::Terrain;
 
@@ -94,6 +94,8 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         start,
         goal,
         limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
+        guard: guard(seed, number),
+        patrol: patrol(seed, number, goal, start),
         ..*BRIEF
     };
     brief.sensor.gradient = if brief.profile == Profile::Hopper {
@@ -107,6 +109,23 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         brief,
         terrain: Terrain { grid, datum_m: brief.datum_m, cells, treasures },
         seed: chance.bits(),
+    }
+}
+
+/// Now and then a patrol there and back.
+fn patrol(seed: u64, number: u64, goal: Cell, start: Cell) -> Option<Patrol> {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "patrol");
+    let hops_max = chance.between(12, 40);
+    chance.one_in(5).then(|| Patrol::new(&[goal, start], hops_max).expect("start and goal differ"))
+}
+
+/// The guard of a mission: none, one that forbids but the grossest, one that forbids much or all that is
+/// dangerous; and now and then a deadline that is short beside what planners and restarts take.
+fn guard(seed: u64, number: u64) -> Guard {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "guard");
+    Guard {
+        hazard_max: chance.pick(&[1.0, 0.25, 0.25, 0.06, 0.0]),
+        deadline_ns: chance.pick(&[0, 0, 20_000_000, 250_000_000, 1_200_000_000]),
     }
 }
 

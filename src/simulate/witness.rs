@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::{
-    Action, Cell, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MonotonicNs,
-    PastPage, Pose, Record, RunId, SeenCell, State, Status, Term,
+    Action, Branch, Cell, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch,
+    MonotonicNs, PastPage, Pose, Record, RunId, SeenCell, State, Status, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission, Pace, ROBOT};
@@ -174,23 +174,71 @@ impl Witness {
         self.hold(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = execute(&self.mission, &before, record.action);
-            let Record { outcome, pose, collected, steps, status, .. } = *record;
-            let got = Execution { outcome, pose, collected, steps, status };
+            let Record { outcome, pose, collected, steps, visits, status, .. } = *record;
+            let got = Execution { outcome, pose, collected, steps, visits, status };
             self.hold(need == got, "the outcome depends on seed, robot and decision alone", || {
                 format!("decision {due} came out as {got:?}, needs {need:?}")
             });
         }
         self.succession(before.leader, record.leader, due);
-        let sent = self.sent.contains(&signature(record, self.mission.brief.run));
-        self.hold(sent, "what is executed was commanded", || {
-            format!("nobody sent decision {due} as {} of {:?}", record.action, record.leader)
-        });
-        let seen = self.prints.get(&previous) == Some(&record.observation);
-        self.hold(seen, "nobody decides before the map covers the decision", || {
-            format!("decision {due} was taken on another map")
-        });
+        self.guarded(&before, record);
+        if record.origin.is_fallback() {
+            self.fell_back(before.leader, record);
+        } else {
+            let sent = self.sent.contains(&signature(record, self.mission.brief.run));
+            self.hold(sent, "what is executed was commanded", || {
+                format!("nobody sent decision {due} as {} of {:?}", record.action, record.leader)
+            });
+            let seen = self.prints.get(&previous) == Some(&record.observation);
+            self.hold(seen, "nobody decides before the map covers the decision", || {
+                format!("decision {due} was taken on another map")
+            });
+        }
         self.records.push(*record);
         self.see(record.pose, due.next(), record.digest);
+    }
+
+    /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
+    /// map alone: what anybody could know who has seen what the hopper has.
+    fn hazard(&self, from: Cell, action: Action) -> f64 {
+        let (brief, map) = (&self.mission.brief, self.observation.map());
+        let (Action::Hop(direction), Some(ground)) = (action, map.ground(from)) else { return 0.0 };
+        let scatter = motion::transition(&brief.motion, ground, direction);
+        let ruins = |branch: &Branch| {
+            let to = motion::landing(&brief.grid, from, direction, *branch);
+            !brief.grid.contains(to) || map.ground(to).is_some_and(|ground| !ground.passable)
+        };
+        Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
+    }
+
+    /// Actions that the guard should veto at `from`, which is where the hopper is.
+    fn to_veto(&self, from: Cell) -> Vetoed {
+        let hazard_max = self.mission.brief.guard.hazard_max;
+        let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
+        hazards.fold(Vetoed::NONE, Vetoed::with)
+    }
+
+    /// The guard did its duty at the decision of `record`, and no more.
+    fn guarded(&mut self, before: &State, record: &Record) {
+        let (due, action) = (record.decision, record.action);
+        let need = self.to_veto(before.pose.cell);
+        self.hold(!need.has(action), "nothing dangerous is executed", || {
+            format!("decision {due} was {action} from {}", before.pose.cell)
+        });
+        self.hold(record.vetoed.union(need) == need, "only what is seen to be dangerous is vetoed", || {
+            format!("decision {due}: {:?} were vetoed, {need:?} are dangerous", record.vetoed)
+        });
+    }
+
+    /// The fallback acted when it should, and left the command where it was.
+    fn fell_back(&mut self, leader: Leader, record: &Record) {
+        let deadline_ns = self.mission.brief.guard.deadline_ns;
+        let timing = &record.timing;
+        let waited_ns = timing.accepted.since_ns(timing.state_published);
+        let due = deadline_ns > 0 && waited_ns >= deadline_ns && record.leader == leader;
+        self.hold(due, "nobody falls back before the deadline", || {
+            format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
+        });
     }
 
     fn succession(&mut self, held: Leader, leader: Leader, decision: Decision) {
@@ -244,7 +292,18 @@ impl Witness {
                 format!("state {} of run {}", state.decision, state.run)
             });
         };
+        // While a hop is in the air the state before it is told again, with what was vetoed then.
+        let need = match self.records.get(state.decision.0 as usize) {
+            Some(record) => record.vetoed,
+            None if state.status.is_over() => Vetoed::NONE,
+            None => self.to_veto(held.pose.cell),
+        };
+        let told = state.vetoed.union(need) == need;
+        self.hold(told, "only what is seen to be dangerous is vetoed", || {
+            format!("state {}: {:?} are vetoed, {need:?} are dangerous", state.decision, state.vetoed)
+        });
         let timeless = State {
+            vetoed: Vetoed::NONE,
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
             last_timing: held.last_timing,

@@ -21,7 +21,7 @@ use crate::undisturbed::SEEDS;
 
 /// P-PLANTED: plants the bug under every seed until one shows it; the failure is then small, and told in full.
 #[allow(clippy::print_stderr, reason = "a test tells which seed found it")]
-fn is_found<M: Meddler + Default>() {
+pub(crate) fn is_found<M: Meddler + Default>() {
     let bug = std::any::type_name::<M>();
     let campaign = sweep(SEEDS, M::default, |_| ());
     let Some(failing) = campaign.failure else {
@@ -248,9 +248,9 @@ impl Meddler for DrawnTwice {
             let Effect::Append(record) = effect else { continue };
             if std::mem::take(&mut self.failed) {
                 let again = Mission { seed: !arbiter.mission().seed, ..arbiter.mission().clone() };
-                let Execution { outcome, pose, collected, steps, status } =
+                let Execution { outcome, pose, collected, steps, visits, status } =
                     execute(&again, arbiter.state(), record.action);
-                *record = Record { outcome, pose, collected, steps, status, ..*record };
+                *record = Record { outcome, pose, collected, steps, visits, status, ..*record };
                 record.digest = record.previous.chain(record);
             }
         }

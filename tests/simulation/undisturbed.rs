@@ -24,7 +24,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
     }
     assert_eq!(campaign.seeds, 2000);
     let mut expected: Vec<(&str, &str)> = Vec::new();
-    let groups: [(&str, &[&str]); 14] = [
+    let groups: [(&str, &[&str]); 15] = [
         (
             "fault",
             &[
@@ -72,8 +72,10 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
                 "mission_over",
                 "busy",
                 "malformed",
+                "vetoed",
             ],
         ),
+        ("fallback", &["policy", "greedy", "hold"]),
         ("takeover_asked", &["vacancy", "order", "succession", "silence"]),
         ("pilot", &["leads", "steps_back", "stands_by"]),
         ("past", &["asked", "page"]),

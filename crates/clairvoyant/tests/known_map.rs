@@ -29,6 +29,10 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         digest: Digest::default(),
         landed: MonotonicNs(0),
         published: MonotonicNs(0),
+        visits: 0,
+        vetoed: contract::Vetoed::NONE,
+        last_origin: contract::Origin::Planner,
+        last_vetoed: contract::Vetoed::NONE,
         last_timing: Timing::default(),
     };
     let mut planner = algorithm("mdp").unwrap();

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Grid, Name, RunId};
+use crate::{Cell, Grid, Name, Patrol, RunId};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -168,13 +168,37 @@ pub struct SensorParameters {
     pub gradient: GradientSource,
 }
 
+impl SensorParameters {
+    /// Sensing radius in metres at `height_m` above the datum, clamped to the sensor's range.
+    #[must_use]
+    pub fn radius_m(&self, height_m: f64) -> f64 {
+        (self.gain * (height_m + self.offset_m)).clamp(self.radius_min_m, self.radius_max_m)
+    }
+}
+
 /// When the mission is over, and how long a decision may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Steps (the paper's count) after which the mission is a deadlock.
+    /// Steps (the paper's count) after which the mission is a deadlock; a patrol has no such limit.
     pub steps_max: u64,
     /// Budget of one decision, landing to commit, nanoseconds.
     pub decision_budget_ns: u64,
+}
+
+/// What hopper-sim's guard lets pass, and how long it waits for a command it can let pass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    /// Largest probability, 0 to 1, with which an action may end off the map or on ground that can be seen
+    /// to be impassable; 1 lets everything pass.
+    pub hazard_max: f64,
+    /// Time from the publication of a state to the fallback, nanoseconds; 0 for no fallback: the hopper
+    /// stands still until a planner commands.
+    pub deadline_ns: u64,
+}
+
+impl Guard {
+    /// Vetoes nothing, and waits for ever.
+    pub const OFF: Guard = Guard { hazard_max: 1.0, deadline_ns: 0 };
 }
 
 /// The canonical brief.
@@ -196,8 +220,10 @@ pub struct Brief {
     pub datum_m: f64,
     /// Where the hopper starts.
     pub start: Cell,
-    /// Where it shall go.
+    /// Where it shall go; on a patrol, first.
     pub goal: Cell,
+    /// The goals to be visited in turn, if the mission is a patrol.
+    pub patrol: Option<Patrol>,
     /// Payoff weights.
     pub weights: Weights,
     /// Payoff constants.
@@ -210,4 +236,6 @@ pub struct Brief {
     pub sensor: SensorParameters,
     /// Limits.
     pub limits: Limits,
+    /// The guard in hopper-sim.
+    pub guard: Guard,
 }

@@ -20,10 +20,12 @@ pub mod identity;
 pub mod limits;
 pub mod map;
 pub mod name;
+pub mod origin;
 pub mod outcome;
 pub mod pace;
 pub mod past;
 pub mod patch;
+pub mod patrol;
 pub mod policy;
 pub mod record;
 pub mod refusal;
@@ -38,7 +40,7 @@ pub mod wire;
 
 pub use action::{Action, Direction};
 pub use brief::{
-    Brief, GradientSource, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
+    Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
     SoilMotion, Weights,
 };
 pub use command::Command;
@@ -50,10 +52,12 @@ pub use heartbeat::Heartbeat;
 pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RunId, Term};
 pub use map::ObservedMap;
 pub use name::Name;
+pub use origin::{Origin, Vetoed};
 pub use outcome::{Branch, Flight, Outcome, Status};
 pub use pace::Pace;
 pub use past::{PastPage, PastRequest};
 pub use patch::{MapPage, MapPatch, MapRequest, SeenCell};
+pub use patrol::Patrol;
 pub use policy::{Policy, PolicyCell};
 pub use record::Record;
 pub use refusal::{Refusal, RefusalCounts};

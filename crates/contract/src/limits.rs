@@ -33,6 +33,9 @@ pub const PAYOFF_MAX: f64 = 1.0e6;
 /// Most treasures of a scenario.
 pub const TREASURES_MAX: usize = 16;
 
+/// Most goals of a patrol.
+pub const GOALS_MAX: usize = 16;
+
 /// Records in one page of the past.
 pub const PAST_PAGE_RECORDS: usize = 64;
 

@@ -24,8 +24,8 @@ pub struct Policy {
     pub decision: Decision,
     /// Algorithm that made it.
     pub planner: Name,
-    /// Residual max |V − TV| of an independent last sweep, in units of payoff.
-    pub residual: f64,
+    /// Bound |V − V*| that its planner proves for each value, in units of payoff; 0 for planners without values.
+    pub error_bound: f64,
     /// Cells in index order.
     pub cells: Vec<PolicyCell>,
 }

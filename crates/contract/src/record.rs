@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Collected, Decision, Digest, Leader, MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status,
-    Timing,
+    Action, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Outcome, Pose, RobotId, RunId, State,
+    Status, Timing, Vetoed,
 };
 
 /// One executed decision.
@@ -16,9 +16,13 @@ pub struct Record {
     pub decision: Decision,
     /// Who commanded, under which term.
     pub leader: Leader,
-    /// What was commanded.
+    /// What was executed.
     pub action: Action,
-    /// Fingerprint of the map it was decided on.
+    /// Who chose it. Who commands stays who commands, whatever the fallback does meanwhile.
+    pub origin: Origin,
+    /// What the guard vetoed before it, at this decision.
+    pub vetoed: Vetoed,
+    /// Fingerprint of the map it was decided on; 0 for a fallback, which knows none.
     pub observation: u64,
     /// Work the planner did.
     pub work: u64,
@@ -30,6 +34,8 @@ pub struct Record {
     pub pose: Pose,
     /// Treasures collected so far, this landing's among them.
     pub collected: Collected,
+    /// Goals visited so far, this landing's among them.
+    pub visits: u64,
     /// Steps afterwards, in the paper's count.
     pub steps: u64,
     /// Status afterwards.
@@ -51,11 +57,15 @@ impl Record {
             robot: self.robot,
             decision: self.decision.next(),
             steps: self.steps,
+            visits: self.visits,
             status: self.status,
             leader: self.leader,
             pose: self.pose,
             collected: self.collected,
+            vetoed: Vetoed::NONE,
             last: Some(self.outcome),
+            last_origin: self.origin,
+            last_vetoed: self.vetoed,
             digest: self.digest,
             landed,
             published,

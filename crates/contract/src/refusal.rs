@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Decision, RunId, Term};
+use crate::{Action, Decision, RunId, Term};
 
 /// A refusal says what was needed and what was got.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -70,6 +70,16 @@ pub enum Refusal {
         /// Decision due.
         decision: Decision,
     },
+    /// The guard holds the action to be too dangerous.
+    #[error("{action} needs a hazard of at most {need}, got {got}: vetoed")]
+    Vetoed {
+        /// The action.
+        action: Action,
+        /// Largest hazard allowed.
+        need: f64,
+        /// Probability of ending off the map or on ground seen to be impassable.
+        got: f64,
+    },
     /// The mission is over.
     #[error("the mission is over")]
     MissionOver,
@@ -110,6 +120,7 @@ impl Refusal {
             Refusal::FutureTerm { .. } => "future_term",
             Refusal::NotLeader { .. } => "not_leader",
             Refusal::Yielding { .. } => "yielding",
+            Refusal::Vetoed { .. } => "vetoed",
             Refusal::MissionOver => "mission_over",
             Refusal::Busy { .. } => "busy",
             Refusal::Malformed { .. } => "malformed",

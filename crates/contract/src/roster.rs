@@ -31,12 +31,13 @@ impl Roster {
     /// [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of lives neither takes memory nor
     /// drives out who is known.
     pub fn observe(&mut self, beat: Heartbeat, now: MonotonicNs) {
+        let known = self.peers.get(&beat.incarnation).map(|peer| peer.beat.counter);
+        if known.is_some_and(|counter| counter >= beat.counter) {
+            // Nor is it forgotten by that: it would be taken for news.
+            return;
+        }
         self.peers.retain(|_, peer| now.since_ns(peer.advanced) <= 10 * SILENCE_NS);
-        let advances = match self.peers.get(&beat.incarnation) {
-            Some(peer) => peer.beat.counter < beat.counter,
-            None => self.peers.len() < PEERS_MAX,
-        };
-        if advances {
+        if known.is_some() || self.peers.len() < PEERS_MAX {
             self.peers.insert(beat.incarnation, Peer { beat, advanced: now });
         }
     }

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Cell, Collected, Decision, Digest, Leader, MonotonicNs, Outcome, RobotId, RunId, Status, Timing,
+    Cell, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Outcome, RobotId, RunId, Status, Timing,
+    Vetoed,
 };
 
 /// Where the hopper is.
@@ -26,6 +27,8 @@ pub struct State {
     pub decision: Decision,
     /// Steps so far, in the paper's count.
     pub steps: u64,
+    /// Goals visited so far: on a patrol, what says which goal is in force ([`crate::Brief::leg`]).
+    pub visits: u64,
     /// How the mission stands.
     pub status: Status,
     /// Who commands.
@@ -34,8 +37,14 @@ pub struct State {
     pub pose: Pose,
     /// Treasures collected so far.
     pub collected: Collected,
-    /// What became of the last command; `None` at decision 0.
+    /// What the guard has vetoed at this decision: commanded again, it would be vetoed again.
+    pub vetoed: Vetoed,
+    /// What became of the last action; `None` at decision 0.
     pub last: Option<Outcome>,
+    /// Who chose it.
+    pub last_origin: Origin,
+    /// What the guard vetoed before it.
+    pub last_vetoed: Vetoed,
     /// Chained digest of everything executed so far.
     pub digest: Digest,
     /// When the hopper came to rest here.

@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, RecordV2, SeenCellV1, StateV2, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
+    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, RecordV3, SeenCellV1, StateV3, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
     page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
@@ -151,7 +151,7 @@ impl<'a> Crew<'a> {
     }
 
     fn brief(&mut self) {
-        let wire = self.script.damaged(BriefV2::from(&self.arbiter.mission().brief));
+        let wire = self.script.damaged(BriefV3::from(&self.arbiter.mission().brief));
         if let Ok(brief) = Brief::try_from(&wire) {
             self.cartographer(cartographer::Event::Brief(brief));
             self.pilot(pilot::Event::Brief(brief));
@@ -176,7 +176,7 @@ impl<'a> Crew<'a> {
     }
 
     fn state(&mut self, reader: Role) {
-        let wire = self.script.damaged(StateV2::from(self.arbiter.state()));
+        let wire = self.script.damaged(StateV3::from(self.arbiter.state()));
         match (State::try_from(&wire), reader) {
             (Ok(state), Role::Perception) => self.cartographer(cartographer::Event::State(state)),
             (Ok(state), Role::Planner) => self.pilot(pilot::Event::State(state)),
@@ -227,7 +227,7 @@ impl<'a> Crew<'a> {
         let until = (from + PAST_PAGE_RECORDS).min(self.records.len());
         let page = PastPage { run, robot, from: request.from, records: self.records[from..until].to_vec() };
         let header = self.script.damaged(PastHeaderV1::from(&page));
-        let records = self.one_damaged(page.records.iter().map(RecordV2::from).collect());
+        let records = self.one_damaged(page.records.iter().map(RecordV3::from).collect());
         match (page_from_wire(&header, &records), reader) {
             (Ok(page), Role::Perception) => self.cartographer(cartographer::Event::Past(page)),
             (Ok(page), _) => self.watcher(watcher::Event::Past(page)),

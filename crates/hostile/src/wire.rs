@@ -8,8 +8,8 @@ use std::fmt::Debug;
 use bytemuck::Zeroable;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
 use contract::wire::{
-    BriefV2, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV2, SeenCellV1, StateV2, TempoV1, TruthPageV1,
+    BriefV3, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
     TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
     truth_page_from_wire,
 };
@@ -25,7 +25,7 @@ use crate::{specimen, told};
 
 /// `hop/brief`.
 pub fn brief(bytes: &[u8]) {
-    there_and_back::<BriefV2, Brief>(&header(bytes).0);
+    there_and_back::<BriefV3, Brief>(&header(bytes).0);
 }
 
 /// `hop/rN/command`.
@@ -46,7 +46,7 @@ pub fn heartbeat(bytes: &[u8]) {
 
 /// `hop/rN/state`.
 pub fn state(bytes: &[u8]) {
-    there_and_back::<StateV2, State>(&header(bytes).0);
+    there_and_back::<StateV3, State>(&header(bytes).0);
 }
 
 /// `hop/rN/map`: a header with its cells.
@@ -74,7 +74,7 @@ pub fn past_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.records.len() <= PAST_PAGE_RECORDS);
-        let records: Vec<RecordV2> = page.records.iter().map(RecordV2::from).collect();
+        let records: Vec<RecordV3> = page.records.iter().map(RecordV3::from).collect();
         page_from_wire(&PastHeaderV1::from(page), &records)
     });
 }
@@ -101,7 +101,7 @@ pub fn truth_page(bytes: &[u8]) {
 /// Cells of the map and of the truth, and records, each alone.
 pub fn cell(bytes: &[u8]) {
     there_and_back::<SeenCellV1, SeenCell>(&header(bytes).0);
-    there_and_back::<RecordV2, Record>(&header(bytes).0);
+    there_and_back::<RecordV3, Record>(&header(bytes).0);
     there_and_back::<GroundV1, Ground>(&header(bytes).0);
 }
 
@@ -148,7 +148,7 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 /// The specimen's brief.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&BriefV2::from(&specimen::brief()), &[])]
+    vec![bytes_of::<_, GroundV1>(&BriefV3::from(&specimen::brief()), &[])]
 }
 
 /// An order, and a tempo.
@@ -177,7 +177,7 @@ pub fn heartbeats() -> Vec<Vec<u8>> {
 pub fn states() -> Vec<Vec<u8>> {
     let states = specimen::flown().1;
     let some = [0, states.len() / 2, states.len() - 1];
-    some.map(|index| bytes_of::<_, GroundV1>(&StateV2::from(&states[index]), &[])).into()
+    some.map(|index| bytes_of::<_, GroundV1>(&StateV3::from(&states[index]), &[])).into()
 }
 
 /// What has been seen at the start.
@@ -269,7 +269,7 @@ pub fn past_pages() -> Vec<Vec<u8>> {
         run: CommandV1::from(&specimen::command(&specimen::flown().1[0])).run,
         ..PastHeaderV1::zeroed()
     };
-    let records: Vec<_> = specimen::flown().0.iter().take(3).map(RecordV2::from).collect();
+    let records: Vec<_> = specimen::flown().0.iter().take(3).map(RecordV3::from).collect();
     vec![bytes_of(&header, &records)]
 }
 
@@ -283,7 +283,7 @@ pub fn policies() -> Vec<Vec<u8>> {
         robot: ROBOT,
         decision: Decision(0),
         planner: command.planner,
-        residual: 1e-7,
+        error_bound: 1e-5,
         cells,
     };
     let cells: Vec<_> = policy.cells.iter().map(PolicyCellV1::from).collect();
@@ -305,7 +305,7 @@ pub fn cells() -> Vec<Vec<u8>> {
     vec![
         bytes_of::<_, GroundV1>(&SeenCellV1::from(&seen), &[]),
         bytes_of::<_, GroundV1>(&GroundV1::from(&ground), &[]),
-        bytes_of::<_, GroundV1>(&RecordV2::from(&specimen::flown().0[0]), &[]),
+        bytes_of::<_, GroundV1>(&RecordV3::from(&specimen::flown().0[0]), &[]),
     ]
 }
 

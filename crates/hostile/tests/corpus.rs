@@ -48,14 +48,14 @@ fn read_all(target: &Target) -> Result<(), String> {
     })
 }
 
-/// P-HOSTILE: each reader takes its corpus and thousands of mutations of valid input without a panic.
+/// P-FUZZED: each reader takes its corpus and thousands of mutations of valid input without a panic.
 #[test]
 fn no_reader_panics_whatever_it_reads() {
     let fallen: Vec<String> = TARGETS.iter().filter_map(|target| read_all(target).err()).collect();
     assert!(fallen.is_empty(), "claims do not hold:\n{}", fallen.join("\n"));
 }
 
-/// P-HOSTILE-ALL
+/// P-FUZZED-ALL
 #[test]
 fn every_wire_type_and_every_target_has_its_place() {
     let read = |path: PathBuf| std::fs::read_to_string(&path).unwrap();

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::wire::{
-    BriefV2, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV2, SeenCellV1,
-    StateV2, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
+    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV3, SeenCellV1,
+    StateV3, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
@@ -123,7 +123,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
-    for wire in extremes::of(&BriefV2::from(&specimen::brief())) {
+    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
             for run in [specimen::RUN, brief.run] {
                 let mut crew = Crew::aboard();
@@ -133,7 +133,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             }
         }
     }
-    for wire in extremes::of(&StateV2::from(&states[1])) {
+    for wire in extremes::of(&StateV3::from(&states[1])) {
         if let Ok(state) = State::try_from(&wire) {
             let mut crew = Crew::aboard();
             crew.state(state);
@@ -167,7 +167,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     }
     let page =
         PastPage { run: specimen::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
-    for record in extremes::of(&RecordV2::from(&records[0])) {
+    for record in extremes::of(&RecordV3::from(&records[0])) {
         if let Ok(page) = page_from_wire(&PastHeaderV1::from(&page), &[record]) {
             let mut crew = Crew::aboard();
             crew.state(states[2]);
@@ -187,14 +187,14 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             crew.tick();
         }
     }
-    assert!(Record::try_from(&RecordV2::from(&records[0])).is_ok());
+    assert!(Record::try_from(&RecordV3::from(&records[0])).is_ok());
 }
 
 /// P-EXTREMES-PLAN: for whatever brief passes the checks of the wire, every planner decides within its budget.
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV2::from(&specimen::brief())) {
+    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
         let Ok(brief) = Brief::try_from(&wire) else { continue };
         let mut terrain = specimen::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {
@@ -209,7 +209,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
             let mut planner = algorithm(name).unwrap();
             let situation = Situation { brief: &brief, map: observation.map(), state: &state };
             let plan = planner.plan(&situation, &Budget::of(Some(200_000)));
-            assert!(plan.residual >= 0.0, "{name}: {} under {brief:?}", plan.residual);
+            assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
             planned += 1;
         }
     }

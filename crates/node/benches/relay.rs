@@ -161,6 +161,10 @@ fn state(decision: u64, status: Status) -> State {
         digest: Digest::default(),
         landed: MonotonicNs(0),
         published: MonotonicNs(0),
+        visits: 0,
+        vetoed: contract::Vetoed::NONE,
+        last_origin: contract::Origin::Planner,
+        last_vetoed: contract::Vetoed::NONE,
         last_timing: Timing::default(),
     }
 }

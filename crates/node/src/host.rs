@@ -19,6 +19,26 @@ pub fn operating_system() -> String {
     format!("{kernel} {release} {}", std::env::consts::ARCH)
 }
 
+/// The memory of a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Resident and nobody else's: heap and stacks, bytes.
+    pub own_bytes: u64,
+    /// All that is resident, files and shared memory included, bytes.
+    pub resident_bytes: u64,
+}
+
+/// The memory of a process; `None` if there is no such process.
+#[must_use]
+pub fn memory(pid: u32) -> Option<Memory> {
+    let text = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let field = |name: &str| -> Option<u64> {
+        let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+        Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+    };
+    Some(Memory { own_bytes: field("RssAnon")?, resident_bytes: field("VmRSS")? })
+}
+
 /// Whether the operating system knows a process of this number; one that nobody has buried yet counts.
 #[must_use]
 pub fn process_exists(pid: u32) -> bool {

@@ -195,7 +195,11 @@ pub fn services(instance: &Instance) -> Result<Vec<ServiceReport>, NodeError> {
     Ok(services)
 }
 
-fn nodes(instance: &Instance) -> Result<Vec<NodeReport>, NodeError> {
+/// The processes of an instance as the middleware knows them, dead ones that are not freed yet included.
+///
+/// # Errors
+/// If they cannot be listed.
+pub fn nodes(instance: &Instance) -> Result<Vec<NodeReport>, NodeError> {
     let mut nodes = Vec::new();
     let mut note = |view: Option<&dyn NodeView>, health| {
         let details = view.and_then(|view| view.details().as_ref());

@@ -192,7 +192,8 @@ impl Instance {
     }
 
     /// The middleware's files beside the folder: path and bytes in use.
-    pub(crate) fn files(&self) -> Vec<(PathBuf, u64)> {
+    #[must_use]
+    pub fn files(&self) -> Vec<(PathBuf, u64)> {
         let prefix = self.prefix();
         let mut files: Vec<_> = fs::read_dir(SHARED_MEMORY)
             .into_iter()

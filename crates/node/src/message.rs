@@ -1,8 +1,8 @@
 //! Which wire types carry which message.
 
 use contract::wire::{
-    BriefV2, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV2, SeenCellV1, StateV2, TempoV1, TruthPageV1,
+    BriefV3, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
     TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
     truth_page_from_wire,
 };
@@ -42,7 +42,7 @@ macro_rules! plain {
     )*};
 }
 
-plain!(Brief => BriefV2, State => StateV2, Command => CommandV1, Heartbeat => HeartbeatV1, Control => ControlV1, Tempo => TempoV1);
+plain!(Brief => BriefV3, State => StateV3, Command => CommandV1, Heartbeat => HeartbeatV1, Control => ControlV1, Tempo => TempoV1);
 
 /// A message of a header and cells.
 pub trait Sheet: Sized {
@@ -97,7 +97,7 @@ sheet!(
     MapPatch: MapPatchV1, SeenCellV1, cells, SeenCellV1::from, patch_from_wire;
     MapPage: MapPageV1, SeenCellV1, cells, SeenCellV1::from, map_page_from_wire;
     TruthPage: TruthPageV1, GroundV1, cells, GroundV1::from, truth_page_from_wire;
-    PastPage: PastHeaderV1, RecordV2, records, RecordV2::from, page_from_wire;
+    PastPage: PastHeaderV1, RecordV3, records, RecordV3::from, page_from_wire;
     Policy: PolicyHeaderV1, PolicyCellV1, cells, PolicyCellV1::from, policy_from_wire
 );
 

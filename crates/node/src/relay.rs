@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use contract::service::{self, Topic};
-use contract::wire::{CommandV1, MapPatchV1, SeenCellV1, StateV2, Wire};
+use contract::wire::{CommandV1, MapPatchV1, SeenCellV1, StateV3, Wire};
 use contract::{MapPatch, MonotonicNs, RobotId};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -109,7 +109,7 @@ impl Relay {
         let base = Rc::new(Base::new(&self.instance, "relay")?);
         let bell = base.notifier(&state_topic().name)?;
         let news = base.listener(&command_topic().name)?;
-        let states = Single::<StateV2>::new(&base, &state_topic(), true)?;
+        let states = Single::<StateV3>::new(&base, &state_topic(), true)?;
         let commands = Single::<CommandV1>::new(&base, &command_topic(), false)?;
         wait_for_others(&base)?;
         let warm_up = rounds / 10;
@@ -121,7 +121,7 @@ impl Relay {
                 std::thread::sleep(Duration::from_nanos(ns));
             }
             let started = clock::now();
-            states.send(&StateV2 { decision: round, ..StateV2::zeroed() }, &bell)?;
+            states.send(&StateV3 { decision: round, ..StateV3::zeroed() }, &bell)?;
             while commands.receive()?.is_none_or(|command| command.decision != round) {
                 sleep(&news)?;
                 if clock::now().since_ns(started) > START.as_nanos() as u64 {
@@ -134,7 +134,7 @@ impl Relay {
             }
             due = started.plus_ns(period.as_nanos() as u64);
         }
-        states.send(&StateV2 { decision: END, ..StateV2::zeroed() }, &bell)?;
+        states.send(&StateV3 { decision: END, ..StateV3::zeroed() }, &bell)?;
         // The end must be heard before its sender goes, history and all.
         while commands.receive()?.is_none_or(|command| command.decision != END) {
             sleep(&news)?;
@@ -157,7 +157,7 @@ impl Relay {
     fn answer_with_maps(&self, base: &Base) -> Result<(), NodeError> {
         let news = base.listener(&state_topic().name)?;
         let bell = base.notifier(&map_topic().name)?;
-        let states = Single::<StateV2>::new(base, &state_topic(), false)?;
+        let states = Single::<StateV3>::new(base, &state_topic(), false)?;
         let maps = Maps::new(base, Some(self.cells))?;
         let cell = SeenCellV1 { height_m: 1.0, gradient: [0.5; 2], index: 0, soil: 1, passable: 1 };
         let mut heard = clock::now();
@@ -263,7 +263,7 @@ impl Maps {
 }
 
 fn wait_for_others(base: &Base) -> Result<(), NodeError> {
-    let states = open_single::<StateV2>(base, &state_topic())?;
+    let states = open_single::<StateV3>(base, &state_topic())?;
     let maps = open_slices::<MapPatch>(base, &map_topic())?;
     let commands = open_single::<CommandV1>(base, &command_topic())?;
     let started = clock::now();

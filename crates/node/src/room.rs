@@ -10,8 +10,8 @@ use std::io::ErrorKind;
 use contract::limits::MAP_PATCH_CELLS;
 use contract::service::{self, Exchange, Topic};
 use contract::wire::{
-    BriefV2, CommandV1, ControlV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1,
-    PolicyHeaderV1, SeenCellV1, StateV2, TempoV1, TruthRequestV1,
+    BriefV3, CommandV1, ControlV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1,
+    PolicyHeaderV1, SeenCellV1, StateV3, TempoV1, TruthRequestV1,
 };
 use contract::{MapPage, PastPage, RobotId, TruthPage};
 
@@ -72,7 +72,7 @@ impl Room {
     pub fn of(cells: usize, robots: u16) -> Result<Self, NodeError> {
         let mut services = vec![
             exchange_room(&service::truth(), size_of::<TruthRequestV1>(), page_bytes::<TruthPage>),
-            room(&service::brief(), 1, size_of::<BriefV2>()),
+            room(&service::brief(), 1, size_of::<BriefV3>()),
             room(&service::heartbeat(), PROCESSES, size_of::<HeartbeatV1>()),
             exchange_room(&service::past(), size_of::<PastRequestV1>(), page_bytes::<PastPage>),
         ];
@@ -80,7 +80,7 @@ impl Room {
             let patch = size_of::<MapPatchV1>() + MAP_PATCH_CELLS * size_of::<SeenCellV1>();
             let policy = size_of::<PolicyHeaderV1>() + cells * size_of::<PolicyCellV1>();
             services.extend([
-                room(&service::state(robot), 1, size_of::<StateV2>()),
+                room(&service::state(robot), 1, size_of::<StateV3>()),
                 room(&service::map(robot), 1, patch),
                 exchange_room(&service::snapshot(robot), size_of::<MapRequestV1>(), page_bytes::<MapPage>),
                 room(&service::command(robot), PLANNERS, size_of::<CommandV1>()),

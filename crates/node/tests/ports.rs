@@ -7,7 +7,7 @@ mod samples;
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use contract::wire::{GroundV1, MapPageV1, MapPatchV1, SeenCellV1, StateV2, TruthPageV1};
+use contract::wire::{GroundV1, MapPageV1, MapPatchV1, SeenCellV1, StateV3, TruthPageV1};
 use contract::{
     Decision, Incarnation, MapRequest, Name, PastPage, PastRequest, Refusal, Role, RunId, Status,
     TruthRequest, service,
@@ -208,10 +208,10 @@ fn a_malformed_sample_is_refused_by_name() {
     {
         let (a, b) = pair(&own);
         let (writer, mut reader) = (a.state_writer(ROBOT).unwrap(), b.state_reader(ROBOT).unwrap());
-        writer.publish_wire(StateV2 { status: 99, ..StateV2::from(&state(1)) }).unwrap();
+        writer.publish_wire(StateV3 { status: 99, ..StateV3::from(&state(1)) }).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert_eq!(refusal.to_string(), "field state.status needs a known tag, got 99");
-        let mut wire = StateV2::from(&state(1));
+        let mut wire = StateV3::from(&state(1));
         wire.pose.height_m = f64::NAN;
         writer.publish_wire(wire).unwrap();
         assert!(reader.newest().unwrap().unwrap_err().to_string().contains("pose.height_m"));

@@ -13,13 +13,19 @@ pub(crate) struct Ending {
     pub steps_max: u64,
     pub cell: Cell,
     pub distance_to_goal_m: f64,
+    /// Goals visited, if the mission is a patrol.
+    pub patrolled: Option<u64>,
 }
 
 impl fmt::Display for Ending {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { hops, steps, steps_max, cell, distance_to_goal_m: short_m, .. } = self;
-        let spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
+        let mut spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
+        if let Some(visits) = self.patrolled {
+            spent = format!("{}, {}, {steps} steps", counted(visits, "visit"), counted(*hops, "hop"));
+        }
         match self.outcome {
+            Status::Goal if self.patrolled.is_some() => write!(f, "Patrol flown to {cell}: {spent}."),
             Status::Goal => write!(f, "Goal reached at {cell}: {spent}."),
             Status::Deadlock => {
                 write!(f, "Deadlock at {cell}, {short_m:.1} m short of the goal: {spent}.")

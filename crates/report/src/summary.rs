@@ -8,14 +8,15 @@ use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State,
 use serde::{Deserialize, Serialize};
 
 use crate::ending::{Ending, commanders, counted};
-use crate::{Executed, LatencyReport, Route, Tally, Tenure};
+use crate::{Executed, Fallbacks, LatencyReport, Route, Tally, Tenure, guarded};
 
 /// Changes of command that the text shows, the last ones; the JSON holds all.
 const TENURES_SHOWN: usize = 6;
 
 /// Refusals that belong to the protocol: commands repeated until answered, and planners that learn that
-/// they have been relieved. The text leaves them out; the JSON has them.
-const EVERYDAY_REFUSALS: [&str; 5] = ["busy", "repeated_decision", "stale_term", "not_leader", "yielding"];
+/// they have been relieved; vetoes have a line of their own. The text leaves them out; the JSON has them.
+const EVERYDAY_REFUSALS: [&str; 6] =
+    ["busy", "repeated_decision", "stale_term", "not_leader", "yielding", "vetoed"];
 
 /// One process of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,6 +64,10 @@ pub struct Summary {
     pub steps_max: u64,
     /// Treasures collected.
     pub treasures: u32,
+    /// Goals visited: 1 at the goal, any number on a patrol.
+    pub visits: u64,
+    /// Whether the mission is a patrol.
+    pub is_patrol: bool,
     /// Share of the map seen, 0 to 1, if known.
     pub coverage: Option<f64>,
     /// From the hopper to the goal, metres as the crow flies.
@@ -75,6 +80,10 @@ pub struct Summary {
     pub stray_hops: u64,
     /// What became of the hops.
     pub route: Route,
+    /// Actions that the guard vetoed, each once a decision.
+    pub vetoes: u64,
+    /// What its fallback did.
+    pub fallbacks: Fallbacks,
     /// Commands refused, by reason.
     pub refusals: RefusalCounts,
     /// First landing to last commit, seconds.
@@ -125,12 +134,16 @@ impl SummaryBuilder {
             decisions: tally.due().0,
             steps_max: brief.limits.steps_max,
             treasures: tally.treasures(),
+            visits: tally.visits(),
+            is_patrol: brief.patrol.is_some(),
             coverage: None,
             distance_to_goal_m: tally.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
             cell: tally.cell(),
             stray_hops: tally.route.stray(),
             route: tally.route,
+            vetoes: tally.vetoes,
+            fallbacks: tally.fallbacks,
             refusals: refusals.clone(),
             duration_s: tally.duration_s,
         }
@@ -142,7 +155,8 @@ impl Summary {
     #[must_use]
     pub fn sentence(&self) -> String {
         let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, .. } = self;
-        Ending { outcome, hops, steps, steps_max, cell, distance_to_goal_m }.to_string()
+        let patrolled = self.is_patrol.then_some(self.visits);
+        Ending { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled }.to_string()
     }
 }
 
@@ -169,6 +183,9 @@ impl fmt::Display for Summary {
         fact("route", way)?;
         if self.treasures > 0 {
             fact("treasures", format!("{} collected", self.treasures))?;
+        }
+        if self.vetoes > 0 || self.fallbacks.total() > 0 {
+            fact("guard", guarded(self.vetoes, self.fallbacks))?;
         }
         if let Some(share) = self.coverage {
             fact("map", format!("{:.0} % seen", 100.0 * share))?;

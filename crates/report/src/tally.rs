@@ -1,20 +1,24 @@
 //! The fold over executed decisions behind summary or progress.
 
 use contract::{
-    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Outcome, Pose, Range, Record,
-    State, Status, Term, Timing,
+    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
+    Range, Record, State, Status, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::Latency;
+use crate::{Fallbacks, Latency};
 
 /// One executed decision, as far as a [`Record`] or the [`State`] after it tell the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Executed {
     /// The decision.
     pub decision: Decision,
-    /// Who commanded it.
+    /// Who was in command.
     pub leader: Leader,
+    /// Who chose the action.
+    pub origin: Origin,
+    /// What the guard vetoed before it.
+    pub vetoed: Vetoed,
     /// What became of it.
     pub outcome: Outcome,
     /// Pose afterwards.
@@ -23,6 +27,8 @@ pub struct Executed {
     pub collected: Collected,
     /// Steps afterwards, in the papers' count.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Status afterwards.
     pub status: Status,
     /// Timing of the decision.
@@ -38,10 +44,13 @@ impl Executed {
         Some(Self {
             decision: Decision(state.decision.0.checked_sub(1)?),
             leader: state.leader,
+            origin: state.last_origin,
+            vetoed: state.last_vetoed,
             outcome: state.last?,
             pose: state.pose,
             collected: state.collected,
             steps: state.steps,
+            visits: state.visits,
             status: state.status,
             timing: state.last_timing,
             digest: state.digest,
@@ -54,10 +63,13 @@ impl From<&Record> for Executed {
         Self {
             decision: record.decision,
             leader: record.leader,
+            origin: record.origin,
+            vetoed: record.vetoed,
             outcome: record.outcome,
             pose: record.pose,
             collected: record.collected,
             steps: record.steps,
+            visits: record.visits,
             status: record.status,
             timing: record.timing,
             digest: record.digest,
@@ -138,14 +150,20 @@ pub struct Tally {
     pub grid: Grid,
     /// Where the hopper started.
     pub start: Cell,
-    /// Where it shall go.
+    /// Where it shall go, or on a patrol first.
     pub goal: Cell,
+    /// The goals of a patrol.
+    pub patrol: Option<Patrol>,
     /// The last decision folded in; `None` before the first.
     pub last: Option<Executed>,
     /// Who commanded what.
     pub planners: Vec<Tenure>,
     /// What became of the hops.
     pub route: Route,
+    /// Actions that the guard vetoed.
+    pub vetoes: u64,
+    /// What its fallback did.
+    pub fallbacks: Fallbacks,
     /// Where the time went.
     pub latency: Latency,
     /// Landing that opened the first decision, to the commit of the last, seconds.
@@ -161,9 +179,12 @@ impl Tally {
             grid: brief.grid,
             start: brief.start,
             goal: brief.goal,
+            patrol: brief.patrol,
             last: None,
             planners: Vec::new(),
             route: Route::default(),
+            vetoes: 0,
+            fallbacks: Fallbacks::default(),
             latency: Latency::new(brief.limits.decision_budget_ns),
             duration_s: 0.0,
             began: contract::MonotonicNs(0),
@@ -200,10 +221,22 @@ impl Tally {
         self.last.map_or(self.start, |last| last.pose.cell)
     }
 
-    /// From the hopper to the goal, in metres as the crow flies.
+    /// Goals visited so far.
+    #[must_use]
+    pub fn visits(&self) -> u64 {
+        self.last.map_or(0, |last| last.visits)
+    }
+
+    /// The goal in force.
+    #[must_use]
+    pub fn goal(&self) -> Cell {
+        self.patrol.map_or(self.goal, |patrol| patrol.goal(self.visits()))
+    }
+
+    /// From the hopper to the goal in force, in metres as the crow flies.
     #[must_use]
     pub fn distance_to_goal_m(&self) -> f64 {
-        self.cell().distance_cells(self.goal) * self.grid.cell_size_m
+        self.cell().distance_cells(self.goal()) * self.grid.cell_size_m
     }
 
     /// From start to goal, in metres as the crow flies.
@@ -225,7 +258,11 @@ impl Tally {
         self.route.add(executed, &self.grid);
         self.duration_s = executed.timing.committed.since_ns(self.began) as f64 / 1e9;
         let decision = executed.decision;
+        self.vetoes += executed.vetoed.count();
+        self.fallbacks.count(executed.origin);
         match self.planners.last_mut() {
+            // A fallback leaves the command where it is.
+            _ if executed.origin.is_fallback() => {}
             Some(tenure) if tenure.term == executed.leader.term => tenure.to_decision = decision,
             _ => self.planners.push(Tenure {
                 name: executed.leader.planner,

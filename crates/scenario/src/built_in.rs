@@ -6,7 +6,7 @@ use crate::text::{self, TEXT_BYTES_MAX};
 use crate::{Scenario, ScenarioError};
 
 /// Scenarios of the house by name; the same files lie in `scenarios/`.
-pub const BUILT_IN: [(&str, &str); 9] = [
+pub const BUILT_IN: [(&str, &str); 10] = [
     ("hard", include_str!("../../../scenarios/hard.toml")),
     ("heterogeneous", include_str!("../../../scenarios/heterogeneous.toml")),
     ("sandy", include_str!("../../../scenarios/sandy.toml")),
@@ -15,6 +15,7 @@ pub const BUILT_IN: [(&str, &str); 9] = [
     ("wide", include_str!("../../../scenarios/wide.toml")),
     ("vast", include_str!("../../../scenarios/vast.toml")),
     ("hills", include_str!("../../../scenarios/hills.toml")),
+    ("patrol", include_str!("../../../scenarios/patrol.toml")),
     ("mars", include_str!("../../../scenarios/mars.toml")),
 ];
 

@@ -43,7 +43,7 @@ impl Check {
 
 impl fmt::Display for Check {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Brief { grid, weights, payoff, priors, motion, sensor, limits, .. } = &self.brief;
+        let Brief { grid, weights, payoff, priors, motion, sensor, limits, guard, .. } = &self.brief;
         let brief = &self.brief;
         let mut line = |name: &str, value: String| writeln!(f, "{name:<10} {value}");
         line("scenario", format!("{}, profile {}", brief.scenario, brief.profile))?;
@@ -62,6 +62,10 @@ impl fmt::Display for Check {
         )?;
         let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
         line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
+        if let Some(patrol) = &brief.patrol {
+            let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
+            line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
+        }
         line(
             "robot",
             format!(
@@ -109,6 +113,13 @@ impl fmt::Display for Check {
             "limits",
             format!("{} steps, {} ms a decision", limits.steps_max, limits.decision_budget_ns as f64 / 1e6),
         )?;
+        if *guard != contract::Guard::OFF {
+            let deadline = match guard.deadline_ns {
+                0 => "no fallback".into(),
+                ns => format!("fallback after {} s", ns as f64 / 1e9),
+            };
+            line("guard", format!("vetoes hazards above {}, {deadline}", guard.hazard_max))?;
+        }
         self.findings.iter().try_for_each(|finding| writeln!(f, "warning: {finding}"))
     }
 }

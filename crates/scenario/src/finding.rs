@@ -27,6 +27,9 @@ pub enum Finding {
         /// The limit.
         steps_max: u64,
     },
+    /// There is a guard, and a profile that flies without.
+    #[error("[guard] is not used: profile paper-2023 flies without a guard")]
+    GuardUnused,
     /// The mission is over before it begins.
     #[error("the start {start} is the goal")]
     StartIsGoal {

@@ -1,4 +1,4 @@
-//! Missions as text: what is true, what is told, which robot, within which limits.
+//! Missions as text: what is true, what is told, which robot, within which limits, under which guard.
 //!
 //! A [`Scenario`] is read from TOML; [`Scenario::resolve`] builds its terrain, fills in every default
 //! and checks that a mission can be flown on it. The result is a [`World`]: the truth for hopper-sim,
@@ -8,8 +8,10 @@ mod built_in;
 mod check;
 mod error;
 mod finding;
+mod guard;
 mod mission;
 mod overrides;
+mod patrol;
 mod resolve;
 mod robot;
 pub mod text;
@@ -20,8 +22,10 @@ pub use built_in::{BUILT_IN, load};
 pub use check::Check;
 pub use error::ScenarioError;
 pub use finding::Finding;
+pub use guard::GuardRules;
 pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};
 pub use overrides::Overrides;
+pub use patrol::{MissionKind, MissionRules};
 pub use robot::{Robot, Scatter, Sensor};
 pub use truth::{
     CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules, TerrainSource,
@@ -42,12 +46,18 @@ pub struct Scenario {
     pub truth: Truth,
     /// What everyone is told.
     pub brief: MissionBrief,
+    /// Whether it goes to a goal or patrols.
+    #[serde(default, skip_serializing_if = "MissionRules::is_empty")]
+    pub mission: MissionRules,
     /// The hopper. Everything has a default: the hopper of Sakamoto & Kunii 2023.
     #[serde(default)]
     pub robot: Robot,
     /// When the mission is over.
     #[serde(default)]
     pub limits: MissionLimits,
+    /// What hopper-sim refuses to execute, and when it acts by itself.
+    #[serde(default, skip_serializing_if = "GuardRules::is_empty")]
+    pub guard: GuardRules,
     /// Folder that relative paths start from: that of the scenario's file.
     #[serde(skip)]
     pub folder: PathBuf,

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use contract::limits::TREASURES_MAX;
-use contract::wire::{BriefV2, GroundV1};
+use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
+use contract::wire::{BriefV3, GroundV1};
 use contract::{
     Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
     Range, RunId, SensorParameters, SoilMotion, Weights,
@@ -49,11 +49,12 @@ impl Scenario {
         resolved.settle_priors(&terrain);
         resolved.settle_sensor(&terrain.grid)?;
 
+        let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
         let mut brief = resolved.brief_on(&terrain)?;
         check_cells(&brief, &terrain, &shaped.relief)?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         // Every bound of the wire is a bound of scenarios; it is stated there, once.
-        brief = Brief::try_from(&BriefV2::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV3::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
         }
@@ -61,7 +62,10 @@ impl Scenario {
         Ok(World {
             resolved: canonical(&resolved),
             hash: brief.scenario_hash,
-            findings: findings(&brief, &terrain),
+            findings: findings(&brief, &terrain)
+                .into_iter()
+                .chain(unused.then_some(Finding::GuardUnused))
+                .collect(),
             terrain,
             brief,
         })
@@ -178,7 +182,9 @@ impl Scenario {
             let Some(ground) = terrain.ground(cell) else {
                 return refuse("cells on the map", cell.to_string());
             };
-            if cell == brief.start || cell == brief.goal {
+            let is_goal =
+                cell == brief.goal || brief.patrol.is_some_and(|patrol| patrol.goals().contains(&cell));
+            if cell == brief.start || is_goal {
                 return refuse("cells other than start and goal", cell.to_string());
             }
             if !ground.passable {
@@ -227,7 +233,7 @@ impl Scenario {
 
     /// The brief, its scenario hash still to come.
     fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
-        let Self { brief: mission, robot, limits, .. } = self;
+        let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
         in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
@@ -237,6 +243,7 @@ impl Scenario {
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
         let sensor = &robot.sensor;
+        let patrol = rules.settle(cell(mission.goal))?;
         Ok(Brief {
             run: RunId(0),
             scenario: name,
@@ -247,6 +254,7 @@ impl Scenario {
             datum_m: terrain.datum_m,
             start: cell(mission.start),
             goal: cell(mission.goal),
+            patrol,
             weights: Weights {
                 safety: mission.weights.safety,
                 information: mission.weights.information,
@@ -274,9 +282,10 @@ impl Scenario {
                 gradient: sensor.gradient.unwrap_or(GradientSource::Measured),
             },
             limits: Limits {
-                steps_max: limits.steps_max,
+                steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
                 decision_budget_ns: (budget_ms * 1e6).round() as u64,
             },
+            guard: guard.settle(mission.profile)?,
         })
     }
 }
@@ -376,7 +385,9 @@ impl From<Scatter> for SoilMotion {
 /// Start and goal lie on the map, on passable ground, whole hops apart.
 fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), ScenarioError> {
     let grid = &terrain.grid;
-    for (which, got) in [("start", brief.start), ("goal", brief.goal)] {
+    let goals = brief.patrol.map_or_else(|| vec![brief.goal], |patrol| patrol.goals().to_vec());
+    let cells = goals.iter().map(|&goal| ("goal", goal));
+    for (which, got) in std::iter::once(("start", brief.start)).chain(cells) {
         let Some(ground) = terrain.ground(got) else {
             return Err(ScenarioError::OffMap { which, last: grid.cell(grid.cells() - 1), got });
         };
@@ -396,11 +407,12 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
             return Err(ScenarioError::Impassable { which, got, why, nearby });
         }
     }
-    if grid.on_same_lattice(brief.start, brief.goal) {
-        Ok(())
-    } else {
-        let (start, goal) = (brief.start, brief.goal);
-        Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal })
+    match goals.into_iter().find(|&goal| !grid.on_same_lattice(brief.start, goal)) {
+        None => Ok(()),
+        Some(goal) => {
+            let start = brief.start;
+            Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal })
+        }
     }
 }
 

@@ -204,6 +204,56 @@ fn the_gradient_source_follows_the_profile_unless_stated() {
     assert_eq!(source(&stated, Some(Profile::Hopper)), GradientSource::Measured);
 }
 
+/// P-GUARD-SCENARIO.
+#[test]
+fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
+    let world = |text: &str, profile: Profile| {
+        let overrides = Overrides { profile: Some(profile), ..Overrides::default() };
+        Scenario::parse(text, "hilly").unwrap().with(&overrides).resolve().unwrap()
+    };
+    let guard = |text: &str, profile| {
+        let guard = world(text, profile).brief.guard;
+        (guard.hazard_max, guard.deadline_ns)
+    };
+    assert_eq!(guard(HILLY, Profile::Hopper), (0.25, 0));
+    assert_eq!(guard(HILLY, Profile::Paper2023), (1.0, 0));
+    let stated = format!("{HILLY}[guard]\nhazard_max = 0.0\ndeadline_s = 1.5\n");
+    assert_eq!(guard(&stated, Profile::Hopper), (0.0, 1_500_000_000));
+    assert_eq!(guard(&stated, Profile::Paper2023), (1.0, 0), "the paper flies without a guard");
+    let unused = world(&stated, Profile::Paper2023);
+    assert!(unused.findings.iter().any(|finding| finding.to_string().contains("[guard] is not used")));
+    assert!(world(HILLY, Profile::Paper2023).findings.is_empty());
+    // The guard is a part of the mission, and of its hash; without one, everything is as it was.
+    assert_ne!(world(HILLY, Profile::Hopper).hash, world(&stated, Profile::Hopper).hash);
+    assert_eq!(world(HILLY, Profile::Paper2023).hash, unused.hash);
+    assert!(!unused.resolved.contains("[guard]"));
+}
+
+/// P-PATROL-SCENARIO.
+#[test]
+fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
+    let patrol = |text: &str| {
+        let mission = format!("[mission]\nkind = \"patrol\"\n{text}\n[brief]");
+        hilly("[brief]", &mission).map(|world| world.brief)
+    };
+    let brief = patrol("goals = [[2, 2], [4, 2]]\nhops_max = 77").unwrap();
+    let flown = brief.patrol.unwrap();
+    assert_eq!(flown.goals(), [brief.goal, Cell::new(2, 2), Cell::new(4, 2)]);
+    assert_eq!(flown.hops_max, 77);
+    assert!(brief.limits.steps_max > 1 << 31, "no limit of steps");
+    assert_eq!(patrol("goals = [[2, 2]]").unwrap().patrol.unwrap().hops_max, 1 << 32);
+    let same = format!("goals = [[{}, {}]]", brief.goal.x, brief.goal.y);
+    for wrong in ["", &same, "goals = [[2, 2], [2, 2]]", "goals = [[2, 2]]\nhops_max = 0"] {
+        let text = patrol(wrong).expect_err(wrong).to_string();
+        says(&text, &["mission."]);
+    }
+    says(&patrol("goals = [[98, 2]]").unwrap_err().to_string(), &["goal", "(98, 2)"]);
+    let reach = hilly("[brief]", "[mission]\nhops_max = 5\n[brief]").unwrap_err().to_string();
+    says(&reach, &["mission.kind", "patrol"]);
+    let built_in = built_in("patrol").brief.patrol.unwrap();
+    assert_eq!((built_in.goals().len(), built_in.hops_max), (4, 1_000_000));
+}
+
 #[test]
 fn overrides_change_profile_budget_and_elevation_file() {
     let folder = Folder::new();
@@ -390,7 +440,7 @@ fn mistakes_in_the_text_are_told_with_line_and_column() {
     for (from, to, line, words) in [
         ("sigma_m = 1.0", "sigma = 1.0", "line 6, column 1", "unknown field `sigma`"),
         ("start = [0, 0]", "start = [0]", "line 10, column 9", "length"),
-        ("[brief]", "[mission]", "line 9, column 2", "unknown field `mission`"),
+        ("[brief]", "[journey]", "line 9, column 2", "unknown field `journey`"),
         ("start = [0, 0]", "profile = \"paper\"", "line 10, column 11", "unknown variant `paper`"),
         ("start = [0, 0]", "datum_m = \"lowest\"", "line 10, column 11", "need \"survey\", a number"),
         ("start = [0, 0]", "start = [0, 0", "line 1", ""),
@@ -422,6 +472,8 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         ("[brief]", "[brief]\npriors = { safety = [1, 0] }", ["brief.priors.safety", "got 0"]),
         ("[brief]", "[limits]\nsteps_max = 0\n[brief]", ["brief.steps_max", "got 0"]),
         ("[brief]", "[limits]\ndecision_budget_ms = -1\n[brief]", ["limits.decision_budget_ms", "-1"]),
+        ("[brief]", "[guard]\nhazard_max = 1.5\n[brief]", ["guard.hazard_max", "1.5"]),
+        ("[brief]", "[guard]\ndeadline_s = 0\n[brief]", ["guard.deadline_s", "got 0"]),
         ("[brief]", "[robot]\nslope_limit_deg = 95\n[brief]", ["slope_limit_rad", "1.65"]),
         ("[brief]", "[robot]\ngravity_mps2 = 0\n[brief]", ["gravity_mps2", "got 0"]),
         ("[brief]", "[robot]\nhop_distance_m = nan\n[brief]", ["robot.hop_distance_m", "NaN"]),
@@ -499,7 +551,7 @@ fn random_hills_out_of_bounds_are_refused() {
 fn an_unknown_selector_names_the_known_scenarios() {
     says(
         &load("nowhere").unwrap_err().to_string(),
-        &["hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars", "nowhere"],
+        &["hard, heterogeneous, sandy, large, treasures, wide, vast, hills, patrol, mars", "nowhere"],
     );
 }
 

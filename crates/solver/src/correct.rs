@@ -1,18 +1,16 @@
 //! The correction e that a policy's linear equation asks for, in single precision.
 //!
-//! e = own + Σ c_k e_k over the four neighbours, solved by Gauss–Seidel sweeps in windows of diagonals.
+//! e = own + Σ c_k e_k over the four neighbours, solved by Gauss–Seidel sweeps in waves.
 //! Where those converge slowly, because the policy lingers somewhere, BiCGStab (van der Vorst 1992) takes
 //! over, preconditioned from the right by a sweep outwards and one back: lingering makes one eigenvalue
 //! near 1 for every place that is lingered at, all close together, which a Krylov method removes at once.
 
 use std::ops::Range;
 
-use crate::World;
 use crate::simd::{Simd, dispatch};
-use crate::skew::{Ground, LANES, Skew, chunk};
-use crate::survey::Row;
+use crate::skew::{Around, LANES, Lanes, PARTS, Skew, chunk, part};
 use crate::sweep::Planes;
-use crate::window::{Diagonals, Window, largest};
+use crate::wave::{Wave, largest};
 
 /// The linear solve's additional planes; empty until lingering is met.
 #[derive(Clone, Debug, Default)]
@@ -27,44 +25,6 @@ pub(crate) struct Krylov {
 }
 
 impl Planes {
-    /// Begins a policy's equation: zeros wherever no row will be filled in.
-    pub fn begin(&mut self, skew: &Skew) {
-        self.unknown.fill(0.0);
-        // The halo may hold worths.
-        for diagonal in skew.diagonals() {
-            let (first, nodes) = skew.run(diagonal);
-            for (at, step) in skew.rim(diagonal, first, first + nodes - 1, skew.steps(diagonal)) {
-                if step != 0 {
-                    self.set(at.wrapping_add_signed(step), [0.0; 5]);
-                }
-            }
-        }
-    }
-
-    /// Fills in one row of a panel of a policy's equation: coefficients in the order of [`Skew::steps`].
-    pub fn load_row(&mut self, skew: &Skew, columns: Range<usize>, y: usize, row: &Row) {
-        let [north, east, south, west] = &row.landings;
-        let (low_i, high_i) = if skew.flip[0] { (east, west) } else { (west, east) };
-        let (low_j, high_j) = if skew.flip[1] { (north, south) } else { (south, north) };
-        let mut entries = skew.entries(columns.clone(), y);
-        for x in 0..columns.len() {
-            let at = entries.next().expect("an entry a node");
-            self.set(at, [row.own[x], low_i[x], low_j[x], high_i[x], high_j[x]]);
-        }
-    }
-
-    /// Adds the corrections to the values.
-    pub fn add_to(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        skew.visit(|columns, y| {
-            let values = &mut values[y * skew.width..][columns.clone()];
-            let classes = &world.row(y).3[columns.clone()];
-            for ((value, class), at) in values.iter_mut().zip(classes).zip(skew.entries(columns, y)) {
-                let correction = f64::from(self.unknown[at]);
-                *value += if class.is_free() { correction } else { 0.0 };
-            }
-        });
-    }
-
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
     /// [`REDUCTION`] of its first change; work in updates of nodes, and whether the former was reached.
     pub fn correct(
@@ -79,16 +39,14 @@ impl Planes {
         let mut updates = 0;
         let mut first = 0.0_f32;
         let mut last = f32::INFINITY;
-        let window = Window::default();
+        let wave = Wave { sweeps: SWEEPS, back: false };
         for pass in 0..PASSES_MAX {
-            if updates_max - updates < nodes * window.visits() {
+            if updates_max - updates < nodes * wave.sweeps as u64 {
                 break;
             }
             let mut change = [0.0_f32; LANES];
-            updates += nodes * window.visits();
-            window.pass(skew.diagonals(), |diagonals| {
-                correct(simd, &mut self.unknown, &self.ground, skew, diagonals, &mut change);
-            });
+            updates += nodes * wave.sweeps as u64;
+            correct(simd, self.unknown.all_mut(), self.ground.all(), skew, wave, &mut change);
             let change = largest(&change);
             if pass == 0 {
                 first = change;
@@ -106,11 +64,11 @@ impl Planes {
 
     /// BiCGStab for e from 0; the entries beyond the grid are 0 throughout, as their coefficients are.
     fn krylov(&mut self, simd: Simd, skew: &Skew, krylov: &mut Krylov, updates_max: u64) -> u64 {
-        let Self { unknown: solution, ground } = self;
+        let (solution, ground) = (self.unknown.all_mut(), self.ground.all());
         let Krylov { residual, shadow, direction, image, preconditioned, image_half, halfway } = krylov;
         for plane in [&mut *residual, shadow, direction] {
             plane.clear();
-            plane.extend(ground.iter().flat_map(|ground| ground.0[0]));
+            plane.extend(ground.chunks_exact(PARTS * LANES).flat_map(|parts| &parts[..LANES]));
         }
         for plane in [&mut *image, preconditioned, image_half, halfway] {
             plane.clear();
@@ -161,6 +119,12 @@ impl Planes {
 
 /// Most passes of a linear solve.
 const PASSES_MAX: usize = 12;
+/// Sweeps a pass.
+const SWEEPS: usize = 4;
+/// Share of what flows back outwards that is anticipated.
+const OVER: f32 = 0.6;
+/// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
+const OUTER_MAX: f32 = 0.15;
 /// Reduction of the change at which a linear solve by sweeps ends.
 const REDUCTION: f32 = 1e-4;
 /// Reduction from pass to pass that counts as slow.
@@ -171,67 +135,71 @@ const ITERATIONS_MAX: usize = 30;
 const KRYLOV_REDUCTION: f64 = 0.01;
 
 dispatch! {
-    /// Updates the corrections of some diagonals; the largest change, lane by lane, goes into `change` for
-    /// diagonals that the window leaves behind.
-    fn correct(
-        unknown: &mut [f32], ground: &[Ground], skew: &Skew, diagonals: Diagonals,
-        change: &mut [f32; LANES],
-    ) = correct_lanes
+    /// Updates the corrections in a wave; the largest change of its last sweep, lane by lane, goes into `change`.
+    fn correct(unknown: &mut [f32], ground: &[f32], skew: &Skew, wave: Wave, change: &mut Lanes) = correct_lanes
 }
 
 #[inline(always)]
-fn correct_lanes(
-    unknown: &mut [f32],
-    ground: &[Ground],
-    skew: &Skew,
-    diagonals: Diagonals,
-    change: &mut [f32; LANES],
-) {
-    for index in 0..diagonals.len() {
-        let diagonal = diagonals.at(index);
-        let (first, nodes) = skew.run(diagonal);
-        let steps = skew.steps(diagonal);
-        let counts = diagonal < diagonals.leaves;
-        for at in (first..first + nodes).step_by(LANES) {
-            let new = landed(unknown, &ground[at / LANES], at, steps);
-            if counts {
-                let old = chunk(unknown, at);
+fn correct_lanes(unknown: &mut [f32], ground: &[f32], skew: &Skew, wave: Wave, change: &mut Lanes) {
+    let diagonals = skew.diagonals();
+    for step in 0..wave.steps(&diagonals) {
+        for sweep in 0..wave.sweeps {
+            let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
+            let (first, nodes) = skew.run(diagonal);
+            let steps = skew.steps(diagonal);
+            let moved = correct_run(unknown, ground, first, nodes, steps);
+            if sweep + 1 == wave.sweeps {
                 for lane in 0..LANES {
-                    let moved = (new[lane] - old[lane]).abs();
-                    change[lane] = if moved > change[lane] { moved } else { change[lane] };
+                    change[lane] = if moved[lane] > change[lane] { moved[lane] } else { change[lane] };
                 }
             }
-            unknown[at..at + LANES].copy_from_slice(&new);
         }
     }
 }
 
-/// own + Σ c e over the neighbours.
 #[inline(always)]
-fn landed(e: &[f32], ground: &Ground, at: usize, steps: [isize; 4]) -> [f32; LANES] {
-    let [low_i, low_j, high_i, high_j] = steps;
-    let inner = halves(e, at, [low_i, low_j], ground, 1);
-    let outer = halves(e, at, [high_i, high_j], ground, 3);
-    let mut sum = [0.0_f32; LANES];
-    for lane in 0..LANES {
-        sum[lane] = ground.0[0][lane] + (inner[lane] + outer[lane]);
+fn correct_run(unknown: &mut [f32], ground: &[f32], first: usize, nodes: usize, steps: [isize; 4]) -> Lanes {
+    let mut change = [0.0; LANES];
+    let around = Around::new(unknown, first, nodes, steps);
+    let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
+    for index in 0..around.chunks() {
+        let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
+        let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
+        let (own, c_low_i, c_low_j) = (chunk(parts, 0), chunk(parts, LANES), chunk(parts, 2 * LANES));
+        let (c_i, c_j) = (chunk(parts, 3 * LANES), chunk(parts, 4 * LANES));
+        let mut new = [0.0; LANES];
+        for lane in 0..LANES {
+            let inner = c_low_i[lane] * low_i[lane] + c_low_j[lane] * low_j[lane];
+            new[lane] = own[lane] + (inner + (c_i[lane] * high_i[lane] + c_j[lane] * high_j[lane]));
+        }
+        let mut next = [0.0; LANES];
+        for lane in 0..LANES {
+            let outer = c_i[lane] + c_j[lane];
+            let anticipated = if outer < OUTER_MAX { outer } else { OUTER_MAX };
+            next[lane] = new[lane] + OVER * anticipated * (new[lane] - old[lane]);
+        }
+        for lane in 0..LANES {
+            let moved = (new[lane] - old[lane]).abs();
+            change[lane] = if moved > change[lane] { moved } else { change[lane] };
+        }
+        around.set(index, &next);
     }
-    sum
+    change
 }
 
 dispatch! {
     /// Half the preconditioner, (I − L) e = p: a sweep outwards, L the two landings that lie inwards.
-    fn outwards(e: &mut [f32], p: &[f32], ground: &[Ground], skew: &Skew) = outwards_lanes
+    fn outwards(e: &mut [f32], p: &[f32], ground: &[f32], skew: &Skew) = outwards_lanes
 }
 
 #[inline(always)]
-fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[Ground], skew: &Skew) {
+fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[f32], skew: &Skew) {
     for diagonal in skew.diagonals() {
         let (first, nodes) = skew.run(diagonal);
         let [low_i, low_j, _, _] = skew.steps(diagonal);
         for at in (first..first + nodes).step_by(LANES) {
             let p = chunk(p, at);
-            let inner = halves(e, at, [low_i, low_j], &ground[at / LANES], 1);
+            let inner = halves(e, at, [low_i, low_j], ground, 1);
             let mut new = [0.0_f32; LANES];
             for lane in 0..LANES {
                 new[lane] = p[lane] + inner[lane];
@@ -244,11 +212,11 @@ fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[Ground], skew: &Skew) {
 dispatch! {
     /// The other half, (I − U) f = e: a sweep back, U the two landings that lie outwards; and with it the
     /// image of f, (I − L − U) f = e − L f, diagonal by diagonal as f becomes known (Eisenstat 1981).
-    fn back(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], skew: &Skew) = back_lanes
+    fn back(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew: &Skew) = back_lanes
 }
 
 #[inline(always)]
-fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], skew: &Skew) {
+fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew: &Skew) {
     let Range { start, end } = skew.diagonals();
     for index in 0..=end - start {
         // At the end there is nothing left to know, but one image to take.
@@ -258,7 +226,7 @@ fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], sk
             let [_, _, high_i, high_j] = skew.steps(diagonal);
             for at in (first..first + nodes).step_by(LANES) {
                 let e = chunk(e, at);
-                let outer = halves(f, at, [high_i, high_j], &ground[at / LANES], 3);
+                let outer = halves(f, at, [high_i, high_j], ground, 3);
                 let mut new = [0.0_f32; LANES];
                 for lane in 0..LANES {
                     new[lane] = e[lane] + outer[lane];
@@ -272,7 +240,7 @@ fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], sk
             let [low_i, low_j, _, _] = skew.steps(diagonal);
             for at in (first..first + nodes).step_by(LANES) {
                 let e = chunk(e, at);
-                let inner = halves(f, at, [low_i, low_j], &ground[at / LANES], 1);
+                let inner = halves(f, at, [low_i, low_j], ground, 1);
                 let mut new = [0.0_f32; LANES];
                 for lane in 0..LANES {
                     new[lane] = e[lane] - inner[lane];
@@ -285,9 +253,9 @@ fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[Ground], sk
 
 /// Two of the four terms of Σ c e, those of the coefficients from `part` on.
 #[inline(always)]
-fn halves(e: &[f32], at: usize, steps: [isize; 2], ground: &Ground, part: usize) -> [f32; LANES] {
+fn halves(e: &[f32], at: usize, steps: [isize; 2], ground: &[f32], first: usize) -> Lanes {
     let (a, b) = (chunk(e, at.wrapping_add_signed(steps[0])), chunk(e, at.wrapping_add_signed(steps[1])));
-    let (c_a, c_b) = (&ground.0[part], &ground.0[part + 1]);
+    let (c_a, c_b) = (chunk(ground, part(at, first)), chunk(ground, part(at, first + 1)));
     let mut sum = [0.0_f32; LANES];
     for lane in 0..LANES {
         sum[lane] = c_a[lane] * a[lane] + c_b[lane] * b[lane];

@@ -22,9 +22,11 @@
 //!
 //! - the kernel's form of Bellman's operator, one division a node: `sweep`;
 //! - the layout in which a diagonal of the grid is updated at once, as if node by node: `skew`;
-//! - the order of diagonals, and why a window over them halves the work: `window`;
-//! - the survey in double precision, residual and best hops in one: `survey`;
-//! - the correction, Newton's step for Bellman's equation, by sweeps or by a Krylov method: `correct`;
+//! - the order of updates, many sweeps in one wave: `wave`;
+//! - the survey in double precision, what each hop is short of: `survey`;
+//! - the correction by sweeps of the operator shifted (`sweep`), or Newton's step for Bellman's equation by a
+//!   Krylov method where there is somewhere to linger: `correct`;
+//! - the certificate's own sweep: `measure`;
 //! - why every instruction set gives the same bits: [`simd`].
 //!
 //! A coarse grid to start from was tried, as were per-node extrapolation and corrections by aggregates of
@@ -35,8 +37,12 @@ pub mod bellman;
 pub mod certificate;
 mod correct;
 pub mod error;
+mod extent;
 pub mod hop;
+mod measure;
 pub mod online;
+mod pages;
+mod plane;
 pub mod policy;
 pub mod reach;
 pub mod simd;
@@ -46,7 +52,7 @@ pub mod solve;
 pub mod specimen;
 mod survey;
 mod sweep;
-mod window;
+mod wave;
 pub mod world;
 
 pub use bellman::action_values;

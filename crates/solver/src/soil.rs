@@ -45,6 +45,16 @@ impl Soil {
         }
     }
 
+    /// The soil with the slips that make its landings sum to 1 to the last bits, which [`Self::check`] asks for
+    /// only nearly.
+    pub(crate) fn normalised(self) -> Self {
+        let Self { intended, stuck, sideways, .. } = self;
+        if (intended + stuck + 2.0 * sideways - 1.0).abs() <= 2.0 * f64::EPSILON {
+            return self;
+        }
+        Self { sideways: (0.5 * (1.0 - intended - stuck)).max(0.0), ..self }
+    }
+
     pub(crate) fn check(&self, soil: usize) -> Result<(), Error> {
         let Self { intended, stuck, sideways, wait } = *self;
         let in_range = [intended, stuck, sideways, wait].iter().all(|share| (0.0..=1.0).contains(share));

@@ -1,25 +1,28 @@
 //! The solver: values from nothing, to a certified bound or to the end of the budget.
 //!
 //! 1. **Start** from below: every free node has the worst value there can be, min r / (1 − γ) or the loss.
-//! 2. **Sweep** Bellman's operator in single precision (`sweep`) in a window that moves outwards
-//!    from the goal (`window`), as long as that pays: on most worlds until the last bits of
-//!    single precision, on worlds where lingering beats the goal until the change stalls.
-//! 3. **Survey** in double precision, straight from the definition (`survey`): residual, and the
-//!    best hops. Within the target, that is the certificate, and the end.
-//! 4. **Correct** the values by the best hops' linear equation, in single precision
-//!    (`correct`); on to 3, or, while the residual is above what single precision can tell, to 2.
+//! 2. **Sweep** Bellman's operator in single precision (`sweep`), in waves that leave the goal (`wave`),
+//!    as long as that pays: on most worlds nearly to the last bits of single precision, on worlds where
+//!    lingering beats the goal until the change stalls.
+//! 3. **Survey** in double precision (`survey`): what each hop is short of at each node.
+//! 4. **Correct** the values in single precision, by sweeps of the same operator shifted to where they are; or,
+//!    where there is somewhere to linger, and first on small worlds, by the best hops' linear equation alone
+//!    (`correct`), which a Krylov method solves; then on to 3, or, while the residual is above what single
+//!    precision can tell, to 2.
+//! 5. **Measure** (`measure`) the values as they are handed out, straight from the definition, whenever they are
+//!    expected to be good enough, or the budget ends: the certificate.
 //!
 //! Should a round of 3 and 4 not bring the residual down, sweeps in double precision, which contract by γ
 //! whatever happens, take over.
 
 use crate::certificate::rounding;
 use crate::correct::Krylov;
+use crate::extent::Extent;
 use crate::simd::Simd;
 use crate::skew::{LANES, Skew};
-use crate::survey::{self, Findings};
 use crate::sweep::Planes;
-use crate::window::{Diagonals, Window, largest};
-use crate::{Certificate, Hop, Kind, Leaving, Scatter, World};
+use crate::wave::{Wave, largest};
+use crate::{Certificate, Hop, Kind, Leaving, Scatter, World, measure, pages};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,19 +80,27 @@ const SURVEYS_MAX: u64 = 60;
 const STALLS_MAX: u64 = 3;
 /// Plain sweeps in a row, there and back.
 const PLAIN_SWEEPS: u64 = 8;
-/// Change of a worth, relative to the largest worth there may be, that sweeps in single precision reach
-/// without delay: some 100 units in the last place.
-const SINGLE: f64 = 6e-6;
+/// Change of a worth, relative to the largest worth there may be, at which sweeps of worths end: some 250 units
+/// in the last place, so that corrections are small enough for single precision to hold them to the bound.
+const SINGLE: f64 = 1.5e-5;
 /// Residuals above so many times that are swept down before they are corrected.
 const ROUGH: f64 = 10.0;
 /// A correction that settles, from a residual of at most so many times that, is expected to be the last.
 const EXPECTED: f64 = 100.0;
 /// Change, relative to the residual asked for, at which a correction has settled.
-const SETTLED: f64 = 0.05;
+const SETTLED: f64 = 0.2;
 /// Reduction of the change from pass to pass below which sweeping no longer pays.
 const STALL: f32 = 0.7;
-/// Passes between two surveys, every other one back towards the goal.
-const PASSES: usize = 8;
+/// Waves between two surveys where there is somewhere to linger, every other one back towards the goal.
+const WAVES: usize = 8;
+/// Sweeps of the first wave.
+const FIRST: u64 = 12;
+/// Sweeps of each wave after it, where memory is what they wait for.
+const NEXT: u64 = 8;
+/// Sweeps of each wave after the first on worlds of at most [`SMALL`] nodes, which lie in the nearest caches.
+const NEXT_SMALL: u64 = 4;
+/// Nodes of a small world.
+const SMALL: usize = 4096;
 
 impl Solver {
     /// A solver without buffers yet, for the widest vectors this processor has.
@@ -118,8 +129,10 @@ impl Solver {
 
     /// [`Solver::solve`], calling `pulse` whenever some more of the work is done: every few dozen sweeps.
     pub fn solve_with(&mut self, world: &World, effort: &Effort, pulse: &dyn Fn()) -> Solution {
-        let worth_max = world.worth_max();
-        let discount = world.rules().discount;
+        let rules = world.rules();
+        let extent = Extent::of(self.simd, world);
+        let worth_max = extent.worth_max(rules);
+        let discount = rules.discount;
         // Below this the sweeps' own rounding may keep the residual from falling.
         let limit = 2.0 * rounding(2.0 * worth_max) / (1.0 - discount);
         let error_max = effort.error_max.max(limit);
@@ -128,120 +141,180 @@ impl Solver {
         let updates_max = effort.sweeps_max.saturating_mul(nodes);
         let single = (SINGLE * worth_max).max(residual_max);
 
-        if self.skew.fit(world) {
+        if self.skew.fit(world, extent.best_goal) {
             self.planes.reset(self.skew.len);
+            self.values = Vec::new();
+            self.values = pages::filled(0.0, world.nodes());
         }
-        self.start(world);
+        let mut worst = extent.worst / (1.0 - discount);
+        if rules.leaving == Leaving::Loses || extent.any_lost {
+            worst = worst.min(rules.loss);
+        }
+        self.planes.start(self.simd, &self.skew, world, worst);
         let (mut updates, mut surveys, mut stalls) = (0, 0, 0);
         let mut residual = f64::INFINITY;
-        // Whether the next survey is expected to be the last.
+        // Whether the values are expected to be good enough.
         let mut expected = false;
+        // Whether sweeps are slow, because there is somewhere to linger.
+        let mut lingers = false;
+        // Whether the correction is the best hops' alone.
+        let mut linear = false;
         // Whether single precision has nothing to offer any more.
         let mut plain = worth_max > SINGLE_MAX;
         loop {
             pulse();
             if !plain && !expected && residual > ROUGH * single {
-                let left = updates_max.saturating_sub(updates);
-                updates += self.sweep(world, single as f32, left, surveys == 0);
+                let left = updates_max.saturating_sub(updates) / nodes;
+                let (sweeps, settled) = self.sweep(world, single as f32, left, surveys == 0);
+                updates += sweeps * nodes;
+                lingers |= !settled;
             }
             pulse();
-            let findings = self.survey(world, plain || expected);
-            surveys += 1;
-            let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
-            let solved = certificate.error_bound <= error_max;
-            // Less than a pass of the linear equation is left: the survey was the last.
-            let out = updates_max.saturating_sub(updates) < nodes * Window::default().visits().div_ceil(4);
-            if solved || out {
-                let status = if solved { Status::Solved } else { Status::Cut };
-                return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
+            let left = updates_max.saturating_sub(updates);
+            // Not a sweep is left: the next survey is the last.
+            let out = left < nodes;
+            let mut measured = f64::INFINITY;
+            if !plain && !expected && !out {
+                let Self { planes, skew, simd, .. } = self;
+                let best = lingers || (surveys == 0 && world.nodes() <= SMALL);
+                if linear && !best {
+                    planes.resume(*simd, skew, world);
+                }
+                linear = best;
+                measured = if linear {
+                    planes.survey_best(*simd, skew, world)
+                } else {
+                    planes.survey(*simd, skew, world)
+                };
+                surveys += 1;
             }
-            if !plain && expected {
-                // Close, but not there: survey again, for the correction this time.
-                expected = false;
-                continue;
+            if plain || expected || out || measured <= residual_max {
+                let Self { planes, skew, values, simd, .. } = self;
+                planes.take_out(*simd, skew, world, values);
+                let findings = measure::run(*simd, world, values);
+                surveys += 1;
+                let certificate = Certificate::new(findings.residual, discount, findings.worth_max);
+                let solved = certificate.error_bound <= error_max;
+                if solved || out {
+                    let status = if solved { Status::Solved } else { Status::Cut };
+                    return Solution { certificate, status, sweeps: updates.div_ceil(nodes), surveys };
+                }
+                if expected {
+                    // Close, but not there: survey again, for the correction this time.
+                    expected = false;
+                    continue;
+                }
+                measured = findings.residual;
             }
-            stalls = if findings.residual > 0.5 * residual { stalls + 1 } else { 0 };
-            residual = findings.residual;
+            stalls = if measured > 0.5 * residual { stalls + 1 } else { 0 };
+            residual = measured;
             plain |= surveys >= SURVEYS_MAX;
+            let change_max = (SETTLED * residual_max) as f32;
+            let Self { planes, skew, krylov, values, simd } = self;
             if plain || stalls >= STALLS_MAX {
-                let sweeps = PLAIN_SWEEPS.min((updates_max - updates) / nodes);
+                let sweeps = PLAIN_SWEEPS.min(left / nodes);
+                planes.take_out(*simd, skew, world, values);
                 for sweep in 0..sweeps {
-                    sweep_plainly(world, &mut self.values, sweep % 2 == 1);
+                    sweep_plainly(world, values, sweep % 2 == 1);
                     pulse();
                 }
+                planes.put_in(*simd, skew, world, values);
                 updates += sweeps * nodes;
                 stalls = 0;
-            } else {
-                let Self { planes, skew, krylov, values, simd, .. } = self;
-                let change_max = (SETTLED * residual_max) as f32;
-                let left = (updates_max - updates).saturating_mul(4);
-                let (corrected, settled) = planes.correct(*simd, skew, krylov, change_max, left);
+            } else if linear {
+                let (corrected, settled) =
+                    planes.correct(*simd, skew, krylov, change_max, left.saturating_mul(4));
                 updates += corrected.div_ceil(4);
                 expected = settled && residual < EXPECTED * single;
-                planes.add_to(skew, world, values);
-            }
-        }
-    }
-
-    fn start(&mut self, world: &World) {
-        let rules = world.rules();
-        let worst = (0..world.nodes()).map(|node| world.payoff(node)).fold(0.0, f64::min);
-        let mut worst = worst / (1.0 - rules.discount);
-        if rules.leaving == Leaving::Loses || (0..world.nodes()).any(|node| world.kind(node) == Kind::Lost) {
-            worst = worst.min(rules.loss);
-        }
-        self.values.clear();
-        self.values.extend((0..world.nodes()).map(|node| match world.kind(node) {
-            Kind::Free => worst,
-            Kind::Goal => 0.0,
-            Kind::Lost => rules.loss,
-        }));
-    }
-
-    /// Sweeps in single precision while that pays; updates made.
-    fn sweep(&mut self, world: &World, change_min: f32, updates_max: u64, first: bool) -> u64 {
-        let Self { simd, values, skew, planes, .. } = self;
-        let nodes = world.nodes() as u64;
-        planes.load(skew, world, values);
-        let leaving = world.rules().leaving;
-        let window = Window::default();
-        let mut updates = 0;
-        let mut last = f32::INFINITY;
-        for pass in 0.. {
-            let mut change = [0.0_f32; LANES];
-            let windowed = first || pass % 2 == 0;
-            let left = updates_max - updates;
-            if windowed && left >= nodes * window.visits() {
-                updates += nodes * window.visits();
-                window.pass(skew.diagonals(), |diagonals| {
-                    planes.relax(*simd, skew, leaving, diagonals, &mut change);
-                });
-            } else if left >= nodes {
-                updates += nodes;
-                let diagonals = Diagonals::all(skew.diagonals(), !windowed);
-                planes.relax(*simd, skew, leaving, diagonals, &mut change);
+                planes.add(*simd);
             } else {
-                break;
+                let (sweeps, settled) = self.sweep_shifted(world, change_max, left / nodes);
+                updates += sweeps * nodes;
+                lingers |= !settled;
+                expected = settled;
+                self.planes.add(self.simd);
             }
-            let change = largest(&change);
-            let stalled = if first { pass > 1 && change > STALL * last } else { pass + 1 == PASSES };
-            if change <= change_min || stalled {
-                break;
-            }
-            last = change;
         }
-        planes.store(skew, world, values);
-        updates
     }
 
-    /// Surveys the values, and, unless that is to be all, takes down the best hops' equation.
-    fn survey(&mut self, world: &World, measure_only: bool) -> Findings {
-        let Self { simd, values, skew, planes, .. } = self;
-        if measure_only {
-            return survey::run(*simd, world, values, |_, _, _| {});
+    /// Sweeps in single precision while that pays; sweeps made, and whether they reached `change_max`.
+    fn sweep(&mut self, world: &World, change_max: f32, sweeps_max: u64, first: bool) -> (u64, bool) {
+        let Self { simd, skew, planes, .. } = self;
+        if !first {
+            planes.resume(*simd, skew, world);
         }
-        planes.begin(skew);
-        survey::run(*simd, world, values, |columns, y, row| planes.load_row(skew, columns, y, row))
+        let leaving = world.rules().leaving;
+        let mut progress = Progress::default();
+        let mut sweeps = 0;
+        loop {
+            let back = !first && progress.waves % 2 == 1;
+            let wanted = if back {
+                1
+            } else if progress.waves == 0 {
+                FIRST
+            } else {
+                next(world)
+            };
+            let wave = Wave { sweeps: wanted.min(sweeps_max - sweeps) as usize, back };
+            let mut change = [0.0_f32; LANES];
+            if wave.sweeps > 0 {
+                planes.relax(*simd, skew, leaving, false, wave, &mut change);
+            }
+            sweeps += wave.sweeps as u64;
+            let settled = progress.take(largest(&change), change_max);
+            let stalled = if first { progress.slow > 1 } else { progress.waves == WAVES };
+            if settled || stalled || wave.sweeps == 0 {
+                planes.adopt(*simd);
+                return (sweeps, settled && wave.sweeps > 0);
+            }
+        }
+    }
+
+    /// Sweeps for the correction while that pays; sweeps made, and whether they reached `change_max`.
+    fn sweep_shifted(&mut self, world: &World, change_max: f32, sweeps_max: u64) -> (u64, bool) {
+        let Self { simd, skew, planes, .. } = self;
+        let leaving = world.rules().leaving;
+        let mut progress = Progress::default();
+        let mut sweeps = 0;
+        loop {
+            let wave = Wave { sweeps: next(world).min(sweeps_max - sweeps) as usize, back: false };
+            if wave.sweeps == 0 {
+                return (sweeps, false);
+            }
+            let mut change = [0.0_f32; LANES];
+            planes.relax(*simd, skew, leaving, true, wave, &mut change);
+            sweeps += wave.sweeps as u64;
+            let settled = progress.take(largest(&change), change_max);
+            if settled || progress.slow > 1 {
+                return (sweeps, settled);
+            }
+        }
+    }
+}
+
+/// Sweeps of a wave after the first.
+fn next(world: &World) -> u64 {
+    if world.nodes() <= SMALL { NEXT_SMALL } else { NEXT }
+}
+
+/// How sweeps come along.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    /// Waves made.
+    waves: usize,
+    /// Change of the last wave's last sweep.
+    last: f32,
+    /// Slow waves in a row.
+    slow: usize,
+}
+
+impl Progress {
+    /// Takes in the change that another wave ended with; whether it is small enough.
+    fn take(&mut self, change: f32, change_max: f32) -> bool {
+        self.slow = if self.waves > 0 && change > STALL * self.last { self.slow + 1 } else { 0 };
+        self.waves += 1;
+        self.last = change;
+        change <= change_max
     }
 }
 

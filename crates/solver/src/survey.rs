@@ -1,332 +1,219 @@
-//! Bellman's operator over whole rows in double precision, operation for operation as in [`crate::bellman`].
+//! What each hop is short of, in double precision, over the skewed layout.
 //!
-//! It serves twice. The largest deviation is the certificate's residual. And the best hop of each node is a
-//! policy π whose equation, linear in the correction e = V_π − V, is what [`crate::correct`] solves:
-//! with δ = TV − V and P_π the landings of the best hops,
-//! e = δ + g P_π e, hence e = (δ + g Σ_{x′ ≠ x} p e(x′)) / (1 − g p_stay).
-//! It is Newton's method for Bellman's equation (policy iteration), and each round begins with a residual
-//! in double precision, so single precision is enough for the corrections.
-
-use std::ops::Range;
+//! With δ_u the worth of hop u in Bellman's equation less the value there is, a correction e solves that equation
+//! if e = max_u (δ_u + g P_u e), which is what sweeps go on from ([`Planes::relax`]). With the best hops π alone
+//! it is linear, e = δ_π + g P_π e, hence
+//! e = (δ_π + g Σ_{x′ ≠ x} p e(x′)) / (1 − g p_stay), what [`crate::correct`] solves: Newton's step for
+//! Bellman's equation (policy iteration). Either way δ is found in double precision, so single precision is
+//! enough for the corrections.
+//!
+//! The hops are compared in the form of [`crate::sweep`]: both hops along one axis share what slips to the
+//! sides, and what stays on the flat is common to all four.
 
 use crate::simd::{Simd, dispatch};
+use crate::skew::{HOPS, LANES, PARTS, Skew, chunk, own, part, shift};
+use crate::sweep::Planes;
 use crate::world::Class;
-use crate::{Hop, Leaving, Rules, World};
+use crate::{Leaving, World};
 
-/// Lanes of a chunk in double precision.
-const LANES: usize = 8;
+impl Planes {
+    /// max |V − TV|, infinite if some value is no number; leaves the shifts of all hops for sweeps, and
+    /// corrections of 0.
+    pub fn survey(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
+        let stays = world.rules().leaving == Leaving::Stays;
+        let Self { worths, classes, unknown, shifts, .. } = self;
+        let (worths, unknown, shifts) = (worths.all_mut(), unknown.all_mut(), shifts.all_mut());
+        for (at, beyond, _) in skew.border() {
+            worths[beyond] = if stays { worths[at] } else { world.rules().loss };
+            unknown[beyond] = 0.0;
+            for hop in 0..HOPS {
+                shifts[shift(beyond, hop)] = 0.0;
+            }
+        }
+        survey_hops(simd, worths, classes.all(), unknown, shifts, skew, world, &soils(world))
+    }
 
-/// Nodes of a panel: rows are surveyed in panels, so that what one panel's rows write to the skewed layout,
-/// where neighbours in a row lie far apart, stays in the nearest cache from row to row.
-pub(crate) const PANEL: usize = 128;
+    /// The same; leaves the equation of the best hops' correction instead, the four coefficients in the order
+    /// of [`Skew::steps`].
+    pub fn survey_best(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
+        let rules = world.rules();
+        let stays = rules.leaving == Leaving::Stays;
+        let Self { worths, classes, unknown, ground, .. } = self;
+        let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
+        for (at, beyond, _) in skew.border() {
+            worths[beyond] = if stays { worths[at] } else { rules.loss };
+            unknown[beyond] = 0.0;
+            ground[own(beyond)] = 0.0;
+        }
+        let residual = survey_best(simd, worths, classes.all(), unknown, ground, skew, world, &soils(world));
+        if stays {
+            // What leaves the map stays: e = own + l e + … is e = (own + …) / (1 − l).
+            for (at, _, step) in skew.border() {
+                let own = own(at);
+                let leaves = std::mem::take(&mut ground[own + (1 + step) * LANES]);
+                for index in 0..PARTS {
+                    ground[own + index * LANES] /= 1.0 - leaves;
+                }
+            }
+        }
+        residual
+    }
 
-/// What the survey found along one row of a panel.
-#[derive(Clone, Debug)]
-pub(crate) struct Row {
-    /// δ / (1 − g p_stay).
-    pub own: [f32; PANEL],
-    /// g p / (1 − g p_stay) for the landings north, east, south and west of the best hop.
-    pub landings: [[f32; PANEL]; 4],
+    /// Adds the corrections to the worths.
+    pub fn add(&mut self, simd: Simd) {
+        add(simd, self.worths.all_mut(), self.unknown.all());
+    }
 }
 
-/// What the survey reads along one row of a panel.
-struct Inputs {
-    values: [f64; PANEL],
-    payoffs: [f64; PANEL],
-    slopes_east: [f64; PANEL],
-    slopes_north: [f64; PANEL],
-    classes: [Class; PANEL],
+/// For each soil: g intended, g stuck, g sideways, and γλ; g the discount between departure and landing.
+type Soils = [[f64; 4]; World::SOILS_MAX];
+
+fn soils(world: &World) -> Soils {
+    let mut table = [[0.0; 4]; World::SOILS_MAX];
+    let discount = world.rules().discount;
+    for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
+        let landing = soil.discount(discount);
+        *entry =
+            [landing * soil.intended, landing * soil.stuck, landing * soil.sideways, discount * soil.wait];
+    }
+    table
 }
 
-/// Worths along one row of a panel, from the node before it to the node after it.
-type Worths = [f64; PANEL + 2];
-
-/// What a survey found over all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Findings {
-    /// max |V − TV|; infinite if some value is no number.
-    pub residual: f64,
-    /// The largest |r| + |V| and |loss| met.
-    pub worth_max: f64,
+dispatch! {
+    /// Surveys all nodes; the largest deviation. The shifts of all hops go into `stream`.
+    fn survey_hops(
+        worths: &[f64], classes: &[Class], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World,
+        soils: &Soils,
+    ) -> f64 = survey_lanes::<false>
 }
 
-/// Surveys `values`, handing each row of each panel to `take` with its columns and its y.
-pub(crate) fn run(
-    simd: Simd,
+dispatch! {
+    /// Surveys all nodes; the largest deviation. The equation of the best hops goes into `stream`.
+    fn survey_best(
+        worths: &[f64], classes: &[Class], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World,
+        soils: &Soils,
+    ) -> f64 = survey_lanes::<true>
+}
+
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
+fn survey_lanes<const BEST: bool>(
+    worths: &[f64],
+    all_classes: &[Class],
+    unknown: &mut [f32],
+    stream: &mut [f32],
+    skew: &Skew,
     world: &World,
-    values: &[f64],
-    mut take: impl FnMut(Range<usize>, usize, &Row),
-) -> Findings {
-    let (width, height) = (world.width(), world.height());
-    let rules = world.rules();
-    let mut findings = Findings { residual: 0.0, worth_max: rules.loss.abs() };
-    let mut row = Row { own: [0.0; PANEL], landings: [[0.0; PANEL]; 4] };
-    let mut inputs = Inputs {
-        values: [0.0; PANEL],
-        payoffs: [0.0; PANEL],
-        slopes_east: [0.0; PANEL],
-        slopes_north: [0.0; PANEL],
-        classes: [Class::LOST; PANEL],
-    };
-    for start in (0..width).step_by(PANEL) {
-        let columns = start..width.min(start + PANEL);
-        let mut worths = [[0.0; PANEL + 2]; 3];
-        inputs.classes.fill(Class::LOST);
-        worths_of(simd, world, values, &columns, 0, &mut worths[1]);
-        worths[0] = beyond(rules, &worths[1]);
-        for y in 0..height {
-            if y + 1 < height {
-                worths_of(simd, world, values, &columns, y + 1, &mut worths[(y + 2) % 3]);
-            } else {
-                worths[(y + 2) % 3] = beyond(rules, &worths[(y + 1) % 3]);
-            }
-            inputs.fill(world, values, &columns, y);
-            let [residual, worth_max] = {
-                let [south, here, north] = [y % 3, (y + 1) % 3, (y + 2) % 3].map(|row| &worths[row]);
-                survey(simd, rules, south, here, north, &inputs, &mut row, columns.len())
-            };
-            findings.residual = findings.residual.max(residual);
-            findings.worth_max = findings.worth_max.max(worth_max);
-            if rules.leaving == Leaving::Stays {
-                row.close_border([y == 0, y + 1 == height], &columns, width);
-            }
-            take(columns.clone(), y, &row);
-        }
-    }
-    findings
-}
-
-impl Row {
-    /// Adds to the stay what leaves the map: e = own + l e + … is e = (own + …) / (1 − l).
-    fn close_border(&mut self, [south, north]: [bool; 2], columns: &Range<usize>, width: usize) {
-        let mut close = |hop: Hop, x: usize| {
-            let leaves = std::mem::take(&mut self.landings[hop as usize][x]);
-            if leaves > 0.0 {
-                let scale = 1.0 / (1.0 - leaves);
-                self.own[x] *= scale;
-                self.landings.iter_mut().for_each(|landing| landing[x] *= scale);
-            }
-        };
-        if columns.start == 0 {
-            close(Hop::West, 0);
-        }
-        if columns.end == width {
-            close(Hop::East, columns.len() - 1);
-        }
-        for x in 0..columns.len() {
-            if south {
-                close(Hop::South, x);
-            }
-            if north {
-                close(Hop::North, x);
-            }
-        }
-    }
-}
-
-impl Inputs {
-    fn fill(&mut self, world: &World, values: &[f64], columns: &Range<usize>, y: usize) {
-        let (payoffs, east, north, classes) = world.row(y);
-        let (width, len) = (payoffs.len(), columns.len());
-        self.values[..len].copy_from_slice(&values[y * width..(y + 1) * width][columns.clone()]);
-        self.payoffs[..len].copy_from_slice(&payoffs[columns.clone()]);
-        self.slopes_east[..len].copy_from_slice(&east[columns.clone()]);
-        self.slopes_north[..len].copy_from_slice(&north[columns.clone()]);
-        self.classes[..len].copy_from_slice(&classes[columns.clone()]);
-    }
-}
-
-fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
-    let (payoffs, _, _, classes) = world.row(y);
-    let (width, loss) = (payoffs.len(), world.rules().loss);
-    let inside = columns.start.saturating_sub(1)..width.min(columns.end + 1);
-    let shift = inside.start + 1 - columns.start;
-    let values = &values[y * width..(y + 1) * width][inside.clone()];
-    land(simd, &mut into[shift..], &payoffs[inside.clone()], values, &classes[inside], loss);
-    let stays = world.rules().leaving == Leaving::Stays;
-    if columns.start == 0 {
-        into[0] = if stays { into[1] } else { loss };
-    }
-    if columns.end == width {
-        into[columns.len() + 1] = if stays { into[columns.len()] } else { loss };
-    }
-}
-
-dispatch! {
-    /// The worths of landing on some nodes.
-    fn land(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) = land_lanes
-}
-
-#[inline(always)]
-fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) {
-    let nodes = payoffs.len();
-    let (into, values, classes) = (&mut into[..nodes], &values[..nodes], &classes[..nodes]);
-    for x in 0..nodes {
-        let sum = payoffs[x] + values[x];
-        let landed = if classes[x].is_free() { sum } else { payoffs[x] };
-        into[x] = if classes[x].is_lost() { loss } else { landed };
-    }
-}
-
-/// The row beyond the map's edge, beside the row `edge`.
-fn beyond(rules: &Rules, edge: &Worths) -> Worths {
-    if rules.leaving == Leaving::Stays { *edge } else { [rules.loss; PANEL + 2] }
-}
-
-dispatch! {
-    /// Surveys one row; its largest deviation and its largest |r| + |V|.
-    fn survey(
-        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs, row: &mut Row, nodes: usize,
-    ) -> [f64; 2] = survey_lanes
-}
-
-#[inline(always)]
-fn chunk(of: &[f64], at: usize) -> [f64; LANES] {
-    let mut chunk = [0.0; LANES];
-    chunk.copy_from_slice(&of[at..at + LANES]);
-    chunk
-}
-
-#[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "one row needs its neighbours")]
-#[allow(
-    clippy::needless_range_loop,
-    reason = "a lane is a lane of many arrays, and closures are not inlined"
-)]
-fn survey_lanes(
-    rules: &Rules,
-    souths: &Worths,
-    heres: &Worths,
-    norths: &Worths,
-    inputs: &Inputs,
-    row: &mut Row,
-    nodes: usize,
-) -> [f64; 2] {
+    soils: &Soils,
+) -> f64 {
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let discount = rules.discount;
+    let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
     let mut residual = [0.0_f64; LANES];
-    let mut worth_max = [0.0_f64; LANES];
     let mut unsound = [0.0_f64; LANES];
-    let [mut p_north, mut p_east, mut p_south, mut p_west] = [[0.0; LANES]; 4];
-    let mut own = [0.0; LANES];
-    for at in (0..nodes).step_by(LANES) {
-        let (value, payoff) = (chunk(&inputs.values, at), chunk(&inputs.payoffs, at));
-        let (east, north) = (chunk(&inputs.slopes_east, at), chunk(&inputs.slopes_north, at));
-        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
-        // 1 where it is so, 0 elsewhere.
-        let [mut is_free, mut is_lost] = [[0.0; LANES]; 2];
-        for index in 0..rules.soils.len() {
-            let soil = rules.soils[index];
-            for l in 0..LANES {
-                let this = inputs.classes[at + l].soil() == index;
-                intended[l] = if this { soil.intended } else { intended[l] };
-                stuck[l] = if this { soil.stuck } else { stuck[l] };
-                sideways[l] = if this { soil.sideways } else { sideways[l] };
-                waits[l] = if this { soil.wait } else { waits[l] };
+    for block in skew.blocks() {
+        let at = block.entry;
+        let payoffs = block.pick(world.payoffs().0);
+        let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
+        let mut classes = [Class::LOST; LANES];
+        classes.copy_from_slice(&all_classes[at..at + LANES]);
+        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0_f64; LANES]; 4];
+        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
+            let [a, q, c, wait] = *soil;
+            for lane in 0..LANES {
+                let this = classes[lane].is_free_of(index);
+                intended[lane] = if this { a } else { intended[lane] };
+                stuck[lane] = if this { q } else { stuck[lane] };
+                sideways[lane] = if this { c } else { sideways[lane] };
+                waits[lane] = if this { wait } else { waits[lane] };
             }
         }
-        for l in 0..LANES {
-            is_free[l] = if inputs.classes[at + l].is_free() { 1.0 } else { 0.0 };
-            is_lost[l] = if inputs.classes[at + l].is_lost() { 1.0 } else { 0.0 };
-        }
-        let (w_here, w_north, w_south) = (chunk(heres, at + 1), chunk(norths, at + 1), chunk(souths, at + 1));
-        let (w_west, w_east) = (chunk(heres, at), chunk(heres, at + 2));
-        for l in 0..LANES {
-            let free = is_free[l] > 0.0;
-            let wait = waits[l];
-            // (slope ahead, slope to the right), worths ahead, to the left, to the right.
-            let hops = [
-                (north[l], east[l], w_north[l], w_west[l], w_east[l]),
-                (east[l], -north[l], w_east[l], w_north[l], w_south[l]),
-                (-north[l], -east[l], w_south[l], w_east[l], w_west[l]),
-                (-east[l], north[l], w_west[l], w_south[l], w_north[l]),
-            ];
-            let then = 1.0 - wait + wait * discount;
-            let mut best = f64::NEG_INFINITY;
-            let mut chosen = [0.0; 4];
-            let mut hop_chosen = 0.0;
-            for index in 0..4 {
-                let (ahead, right_up, w_ahead, w_left, w_right) = hops[index];
-                let forwards = if ahead > 0.0 { ahead } else { 0.0 };
-                let p = intended[l] * (1.0 - forwards);
-                let stayed = intended[l] * forwards + stuck[l];
-                let left = sideways[l] * (1.0 - right_up);
-                let rest = 1.0 - (p + stayed + left);
-                let right = if rest > 0.0 { rest } else { 0.0 };
-                let next = p * w_ahead + stayed * w_here[l] + left * w_left + right * w_right;
-                let worth = discount * (wait * payoff[l] + then * next);
-                let better = worth > best;
-                best = if better { worth } else { best };
-                hop_chosen = if better { index as f64 } else { hop_chosen };
-                chosen[0] = if better { p } else { chosen[0] };
-                chosen[1] = if better { stayed } else { chosen[1] };
-                chosen[2] = if better { left } else { chosen[2] };
-                chosen[3] = if better { right } else { chosen[3] };
-            }
-            let deviation = best - value[l];
+        let steps = block.steps;
+        let here = chunk(worths, at);
+        let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
+        let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
+        let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
+        let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
+        let mut parts = [[0.0_f32; LANES]; PARTS];
+        let mut hops = [[0.0_f32; LANES]; HOPS];
+        for lane in 0..LANES {
+            let (a, c, q) = (intended[lane], sideways[lane], stuck[lane]);
+            let (s, t) = (slopes_i[lane] * flip[0], slopes_j[lane] * flip[1]);
+            let along_i = c * ((low_j[lane] + high_j[lane]) + t * (high_j[lane] - low_j[lane]));
+            let along_j = c * ((low_i[lane] + high_i[lane]) + s * (high_i[lane] - low_i[lane]));
+            // As the sweeps see it.
+            let (rises_i, rises_j) = (s as f32 > 0.0, t as f32 > 0.0);
+            let (up_i, down_i) =
+                if rises_i { (high_i[lane], low_i[lane]) } else { (low_i[lane], high_i[lane]) };
+            let (up_j, down_j) =
+                if rises_j { (high_j[lane], low_j[lane]) } else { (low_j[lane], high_j[lane]) };
+            let (lost_i, lost_j) = (a * s.abs(), a * t.abs());
+            let uphill_i = along_i + ((a - lost_i) * up_i + lost_i * here[lane]);
+            let uphill_j = along_j + ((a - lost_j) * up_j + lost_j * here[lane]);
+            let downhill_i = along_i + a * down_i;
+            let downhill_j = along_j + a * down_j;
+            let climbs_i = uphill_i > downhill_i;
+            let climbs_j = uphill_j > downhill_j;
+            let best_i = if climbs_i { uphill_i } else { downhill_i };
+            let best_j = if climbs_j { uphill_j } else { downhill_j };
+            let is_i = best_i > best_j;
+            let best = if is_i { best_i } else { best_j };
+            let value = here[lane] - payoffs[lane];
+            let same = (q * here[lane] + waits[lane] * payoffs[lane]) - value;
+            let deviation = best + same;
+            let free = classes[lane].is_free();
             let size = if free { deviation.abs() } else { 0.0 };
-            unsound[l] = if size < f64::INFINITY { unsound[l] } else { 1.0 };
-            residual[l] = if size > residual[l] { size } else { residual[l] };
-            let size = if is_lost[l] > 0.0 {
-                0.0
-            } else {
-                payoff[l].abs() + if free { value[l].abs() } else { 0.0 }
-            };
-            worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
-
-            let landing = discount * then;
-            let scale = if free { 1.0 / (1.0 - landing * chosen[1]) } else { 0.0 };
-            let (p, left, right) =
-                (landing * chosen[0] * scale, landing * chosen[2] * scale, landing * chosen[3] * scale);
-            let across = hop_chosen == 0.0 || hop_chosen == 2.0;
-            own[l] = deviation * scale;
-            p_north[l] = if hop_chosen == 0.0 {
-                p
-            } else if across {
-                0.0
-            } else if hop_chosen == 1.0 {
-                left
-            } else {
-                right
-            };
-            p_south[l] = if hop_chosen == 2.0 {
-                p
-            } else if across {
-                0.0
-            } else if hop_chosen == 1.0 {
-                right
-            } else {
-                left
-            };
-            p_east[l] = if hop_chosen == 1.0 {
-                p
-            } else if !across {
-                0.0
-            } else if hop_chosen == 0.0 {
-                right
-            } else {
-                left
-            };
-            p_west[l] = if hop_chosen == 3.0 {
-                p
-            } else if !across {
-                0.0
-            } else if hop_chosen == 0.0 {
-                left
-            } else {
-                right
-            };
+            unsound[lane] = if size < f64::INFINITY { unsound[lane] } else { 1.0 };
+            residual[lane] = if size > residual[lane] { size } else { residual[lane] };
+            if !BEST {
+                let scale = if free { 1.0 / (1.0 - q) } else { 0.0 };
+                hops[0][lane] = ((uphill_i + same) * scale) as f32;
+                hops[1][lane] = ((downhill_i + same) * scale) as f32;
+                hops[2][lane] = ((uphill_j + same) * scale) as f32;
+                hops[3][lane] = ((downhill_j + same) * scale) as f32;
+                continue;
+            }
+            let lost_i = if climbs_i { lost_i } else { 0.0 };
+            let lost_j = if climbs_j { lost_j } else { 0.0 };
+            let lost = if is_i { lost_i } else { lost_j };
+            let scale = 1.0 / (1.0 - q - lost);
+            let ahead = ((a - lost) * scale) as f32;
+            let side = c * scale;
+            let across = if is_i { t } else { s };
+            let (slip_low, slip_high) = ((side - side * across) as f32, (side + side * across) as f32);
+            let high_ahead_i = climbs_i == rises_i;
+            let high_ahead_j = climbs_j == rises_j;
+            let (ahead_low_i, ahead_high_i) = if high_ahead_i { (0.0, ahead) } else { (ahead, 0.0) };
+            let (ahead_low_j, ahead_high_j) = if high_ahead_j { (0.0, ahead) } else { (ahead, 0.0) };
+            parts[0][lane] = if free { (deviation * scale) as f32 } else { 0.0 };
+            parts[1][lane] = if is_i { ahead_low_i } else { slip_low };
+            parts[2][lane] = if is_i { slip_low } else { ahead_low_j };
+            parts[3][lane] = if is_i { ahead_high_i } else { slip_high };
+            parts[4][lane] = if is_i { slip_high } else { ahead_high_j };
         }
-        let [to_north, to_east, to_south, to_west] = &mut row.landings;
-        for l in 0..LANES {
-            row.own[at + l] = own[l] as f32;
-            to_north[at + l] = p_north[l] as f32;
-            to_east[at + l] = p_east[l] as f32;
-            to_south[at + l] = p_south[l] as f32;
-            to_west[at + l] = p_west[l] as f32;
+        if BEST {
+            for (index, values) in parts.iter().enumerate() {
+                let part = part(at, index);
+                stream[part..part + LANES].copy_from_slice(values);
+            }
+        } else {
+            for (hop, values) in hops.iter().enumerate() {
+                let shift = shift(at, hop);
+                stream[shift..shift + LANES].copy_from_slice(values);
+            }
         }
+        unknown[at..at + LANES].fill(0.0);
     }
-    let residual =
-        if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
-    [residual, worth_max.into_iter().fold(0.0, f64::max)]
+    if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
+}
+
+dispatch! {
+    /// y += x.
+    fn add(y: &mut [f64], x: &[f32]) = add_lanes
+}
+
+#[inline(always)]
+fn add_lanes(y: &mut [f64], x: &[f32]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += f64::from(*x);
+    }
 }

@@ -11,112 +11,129 @@
 //!
 //! The two uphill candidates are compared by cross-multiplication, so that one division serves both.
 //! A goal and a node where the hopper is lost carry a = c = 0: their worth is ρ, whatever surrounds them.
+//!
+//! What slips outwards comes back: where a node's worth grows, that of the nodes further out will grow likewise,
+//! and come back by the share c. A new worth therefore goes beyond Bellman's by [`OVER`] c of its change
+//! (successive over-relaxation, with a factor of its own at each node), which leaves the fixed point where it is
+//! and takes a smooth error down several times faster. All of it, factor 1, overshoots, and a worth that is too
+//! high comes down only by γ a sweep.
+//!
+//! **Shifted.** With W the worths there are and e a correction to them, T(W + e) − W has the same form, but
+//! for ρ, in place of which each of the four candidates has its own shift δ / D, δ what the hop is short of
+//! under W ([`crate::survey`]). So the kernel that sweeps for worths sweeps for corrections as well, best hops
+//! and all, and single precision then holds the correction to seven digits where it held the worths.
+//!
 //! Beyond the map lies the loss, or, where leaving counts as staying, the last worth of the border node
 //! itself: the same fixed point, approached from one sweep to the next.
 
+use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
-use crate::skew::{Ground, LANES, Skew, chunk};
-use crate::window::Diagonals;
+use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Skew, chunk, own, part, shift};
+use crate::wave::Wave;
+use crate::world::Class;
 use crate::{Leaving, Rules, World};
 
-/// What lies in the entries of a layout, used by one kernel at a time.
+/// What lies in the entries of a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Planes {
-    /// What is solved for: worths here, corrections in the linear solve.
-    pub unknown: Vec<f32>,
-    /// What each node has of its own, here ρ, a, c and the slopes along i and j; a chunk each.
-    pub ground: Vec<Ground>,
+    /// The worths that the next survey takes for true.
+    pub worths: Plane<f64>,
+    /// Soil and kind of each node; lost beside the grid.
+    pub classes: Plane<Class>,
+    /// What is solved for in single precision: worths here, corrections in the linear solve.
+    pub unknown: Plane<f32>,
+    /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]).
+    pub ground: Plane<f32>,
+    /// Where corrections are swept for, what each of the four kinds of hop is short of ([`Planes::shift`]).
+    pub shifts: Plane<f32>,
 }
 
 impl Planes {
-    /// `len` entries of zeros. Coefficients beside the grid are never written after.
+    /// Planes of `len` entries, zeros. What lies beside the grid and its halo is never written after.
     pub fn reset(&mut self, len: usize) {
-        self.unknown.clear();
-        self.unknown.resize(len, 0.0);
-        self.ground.clear();
-        self.ground.resize(len / LANES, Ground::NONE);
+        self.worths.reset(len);
+        self.classes.reset(len);
+        self.unknown.reset(len);
+        self.ground.reset(PARTS * len);
+        self.shifts.reset(HOPS * len);
     }
 
-    /// Sets what the node at an entry has of its own.
-    #[inline(always)]
-    pub fn set(&mut self, at: usize, own: [f32; 5]) {
-        let ground = &mut self.ground[at / LANES].0;
-        for part in 0..5 {
-            ground[part][at % LANES] = own[part];
+    /// Begins a world in which every free node has the value `value`.
+    pub fn start(&mut self, simd: Simd, skew: &Skew, world: &World, value: f64) {
+        let classes = self.classes.all_mut();
+        for block in skew.blocks() {
+            let picked = block.pick(world.payoffs().1);
+            classes[block.entry..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
         }
+        self.load(simd, skew, world, Some(value));
     }
 
-    /// Fills in `world` with the worths that `values` imply.
-    pub fn load(&mut self, skew: &Skew, world: &World, values: &[f64]) {
-        let rules = world.rules();
-        let soils = soils(world);
-        let sign = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
-        skew.visit(|columns, y| {
-            let (payoffs, east, north, classes) = world.row(y);
-            let values = &values[y * skew.width..];
-            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
-                let class = classes[x];
-                if class.is_free() {
-                    let [per_payoff, a, c] = soils[class.soil()];
-                    self.unknown[at] = (payoffs[x] + values[x]) as f32;
-                    let own = (payoffs[x] * per_payoff) as f32;
-                    let slopes = [(east[x] * sign[0]) as f32, (north[x] * sign[1]) as f32];
-                    self.set(at, [own, a as f32, c as f32, slopes[0], slopes[1]]);
-                } else {
-                    let worth = if class.is_lost() { rules.loss } else { payoffs[x] } as f32;
-                    self.unknown[at] = worth;
-                    self.set(at, [worth, 0.0, 0.0, 0.0, 0.0]);
-                }
-            }
-        });
-        self.halo(skew, rules);
+    /// Goes on from the worths there are.
+    pub fn resume(&mut self, simd: Simd, skew: &Skew, world: &World) {
+        self.load(simd, skew, world, None);
     }
 
-    /// Takes the values out again.
-    pub fn store(&self, skew: &Skew, world: &World, values: &mut [f64]) {
-        skew.visit(|columns, y| {
-            let (payoffs, _, _, classes) = world.row(y);
-            let values = &mut values[y * skew.width..];
-            for (x, at) in columns.clone().zip(skew.entries(columns, y)) {
-                if classes[x].is_free() {
-                    values[x] = f64::from(self.unknown[at]) - payoffs[x];
-                }
-            }
-        });
+    /// Lays the world out for sweeps from the value `value` everywhere, or from the worths there are.
+    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, value: Option<f64>) {
+        let Self { worths, classes, unknown, ground, .. } = self;
+        let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
+        let (soils, starts) = (soils(world), value.is_some());
+        let value = value.unwrap_or(0.0);
+        load(simd, worths, classes.all(), unknown, ground, skew, world, &soils, value, starts);
+        self.halo(skew, world.rules());
+    }
+
+    /// Ends the sweeps: their worths are the worths now, where there was anything to decide.
+    pub fn adopt(&mut self, simd: Simd) {
+        let Self { worths, unknown, ground, .. } = self;
+        adopt(simd, worths.all_mut(), unknown.all(), ground.all());
+    }
+
+    /// Takes the values out, row-major: 0 at a goal, the loss where lost.
+    pub fn take_out(&self, simd: Simd, skew: &Skew, world: &World, values: &mut [f64]) {
+        take_out(simd, self.worths.all(), skew, world, values);
+    }
+
+    /// Puts values in again.
+    pub fn put_in(&mut self, simd: Simd, skew: &Skew, world: &World, values: &[f64]) {
+        put_in(simd, self.worths.all_mut(), skew, world, values);
     }
 
     /// Fills the halo: with the loss, or with the worths of the border.
     fn halo(&mut self, skew: &Skew, rules: &Rules) {
-        for diagonal in skew.diagonals() {
-            let (first, nodes) = skew.run(diagonal);
-            for (at, step) in skew.rim(diagonal, first, first + nodes - 1, skew.steps(diagonal)) {
-                if step != 0 {
-                    let beyond = at.wrapping_add_signed(step);
-                    let stays = rules.leaving == Leaving::Stays;
-                    self.unknown[beyond] = if stays { self.unknown[at] } else { rules.loss as f32 };
-                    self.ground[beyond / LANES].0[0][beyond % LANES] = self.unknown[beyond];
-                }
-            }
+        let stays = rules.leaving == Leaving::Stays;
+        let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
+        for (at, beyond, _) in skew.border() {
+            unknown[beyond] = if stays { unknown[at] } else { rules.loss as f32 };
+            ground[own(beyond)] = unknown[beyond];
         }
     }
 
-    /// Updates the worths of some diagonals, outwards or back; the largest change, lane by lane, goes into
-    /// `change` for diagonals below `leaves`.
+    /// Updates the worths in a wave, or the corrections where `shifted`; the largest change of its last sweep,
+    /// lane by lane, goes into `change`.
     pub fn relax(
         &mut self,
         simd: Simd,
         skew: &Skew,
         leaving: Leaving,
-        diagonals: Diagonals,
-        change: &mut [f32; LANES],
+        shifted: bool,
+        wave: Wave,
+        change: &mut Lanes,
     ) {
-        let Self { unknown, ground } = self;
-        relax(simd, unknown, ground, skew, leaving == Leaving::Stays, diagonals, change);
+        let stays = leaving == Leaving::Stays;
+        let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
+        if shifted {
+            relax_shifted(simd, unknown, ground, self.shifts.all_mut(), skew, stays, wave, change);
+        } else {
+            relax(simd, unknown, ground, &mut [], skew, stays, wave, change);
+        }
     }
 }
 
 /// For each soil: ρ per payoff, a and c.
-fn soils(world: &World) -> [[f64; 3]; World::SOILS_MAX] {
+type Soils = [[f32; 3]; World::SOILS_MAX];
+
+fn soils(world: &World) -> Soils {
     let mut table = [[0.0; 3]; World::SOILS_MAX];
     let discount = world.rules().discount;
     for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
@@ -126,47 +143,187 @@ fn soils(world: &World) -> [[f64; 3]; World::SOILS_MAX] {
             (1.0 + discount * soil.wait) / moves,
             landing * soil.intended / moves,
             landing * soil.sideways / moves,
-        ];
+        ]
+        .map(|number| number as f32);
     }
     table
 }
 
 dispatch! {
-    /// Updates the worths of some diagonals.
-    fn relax(
-        worths: &mut [f32], ground: &mut [Ground], skew: &Skew, stays: bool,
-        diagonals: Diagonals, change: &mut [f32; LANES],
-    ) = relax_lanes
+    /// Lays the world out for sweeps, from a value of all free nodes or from the worths there are.
+    fn load(
+        worths: &mut [f64], classes: &[Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew, world: &World,
+        soils: &Soils, value: f64, starts: bool,
+    ) = load_lanes
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
-fn relax_lanes(
+fn load_lanes(
+    worths: &mut [f64],
+    all_classes: &[Class],
+    unknown: &mut [f32],
+    ground: &mut [f32],
+    skew: &Skew,
+    world: &World,
+    soils: &Soils,
+    value: f64,
+    starts: bool,
+) {
+    let loss = world.rules().loss;
+    let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
+    for block in skew.blocks() {
+        let at = block.entry;
+        let payoffs = block.pick(world.payoffs().0);
+        let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
+        let mut classes = [Class::LOST; LANES];
+        classes.copy_from_slice(&all_classes[at..at + LANES]);
+        let mut parts = [[0.0_f32; LANES]; PARTS];
+        let mut landed = chunk(worths, at);
+        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
+            let [per_payoff, a, c] = *soil;
+            for lane in 0..LANES {
+                let this = classes[lane].is_free_of(index);
+                parts[0][lane] = if this { payoffs[lane] as f32 * per_payoff } else { parts[0][lane] };
+                parts[1][lane] = if this { a } else { parts[1][lane] };
+                parts[2][lane] = if this { c } else { parts[2][lane] };
+            }
+        }
+        for lane in 0..LANES {
+            let free = classes[lane].is_free();
+            let began = if starts { payoffs[lane] + value } else { landed[lane] };
+            let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
+            landed[lane] = if free { began } else { ends };
+            parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
+            parts[3][lane] = (slopes_i[lane] * flip[0]) as f32;
+            parts[4][lane] = (slopes_j[lane] * flip[1]) as f32;
+        }
+        for lane in block.lanes..LANES {
+            landed[lane] = 0.0;
+            parts[0][lane] = 0.0;
+            parts[1][lane] = 0.0;
+            parts[2][lane] = 0.0;
+        }
+        worths[at..at + LANES].copy_from_slice(&landed);
+        for lane in 0..LANES {
+            unknown[at + lane] = landed[lane] as f32;
+        }
+        for (index, values) in parts.iter().enumerate() {
+            let part = part(at, index);
+            ground[part..part + LANES].copy_from_slice(values);
+        }
+    }
+}
+
+dispatch! {
+    /// The values of all nodes.
+    fn take_out(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]) = take_out_lanes
+}
+
+#[inline(always)]
+fn take_out_lanes(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]) {
+    let loss = world.rules().loss;
+    let (payoffs, classes) = world.payoffs();
+    for block in skew.blocks() {
+        for lane in 0..block.lanes {
+            let (node, worth) = (block.at(lane), worths[block.entry + lane]);
+            let ends = if classes[node].is_lost() { loss } else { 0.0 };
+            values[node] = if classes[node].is_free() { worth - payoffs[node] } else { ends };
+        }
+    }
+}
+
+dispatch! {
+    /// The worths of free nodes.
+    fn put_in(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) = put_in_lanes
+}
+
+#[inline(always)]
+fn put_in_lanes(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) {
+    let (payoffs, classes) = world.payoffs();
+    for block in skew.blocks() {
+        for lane in 0..block.lanes {
+            let node = block.at(lane);
+            if classes[node].is_free() {
+                worths[block.entry + lane] = payoffs[node] + values[node];
+            }
+        }
+    }
+}
+
+dispatch! {
+    /// Takes over the worths of the nodes that are updated.
+    fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32]) = adopt_lanes
+}
+
+#[inline(always)]
+fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32]) {
+    for at in (0..worths.len()).step_by(LANES) {
+        let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
+        let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
+        for lane in 0..LANES {
+            let updated = ahead[lane] + beside[lane] > 0.0;
+            landed[lane] = if updated { f64::from(single[lane]) } else { landed[lane] };
+        }
+        worths[at..at + LANES].copy_from_slice(&landed);
+    }
+}
+
+dispatch! {
+    /// Updates the worths in a wave.
+    fn relax(
+        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
+        change: &mut Lanes,
+    ) = relax_lanes::<false>
+}
+
+dispatch! {
+    /// Updates the corrections in a wave.
+    fn relax_shifted(
+        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
+        change: &mut Lanes,
+    ) = relax_lanes::<true>
+}
+
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
+fn relax_lanes<const SHIFTED: bool>(
     worths: &mut [f32],
-    ground: &mut [Ground],
+    ground: &mut [f32],
+    shifts: &mut [f32],
     skew: &Skew,
     stays: bool,
-    diagonals: Diagonals,
-    change: &mut [f32; LANES],
+    wave: Wave,
+    change: &mut Lanes,
 ) {
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let mut ignored = [0.0; LANES];
-    for index in 0..diagonals.len() {
-        let diagonal = diagonals.at(index);
-        let (first, nodes) = skew.run(diagonal);
-        let steps = skew.steps(diagonal);
-        if diagonal < diagonals.leaves {
-            relax_run(worths, ground, first, nodes, steps, change);
-        } else {
-            relax_run(worths, ground, first, nodes, steps, &mut ignored);
-        }
-        if stays {
-            let last = first + nodes - 1;
-            for (at, step) in skew.rim(diagonal, first, last, steps) {
-                if step != 0 {
-                    let beyond = at.wrapping_add_signed(step);
-                    worths[beyond] = worths[at];
-                    ground[beyond / LANES].0[0][beyond % LANES] = worths[at];
+    let diagonals = skew.diagonals();
+    for step in 0..wave.steps(&diagonals) {
+        for sweep in 0..wave.sweeps {
+            let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
+            let (first, nodes) = skew.run(diagonal);
+            let steps = skew.steps(diagonal);
+            let moved = relax_run::<SHIFTED>(worths, ground, shifts, first, nodes, steps);
+            if sweep + 1 == wave.sweeps {
+                for lane in 0..LANES {
+                    change[lane] = if moved[lane] > change[lane] { moved[lane] } else { change[lane] };
+                }
+            }
+            if stays {
+                let last = first + nodes - 1;
+                for (at, step) in skew.rim(diagonal, first, last, steps) {
+                    if step != 0 {
+                        let beyond = at.wrapping_add_signed(step);
+                        worths[beyond] = worths[at];
+                        // What stands beyond the rim is a constant to the chunk that it lies in.
+                        if SHIFTED {
+                            for index in 0..HOPS {
+                                shifts[shift(beyond, index)] = worths[at];
+                            }
+                        } else {
+                            ground[own(beyond)] = worths[at];
+                        }
+                    }
                 }
             }
         }
@@ -174,47 +331,64 @@ fn relax_lanes(
 }
 
 #[inline(always)]
-fn relax_run(
+#[allow(clippy::too_many_arguments, reason = "as above")]
+fn relax_run<const SHIFTED: bool>(
     worths: &mut [f32],
-    ground: &[Ground],
+    ground: &[f32],
+    shifts: &[f32],
     first: usize,
     nodes: usize,
     steps: [isize; 4],
-    change: &mut [f32; LANES],
-) {
-    for at in (first..first + nodes).step_by(LANES) {
-        let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
-        let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
-        let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
-        let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
-        let old = chunk(worths, at);
-        let [own, ahead, beside, slope_i, slope_j] = &ground[at / LANES].0;
+) -> Lanes {
+    let mut change = [0.0; LANES];
+    let around = Around::new(worths, first, nodes, steps);
+    let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
+    let shifts = if SHIFTED { &shifts[first * HOPS..(first + around.len()) * HOPS] } else { shifts };
+    for index in 0..around.chunks() {
+        let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
+        let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
+        let (ahead, beside) = (chunk(parts, LANES), chunk(parts, 2 * LANES));
+        let (slope_i, slope_j) = (chunk(parts, 3 * LANES), chunk(parts, 4 * LANES));
+        // Of the hops up and down along i, up and down along j.
+        let owns = if SHIFTED {
+            let own = &shifts[index * HOPS * LANES..][..HOPS * LANES];
+            [chunk(own, 0), chunk(own, LANES), chunk(own, 2 * LANES), chunk(own, 3 * LANES)]
+        } else {
+            [chunk(parts, 0); HOPS]
+        };
         let mut new = [0.0_f32; LANES];
         for lane in 0..LANES {
             let (a, c) = (ahead[lane], beside[lane]);
             let (s, t) = (slope_i[lane], slope_j[lane]);
-            let along_i = own[lane] + c * ((low_j[lane] + high_j[lane]) + t * (high_j[lane] - low_j[lane]));
-            let along_j = own[lane] + c * ((low_i[lane] + high_i[lane]) + s * (high_i[lane] - low_i[lane]));
+            let along_i = c * ((low_j[lane] + high_j[lane]) + t * (high_j[lane] - low_j[lane]));
+            let along_j = c * ((low_i[lane] + high_i[lane]) + s * (high_i[lane] - low_i[lane]));
             let (up_i, down_i) =
                 if s > 0.0 { (high_i[lane], low_i[lane]) } else { (low_i[lane], high_i[lane]) };
             let (up_j, down_j) =
                 if t > 0.0 { (high_j[lane], low_j[lane]) } else { (low_j[lane], high_j[lane]) };
+            let (uphill_i, downhill_i) = (owns[0][lane] + along_i, owns[1][lane] + along_i);
+            let (uphill_j, downhill_j) = (owns[2][lane] + along_j, owns[3][lane] + along_j);
             let (lost_i, lost_j) = (a * s.abs(), a * t.abs());
-            let (over_i, over_j) = (along_i + (a - lost_i) * up_i, along_j + (a - lost_j) * up_j);
+            let (over_i, over_j) = (uphill_i + (a - lost_i) * up_i, uphill_j + (a - lost_j) * up_j);
             let (under_i, under_j) = (1.0 - lost_i, 1.0 - lost_j);
             let first = over_i * under_j > over_j * under_i;
             let over = if first { over_i } else { over_j };
             let under = if first { under_i } else { under_j };
             let uphill = over / under;
-            let downhill_i = along_i + a * down_i;
-            let downhill_j = along_j + a * down_j;
+            let downhill_i = downhill_i + a * down_i;
+            let downhill_j = downhill_j + a * down_j;
             let downhill = if downhill_i > downhill_j { downhill_i } else { downhill_j };
-            new[lane] = if uphill > downhill { uphill } else { downhill };
+            let best = if uphill > downhill { uphill } else { downhill };
+            new[lane] = best + OVER * c * (best - old[lane]);
         }
         for lane in 0..LANES {
             let moved = (new[lane] - old[lane]).abs();
             change[lane] = if moved > change[lane] { moved } else { change[lane] };
         }
-        worths[at..at + LANES].copy_from_slice(&new);
+        around.set(index, &new);
     }
+    change
 }
+
+/// Share of what flows back outwards that is anticipated.
+const OVER: f32 = 0.6;

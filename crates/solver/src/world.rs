@@ -11,7 +11,9 @@
 //! t_f, forwards, is clamped to [0, 1], t_l = −t_r to [−1, 1], so two numbers a node say it all: the slope
 //! towards the east and towards the north, clamped to [−1, 1].
 
-use crate::{Error, Hop, Soil};
+use crate::extent::Extent;
+use crate::simd::Simd;
+use crate::{Error, Hop, Soil, pages};
 
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,11 +93,26 @@ pub struct World {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Class(u8);
 
+impl Default for Class {
+    fn default() -> Self {
+        Self::LOST
+    }
+}
+
 impl Class {
     const GOAL_BIT: u8 = 0x40;
     const LOST_BIT: u8 = 0x80;
     /// A node where the hopper is lost.
     pub(crate) const LOST: Self = Self(Self::LOST_BIT);
+
+    /// Free ground of soil 0, or of nothing yet.
+    pub(crate) const NONE: Self = Self(0);
+
+    /// Kinds and soils of both.
+    #[inline(always)]
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
 
     fn new(kind: Kind, soil: u8) -> Self {
         match kind {
@@ -113,12 +130,25 @@ impl Class {
         }
     }
 
+    /// Whether it is a goal, or a union of classes with a goal's among them.
+    pub(crate) fn is_goal(self) -> bool {
+        self.0 & Self::GOAL_BIT != 0
+    }
+
+    #[inline(always)]
     pub(crate) fn is_free(self) -> bool {
         self.0 < Self::GOAL_BIT
     }
 
+    #[inline(always)]
     pub(crate) fn is_lost(self) -> bool {
         self.0 >= Self::LOST_BIT
+    }
+
+    /// Whether it is free ground of soil `index`.
+    #[inline(always)]
+    pub(crate) fn is_free_of(self, index: usize) -> bool {
+        usize::from(self.0) == index
     }
 
     pub(crate) fn soil(self) -> usize {
@@ -144,10 +174,10 @@ impl World {
         Ok(Self {
             width,
             height,
-            rules,
-            payoffs: vec![0.0; nodes],
-            slopes_east: vec![0.0; nodes],
-            slopes_north: vec![0.0; nodes],
+            rules: normalised(rules),
+            payoffs: pages::filled(0.0, nodes),
+            slopes_east: pages::filled(0.0, nodes),
+            slopes_north: pages::filled(0.0, nodes),
             classes: vec![Class::new(Kind::Free, 0); nodes],
         })
     }
@@ -185,7 +215,7 @@ impl World {
         if rules.soils.len() < self.rules.soils.len() {
             return Err(Error::Soils { got: rules.soils.len(), soils_max: Self::SOILS_MAX });
         }
-        self.rules = rules;
+        self.rules = normalised(rules);
         Ok(())
     }
 
@@ -259,6 +289,16 @@ impl World {
         (&payoffs[row.clone()], &slopes_east[row.clone()], &slopes_north[row.clone()], &classes[row])
     }
 
+    /// Payoffs and classes of all nodes.
+    pub(crate) fn payoffs(&self) -> (&[f64], &[Class]) {
+        (&self.payoffs, &self.classes)
+    }
+
+    /// Slopes towards the east and the north of all nodes.
+    pub(crate) fn slopes(&self) -> [&[f64]; 2] {
+        [&self.slopes_east, &self.slopes_north]
+    }
+
     /// The node that `hop` from `node` aims at; `None` outside the grid.
     #[must_use]
     pub fn neighbour(&self, node: usize, hop: Hop) -> Option<usize> {
@@ -307,13 +347,15 @@ impl World {
     /// The largest |r + V*| possible, the loss included: the largest payoff for ever, or what ends it.
     #[must_use]
     pub fn worth_max(&self) -> f64 {
-        let largest = |of: Kind| {
-            let payoffs = self.classes.iter().zip(&self.payoffs).filter(|(class, _)| class.kind() == of);
-            payoffs.map(|(_, payoff)| payoff.abs()).fold(0.0, f64::max)
-        };
-        let for_ever = largest(Kind::Free) / (1.0 - self.rules.discount);
-        for_ever.max(largest(Kind::Goal)).max(self.rules.loss.abs())
+        Extent::of(Simd::detect(), self).worth_max(&self.rules)
     }
+}
+
+fn normalised(mut rules: Rules) -> Rules {
+    for soil in &mut rules.soils {
+        *soil = soil.normalised();
+    }
+    rules
 }
 
 fn check(rules: &Rules) -> Result<(), Error> {

@@ -317,6 +317,18 @@ fn a_walled_in_goal_is_infeasible_and_a_spent_budget_is_cut() {
 }
 
 #[test]
+fn the_slope_of_a_goal_is_no_news() {
+    let mission = mission(Land::Rough, 3);
+    let nodes = 0..mission.unseen.nodes();
+    let goal = nodes.clone().find(|&node| mission.unseen.kind(node) == Kind::Goal).unwrap();
+    let mut online = Online::new(mission.unseen.clone());
+    let before = online.act(mission.start, None);
+    online.update(goal, Site { slope_east: 0.3, soil: 1, ..mission.unseen.site(goal) });
+    let after = online.act(mission.start, None);
+    assert_eq!((after.action, after.work), (before.action, 0));
+}
+
+#[test]
 fn a_session_may_change_its_goal_its_rules_and_its_loss() {
     let mut solver = Solver::new();
     for seed in 0..6 {

@@ -9,6 +9,7 @@
 //! what to do about it.
 
 mod ascii_grid;
+mod differences;
 mod elevation;
 mod error;
 mod gaussian;
@@ -25,6 +26,7 @@ mod tiff_chunk;
 mod tiff_directory;
 mod window;
 
+pub use differences::differences;
 pub use elevation::Elevation;
 pub use error::TerrainError;
 pub use gaussian::Gaussian;

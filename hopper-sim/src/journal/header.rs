@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use contract::wire::BriefV2;
+use contract::wire::BriefV3;
 use contract::{Brief, Limits, RunId};
 use scenario::World;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use super::{JournalError, Storage, codec, frame};
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
 
 /// Version of the layout of header and records; a changed layout takes a new one.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
@@ -111,7 +111,7 @@ impl JournalHeader {
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
         let header: Self = codec::decode(payload).map_err(bad)?;
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV2::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
+        Brief::try_from(&BriefV3::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
     }
 }

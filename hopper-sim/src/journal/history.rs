@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use contract::Record;
 
+use super::reader::Reader;
 use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
@@ -58,7 +59,7 @@ impl<S: Storage> History<S> {
     /// The records from the first one on, read as they are asked for.
     #[must_use]
     pub fn records(&self) -> Records<'_, S> {
-        Records { history: self, offset: self.start, ended: false, window: Vec::new() }
+        Records { history: self, reader: Reader::new(&self.file, self.start, self.file_bytes), ended: false }
     }
 }
 
@@ -66,36 +67,32 @@ impl<S: Storage> History<S> {
 #[derive(Debug)]
 pub struct Records<'a, S: Storage = File> {
     history: &'a History<S>,
-    offset: u64,
+    reader: Reader<'a, S>,
     ended: bool,
-    window: Vec<u8>,
 }
 
 impl<S: Storage> Records<'_, S> {
     /// Where the next frame begins, bytes; at the end, where the torn tail does.
     #[must_use]
     pub fn offset(&self) -> u64 {
-        self.offset
+        self.reader.offset
     }
 
     /// Bytes after the last whole frame; 0 before the end is reached.
     #[must_use]
     pub fn torn_bytes(&self) -> u64 {
-        if self.ended { self.history.file_bytes - self.offset } else { 0 }
+        if self.ended { self.history.file_bytes - self.reader.offset } else { 0 }
     }
 
     fn record(&mut self) -> Result<Option<Record>, JournalError> {
         let History { path, file, file_bytes, .. } = self.history;
-        let offset = self.offset;
+        let offset = self.reader.offset;
         let bytes_left = file_bytes - offset;
         if bytes_left == 0 {
             return Ok(None);
         }
         let read = |error: io::Error| super::io("read", path)(error);
-        let frame_max = frame::PREFIX_BYTES + RECORD_BYTES_MAX;
-        self.window.resize(bytes_left.min(frame_max as u64) as usize, 0);
-        file.read_exact_at(&mut self.window, offset).map_err(read)?;
-        let Some(payload) = frame::payload(&self.window, RECORD_BYTES_MAX) else {
+        let Some(payload) = self.reader.payload().map_err(read)? else {
             // What is searched is bounded, so that no file can keep a reader busy for long.
             let until = (*file_bytes).min(offset.saturating_add(TORN_BYTES_MAX));
             let whole = frame::find(file, offset + 1..until, RECORD_BYTES_MAX).map_err(read)?;
@@ -113,7 +110,8 @@ impl<S: Storage> Records<'_, S> {
             offset,
             reason,
         })?;
-        self.offset += (frame::PREFIX_BYTES + payload.len()) as u64;
+        let payload_bytes = payload.len();
+        self.reader.skip(payload_bytes);
         Ok(Some(record))
     }
 }

@@ -8,14 +8,16 @@
 //!
 //! A frame is written whole or not at all: a write that fails is cut back, a write that death cut
 //! short is cut when the journal is opened next. Only a tail is ever cut; a broken frame with whole
-//! ones behind it is damage, and refused. Memory is constant but for 8 bytes a record.
+//! ones behind it is damage, and refused. Memory is constant, however long the journal.
 
 mod codec;
 mod error;
 mod frame;
 mod header;
 mod history;
+mod index;
 mod lock;
+mod reader;
 mod show;
 mod storage;
 mod verification;
@@ -26,11 +28,13 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::wire::RecordV2;
+use contract::wire::RecordV3;
 use contract::{Decision, PastPage, Record};
 
 use crate::mission::{ROBOT, genesis};
+use index::Index;
 use lock::Lock;
+use reader::Reader;
 
 pub use error::JournalError;
 pub use header::{FORMAT, JournalHeader};
@@ -55,8 +59,7 @@ pub struct Journal<S: Storage = File> {
     path: PathBuf,
     file: S,
     header: JournalHeader,
-    /// Where each decision's frame begins, bytes.
-    offsets: Vec<u64>,
+    index: Index,
     /// Where the last whole frame ends, bytes.
     end: u64,
     last: Option<Record>,
@@ -165,7 +168,7 @@ impl<S: Storage> Journal<S> {
             file,
             path,
             header: header.clone(),
-            offsets: Vec::new(),
+            index: Index::default(),
             end: header_bytes as u64,
             last: None,
             torn_bytes: 0,
@@ -185,20 +188,20 @@ impl<S: Storage> Journal<S> {
         let mut records = history.records();
         allowed(history.header())?;
         let mut digest = genesis(&history.header().brief, history.header().seed);
-        let (mut offsets, mut last) = (Vec::new(), None::<Record>);
+        let (mut index, mut last) = (Index::default(), None::<Record>);
         loop {
             let offset = records.offset();
             let Some(record) = records.next().transpose()? else { break };
-            let due = Decision(offsets.len() as u64);
+            let due = Decision(index.len());
             digest = continues(&record, due, digest)?;
-            offsets.push(offset);
+            index.push(offset);
             last = Some(record);
         }
         let (end, torn_bytes) = (records.offset(), records.torn_bytes());
         let mut journal = Self {
             header: history.header().clone(),
             file: history.into_file(),
-            offsets,
+            index,
             end,
             last,
             torn_bytes,
@@ -230,7 +233,7 @@ impl<S: Storage> Journal<S> {
             return Err(io("append to", &self.path)(error));
         }
         self.ragged = false;
-        self.offsets.push(self.end);
+        self.index.push(self.end);
         self.end += frame.len() as u64;
         self.last = Some(*record);
         Ok(())
@@ -260,26 +263,54 @@ impl<S: Storage> Journal<S> {
     /// # Errors
     /// If a record cannot be read back.
     pub fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
-        let until = from.0.saturating_add(PAST_PAGE_RECORDS as u64).min(self.len());
-        let records =
-            (from.0..until).map(|decision| self.record(decision as usize)).collect::<Result<_, _>>()?;
+        let records = self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
         Ok(PastPage { run: self.header.run(), robot: ROBOT, from, records })
     }
 
     /// Every record in order, read as it is asked for.
     pub fn records(&self) -> impl Iterator<Item = Result<Record, JournalError>> + '_ {
-        (0..self.offsets.len()).map(|index| self.record(index))
+        self.records_from(0)
     }
 
-    fn record(&self, index: usize) -> Result<Record, JournalError> {
-        let offset = self.offsets[index];
-        let until = self.offsets.get(index + 1).copied().unwrap_or(self.end);
-        let mut frame = vec![0; (until - offset) as usize];
-        self.file.read_exact_at(&mut frame, offset).map_err(io("read", &self.path))?;
+    /// The records from `first` on, read as they are asked for; ends with the first error.
+    fn records_from(&self, first: u64) -> impl Iterator<Item = Result<Record, JournalError>> + '_ {
+        let mut start = self.index.before(first).map(|known| self.walk(known, first));
+        let mut reader = None;
+        std::iter::from_fn(move || {
+            match start.take() {
+                Some(Ok(offset)) => reader = Some(Reader::new(&self.file, offset, self.end)),
+                Some(Err(error)) => return Some(Err(error)),
+                None => {}
+            }
+            let read = self.next_of(reader.as_mut().filter(|reader| reader.offset < self.end)?);
+            if read.is_err() {
+                reader = None;
+            }
+            Some(read)
+        })
+    }
+
+    /// Where the frame of `record` begins, from that of an earlier one.
+    fn walk(&self, (mut at, mut offset): (u64, u64), record: u64) -> Result<u64, JournalError> {
+        while at < record {
+            let mut length = [0; 4];
+            self.file.read_exact_at(&mut length, offset).map_err(io("read", &self.path))?;
+            offset += (frame::PREFIX_BYTES + u32::from_le_bytes(length) as usize) as u64;
+            at += 1;
+        }
+        Ok(offset)
+    }
+
+    /// The record that `reader` stands before, which then stands behind it.
+    fn next_of(&self, reader: &mut Reader<'_, S>) -> Result<Record, JournalError> {
+        let offset = reader.offset;
         let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
-        let payload = frame::payload(&frame, RECORD_BYTES_MAX)
-            .ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
-        self::record(payload).map_err(undecodable)
+        let payload = reader.payload().map_err(io("read", &self.path))?;
+        let payload = payload.ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
+        let record = self::record(payload).map_err(undecodable)?;
+        let payload_bytes = payload.len();
+        reader.skip(payload_bytes);
+        Ok(record)
     }
 
     /// The header.
@@ -297,13 +328,13 @@ impl<S: Storage> Journal<S> {
     /// The number of records, which is the decision that is due.
     #[must_use]
     pub fn len(&self) -> u64 {
-        self.offsets.len() as u64
+        self.index.len()
     }
 
     /// Whether nothing has been executed yet.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.offsets.is_empty()
+        self.index.len() == 0
     }
 
     /// Bytes that were cut off as a torn tail when the journal was opened.
@@ -320,7 +351,7 @@ impl<S: Storage> Journal<S> {
 /// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
 fn record(payload: &[u8]) -> Result<Record, String> {
     let record: Record = codec::decode(payload)?;
-    Record::try_from(&RecordV2::from(&record)).map_err(|refusal| refusal.to_string())
+    Record::try_from(&RecordV3::from(&record)).map_err(|refusal| refusal.to_string())
 }
 
 /// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.

@@ -42,11 +42,13 @@ impl Show {
     }
 }
 
-const HEADINGS: [&str; 11] = [
+const HEADINGS: [&str; 13] = [
     "decision",
     "term",
     "planner",
     "action",
+    "origin",
+    "vetoed",
     "branch",
     "from",
     "to",
@@ -56,13 +58,15 @@ const HEADINGS: [&str; 11] = [
     "status",
 ];
 
-fn row(record: &Record) -> [String; 11] {
+fn row(record: &Record) -> [String; 13] {
     let outcome = &record.outcome;
     [
         record.decision.to_string(),
         record.leader.term.to_string(),
         record.leader.planner.to_string(),
         record.action.to_string(),
+        record.origin.to_string(),
+        record.vetoed.count().to_string(),
         format!("{:?}", outcome.branch).to_lowercase(),
         outcome.from.to_string(),
         outcome.to.to_string(),

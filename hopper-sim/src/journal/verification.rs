@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Status, Term};
-use report::Tenure;
+use report::{Fallbacks, Tenure};
 use serde::Serialize;
 
 use super::{History, JournalError, Storage};
@@ -39,6 +39,10 @@ pub struct Verification {
     pub after_the_end: u64,
     /// Whether terms only rise.
     pub terms_rise: bool,
+    /// Actions that the guard vetoed.
+    pub vetoes: u64,
+    /// What the fallback did.
+    pub fallbacks: Fallbacks,
     /// Bytes after the last whole frame.
     pub torn_bytes: u64,
     /// Who commanded.
@@ -109,6 +113,8 @@ impl Verification {
             steps: 0,
             after_the_end: 0,
             terms_rise: true,
+            vetoes: 0,
+            fallbacks: Fallbacks::default(),
             torn_bytes: 0,
             planners: Vec::new(),
             commander: Incarnation::default(),
@@ -132,7 +138,12 @@ impl Verification {
         self.after_the_end += u64::from(self.outcome.is_over());
         self.outcome = record.status;
         self.steps = record.steps;
-        self.name_planner(record);
+        self.vetoes += record.vetoed.count();
+        self.fallbacks.count(record.origin);
+        // A fallback leaves the command where it is.
+        if !record.origin.is_fallback() {
+            self.name_planner(record);
+        }
     }
 
     fn name_planner(&mut self, record: &Record) {
@@ -169,6 +180,9 @@ impl fmt::Display for Verification {
         fact("decisions", format!("{}, {} steps, {}", self.decisions, self.steps, self.outcome))?;
         for Tenure { name, term, from_decision, to_decision } in &self.planners {
             fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
+        }
+        if self.vetoes > 0 || self.fallbacks.total() > 0 {
+            fact("guard", report::guarded(self.vetoes, self.fallbacks))?;
         }
         fact("digest", self.digest.to_string())?;
         if self.torn_bytes > 0 {

@@ -47,6 +47,8 @@ pub fn brief() -> Brief {
             gradient: GradientSource::Measured,
         },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
+        guard: contract::Guard::OFF,
+        patrol: None,
     }
 }
 

@@ -296,7 +296,7 @@ fn another_format_or_another_kind_of_file_is_refused() {
     newer[8] += 1;
     written.overwrite(&newer);
     let error = read(written.path()).unwrap_err();
-    assert_eq!(error.to_string(), "the journal is of another mission: format needs 2, got 3");
+    assert_eq!(error.to_string(), "the journal is of another mission: format needs 3, got 4");
     let mut damaged = bytes.clone();
     damaged[40] ^= 1;
     let mut long = bytes.clone();
@@ -363,7 +363,7 @@ fn a_full_disk_leaves_whole_records_only_and_the_very_same_one_fits_later() {
 }
 
 #[test]
-fn the_bytes_of_format_2_are_golden() {
+fn the_bytes_of_format_3_are_golden() {
     let flight = Flight {
         launch_speed_mps: 1.9,
         launch_angle_rad: 0.8,

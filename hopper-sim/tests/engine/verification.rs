@@ -46,6 +46,8 @@ fn a_sound_journal_is_told_in_full() {
             steps: last.steps,
             after_the_end: 0,
             terms_rise: true,
+            vetoes: 0,
+            fallbacks: report::Fallbacks::default(),
             torn_bytes: 0,
             planners: vec![tenure(name("mdp"), 1, 0, 3), tenure(name("greedy"), 2, 4, last.decision.0)],
             commander: last.leader.incarnation,

@@ -1,7 +1,7 @@
 //! What a rogue process may write, and that none of it moves the hopper.
 
 use bytemuck::Zeroable;
-use contract::wire::{CommandV1, RecordV2, StateV2};
+use contract::wire::{CommandV1, RecordV3, StateV3};
 use contract::{Command, MonotonicNs, Record, State};
 use hopper_sim::{Effect, Event};
 use proptest::prelude::*;
@@ -94,7 +94,7 @@ const NO_NUMBERS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e30
 
 #[test]
 fn a_state_with_a_float_that_is_no_number_is_refused() {
-    let floats: [fn(&mut StateV2) -> &mut f64; 7] = [
+    let floats: [fn(&mut StateV3) -> &mut f64; 7] = [
         |wire| &mut wire.pose.height_m,
         |wire| &mut wire.last.launch_speed_mps,
         |wire| &mut wire.last.launch_angle_rad,
@@ -104,10 +104,10 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
         |wire| &mut wire.last.flight_time_s,
     ];
     let state = Host::new(crate::fixture::mission(), undisturbed(), hopper_sim::Pace::Max).state();
-    assert_eq!(State::try_from(&StateV2::from(&state)).unwrap(), state);
+    assert_eq!(State::try_from(&StateV3::from(&state)).unwrap(), state);
     for float in floats {
         for value in NO_NUMBERS {
-            let mut wire = StateV2::from(&state);
+            let mut wire = StateV3::from(&state);
             *float(&mut wire) = value;
             assert_eq!(State::try_from(&wire).unwrap_err().reason(), "malformed");
         }
@@ -117,9 +117,9 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
 #[test]
 fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
     for record in undisturbed() {
-        assert_eq!(Record::try_from(&RecordV2::from(&record)).unwrap(), record);
+        assert_eq!(Record::try_from(&RecordV3::from(&record)).unwrap(), record);
     }
-    let changes: [fn(&mut RecordV2); 9] = [
+    let changes: [fn(&mut RecordV3); 12] = [
         |wire| wire.decision = u64::MAX,
         |wire| wire.leader.term = u64::MAX,
         |wire| wire.action = 9,
@@ -129,9 +129,12 @@ fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
         |wire| wire.outcome.from = [i32::MIN; 2],
         |wire| wire.pose.height_m = f64::NAN,
         |wire| wire.collected = 1 << 16,
+        |wire| wire.origin = 0,
+        |wire| wire.origin = 5,
+        |wire| wire.vetoed = 1 << 5,
     ];
     for (index, change) in changes.into_iter().enumerate() {
-        let mut wire = RecordV2::from(&undisturbed()[0]);
+        let mut wire = RecordV3::from(&undisturbed()[0]);
         change(&mut wire);
         assert!(Record::try_from(&wire).is_err(), "change {index}");
     }

@@ -1,6 +1,6 @@
 //! The planner that solves the grid world as a Markov decision process before every hop (P23 section III).
 
-pub mod cold;
+pub mod lattice;
 pub mod model;
 pub mod policy;
 pub mod session;
@@ -10,8 +10,8 @@ use std::cell::RefCell;
 
 use contract::{Action, Name, PolicyCell};
 use solver::online::How;
+use solver::{Reach, Solver};
 
-use self::cold::Cold;
 use self::model::Model;
 use self::session::Session;
 use self::treasures::Treasures;
@@ -22,10 +22,14 @@ use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 ///
 /// A budget needs an answer that repeats whatever was known before, so under one the values are solved
 /// from nothing, and work is counted in sweeps. It cuts between sweeps: the plan is then the best hop
-/// under the values so far, and its residual tells how far they are from solved.
+/// under the values so far, and its error bound tells how far they are from solved.
 ///
 /// If no chain of hops leads to the goal over ground not known to be impassable, the plan is infeasible,
 /// and the action is to hold: what is known cannot become passable again, and standing still is safe.
+///
+/// What the guard has vetoed where the hopper stands is not chosen again: the next best hop is, from values
+/// solved from nothing. The values themselves know of no guard; where leaving the map and impassable ground
+/// are priced, as in profile `hopper`, there is little left to veto.
 ///
 /// Known treasures are planned for by [`treasures`], one model for each set of them, each from nothing.
 #[derive(Clone, Debug, Default)]
@@ -34,11 +38,10 @@ pub struct Mdp {
     session: RefCell<Option<Session>>,
     /// Whether the last plan is the session's.
     in_session: bool,
+    /// What the last plan was made on, unless that is the session's; `solver` has its values.
     model: Option<Model>,
-    solver: Cold,
+    solver: Solver,
     treasures: Treasures,
-    /// Whether the model and the values belong to the last plan.
-    solved: bool,
 }
 
 impl Planner for Mdp {
@@ -48,29 +51,31 @@ impl Planner for Mdp {
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let here = situation.state.pose.cell;
-        self.solved = false;
+        self.model = None;
         self.in_session = false;
         if here == situation.brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        if budget.work_max.is_none() && situation.map.treasures().is_empty() {
+        let unbounded = budget.work_max.is_none() && situation.state.vetoed.is_empty();
+        if unbounded && situation.map.treasures().is_empty() {
             return self.plan_in_session(situation, budget.pulse);
         }
-        if let Some(model) = &mut self.model {
-            model.rebuild(situation);
-        }
-        let model = self.model.get_or_insert_with(|| Model::new(situation));
-        self.treasures.rebuild(situation, model);
-        let Some(node) = model.node(here).filter(|&node| model.leads_to_goal(node)) else {
+        let mut model = Model::new(situation);
+        self.treasures.rebuild(situation, &model);
+        let mut reach = Reach::default();
+        let leads_to_goal = |&node: &usize| reach.leads_to_goal(&model.world, node);
+        let Some(node) = model.lattice.node(here).filter(leads_to_goal) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let solution = self.treasures.solve(model, &mut self.solver, budget);
-        self.solved = true;
+        let solution = self.treasures.solve(&mut model.world, &mut self.solver, budget);
+        let (values, tie) = (self.solver.values(), policy::tie_tolerance(&model.world));
+        let action = policy::allowed_action(&model.world, values, node, tie, situation.state.vetoed);
+        self.model = Some(model);
         Plan {
-            action: policy::action(model, &self.solver.values, node),
+            action,
             status: if solution.converged { PlanStatus::Solved } else { PlanStatus::Cut },
             work: solution.sweeps,
-            residual: solution.residual,
+            error_bound: solution.error_bound,
         }
     }
 
@@ -78,10 +83,10 @@ impl Planner for Mdp {
         if self.in_session {
             return self.session.borrow_mut().as_mut().map(Session::policy);
         }
-        let model = self.model.as_ref().filter(|_| self.solved)?;
-        let mut cells = policy::cells(model, &self.solver.values);
-        for (cell, policy) in model.grid().iter().zip(&mut cells) {
-            let onward = model.node(cell).and_then(|node| self.treasures.onward(node));
+        let Model { lattice, world } = self.model.as_ref()?;
+        let mut cells = policy::cells(world, lattice, self.solver.values(), policy::tie_tolerance(world));
+        for (cell, policy) in lattice.grid.iter().zip(&mut cells) {
+            let onward = lattice.node(cell).and_then(|node| self.treasures.onward(node));
             if let Some((action, value)) = onward {
                 *policy = PolicyCell { action, value };
             }
@@ -105,11 +110,11 @@ impl Mdp {
         let Some((decision, hop)) = decision.and_then(|decision| Some((decision, decision.action?))) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let action = session::action(hop);
+        let action = policy::named(hop);
         self.in_session = true;
         // What is promised, not what was measured: that would tell how the decision was come by.
         let beyond = if decision.how == How::Canonical { decision.bound } else { 0.0 };
-        let residual = solver::online::VALUE_ERROR.max(beyond) * (1.0 - brief.payoff.discount);
-        Plan { action, status: PlanStatus::Solved, work: decision.work, residual }
+        let error_bound = solver::online::VALUE_ERROR.max(beyond);
+        Plan { action, status: PlanStatus::Solved, work: decision.work, error_bound }
     }
 }

@@ -18,9 +18,11 @@
 //!
 //! Hops keep to a lattice of every `hop_cells`-th cell, so only the goal's lattice is modelled.
 
-use contract::{Branch, Brief, Cell, Direction, Grid, Profile, Soil};
-use motion::{Transition, soil_motion, transitions};
+use contract::{Brief, Cell, Ground, Profile, Soil};
+use motion::soil_motion;
+use solver::{Kind, Leaving, Rules, Site, World};
 
+use super::lattice::Lattice;
 use crate::Situation;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
@@ -28,227 +30,96 @@ use crate::payoff::LandingPayoff;
 /// What losing the hopper costs beyond the worst life on the map, in units of payoff.
 pub const LOSS: f64 = -300.0;
 
-/// What a node of the lattice is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Node {
-    /// Ground to hop on.
-    Free,
-    /// The goal: absorbs.
-    Goal,
-    /// A treasure still to be collected: absorbs in this model, whose payoff there is all that collecting
-    /// it is worth ([`super::treasures`]).
-    Treasure,
-    /// Known to be impassable: the hopper is lost there.
-    Impassable,
-    /// The rim around the map.
-    Outside,
-}
+/// Residual below which values count as solved, in units of payoff. Where payoffs are so large that
+/// rounding alone would exceed it, [`tolerance`] is larger.
+pub const TOLERANCE: f64 = 1e-9;
 
-/// The process, on the goal's lattice with a rim of one node around it, row-major, southernmost row
-/// first. Its buffers may be reused for another situation: building leaves nothing of the last behind.
+/// The process of one situation.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Nodes a row, the rim included.
-    pub width: usize,
-    /// What each node is.
-    pub nodes: Vec<Node>,
-    /// Payoff r of landing on each node; 0 on the rim.
-    pub payoffs: Vec<f64>,
-    /// Scatter of the four hops from each node, in the order of [`Direction::ALL`].
-    pub scatter: Vec<[Transition; 4]>,
-    /// Slopes of each node towards the east and the north, in slope limits.
-    pub slopes: Vec<[f64; 2]>,
-    /// Hard ground and sand, as the solver knows soils.
-    pub soils: [solver::Soil; 2],
-    /// Whether a hop from the node takes two periods.
-    pub two_periods: Vec<bool>,
-    /// Discount γ of one period.
-    pub discount: f64,
-    /// What being lost is worth, in place of payoff and value.
-    pub loss: f64,
-    /// Whether leaving the map counts as staying; otherwise it is a loss.
-    pub leaving_is_staying: bool,
-    grid: Grid,
-    origin: Cell,
+    /// Which cells its nodes are.
+    pub lattice: Lattice,
+    /// The process.
+    pub world: World,
 }
 
 impl Model {
-    /// The process of `situation`.
+    /// The process of `situation`, treasures aside.
+    ///
+    /// # Panics
+    /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
-        let mut model = Self {
-            width: 0,
-            nodes: Vec::new(),
-            payoffs: Vec::new(),
-            scatter: Vec::new(),
-            slopes: Vec::new(),
-            soils: soils(situation.brief),
-            two_periods: Vec::new(),
-            discount: 0.0,
-            loss: 0.0,
-            leaving_is_staying: false,
-            grid: situation.brief.grid,
-            origin: Cell::default(),
-        };
-        model.rebuild(situation);
-        model
-    }
-
-    /// Becomes the process of `situation`, whatever it was before.
-    pub fn rebuild(&mut self, situation: &Situation<'_>) {
         let Situation { brief, map, .. } = *situation;
-        let stride = brief.grid.hop_cells as i32;
-        let along = |side: u32, origin: i32| ((side as i32 - origin + stride - 1) / stride) as usize + 2;
-        self.grid = brief.grid;
-        self.origin = Cell::new(brief.goal.x.rem_euclid(stride), brief.goal.y.rem_euclid(stride));
-        self.width = along(brief.grid.width, self.origin.x);
-        let height = along(brief.grid.height, self.origin.y);
-        self.discount = brief.payoff.discount;
-        self.leaving_is_staying = brief.profile == Profile::Paper2023;
-
-        let belief = Belief::new(brief, map);
-        let payoff = LandingPayoff::new(brief);
-        let unseen_scatter = transitions(&brief.motion, &belief.unseen);
-        refill(&mut self.nodes, self.width * height, Node::Outside);
-        refill(&mut self.payoffs, self.width * height, 0.0);
-        refill(&mut self.scatter, self.width * height, unseen_scatter);
-        refill(&mut self.slopes, self.width * height, [0.0; 2]);
-        refill(&mut self.two_periods, self.width * height, false);
-        self.soils = soils(brief);
-        let mut worst_payoff = 0.0_f64;
-        for row in 1..height - 1 {
-            for node in row * self.width + 1..(row + 1) * self.width - 1 {
-                let cell = self.cell(node);
-                let ground = belief.ground(cell);
-                self.nodes[node] = match ground.passable {
-                    _ if cell == brief.goal => Node::Goal,
-                    true => Node::Free,
-                    false => Node::Impassable,
-                };
-                self.payoffs[node] = payoff.of(cell, ground);
-                self.two_periods[node] = ground.soil == Soil::Sand;
-                self.slopes[node] =
-                    ground.gradient.map(|along| libm::atan(along) / brief.motion.slope_limit_rad);
-                if belief.is_seen(cell) {
-                    self.scatter[node] = transitions(&brief.motion, ground);
-                }
-                if self.nodes[node] != Node::Impassable {
-                    worst_payoff = worst_payoff.min(self.payoffs[node]);
-                }
-            }
-        }
-        self.loss = LOSS + worst_payoff / (1.0 - self.discount);
-    }
-
-    /// The grid it was built on.
-    #[must_use]
-    pub fn grid(&self) -> &Grid {
-        &self.grid
-    }
-
-    /// The cell of a node; outside the grid for the rim.
-    #[must_use]
-    pub fn cell(&self, node: usize) -> Cell {
-        let stride = self.grid.hop_cells as i32;
-        let (column, row) = ((node % self.width) as i32, (node / self.width) as i32);
-        Cell::new(self.origin.x + (column - 1) * stride, self.origin.y + (row - 1) * stride)
-    }
-
-    /// The node of a cell; `None` outside the grid or off the goal's lattice.
-    #[must_use]
-    pub fn node(&self, cell: Cell) -> Option<usize> {
-        let stride = self.grid.hop_cells as i32;
-        (self.grid.contains(cell) && self.grid.on_same_lattice(cell, self.origin)).then(|| {
-            let (column, row) = ((cell.x - self.origin.x) / stride, (cell.y - self.origin.y) / stride);
-            (row + 1) as usize * self.width + (column + 1) as usize
-        })
-    }
-
-    /// The node one hop from `node`, which is not on the rim, towards `direction`.
-    #[must_use]
-    pub fn neighbour(&self, node: usize, direction: Direction) -> usize {
-        match direction {
-            Direction::North => node + self.width,
-            Direction::East => node + 1,
-            Direction::South => node - self.width,
-            Direction::West => node - 1,
-        }
-    }
-
-    /// The free nodes in index order.
-    pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.nodes.len()).filter(|&node| self.nodes[node] == Node::Free)
-    }
-
-    /// Where the hop `direction` from a free node may come down, with which probability: the node
-    /// itself where leaving the map counts as staying.
-    #[must_use]
-    pub fn landings(&self, node: usize, direction: Direction) -> [(usize, f64); 4] {
-        let scatter = &self.scatter[node][direction as usize];
-        [
-            (Branch::Intended, self.neighbour(node, direction)),
-            (Branch::Stayed, node),
-            (Branch::Left, self.neighbour(node, direction.left())),
-            (Branch::Right, self.neighbour(node, direction.right())),
-        ]
-        .map(|(branch, to)| {
-            let stays = self.leaving_is_staying && self.nodes[to] == Node::Outside;
-            (if stays { node } else { to }, scatter.probability(branch))
-        })
-    }
-
-    /// What landing on a node is worth under `values`: r + V, or the loss.
-    #[must_use]
-    pub fn worth(&self, values: &[f64], node: usize) -> f64 {
-        match self.nodes[node] {
-            Node::Free => self.payoffs[node] + values[node],
-            Node::Goal | Node::Treasure => self.payoffs[node],
-            Node::Impassable | Node::Outside => self.loss,
-        }
-    }
-
-    /// The right-hand side of Bellman's equation at a free node under `values`, for each of the four
-    /// hops: straight from the definition, and apart from the solver's kernel.
-    #[must_use]
-    pub fn action_values(&self, values: &[f64], node: usize) -> [f64; 4] {
-        Direction::ALL.map(|direction| {
-            let landings = self.landings(node, direction);
-            let next: f64 = landings.iter().map(|&(to, p)| p * self.worth(values, to)).sum();
-            if self.two_periods[node] {
-                self.discount * (self.payoffs[node] + self.discount * next)
-            } else {
-                self.discount * next
-            }
-        })
-    }
-
-    /// Whether some chain of hops over free nodes leads from `node` to the goal, each landing of it
-    /// with a probability above 0.
-    #[must_use]
-    pub fn leads_to_goal(&self, node: usize) -> bool {
-        let mut reached = vec![false; self.nodes.len()];
-        let mut open = vec![node];
-        while let Some(from) = open.pop() {
-            match self.nodes[from] {
-                Node::Goal => return true,
-                Node::Free | Node::Treasure => {}
-                Node::Impassable | Node::Outside => continue,
-            }
-            for direction in Direction::ALL {
-                for (to, probability) in self.landings(from, direction) {
-                    if probability > 0.0 && !reached[to] {
-                        reached[to] = true;
-                        open.push(to);
-                    }
-                }
-            }
-        }
-        false
+        let (lattice, belief) = (Lattice::new(brief), Belief::new(brief, map));
+        let world = world(brief, &lattice, |node| *belief.ground(lattice.cell(node)));
+        Self { lattice, world }
     }
 }
 
+/// The tolerance for `world`: [`TOLERANCE`], or 64 units in the last place of the largest worth possible.
+#[must_use]
+pub fn tolerance(world: &World) -> f64 {
+    TOLERANCE.max(64.0 * f64::EPSILON * world.worth_max())
+}
+
+/// The process on ground as `ground` tells of each node.
+///
+/// # Panics
+/// If the brief's numbers are out of range: they are checked where a brief enters a process.
+#[must_use]
+pub fn world(brief: &Brief, lattice: &Lattice, ground: impl Fn(usize) -> Ground) -> World {
+    let leaving = match brief.profile {
+        Profile::Paper2023 => Leaving::Stays,
+        Profile::Hopper => Leaving::Loses,
+    };
+    let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
+    let refused = "a brief is checked where it enters a process";
+    let mut world = World::new(lattice.width, lattice.height, rules).expect(refused);
+    let payoff = LandingPayoff::new(brief);
+    for node in 0..lattice.nodes() {
+        world.set(node, site(brief, &payoff, lattice.cell(node), &ground(node)));
+    }
+    world.set_loss(loss(brief, worst_payoff(&world))).expect(refused);
+    world
+}
+
+/// What the process knows of a cell.
+#[must_use]
+pub fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Ground) -> Site {
+    Site {
+        kind: match ground.passable {
+            _ if cell == brief.goal => Kind::Goal,
+            true => Kind::Free,
+            false => Kind::Lost,
+        },
+        payoff: payoff.of(cell, ground),
+        slope_east: libm::atan(ground.gradient[0]) / brief.motion.slope_limit_rad,
+        slope_north: libm::atan(ground.gradient[1]) / brief.motion.slope_limit_rad,
+        soil: u8::from(ground.soil == Soil::Sand),
+    }
+}
+
+/// What a node's payoff counts as in the worst: nothing where it is impassable.
+#[must_use]
+pub fn counted(world: &World, node: usize) -> f64 {
+    if world.kind(node) == Kind::Lost { 0.0 } else { world.payoff(node) }
+}
+
+/// The least payoff of a node that is not impassable, 0 at most.
+#[must_use]
+pub fn worst_payoff(world: &World) -> f64 {
+    (0..world.nodes()).map(|node| counted(world, node)).fold(0.0, f64::min)
+}
+
+/// [`LOSS`] below the worst life there is.
+#[must_use]
+pub fn loss(brief: &Brief, worst_payoff: f64) -> f64 {
+    LOSS + worst_payoff / (1.0 - brief.payoff.discount)
+}
+
 /// Hard ground and sand, as the solver knows soils: a hop from sand takes two periods.
-pub(super) fn soils(brief: &Brief) -> [solver::Soil; 2] {
+fn soils(brief: &Brief) -> [solver::Soil; 2] {
     [Soil::Hard, Soil::Sand].map(|soil| {
         let motion = soil_motion(&brief.motion, soil);
         // The scatter takes the remainder for one side; here both sides share it. Where there are no slips,
@@ -257,9 +128,4 @@ pub(super) fn soils(brief: &Brief) -> [solver::Soil; 2] {
         let wait = f64::from(u8::from(soil == Soil::Sand));
         solver::Soil { intended: motion.intended, stuck: motion.stuck, sideways, wait }
     })
-}
-
-fn refill<T: Clone>(buffer: &mut Vec<T>, len: usize, value: T) {
-    buffer.clear();
-    buffer.resize(len, value);
 }

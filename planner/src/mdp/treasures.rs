@@ -11,9 +11,9 @@
 //! one of those is collected.
 
 use contract::{Action, Cell};
+use solver::{Effort, Kind, Site, Solver, Status, World};
 
-use super::cold::{Cold, Solution};
-use super::model::{Model, Node};
+use super::model::{Model, tolerance};
 use super::policy;
 use crate::{Budget, Situation};
 
@@ -36,6 +36,18 @@ pub struct Treasures {
     onward: Vec<Action>,
 }
 
+/// How the solves of all sets ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// Sweeps made; the checks are not counted.
+    pub sweeps: u64,
+    /// Bound |V − V*| on the values of the last world, in units of payoff: its own, and on top that of the worlds
+    /// whose values its treasures pay, since a process's values err by no more than its payoffs do.
+    pub error_bound: f64,
+    /// Whether every world is solved to the tolerance.
+    pub converged: bool,
+}
+
 impl Treasures {
     /// Those of `situation` that are planned for, nearest first, ties in index order.
     pub fn rebuild(&mut self, situation: &Situation<'_>, model: &Model) {
@@ -44,39 +56,48 @@ impl Treasures {
         // Stable, so that equals stay in index order.
         cells.sort_by(|a, b| a.distance_cells(here).total_cmp(&b.distance_cells(here)));
         self.nodes.clear();
-        let free = |node: &usize| model.nodes[*node] == Node::Free;
-        self.nodes.extend(cells.into_iter().filter_map(|cell| model.node(cell)).filter(free).take(EXACT_MAX));
+        let Model { lattice, world } = model;
+        let free = |node: &usize| world.kind(*node) == Kind::Free;
+        self.nodes
+            .extend(cells.into_iter().filter_map(|cell| lattice.node(cell)).filter(free).take(EXACT_MAX));
         self.payoff = situation.brief.payoff.treasure;
         self.landing.clear();
-        self.landing.extend(self.nodes.iter().map(|&node| model.payoffs[node]));
+        self.landing.extend(self.nodes.iter().map(|&node| world.payoff(node)));
         self.after.clear();
         self.onward.clear();
         self.onward.resize(self.nodes.len(), Action::Hold);
     }
 
-    /// Solves the models of all sets within `budget`, counted in sweeps, for all of them together. `model` is
+    /// Solves the worlds of all sets within `budget`, counted in sweeps, for all of them together. `world` is
     /// that without treasures, and ends as that of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, model: &mut Model, solver: &mut Cold, budget: &Budget) -> Solution {
+    pub fn solve(&mut self, world: &mut World, solver: &mut Solver, budget: &Budget) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
-        let mut total = Solution { sweeps: 0, residual: 0.0, converged: true };
+        let mut total = Solution { sweeps: 0, error_bound: 0.0, converged: true };
+        let mut bounds = Vec::with_capacity(all + 1);
         for set in 0..=all {
-            self.place(model, set);
-            let left = budget.work_max.map(|most| most - total.sweeps);
-            let solution = solver.solve(model, &Budget { work_max: left, ..*budget });
+            self.place(world, set);
+            let sweeps_max = budget.work_max.map_or(u64::MAX, |most| most - total.sweeps);
+            let error_max = tolerance(world) / (1.0 - world.rules().discount);
+            let solution =
+                solver.solve_with(world, &Effort { error_max, sweeps_max }, &|| budget.pulse.beat());
             total.sweeps += solution.sweeps;
-            total.residual = total.residual.max(solution.residual);
-            total.converged &= solution.converged;
-            self.after.push(self.nodes.iter().map(|&node| solver.values[node]).collect());
+            let smaller = (0..self.nodes.len()).filter(|number| set & (1 << number) != 0);
+            let passed_on = smaller.map(|number| bounds[set & !(1 << number)]).fold(0.0, f64::max);
+            total.error_bound = solution.certificate.error_bound + passed_on;
+            bounds.push(total.error_bound);
+            total.converged &= solution.status == Status::Solved;
+            let values = solver.values();
+            self.after.push(self.nodes.iter().map(|&node| values[node]).collect());
             for (number, &node) in self.nodes.iter().enumerate() {
                 if set == all & !(1 << number) {
-                    self.onward[number] = policy::action(model, &solver.values, node);
+                    self.onward[number] = policy::action(world, values, node, policy::tie_tolerance(world));
                 }
             }
         }
         total
     }
 
-    /// What to do on `node` of the last model if it is a treasure's: go on as after collecting it.
+    /// What to do on `node` of the last world if it is a treasure's: go on as after collecting it.
     #[must_use]
     pub fn onward(&self, node: usize) -> Option<(Action, f64)> {
         let number = self.nodes.iter().position(|treasure| *treasure == node)?;
@@ -84,15 +105,14 @@ impl Treasures {
         Some((self.onward[number], self.after.get(rest)?[number]))
     }
 
-    /// Makes `model` that of `set`.
-    fn place(&self, model: &mut Model, set: usize) {
+    /// Makes `world` that of `set`.
+    fn place(&self, world: &mut World, set: usize) {
         for (number, (&node, &landing)) in self.nodes.iter().zip(&self.landing).enumerate() {
-            let left = set & (1 << number) != 0;
-            model.nodes[node] = if left { Node::Treasure } else { Node::Free };
-            model.payoffs[node] = match left {
-                true => landing + self.payoff + self.after[set & !(1 << number)][number],
-                false => landing,
+            let (kind, payoff) = match set & (1 << number) != 0 {
+                true => (Kind::Goal, landing + self.payoff + self.after[set & !(1 << number)][number]),
+                false => (Kind::Free, landing),
             };
+            world.set(node, Site { kind, payoff, ..world.site(node) });
         }
     }
 }

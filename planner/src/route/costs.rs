@@ -27,7 +27,8 @@ pub const INTENDED_MIN: f64 = 1.0e-6;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Costs {
     /// Cost of the four hops from each cell, in index order and that of [`Direction::ALL`];
-    /// [`FORBIDDEN`] off the map, onto ground known to be impassable, and where no hop succeeds.
+    /// [`FORBIDDEN`] off the map, onto ground known to be impassable, where no hop succeeds, and what the
+    /// guard has vetoed where the hopper stands.
     pub hops: Vec<[u64; 4]>,
     /// A lower bound on the cost of any hop, the same whatever has been seen.
     pub cheapest: u64,
@@ -39,7 +40,7 @@ impl Costs {
     /// The graph that `situation` makes believe.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
-        let Situation { brief, map, .. } = *situation;
+        let Situation { brief, map, state } = *situation;
         let (grid, belief) = (brief.grid, Belief::new(brief, map));
         let unseen = costs(&brief.motion, &belief.unseen);
         let enters = |cell: Cell| cell == brief.goal || (grid.contains(cell) && belief.ground(cell).passable);
@@ -47,7 +48,8 @@ impl Costs {
             let believed =
                 if belief.is_seen(cell) { costs(&brief.motion, belief.ground(cell)) } else { unseen };
             Direction::ALL.map(|direction| {
-                let open = enters(grid.hop(cell, direction));
+                let vetoed = cell == state.pose.cell && state.vetoed.has(Action::Hop(direction));
+                let open = enters(grid.hop(cell, direction)) && !vetoed;
                 if open { believed[direction as usize] } else { FORBIDDEN }
             })
         });

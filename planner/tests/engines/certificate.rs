@@ -5,7 +5,7 @@ use motion::{Domain, Draw, landing, transition};
 use nalgebra::{DMatrix, DVector};
 use planner::belief::Belief;
 use planner::mdp::Mdp;
-use planner::mdp::model::Model;
+use planner::mdp::model::{Model, tolerance};
 use planner::payoff::LandingPayoff;
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
 
@@ -57,11 +57,11 @@ fn check(world: &World, map: &ObservedMap) -> Option<Plan> {
         return None;
     };
     assert_eq!(plan.status, PlanStatus::Solved);
-    assert!(plan.residual <= 1e-8, "residual {}", plan.residual);
+    assert!(plan.error_bound <= 1e-6, "within {}", plan.error_bound);
     let grid = world.brief.grid;
     assert_eq!(plan.action, policy[grid.index(world.brief.start).unwrap()].action);
 
-    let loss = Model::new(&situation).loss;
+    let loss = Model::new(&situation).world.rules().loss;
     let mut matrix = DMatrix::identity(grid.cells(), grid.cells());
     let mut right = DVector::zeros(grid.cells());
     for (index, PolicyCell { action, value }) in policy.iter().enumerate() {
@@ -155,7 +155,7 @@ fn what_absorbs_pays_once_and_loosens_no_tolerance_for_ever() {
     let (map, state) = (world.seen(), world.state(world.brief.start, Decision(0), 0));
     let model = Model::new(&Situation { brief: &world.brief, map: &map, state: &state });
     let once = 64.0 * f64::EPSILON * 1.0e6;
-    assert_eq!(planner::mdp::cold::tolerance(&model), once);
+    assert_eq!(tolerance(&model.world), once);
 }
 
 #[test]
@@ -177,13 +177,13 @@ fn a_budget_cuts_between_sweeps_and_says_how_far_it_came() {
     let whole = plan_within(Some(u64::MAX));
     assert_eq!(whole.status, PlanStatus::Solved);
     assert_eq!(plan_within(None).action, whole.action);
-    let mut residual = f64::INFINITY;
+    let mut error_bound = f64::INFINITY;
     for work in [0, 1, 5, whole.work / 2] {
         let cut = plan_within(Some(work));
         assert_eq!((cut.status, cut.work), (PlanStatus::Cut, work));
         assert!(matches!(cut.action, Action::Hop(_)));
-        assert!(cut.residual < residual && cut.residual > whole.residual, "{cut:?}");
-        residual = cut.residual;
+        assert!(cut.error_bound < error_bound && cut.error_bound > whole.error_bound, "{cut:?}");
+        error_bound = cut.error_bound;
     }
     assert_eq!(plan_within(Some(whole.work)), whole);
 }

@@ -21,7 +21,7 @@ fn decisions_alike(algorithm_name: &str, worlds: &[World], missions: u64) -> u64
                 if !["dstar_lite", "mdp"].contains(&algorithm_name) {
                     assert_eq!(plan.work, same.work);
                 }
-                assert_eq!(plan.residual.to_bits(), same.residual.to_bits());
+                assert_eq!(plan.error_bound.to_bits(), same.error_bound.to_bits());
                 decisions += 1;
             });
         }

@@ -12,4 +12,5 @@ mod pulse;
 mod route;
 mod rows;
 mod treasures;
+mod vetoes;
 mod world;

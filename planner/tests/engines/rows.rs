@@ -4,6 +4,7 @@ use contract::{Cell, Decision, Grid, Ground, Profile, Range, Soil, Weights};
 use planner::Situation;
 use planner::mdp::model::{LOSS, Model};
 use planner::payoff::{LandingPayoff, PERIOD_PRICE};
+use solver::{Kind, action_values};
 
 use crate::world::World;
 
@@ -83,15 +84,12 @@ fn leaving_the_map_counts_as_staying_in_the_paper_and_as_a_loss_in_hopper() {
     for profile in Profile::ALL {
         let world = nine_cells(profile);
         let model = model(&world);
-        let corner = model.node(Cell::new(0, 0)).unwrap();
-        let values: Vec<f64> = (0..25).map(f64::from).collect();
-        let worth = |x, y| {
-            let node = model.node(Cell::new(x, y)).unwrap();
-            model.payoffs[node] + values[node]
-        };
+        let node = |x, y| model.lattice.node(Cell::new(x, y)).unwrap();
+        let values: Vec<f64> = (0..9).map(f64::from).collect();
+        let worth = |x, y| model.world.payoff(node(x, y)) + values[node(x, y)];
         let left = match profile {
             Profile::Paper2023 => worth(0, 0),
-            Profile::Hopper => LOSS + model.payoffs[corner] / (1.0 - 0.99),
+            Profile::Hopper => LOSS + model.world.payoff(node(0, 0)) / (1.0 - 0.99),
         };
         // North, east, south, west from the corner, on hard flat ground.
         let need = [
@@ -100,7 +98,7 @@ fn leaving_the_map_counts_as_staying_in_the_paper_and_as_a_loss_in_hopper() {
             0.99 * (0.9 * left + 0.05 * worth(1, 0) + 0.05 * left),
             0.99 * (0.9 * left + 0.05 * left + 0.05 * worth(0, 1)),
         ];
-        for (got, need) in model.action_values(&values, corner).into_iter().zip(need) {
+        for (got, need) in action_values(&model.world, &values, node(0, 0)).into_iter().zip(need) {
             close(got, need);
         }
     }
@@ -110,8 +108,8 @@ fn leaving_the_map_counts_as_staying_in_the_paper_and_as_a_loss_in_hopper() {
 fn a_hop_from_sand_takes_two_periods() {
     let world = nine_cells(Profile::Paper2023);
     let model = model(&world);
-    let middle = model.node(Cell::new(1, 1)).unwrap();
-    let worth = |x, y| model.payoffs[model.node(Cell::new(x, y)).unwrap()];
+    let node = |x, y| model.lattice.node(Cell::new(x, y)).unwrap();
+    let worth = |x, y| model.world.payoff(node(x, y));
     // Values 0; slope 0.06 to the east, so t = atan(0.06)/(π/6) forwards, and for the sideways slips
     // of a hop east the slope to the south, 0.08, on its right.
     let t = 0.06_f64.atan() / std::f64::consts::FRAC_PI_6;
@@ -120,7 +118,7 @@ fn a_hop_from_sand_takes_two_periods() {
         + (0.7 * t + 0.1) * worth(1, 1)
         + 0.1 * (1.0 - t_right) * worth(1, 2)
         + 0.1 * (1.0 + t_right) * worth(1, 0);
-    close(model.action_values(&[0.0; 25], middle)[1], 0.99 * (worth(1, 1) + 0.99 * next));
+    close(action_values(&model.world, &[0.0; 9], node(1, 1))[1], 0.99 * (worth(1, 1) + 0.99 * next));
 }
 
 #[test]
@@ -128,18 +126,17 @@ fn landing_on_impassable_ground_or_at_the_goal_ends_the_life() {
     let mut world = nine_cells(Profile::Paper2023);
     world.cells[5].passable = false;
     let model = model(&world);
-    let south_of_goal = model.node(Cell::new(2, 1)).unwrap();
-    assert!(model.free().all(|node| node != south_of_goal));
-    let west_of_goal = model.node(Cell::new(1, 2)).unwrap();
-    let middle = model.node(Cell::new(1, 1)).unwrap();
-    let values = [1000.0; 25];
+    let node = |x, y| model.lattice.node(Cell::new(x, y)).unwrap();
+    let (south_of_goal, west_of_goal, middle) = (node(2, 1), node(1, 2), node(1, 1));
+    assert_eq!(model.world.kind(south_of_goal), Kind::Lost);
+    let values = [1000.0; 9];
     // East from (1, 2): the goal ahead counts 100 and nothing after; left leaves, so stays; right is the middle.
-    let here = model.payoffs[west_of_goal] + 1000.0;
+    let here = model.world.payoff(west_of_goal) + 1000.0;
     close(
-        model.action_values(&values, west_of_goal)[1],
-        0.99 * (0.9 * 100.0 + 0.05 * here + 0.05 * (model.payoffs[middle] + 1000.0)),
+        action_values(&model.world, &values, west_of_goal)[1],
+        0.99 * (0.9 * 100.0 + 0.05 * here + 0.05 * (model.world.payoff(middle) + 1000.0)),
     );
-    close(model.worth(&values, south_of_goal), model.loss);
+    close(model.world.worth(&values, south_of_goal), model.world.rules().loss);
 }
 
 #[test]
@@ -148,13 +145,14 @@ fn only_the_lattice_of_the_goal_is_modelled() {
     let weights = Weights { safety: 0.0, information: 0.0, distance: 10.0 };
     let corners = (Cell::new(1, 0), Cell::new(4, 3));
     let world = World::new(grid, vec![Ground::FLAT; 56], corners, weights, Profile::Hopper);
-    let model = model(&world);
-    let cells: Vec<Cell> = model.free().map(|node| model.cell(node)).collect();
+    let Model { lattice, world } = model(&world);
+    let free: Vec<usize> = (0..world.nodes()).filter(|&node| world.kind(node) == Kind::Free).collect();
+    let cells: Vec<Cell> = free.iter().map(|&node| lattice.cell(node)).collect();
     let need = [(1, 0), (4, 0), (7, 0), (1, 3), (7, 3), (1, 6), (4, 6), (7, 6)];
     assert_eq!(cells, need.map(|(x, y)| Cell::new(x, y)));
-    for node in model.free() {
-        assert_eq!(model.node(model.cell(node)), Some(node));
+    for node in free {
+        assert_eq!(lattice.node(lattice.cell(node)), Some(node));
     }
-    assert_eq!(model.node(Cell::new(2, 0)), None);
-    assert_eq!(model.node(Cell::new(10, 0)), None);
+    assert_eq!(lattice.node(Cell::new(2, 0)), None);
+    assert_eq!(lattice.node(Cell::new(10, 0)), None);
 }

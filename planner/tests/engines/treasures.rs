@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use contract::{Action, Cell, Direction, ObservedMap, Profile};
-use planner::mdp::model::{Model, Node};
+use planner::mdp::model::Model;
 use planner::mdp::treasures::EXACT_MAX;
 use planner::{Planner, Situation, algorithm};
+use solver::{Hop, Kind, Leaving, Scatter};
 
 use crate::world::{Soils, World, with_treasures};
 
@@ -15,29 +16,41 @@ fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<
     let plain = with_treasures(map.clone(), &[]);
     let state = world.state(here, contract::Decision(0), 0);
     let model = Model::new(&Situation { brief: &world.brief, map: &plain, state: &state });
-    let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.node(cell).unwrap()).collect();
+    let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.lattice.node(cell).unwrap()).collect();
+    let process = &model.world;
+    let rules = process.rules();
     let sets = 1_usize << nodes.len();
-    let mut values = vec![vec![0.0_f64; model.nodes.len()]; sets];
+    let mut values = vec![vec![0.0_f64; process.nodes()]; sets];
     loop {
         let mut next = values.clone();
         for set in 0..sets {
-            let worth = |to: usize| match model.nodes[to] {
-                Node::Impassable | Node::Outside => model.loss,
-                Node::Goal => model.payoffs[to],
-                _ => match nodes.iter().position(|&treasure| treasure == to) {
+            let worth = |to: usize| match process.kind(to) {
+                Kind::Lost => rules.loss,
+                Kind::Goal => process.payoff(to),
+                Kind::Free => match nodes.iter().position(|&treasure| treasure == to) {
                     Some(number) if set & 1 << number != 0 => {
-                        model.payoffs[to] + world.brief.payoff.treasure + values[set & !(1 << number)][to]
+                        let collected = process.payoff(to) + world.brief.payoff.treasure;
+                        collected + values[set & !(1 << number)][to]
                     }
-                    _ => model.payoffs[to] + values[set][to],
+                    _ => process.payoff(to) + values[set][to],
                 },
             };
-            for node in model.free() {
-                let hops = Direction::ALL.map(|direction| {
-                    let sum: f64 = model.landings(node, direction).iter().map(|&(to, p)| p * worth(to)).sum();
-                    match model.two_periods[node] {
-                        true => model.discount * (model.payoffs[node] + model.discount * sum),
-                        false => model.discount * sum,
-                    }
+            let free = |node: &usize| process.kind(*node) == Kind::Free;
+            for node in (0..process.nodes()).filter(free) {
+                let hops = Hop::ALL.map(|hop| {
+                    let Scatter { intended, stayed, left, right } = process.scatter(node, hop);
+                    let towards = |hop: Hop| match (process.neighbour(node, hop), rules.leaving) {
+                        (Some(to), _) => worth(to),
+                        (None, Leaving::Stays) => worth(node),
+                        (None, Leaving::Loses) => rules.loss,
+                    };
+                    let sum = intended * towards(hop)
+                        + stayed * worth(node)
+                        + left * towards(hop.left())
+                        + right * towards(hop.right());
+                    let waits = process.soil(node).wait > 0.0;
+                    let waited = if waits { process.payoff(node) + rules.discount * sum } else { sum };
+                    rules.discount * waited
                 });
                 next[set][node] = hops.into_iter().fold(f64::NEG_INFINITY, f64::max);
             }
@@ -74,7 +87,8 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
             let all = (1 << treasures.len()) - 1;
             for (index, policy) in policy.iter().enumerate() {
                 let cell = grid.cell(index);
-                let Some(node) = model.node(cell).filter(|&node| model.nodes[node] == Node::Free) else {
+                let free = |node: &usize| model.world.kind(*node) == Kind::Free;
+                let Some(node) = model.lattice.node(cell).filter(free) else {
                     continue;
                 };
                 // Standing on a treasure's cell it has been collected.

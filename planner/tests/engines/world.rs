@@ -144,6 +144,8 @@ impl World {
                 gradient: GradientSource::Measured,
             },
             limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
+            guard: contract::Guard::OFF,
+            patrol: None,
         };
         Self { brief, cells }
     }
@@ -206,6 +208,10 @@ impl World {
             digest: Digest::default(),
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
+            last_origin: contract::Origin::Planner,
+            last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         }
     }

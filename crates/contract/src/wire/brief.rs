@@ -5,10 +5,10 @@ use bytemuck::{Pod, Zeroable};
 use super::{
     Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
 };
-use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
 use crate::{
-    Brief, Cell, GradientSource, Grid, Limits, MotionParameters, Name, Payoff, Priors, Profile, Range,
-    Refusal, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors,
+    Profile, Range, Refusal, SensorParameters, SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -30,7 +30,7 @@ pub struct SoilMotionV1 {
 /// The canonical brief.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV2 {
+pub struct BriefV3 {
     /// Run, high half first.
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
@@ -91,13 +91,25 @@ pub struct BriefV2 {
     pub steps_max: u64,
     /// Budget of a decision, nanoseconds.
     pub decision_budget_ns: u64,
+    /// Largest hazard that the guard lets pass.
+    pub hazard_max: f64,
+    /// Time to the fallback, nanoseconds; 0 for none.
+    pub deadline_ns: u64,
+    /// Hops after which a patrol is flown; 0 for no patrol.
+    pub hops_max: u64,
+    /// Goals of a patrol; 0 for no patrol.
+    pub goal_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The goals (x, y), cells, the rest zero.
+    pub goals: [[i32; 2]; GOALS_MAX],
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV2>() == 360);
+const _: () = assert!(size_of::<BriefV3>() == 520);
 
-impl Wire for BriefV2 {
-    const NAME: &'static str = "hop.Brief.v2";
+impl Wire for BriefV3 {
+    const NAME: &'static str = "hop.Brief.v3";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -130,7 +142,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV2 {
+impl From<&Brief> for BriefV3 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -166,14 +178,20 @@ impl From<&Brief> for BriefV2 {
             sensor_radius_m: [brief.sensor.radius_min_m, brief.sensor.radius_max_m],
             steps_max: brief.limits.steps_max,
             decision_budget_ns: brief.limits.decision_budget_ns,
+            hazard_max: brief.guard.hazard_max,
+            deadline_ns: brief.guard.deadline_ns,
+            hops_max: brief.patrol.map_or(0, |patrol| patrol.hops_max),
+            goal_count: brief.patrol.map_or(0, |patrol| patrol.goals().len() as u32),
+            reserved: 0,
+            goals: goals_to_wire(brief.patrol.as_ref()),
         }
     }
 }
 
-impl TryFrom<&BriefV2> for Brief {
+impl TryFrom<&BriefV3> for Brief {
     type Error = Refusal;
 
-    fn try_from(wire: &BriefV2) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV3) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
@@ -188,6 +206,11 @@ impl TryFrom<&BriefV2> for Brief {
         let range = |field: &str, [min, max]: [f64; 2]| -> Result<Range, Refusal> {
             Ok(Range { min: length(field, min)?, max: float(field, max, min, LENGTH_MAX_M)? })
         };
+        let goal = on_grid("brief.goal", wire.goal)?;
+        let patrol = patrol_from_wire(wire, on_grid)?;
+        if patrol.is_some_and(|patrol| patrol.goal(0) != goal) {
+            return Err(Refusal::malformed("brief.goal", "the patrol's first", goal));
+        }
         let robots = u16::try_from(wire.robots).ok().filter(|&robots| robots > 0);
         Ok(Self {
             run: run_from_wire(wire.run),
@@ -198,7 +221,8 @@ impl TryFrom<&BriefV2> for Brief {
             grid,
             datum_m: length("brief.datum_m", wire.datum_m)?,
             start: on_grid("brief.start", wire.start)?,
-            goal: on_grid("brief.goal", wire.goal)?,
+            goal,
+            patrol,
             weights: Weights {
                 safety: payoff("brief.weights.safety", wire.weights[0])?,
                 information: payoff("brief.weights.information", wire.weights[1])?,
@@ -257,6 +281,34 @@ impl TryFrom<&BriefV2> for Brief {
                     ));
                 },
             },
+            guard: Guard {
+                hazard_max: float("brief.guard.hazard_max", wire.hazard_max, 0.0, 1.0)?,
+                deadline_ns: wire.deadline_ns,
+            },
         })
     }
+}
+
+fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
+    let mut cells = [[0; 2]; GOALS_MAX];
+    for (wire, goal) in cells.iter_mut().zip(patrol.map_or(&[][..], Patrol::goals)) {
+        *wire = cell_to_wire(*goal);
+    }
+    cells
+}
+
+fn patrol_from_wire(
+    wire: &BriefV3,
+    on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
+) -> Result<Option<Patrol>, Refusal> {
+    if wire.goal_count == 0 && wire.hops_max == 0 {
+        return Ok(None);
+    }
+    let need = format!("2 to {GOALS_MAX}, each another than the one before, and 1 to {DECISIONS_MAX} hops");
+    let refuse = || Refusal::malformed("brief.patrol", &need, wire.goal_count);
+    let cells = wire.goals.get(..wire.goal_count as usize).ok_or_else(refuse)?;
+    let goals: Vec<Cell> =
+        cells.iter().map(|cell| on_grid("brief.patrol", *cell)).collect::<Result<_, _>>()?;
+    let hops_max = Some(wire.hops_max).filter(|hops| *hops <= DECISIONS_MAX).ok_or_else(refuse)?;
+    Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }

@@ -18,23 +18,23 @@ mod policy;
 mod state;
 mod truth;
 
-pub use brief::BriefV2;
+pub use brief::BriefV3;
 pub use command::CommandV1;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV1;
 pub use heartbeat::HeartbeatV1;
 pub use map::{MapPageV1, MapPatchV1, MapRequestV1, SeenCellV1, map_page_from_wire, patch_from_wire};
-pub use past::{PastHeaderV1, PastRequestV1, RecordV2, page_from_wire};
+pub use past::{PastHeaderV1, PastRequestV1, RecordV3, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
-pub use state::StateV2;
+pub use state::StateV3;
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, STEPS_MAX, TREASURES_MAX};
 use crate::{
-    Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose, Refusal,
-    RobotId, RunId, Term, Timing,
+    Action, Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose,
+    Refusal, RobotId, RunId, Term, Timing, Vetoed,
 };
 
 /// A type that may cross shared memory under a versioned name.
@@ -109,6 +109,15 @@ pub(crate) fn collected(field: &str, marks: u32) -> Result<Collected, Refusal> {
         Ok(Collected(marks))
     } else {
         Err(Refusal::malformed(field, &format!("at most {TREASURES_MAX} marks"), format!("{marks:#b}")))
+    }
+}
+
+/// A mark for each vetoed action.
+pub(crate) fn vetoed(field: &str, marks: u32) -> Result<Vetoed, Refusal> {
+    if marks >> Action::ALL.len() == 0 {
+        Ok(Vetoed(marks))
+    } else {
+        Err(Refusal::malformed(field, &format!("at most {} marks", Action::ALL.len()), format!("{marks:#b}")))
     }
 }
 

@@ -4,10 +4,10 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, flag, robot_from_wire, run_from_wire, run_to_wire,
-    steps, tag, timing_from_wire, timing_to_wire,
+    steps, tag, timing_from_wire, timing_to_wire, vetoed,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
-use crate::{Action, Decision, Digest, PastPage, PastRequest, Record, Refusal, Status};
+use crate::{Action, Decision, Digest, Origin, PastPage, PastRequest, Record, Refusal, Status};
 
 /// Asks for records from a decision on.
 #[repr(C)]
@@ -40,7 +40,7 @@ pub struct PastHeaderV1 {
 /// One executed decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct RecordV2 {
+pub struct RecordV3 {
     /// Decision.
     pub decision: u64,
     /// Fingerprint of the map it was decided on.
@@ -49,6 +49,8 @@ pub struct RecordV2 {
     pub work: u64,
     /// Steps afterwards.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Robot.
     pub robot: u32,
     /// [`Action::code`].
@@ -59,6 +61,10 @@ pub struct RecordV2 {
     pub status: u32,
     /// Treasures collected, one bit each.
     pub collected: u32,
+    /// Who chose the action: [`Origin::code`].
+    pub origin: u32,
+    /// Actions vetoed before it, one bit each.
+    pub vetoed: u32,
     /// Zero.
     pub reserved: u32,
     /// Who commanded.
@@ -77,7 +83,7 @@ pub struct RecordV2 {
 
 const _: () = assert!(size_of::<PastRequestV1>() == 32);
 const _: () = assert!(size_of::<PastHeaderV1>() == 32);
-const _: () = assert!(size_of::<RecordV2>() == 328);
+const _: () = assert!(size_of::<RecordV3>() == 344);
 
 impl Wire for PastRequestV1 {
     const NAME: &'static str = "hop.PastRequest.v1";
@@ -87,8 +93,8 @@ impl Wire for PastHeaderV1 {
     const NAME: &'static str = "hop.PastHeader.v1";
 }
 
-impl Wire for RecordV2 {
-    const NAME: &'static str = "hop.Record.v2";
+impl Wire for RecordV3 {
+    const NAME: &'static str = "hop.Record.v3";
 }
 
 impl From<&PastRequest> for PastRequestV1 {
@@ -123,18 +129,21 @@ impl From<&PastPage> for PastHeaderV1 {
     }
 }
 
-impl From<&Record> for RecordV2 {
+impl From<&Record> for RecordV3 {
     fn from(record: &Record) -> Self {
         Self {
             decision: record.decision.0,
             observation: record.observation,
             work: record.work,
             steps: record.steps,
+            visits: record.visits,
             robot: u32::from(record.robot.0),
             action: record.action.code(),
             cut: u32::from(record.cut),
             status: record.status.code(),
             collected: record.collected.0,
+            origin: record.origin.code(),
+            vetoed: record.vetoed.0,
             reserved: 0,
             leader: (&record.leader).into(),
             outcome: (&record.outcome).into(),
@@ -146,15 +155,17 @@ impl From<&Record> for RecordV2 {
     }
 }
 
-impl TryFrom<&RecordV2> for Record {
+impl TryFrom<&RecordV3> for Record {
     type Error = Refusal;
 
-    fn try_from(wire: &RecordV2) -> Result<Self, Refusal> {
+    fn try_from(wire: &RecordV3) -> Result<Self, Refusal> {
         Ok(Self {
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(counted("record.decision", wire.decision)?),
             leader: (&wire.leader).try_into()?,
             action: tag("record.action", wire.action, Action::from_code)?,
+            origin: tag("record.origin", wire.origin, Origin::from_code)?,
+            vetoed: vetoed("record.vetoed", wire.vetoed)?,
             observation: wire.observation,
             work: wire.work,
             cut: flag("record.cut", wire.cut)?,
@@ -162,6 +173,7 @@ impl TryFrom<&RecordV2> for Record {
             pose: (&wire.pose).try_into()?,
             collected: collected("record.collected", wire.collected)?,
             steps: steps("record.steps", wire.steps)?,
+            visits: counted("record.visits", wire.visits)?,
             status: tag("record.status", wire.status, Status::from_code)?,
             timing: timing_from_wire(wire.timing_ns),
             previous: Digest(wire.previous),
@@ -174,7 +186,7 @@ impl TryFrom<&RecordV2> for Record {
 ///
 /// # Errors
 /// If it is too long, a record is malformed, or its decisions are not consecutive.
-pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV2]) -> Result<PastPage, Refusal> {
+pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV3]) -> Result<PastPage, Refusal> {
     if records.len() > PAST_PAGE_RECORDS {
         return Err(Refusal::malformed(
             "past.records",

@@ -14,8 +14,8 @@ pub struct PolicyHeaderV1 {
     pub run: [u64; 2],
     /// Decision it was made for.
     pub decision: u64,
-    /// Residual of an independent last sweep, in units of payoff.
-    pub residual: f64,
+    /// Bound |V − V*| that its planner proves for each value, in units of payoff.
+    pub error_bound: f64,
     /// Robot.
     pub robot: u32,
     /// Zero.
@@ -52,7 +52,7 @@ impl From<&Policy> for PolicyHeaderV1 {
         Self {
             run: run_to_wire(policy.run),
             decision: policy.decision.0,
-            residual: policy.residual,
+            error_bound: policy.error_bound,
             robot: u32::from(policy.robot.0),
             reserved: 0,
             planner: policy.planner.bytes(),
@@ -69,7 +69,7 @@ impl From<&PolicyCell> for PolicyCellV1 {
 /// The policy of a copied message.
 ///
 /// # Errors
-/// If a value is not finite, the residual none, or an action unknown.
+/// If a value is not finite, the error bound none, or an action unknown.
 pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
     if cells.len() > GRID_CELLS_MAX as usize {
         let need = format!("at most {GRID_CELLS_MAX} cells");
@@ -86,7 +86,7 @@ pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Resu
         robot: robot_from_wire(header.robot)?,
         decision: Decision(counted("policy.decision", header.decision)?),
         planner: name_from_wire("policy.planner", header.planner)?,
-        residual: float("policy.residual", header.residual, 0.0, f64::INFINITY)?,
+        error_bound: float("policy.error_bound", header.error_bound, 0.0, f64::INFINITY)?,
         cells: cells.iter().map(cell).collect::<Result<_, _>>()?,
     })
 }

@@ -4,20 +4,22 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire,
-    steps, tag, timing_from_wire, timing_to_wire,
+    steps, tag, timing_from_wire, timing_to_wire, vetoed,
 };
-use crate::{Decision, Digest, MonotonicNs, Refusal, State, Status};
+use crate::{Decision, Digest, MonotonicNs, Origin, Refusal, State, Status};
 
 /// The state at one decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct StateV2 {
+pub struct StateV3 {
     /// Run, high half first.
     pub run: [u64; 2],
     /// Decision due.
     pub decision: u64,
     /// Steps so far, in the paper's count.
     pub steps: u64,
+    /// Goals visited so far.
+    pub visits: u64,
     /// Hopper at rest, monotonic nanoseconds.
     pub landed_ns: u64,
     /// Message published, monotonic nanoseconds.
@@ -28,8 +30,12 @@ pub struct StateV2 {
     pub status: u32,
     /// Treasures collected, one bit each.
     pub collected: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Actions vetoed at this decision, one bit each.
+    pub vetoed: u32,
+    /// Who chose the last action: [`Origin::code`].
+    pub last_origin: u32,
+    /// Actions vetoed before it, one bit each.
+    pub last_vetoed: u32,
     /// Who commands.
     pub leader: LeaderV1,
     /// Where the hopper is.
@@ -42,24 +48,27 @@ pub struct StateV2 {
     pub last_timing_ns: [u64; 8],
 }
 
-const _: () = assert!(size_of::<StateV2>() == 304);
+const _: () = assert!(size_of::<StateV3>() == 320);
 
-impl Wire for StateV2 {
-    const NAME: &'static str = "hop.State.v2";
+impl Wire for StateV3 {
+    const NAME: &'static str = "hop.State.v3";
 }
 
-impl From<&State> for StateV2 {
+impl From<&State> for StateV3 {
     fn from(state: &State) -> Self {
         Self {
             run: run_to_wire(state.run),
             decision: state.decision.0,
             steps: state.steps,
+            visits: state.visits,
             landed_ns: state.landed.0,
             published_ns: state.published.0,
             robot: u32::from(state.robot.0),
             status: state.status.code(),
             collected: state.collected.0,
-            reserved: 0,
+            vetoed: state.vetoed.0,
+            last_origin: state.last_origin.code(),
+            last_vetoed: state.last_vetoed.0,
             leader: (&state.leader).into(),
             pose: (&state.pose).into(),
             last: state.last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from),
@@ -69,20 +78,24 @@ impl From<&State> for StateV2 {
     }
 }
 
-impl TryFrom<&StateV2> for State {
+impl TryFrom<&StateV3> for State {
     type Error = Refusal;
 
-    fn try_from(wire: &StateV2) -> Result<Self, Refusal> {
+    fn try_from(wire: &StateV3) -> Result<Self, Refusal> {
         Ok(Self {
             run: run_from_wire(wire.run),
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(counted("state.decision", wire.decision)?),
             steps: steps("state.steps", wire.steps)?,
+            visits: counted("state.visits", wire.visits)?,
             status: tag("state.status", wire.status, Status::from_code)?,
             leader: (&wire.leader).try_into()?,
             pose: (&wire.pose).try_into()?,
             collected: collected("state.collected", wire.collected)?,
+            vetoed: vetoed("state.vetoed", wire.vetoed)?,
             last: if wire.decision == 0 { None } else { Some((&wire.last).try_into()?) },
+            last_origin: tag("state.last_origin", wire.last_origin, Origin::from_code)?,
+            last_vetoed: vetoed("state.last_vetoed", wire.last_vetoed)?,
             digest: Digest(wire.digest),
             landed: MonotonicNs(wire.landed_ns),
             published: MonotonicNs(wire.published_ns),

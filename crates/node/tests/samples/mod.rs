@@ -94,6 +94,8 @@ pub fn brief() -> Brief {
             gradient: GradientSource::Measured,
         },
         limits: Limits { steps_max: 100, decision_budget_ns: 600_000_000 },
+        guard: contract::Guard::OFF,
+        patrol: None,
     }
 }
 
@@ -120,6 +122,10 @@ pub fn state(decision: u64) -> State {
         digest: Digest([3; 32]),
         landed: MonotonicNs(5),
         published: MonotonicNs(6),
+        visits: 0,
+        vetoed: contract::Vetoed::NONE,
+        last_origin: contract::Origin::Planner,
+        last_vetoed: contract::Vetoed::NONE,
         last_timing: Timing::default(),
     }
 }
@@ -196,7 +202,7 @@ pub fn policy() -> Policy {
         robot: ROBOT,
         decision: Decision(3),
         planner: name("mdp"),
-        residual: 1e-9,
+        error_bound: 1e-6,
         cells: vec![cell; grid().cells()],
     }
 }
@@ -207,6 +213,9 @@ pub fn record(decision: u64) -> Record {
         decision: Decision(decision),
         leader: Leader { term: Term(1), incarnation: Incarnation(9), pid: 1, planner: name("mdp") },
         action: Action::Hop(Direction::East),
+        origin: contract::Origin::Planner,
+        visits: 0,
+        vetoed: contract::Vetoed::NONE,
         observation: 42,
         work: 17,
         cut: false,

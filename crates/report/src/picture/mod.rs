@@ -22,7 +22,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Action, Branch, Brief, Cell, Direction, Grid, Ground, ObservedMap, PolicyCell, Range, Record, Status,
+    Action, Branch, Brief, Cell, Decision, Direction, Grid, Ground, ObservedMap, PolicyCell, Range, Record,
+    Status,
 };
 
 pub use curves::{Chart, Curves, Line};
@@ -182,7 +183,7 @@ impl Picture<'_> {
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
-                        policy[index].action == Action::Hop(direction) && passable && cell != self.brief.goal;
+                        policy[index].action == Action::Hop(direction) && passable && cell != self.leg().goal;
                     if points && self.map.cells()[index].is_some() == seen {
                         at.push(frame.centre(cell));
                     }
@@ -289,8 +290,11 @@ impl Picture<'_> {
         }
         let (x, y) = frame.centre(self.brief.start);
         sheet.raw(&legend::start(x, y, size));
-        let (x, y) = frame.centre(self.brief.goal);
-        sheet.raw(&legend::goal(x, y, size));
+        let goals = self.brief.patrol.map_or_else(|| vec![self.brief.goal], |patrol| patrol.goals().to_vec());
+        for goal in goals {
+            let (x, y) = frame.centre(goal);
+            sheet.raw(&legend::goal(x, y, size));
+        }
         let (x, y) = frame.centre(here);
         sheet.raw(&legend::hopper(x, y, size * 0.62));
     }
@@ -299,13 +303,17 @@ impl Picture<'_> {
     fn title(&self) -> String {
         let last = self.route.last();
         let cell = self.position();
+        // Of a long patrol the route is the end alone.
+        let whole = self.route.first().is_none_or(|record| record.decision == Decision(0));
+        let decisions = last.map_or(0, |record| record.decision.next().0);
         let ending = Ending {
             outcome: self.outcome,
-            hops: self.hops(|_| true),
+            hops: if whole { self.hops(|_| true) } else { decisions },
             steps: last.map_or(0, |record| record.steps),
             steps_max: self.brief.limits.steps_max,
             cell,
-            distance_to_goal_m: cell.distance_cells(self.brief.goal) * self.brief.grid.cell_size_m,
+            distance_to_goal_m: cell.distance_cells(self.leg().goal) * self.brief.grid.cell_size_m,
+            patrolled: self.brief.patrol.map(|_| last.map_or(0, |record| record.visits)),
         };
         ending.to_string()
     }
@@ -321,6 +329,11 @@ impl Picture<'_> {
     fn hops(&self, wanted: impl Fn(Branch) -> bool) -> u64 {
         let branches = self.route.iter().map(|record| record.outcome.branch);
         branches.filter(|&branch| branch != Branch::Held && wanted(branch)).count() as u64
+    }
+
+    /// The leg that is flown.
+    fn leg(&self) -> Brief {
+        self.brief.leg(self.route.last().map_or(0, |record| record.visits))
     }
 
     /// Where the hopper is.

@@ -43,6 +43,8 @@ pub fn brief(side: u32) -> Brief {
             gradient: GradientSource::Measured,
         },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
+        guard: contract::Guard::OFF,
+        patrol: None,
     }
 }
 
@@ -80,6 +82,9 @@ pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
                 planner: name(planner),
             },
             action,
+            origin: contract::Origin::Planner,
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
             observation: 0,
             work: 10,
             cut: false,

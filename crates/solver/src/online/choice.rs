@@ -46,10 +46,10 @@ impl Bounds {
     /// The canonical hop, if the bounds tell.
     #[must_use]
     pub fn hop(&self) -> Option<Hop> {
-        let best = |values: &[f64; 4]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (best_lower, best_upper) = (best(&self.lower), best(&self.upper));
+        let best_lower = self.lower.into_iter().fold(f64::NEG_INFINITY, f64::max);
         for hop in Hop::ALL {
-            if best_upper - self.lower[hop as usize] <= TIE - GREY {
+            // Against itself a hop loses nothing, however little is known of it.
+            if -self.margin(hop) <= TIE - GREY {
                 return Some(hop);
             }
             let certainly_worse = best_lower - self.upper[hop as usize] > TIE + GREY;

@@ -1,8 +1,10 @@
 //! A world laid out on rings for the kernel.
 
+use std::ops::Range;
+
 use super::kernel::{Ground, Scattered};
 use super::rings::{LANES, Rings, Seat};
-use crate::{Hop, Kind, Leaving, Site, World};
+use crate::{Hop, Kind, Leaving, Site, World, pages};
 
 /// Class of a place that no backup may change.
 const FIXED: u8 = 7;
@@ -24,7 +26,7 @@ pub(super) struct Field {
     blocks: Vec<u8>,
     soils: [Scattered; 8],
     soils_len: usize,
-    discount: f64,
+    pub discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
     pub loses: bool,
@@ -54,9 +56,9 @@ impl Field {
         let mut field = Self {
             rings,
             centred: centre.is_some(),
-            base: vec![0.0; places],
-            slope_u: vec![0.0; places],
-            slope_v: vec![0.0; places],
+            base: pages::filled(0.0, places),
+            slope_u: pages::filled(0.0, places),
+            slope_v: pages::filled(0.0, places),
             classes: vec![FIXED; places],
             blocks: vec![FIXED; places / LANES],
             soils,
@@ -142,9 +144,9 @@ impl Field {
         }
     }
 
-    /// Whether a place holds a free node.
-    pub fn is_free(&self, place: usize) -> bool {
-        self.classes[place] < FIXED
+    /// Which of the places hold a free node.
+    pub fn free(&self, places: Range<usize>) -> impl Iterator<Item = bool> + '_ {
+        self.classes[places].iter().map(|class| *class < FIXED)
     }
 
     /// Worths from values of the row-major `world`, mirrors included.

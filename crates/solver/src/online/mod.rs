@@ -31,17 +31,21 @@
 //! - clear nodes are relaxed under what ring ℓ has become, until they are at rest again.
 //!
 //! So U stays super-harmonic everywhere, and only ring ℓ need be touched: beyond it the reserve stands in
-//! the proof, and in no memory. (Rings ℓ and ℓ + 1 are written, for these are read.) After each update the
-//! clear nodes are relaxed. A change of theirs reaches ring ℓ from ring ℓ − 1 only, so there, and nowhere
-//! behind, is TU ≤ U to be measured anew. As long as no cumulated change exceeds the reserve it holds; when
-//! it fails, another reserve is laid on, by the same argument. When the hopper has gone on, the line is
-//! drawn anew nearer to it: raising all that is frozen then, the nodes between the lines included, again
-//! changes nothing that was shown.
+//! the proof, and level by level in a table; it is written where it is read. What the first line leaves
+//! over, (1 − γ) S a node, is room: for frozen nodes that were at rest at no more than a coarse tolerance
+//! when the line was drawn, and for news among them. A frozen node whose ground or neighbours have changed
+//! is measured, and nothing is solved there; where TU ≤ U fails, another reserve is laid on by the same
+//! argument, or, if that would have to be large, the line goes out behind the news. (A large reserve is
+//! worse than none: to hop back into it would seem worth more than to go on.) A line that goes out takes
+//! nothing from the proof: what thaws keeps its reserve until it is relaxed. When the hopper has gone on,
+//! the line is drawn anew nearer to it: raising all that is frozen then, the nodes between the lines
+//! included, again changes nothing that was shown.
 //!
-//! At the hopper, U − L is what the reserve comes to through a dozen slips in a row, and the hop values
-//! under U and L give [`choice::Bounds`]. If they do not tell, the session falls back to the warm solve, and
-//! that to the canonical procedure. The same if the world changes behind the line, or the hopper comes
-//! close to it.
+//! At the hopper, U − L is what the reserve comes to through some slips in a row, and the hop values under U
+//! and L give [`choice::Bounds`]. They need be no closer than tells the hops apart: the clear nodes come to
+//! rest at a coarse tolerance first, and at finer ones, [`STAGES`], only while the bounds leave a doubt. If
+//! the finest leaves one, the line goes out, and then the session falls back to the warm solve, and that to
+//! the canonical procedure.
 //!
 //! # Rounding
 //! Worths and constants stay within a magnitude M, enforced. To first order in u = 2⁻⁵³ the kernel's
@@ -50,6 +54,7 @@
 //! nine in the sums. [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
 
 pub mod choice;
+mod enclosure;
 mod field;
 mod kernel;
 mod relaxation;
@@ -63,32 +68,34 @@ use crate::{
     action_values, policy,
 };
 use choice::{Bounds, CANONICAL_ERROR, TIE};
+use enclosure::Enclosure;
 use field::Field;
 use relaxation::{Limits, Relaxation};
 use rings::LANES;
 use simd::relax;
-use witness::{Witness, landings};
+use witness::Witness;
 
 /// Bound on the error of a session's values, in units of payoff: a little below the 1e-6 that is promised.
 pub const VALUE_ERROR: f64 = 0.99e-6;
 
-/// Rings between the hopper and the line, beyond those that its sensor reaches.
-const DEPTH: usize = 7;
+/// Rings between the hopper and the line, at least.
+const DEPTH: usize = 4;
+
+/// Rings between them when the line is drawn.
+const DRAWN: usize = 7;
 
 /// The line is drawn anew when the hopper has gone on by so many rings.
-const STRIDE: usize = 10;
+const STRIDE: usize = 9;
+
+/// Rings by which the line goes out where the bounds do not tell, one after the other.
+const RETREATS: [usize; 2] = [8, 24];
+
+/// Tolerances at which the bounds are asked, one after the other, in units of the one that values come to
+/// rest at. Most decisions are clear at the first.
+const STAGES: [f64; 5] = [1e4, 1e3, 1e2, 1e1, 1.0];
 
 /// On fewer nodes than these, bringing all values to rest takes no longer than two bounds.
 const NODES_MIN: usize = 8_000;
-
-/// Rings it may then go back before the line is too near.
-const GAP: usize = 4;
-
-/// First reserve, in units of payoff; it doubles whenever it does not last.
-const RESERVE: f64 = 1.0;
-
-/// Reserves laid on for one decision, at most.
-const RESERVES_MAX: usize = 4;
 
 /// Visits of a block between two pulses: some tens of milliseconds.
 const SLICE: u64 = 1 << 20;
@@ -138,11 +145,11 @@ pub struct Decision {
 pub struct Online {
     world: World,
     field: Field,
-    /// The values' worths, while there is no line.
+    /// The values' worths.
     values_at: Relaxation<1>,
-    /// While there is a line, a super-harmonic field and a sub-harmonic one.
-    bounds_at: Relaxation<2>,
-    line: Option<Line>,
+    /// Bounds on them, if there are any.
+    enclosure: Enclosure,
+    enclosed: bool,
     /// Whether values, field and world belong together.
     laid_out: bool,
     /// Nodes where the hopper is lost.
@@ -150,20 +157,6 @@ pub struct Online {
     witness: Witness,
     solver: Solver,
     values: Vec<f64>,
-}
-
-/// Where the frozen nodes begin.
-#[derive(Clone, Copy, Debug)]
-struct Line {
-    level: usize,
-    /// The reserve to lay on next.
-    reserve: f64,
-    /// Whether what was shown behind it no longer holds.
-    broken: bool,
-    /// Level of the farthest node updated since the last decision.
-    updated: usize,
-    /// How far behind the hopper updates have come of late, in eighths of a ring.
-    reach: usize,
 }
 
 impl Online {
@@ -176,8 +169,8 @@ impl Online {
             world,
             field,
             values_at: Relaxation::default(),
-            bounds_at: Relaxation::default(),
-            line: None,
+            enclosure: Enclosure::default(),
+            enclosed: false,
             laid_out: false,
             lost,
             witness: Witness::default(),
@@ -201,11 +194,13 @@ impl Online {
         if old == site {
             return;
         }
-        let before = (old.kind, landings(&self.world, node));
         self.world.set(node, site);
-        self.witness.changed(node, before, (site.kind, landings(&self.world, node)));
+        self.witness.changed(&self.world, node, old.kind);
         self.lost = self.lost + usize::from(site.kind == Kind::Lost) - usize::from(old.kind == Kind::Lost);
-        if !self.laid_out {
+        // What a goal pays is all there is to it; of where the hopper is lost, that it is.
+        let is_lost = old.kind == Kind::Lost && site.kind == Kind::Lost;
+        let is_goal = old.kind == Kind::Goal && site.kind == Kind::Goal;
+        if !self.laid_out || is_lost || is_goal && old.payoff == site.payoff {
             return;
         }
         let centred = self.world.kind(node) == Kind::Goal || old.kind == Kind::Goal;
@@ -224,17 +219,11 @@ impl Online {
                 _ => worths[seat.place] + (site.payoff - old.payoff),
             };
         };
-        match &mut self.line {
-            None => {
-                self.values_at.worths.iter_mut().for_each(|worths| change(worths));
-                self.values_at.touch(&self.field, seat, level);
-            }
-            Some(line) => {
-                self.bounds_at.worths.iter_mut().for_each(|worths| change(worths));
-                self.bounds_at.touch(&self.field, seat, level);
-                line.broken |= level + 2 > line.level;
-                line.updated = line.updated.max(level);
-            }
+        self.values_at.worths.iter_mut().for_each(|worths| change(worths));
+        self.values_at.touch(&self.field, seat, level);
+        if self.enclosed {
+            self.enclosure.bounds.worths.iter_mut().for_each(|worths| change(worths));
+            self.enclosure.bounds.touch(&self.field, seat, level);
         }
     }
 
@@ -394,28 +383,24 @@ impl Online {
         for level in 0..self.field.rings.levels {
             self.values_at.touch_level(&self.field.rings, level);
         }
-        self.line = None;
+        self.enclosed = false;
         self.laid_out = true;
         true
     }
 
-    /// Brings all values to rest, the line given up; whether the work sufficed.
+    /// Brings all values to rest; whether the work sufficed.
     fn settle(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
-        if let Some(line) = self.line.take() {
-            self.values_at.take_over(&self.bounds_at);
-            for level in line.level..self.field.rings.levels {
-                self.values_at.touch_level(&self.field.rings, level);
-            }
-        }
-        let limits = self.limits(usize::MAX, *work, work_max);
+        let limits = self.limits(1.0, *work, work_max);
         *work += LANES as u64 * relax_with(&mut self.values_at, &self.field, &limits, pulse);
         self.values_at.at_rest(usize::MAX)
     }
 
-    fn limits(&self, frozen_from: usize, work: u64, work_max: u64) -> Limits {
+    fn limits(&self, stage: f64, work: u64, work_max: u64) -> Limits {
+        let finest = self.tolerance();
         Limits {
-            tolerance: self.tolerance(),
-            frozen_from,
+            tolerance: stage * finest,
+            finest,
+            frozen_from: usize::MAX,
             visits_max: work_max.saturating_sub(work) / LANES as u64,
         }
     }
@@ -423,70 +408,62 @@ impl Online {
     /// Decides by bounds around the hopper, if they tell.
     fn focused(&mut self, here: usize, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> Option<Decision> {
         let level = self.field.rings.level(here)?;
-        let mut line = match self.line {
-            Some(line) => (!line.broken).then_some(line)?,
-            None => {
-                let worthwhile =
-                    self.world.nodes() >= NODES_MIN && level + DEPTH + STRIDE < self.field.rings.levels;
-                (worthwhile && self.settle(work, work_max, pulse)).then_some(())?;
-                self.bounds_at.take_over(&self.values_at);
-                Line { level: usize::MAX, reserve: RESERVE, broken: false, updated: 0, reach: 0 }
-            }
-        };
-        line.reach = line.reach.saturating_sub(1).max(8 * line.updated.saturating_sub(level));
-        line.updated = 0;
-        let nearest = level + line.reach.div_ceil(8) + DEPTH;
-        (line.level >= nearest).then_some(())?;
-        for _ in 0..RESERVES_MAX {
-            self.line = Some(line);
-            self.clear(&line, work, work_max, pulse).then_some(())?;
-            let short = self.reserve_short(&line);
-            if short > self.tolerance() {
-                line.reserve = (2.0 * line.reserve).max(4.0 * short);
-            } else if line.level > nearest + STRIDE {
-                line.level = nearest + GAP;
-            } else {
-                let bounds =
-                    self.bounds(here, self.bounds_at.worths.each_ref().map(Vec::as_slice), self.error());
-                let hop = bounds.hop()?;
-                return Some(Decision {
-                    action: Some(hop),
-                    margin: bounds.margin(hop),
-                    bound: bounds.width(),
-                    status: Status::Solved,
-                    work: *work,
-                    how: How::Focused,
-                });
-            }
-            self.lay_reserve(&line);
+        if !self.enclosed {
+            let worthwhile =
+                self.world.nodes() >= NODES_MIN && level + DRAWN + STRIDE < self.field.rings.levels;
+            (worthwhile && self.settle(work, work_max, pulse)).then_some(())?;
+            self.enclosure.draw(&self.field, &self.values_at);
+            self.enclosed = true;
         }
+        if self.enclosure.line() < level + DEPTH {
+            self.enclosure.draw_out(&self.field, level + DRAWN);
+        } else if self.enclosure.line() > level + DRAWN + STRIDE {
+            self.enclosure.draw_in(&self.field, level + DRAWN);
+        }
+        for stage in STAGES {
+            if let Some(decision) = self.enclosed(here, stage, work, work_max, pulse) {
+                return Some(decision);
+            }
+        }
+        for retreat in RETREATS {
+            self.enclosure.draw_out(&self.field, level + retreat + DRAWN);
+            if let Some(decision) = self.enclosed(here, 1.0, work, work_max, pulse) {
+                return Some(decision);
+            }
+        }
+        self.enclosed = false;
         None
     }
 
-    /// Raises what is frozen, and lowers it below.
-    fn lay_reserve(&mut self, line: &Line) {
-        for level in [line.level, line.level + 1] {
-            self.bounds_at.raise_level(&self.field, level, [line.reserve, -line.reserve]);
-        }
-        self.bounds_at.pass_over(&self.field.rings, line.level);
-        self.bounds_at.touch_level(&self.field.rings, line.level - 1);
-    }
-
-    /// Brings both bounds to rest on the clear nodes; whether the work sufficed.
-    fn clear(&mut self, line: &Line, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
-        let limits = self.limits(line.level, *work, work_max);
-        *work += 2 * LANES as u64 * relax_with(&mut self.bounds_at, &self.field, &limits, pulse);
-        self.bounds_at.at_rest(line.level)
-    }
-
-    /// By how much the line's ring fails to be super- and sub-harmonic.
-    fn reserve_short(&mut self, line: &Line) -> f64 {
-        let ring = line.level..line.level.saturating_add(1);
-        let short = self.bounds_at.worst(&self.field, ring, |[upper, lower]| upper.max(-lower));
-        if short <= self.tolerance() {
-            self.bounds_at.pass_over(&self.field.rings, line.level);
-        }
-        short
+    /// Decides by bounds at rest at a stage's tolerance, if they tell.
+    fn enclosed(
+        &mut self,
+        here: usize,
+        stage: f64,
+        work: &mut u64,
+        work_max: u64,
+        pulse: &dyn Fn(),
+    ) -> Option<Decision> {
+        let limits = self.limits(stage, *work, work_max);
+        let Self { enclosure, field, .. } = self;
+        let mut visits = 0;
+        let rested = enclosure.rest(field, &limits, &mut |bounds, limits| {
+            let visits_max = limits.visits_max.saturating_sub(visits);
+            visits += 2 * relax_with(bounds, field, &Limits { visits_max, ..*limits }, pulse);
+        });
+        *work += LANES as u64 * visits;
+        rested.then_some(())?;
+        let error = (limits.tolerance + rounding(self.field.magnitude)) / (1.0 - self.field.discount);
+        let bounds = self.bounds(here, self.enclosure.bounds.worths.each_ref().map(Vec::as_slice), error);
+        let hop = bounds.hop()?;
+        Some(Decision {
+            action: Some(hop),
+            margin: bounds.margin(hop),
+            bound: bounds.width(),
+            status: Status::Solved,
+            work: *work,
+            how: How::Focused,
+        })
     }
 
     /// Bounds on the hops' worth, from fields that are super- and sub-harmonic to within `error` (1 − γ).
@@ -548,4 +525,52 @@ fn relax_with<const FIELDS: usize>(
 
 fn lost(world: &World) -> usize {
     (0..world.nodes()).filter(|&node| world.kind(node) == Kind::Lost).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen::{Draw, Specimen};
+
+    /// P-ENCLOSED.
+    #[test]
+    fn the_bounds_hold_at_every_node_frozen_or_clear_and_at_every_stage() {
+        let mut solver = Solver::new();
+        let mut drawn = 0;
+        for (seed, radius) in [(3, 5), (4, 2)] {
+            let specimen = Specimen::plain(92, seed);
+            let truth = specimen.world().expect("a size in range");
+            let (width, height) = (truth.width(), truth.height());
+            let mut online = Online::new(specimen.unseen().expect("a size in range"));
+            let mut draw = Draw(seed);
+            let mut here = specimen.start();
+            for hop in 0..90 {
+                let (x, y) = (here % width, here / width);
+                for y in y.saturating_sub(radius)..(y + radius + 1).min(height) {
+                    for x in x.saturating_sub(radius)..(x + radius + 1).min(width) {
+                        online.update(y * width + x, truth.site(y * width + x));
+                    }
+                }
+                let Some(action) = online.act(here, None).action else { break };
+                if hop % 11 == 10 && online.enclosed {
+                    drawn += usize::from(online.enclosure.line() < online.field.rings.levels);
+                    solver.solve(&online.world, &Effort { error_max: 1e-8, ..Effort::default() });
+                    for stage in STAGES {
+                        online.enclosed(here, stage, &mut 0, u64::MAX, &|| ());
+                        let error = stage * online.tolerance() / (1.0 - online.field.discount) + 2e-8;
+                        for node in (0..width * height).filter(|&node| truth.kind(node) == Kind::Free) {
+                            let worth = online.world.worth(solver.values(), node);
+                            let [upper, lower] = online.enclosure.around(&online.field, node);
+                            assert!(worth <= upper + error, "{worth} under {upper}, stage {stage}, {node}");
+                            assert!(worth >= lower - error, "{worth} over {lower}, stage {stage}, {node}");
+                        }
+                    }
+                }
+                // Now and then astray, so that the line has to go out.
+                let astray = [action, action.left(), action.right()][(draw.uniform() * 3.3) as usize % 3];
+                here = truth.neighbour(here, if hop % 5 == 0 { astray } else { action }).unwrap_or(here);
+            }
+        }
+        assert!(drawn > 6, "{drawn}");
+    }
 }

@@ -28,6 +28,10 @@ pub(super) struct Relaxation<const FIELDS: usize> {
     marks: Vec<u64>,
     /// Levels outside of which nothing is marked: from the first to before the second.
     levels: (usize, usize),
+    /// Blocks at rest at a tolerance, `rough_at` at most, that is not the finest.
+    rough: Vec<u64>,
+    rough_levels: (usize, usize),
+    rough_at: f64,
 }
 
 /// What a relaxation may do.
@@ -35,6 +39,8 @@ pub(super) struct Relaxation<const FIELDS: usize> {
 pub(super) struct Limits {
     /// Residual to come to rest at.
     pub tolerance: f64,
+    /// Residual that nobody will ask more than.
+    pub finest: f64,
     /// First level that stays as it is.
     pub frozen_from: usize,
     /// Most blocks to visit, but for the ring that exceeds it.
@@ -50,16 +56,25 @@ fn with(levels: (usize, usize), level: usize) -> (usize, usize) {
 
 impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
     fn default() -> Self {
-        Self { worths: std::array::from_fn(|_| Vec::new()), marks: Vec::new(), levels: NONE }
+        Self {
+            worths: std::array::from_fn(|_| Vec::new()),
+            marks: Vec::new(),
+            levels: NONE,
+            rough: Vec::new(),
+            rough_levels: NONE,
+            rough_at: 0.0,
+        }
     }
 }
 
 impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// Nothing marked.
     pub fn clear(&mut self, rings: &Rings) {
-        self.marks.clear();
-        self.marks.resize(rings.words, 0);
-        self.levels = NONE;
+        for marks in [&mut self.marks, &mut self.rough] {
+            marks.clear();
+            marks.resize(rings.words, 0);
+        }
+        (self.levels, self.rough_levels, self.rough_at) = (NONE, NONE, 0.0);
     }
 
     /// Becomes what `other` is, each field its first.
@@ -69,6 +84,8 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         }
         self.marks.clone_from(&other.marks);
         self.levels = other.levels;
+        self.rough.clone_from(&other.rough);
+        (self.rough_levels, self.rough_at) = (other.rough_levels, other.rough_at);
     }
 
     /// Whether nothing is marked below `frozen_from`.
@@ -94,13 +111,41 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         }
     }
 
-    /// Unmarks all of a level.
-    pub fn pass_over(&mut self, rings: &Rings, level: usize) {
-        for quadrant in rings.quadrants() {
-            if let Some(ring) = rings.ring(quadrant, level) {
+    /// The levels from `level` on that may bear marks.
+    pub fn marked_from(&self, level: usize) -> Range<usize> {
+        level.max(self.levels.0)..self.levels.1.max(level)
+    }
+
+    /// Unmarks all levels from `level` on.
+    pub fn unmark_from(&mut self, rings: &Rings, level: usize) {
+        for level in self.marked_from(level) {
+            for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
                 self.marks[rings.at(ring).marks().0].fill(0);
             }
         }
+        self.levels.1 = self.levels.1.min(level);
+        if self.levels.0 >= self.levels.1 {
+            self.levels = NONE;
+        }
+    }
+
+    /// Marks what is at rest at a tolerance above `tolerance`, before `frozen_from`.
+    pub fn refine(&mut self, rings: &Rings, tolerance: f64, frozen_from: usize) {
+        if self.rough_at <= tolerance {
+            return;
+        }
+        let levels = self.rough_levels.0..self.rough_levels.1.min(frozen_from);
+        for level in levels.clone() {
+            for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
+                for word in rings.at(ring).marks().0 {
+                    self.marks[word] |= std::mem::take(&mut self.rough[word]);
+                }
+            }
+        }
+        if !levels.is_empty() {
+            self.levels = with(with(self.levels, levels.start), levels.end - 1);
+        }
+        (self.rough_levels, self.rough_at) = (NONE, 0.0);
     }
 
     /// Adds each field's rise to its worths of a level's free nodes; marks nothing.
@@ -108,11 +153,11 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         let rings = &field.rings;
         for quadrant in rings.quadrants() {
             let Some(ring) = rings.ring(quadrant, level) else { continue };
+            let places = rings.at(ring).places();
             for (worths, rise) in self.worths.iter_mut().zip(rises) {
-                for (_, place) in rings.nodes(quadrant, level) {
-                    if field.is_free(place) {
-                        worths[place] += rise;
-                    }
+                for (worth, free) in worths[places.clone()].iter_mut().zip(field.free(places.clone())) {
+                    let raised = (*worth + rise).clamp(-field.magnitude, field.magnitude);
+                    *worth = if free { raised } else { *worth };
                 }
                 for mirror in rings.mirrors(ring) {
                     if !(mirror.rim && field.loses) {
@@ -171,12 +216,18 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                 for (index, word) in words.enumerate() {
                     let mut marks = std::mem::take(&mut self.marks[word]);
                     while marks != 0 {
-                        let block = first + 64 * index + marks.trailing_zeros() as usize;
+                        let bit = marks.trailing_zeros();
+                        let block = first + 64 * index + bit as usize;
                         marks &= marks - 1;
                         visits += 1;
-                        if self.visit(field, ring, block, limits.tolerance) {
+                        let short = self.visit(field, ring, block, limits.tolerance);
+                        if short > limits.tolerance {
                             left = with(with(left, level.saturating_sub(1)), level + 1);
                             self.levels.1 = self.levels.1.max(level + 2);
+                        } else if short > limits.finest {
+                            self.rough[word] |= 1 << bit;
+                            self.rough_levels = with(self.rough_levels, level);
+                            self.rough_at = self.rough_at.max(limits.tolerance);
                         }
                     }
                 }
@@ -191,12 +242,13 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         visits
     }
 
-    /// Visits a block; whether a lane stepped.
+    /// Visits a block: lanes whose residual is above the tolerance step. The largest residual, at least.
     #[inline(always)]
-    fn visit(&mut self, field: &Field, ring: usize, block: usize, tolerance: f64) -> bool {
+    fn visit(&mut self, field: &Field, ring: usize, block: usize, tolerance: f64) -> f64 {
         let at = Block::new(field, ring, block);
         let magnitude = field.magnitude;
         let mut changed = 0;
+        let mut short = 0.0_f64;
         for worths in &mut self.worths {
             let (residual, step) = at.measure(field, worths);
             let here = *lanes(worths, at.place);
@@ -210,14 +262,21 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                 next[lane] = if moves { worth } else { here[lane] };
                 moved[lane] = if moves { 1 << lane } else { 0 };
             }
+            let mut most = residual.map(f64::abs);
+            for half in [8, 4, 2, 1] {
+                for lane in 0..half {
+                    let other = most[lane + half];
+                    most[lane] = if other > most[lane] { other } else { most[lane] };
+                }
+            }
+            short = if most[0] > short { most[0] } else { short };
             worths[at.place..at.place + LANES].copy_from_slice(&next);
             changed |= moved.into_iter().fold(0, |all, lane| all | lane);
         }
-        if changed == 0 {
-            return false;
+        if changed != 0 {
+            self.touched(field, ring, block, changed);
         }
-        self.touched(field, ring, block, changed);
-        true
+        short
     }
 
     #[inline(always)]

@@ -54,6 +54,12 @@ impl Ring {
         (self.words..self.words + ((last - first + 1) as usize).div_ceil(64), first as usize)
     }
 
+    /// The places of its nodes.
+    pub fn places(&self) -> Range<usize> {
+        let place = |lane: i32| self.origin + (lane + LANES as i32) as usize;
+        place(self.first)..place(self.last + 1)
+    }
+
     /// The blocks that hold nodes.
     pub fn blocks(&self) -> RangeInclusive<usize> {
         let block = |lane: i32| (lane + LANES as i32) as usize / LANES;

@@ -60,7 +60,8 @@ mod tests {
         for specimen in [Specimen::plain(37, 3), Specimen::trap(21, 4)] {
             let world = specimen.world().expect("a size in range");
             let field = Field::new(&world);
-            let limits = Limits { tolerance: 1e-8, frozen_from: usize::MAX, visits_max: 20_000 };
+            let limits =
+                Limits { tolerance: 1e-8, finest: 1e-8, frozen_from: usize::MAX, visits_max: 20_000 };
             let solved = |relax: &dyn Fn(&mut Relaxation<2>) -> u64| {
                 let mut relaxation = Relaxation::<2>::default();
                 for (worths, value) in relaxation.worths.iter_mut().zip([-300.0, 50.0]) {

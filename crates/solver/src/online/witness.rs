@@ -1,17 +1,20 @@
 //! Whether a goal can be reached, remembered from decision to decision.
 //!
 //! The answer is that of [`crate::Reach`]: some chain of hops over free nodes, each landing of it with a
-//! probability above 0. Nodes of a chain found once are remembered; the memory is dropped when one of them
-//! loses a landing. Until then a decision costs one look.
+//! probability above 0. Each node of a chain found once is remembered with its next landing and its rank,
+//! one more than the next one's. When a node loses that landing, it and all of a higher rank are doubted,
+//! whatever chain they were of, for only these can lead through it. What is found later is of a new
+//! generation, and ranks are doubted by generation. So a decision costs one look, or a search as far as the
+//! nearest node in no doubt.
 
 use crate::{Hop, Kind, World};
 
 /// Nodes known to lead to a goal.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Witness {
-    /// Nodes whose stamp is the present one lead to a goal.
-    leads: Vec<u32>,
-    stamp: u32,
+    links: Vec<Link>,
+    /// Highest rank of each generation that is in no doubt; the first is that of no node.
+    limits: Vec<u32>,
     /// Where the search came from, for nodes it has reached.
     from: Vec<u32>,
     open: Vec<u32>,
@@ -20,11 +23,32 @@ pub(super) struct Witness {
     goal: usize,
 }
 
+/// What is remembered of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Link {
+    /// Hops to the goal along the chain, and in the lowest bits the landing of the first.
+    rank_and_landing: u32,
+    generation: u32,
+}
+
+impl Link {
+    fn rank(self) -> u32 {
+        self.rank_and_landing / 4
+    }
+
+    fn landing(self) -> u8 {
+        1 << (self.rank_and_landing % 4)
+    }
+}
+
+/// Generations after which everything is forgotten.
+const GENERATIONS_MAX: usize = 1 << 12;
+
 /// Not reached by the search.
 const UNREACHED: u32 = u32::MAX;
 
 /// Which landings beside a node have a probability above 0; none unless it is free.
-pub(super) fn landings(world: &World, node: usize) -> u8 {
+fn landings(world: &World, node: usize) -> u8 {
     if world.kind(node) != Kind::Free {
         return 0;
     }
@@ -41,43 +65,73 @@ pub(super) fn landings(world: &World, node: usize) -> u8 {
 impl Witness {
     /// Forgets everything.
     pub fn forget(&mut self) {
-        self.leads.clear();
+        self.links.clear();
     }
 
-    /// A node's landings and kind were others.
-    pub fn changed(&mut self, node: usize, before: (Kind, u8), after: (Kind, u8)) {
-        let lost = before.0 == Kind::Goal || before.1 & !after.1 != 0;
-        if lost && after.0 != Kind::Goal && self.leads.get(node) == Some(&self.stamp) {
+    /// A node has changed, and was of another kind.
+    pub fn changed(&mut self, world: &World, node: usize, before: Kind) {
+        if before == Kind::Goal {
             self.forget();
+        } else if world.kind(node) != Kind::Goal && self.leads(node) {
+            let link = self.links[node];
+            if landings(world, node) & link.landing() == 0 {
+                for limit in &mut self.limits {
+                    *limit = (*limit).min(link.rank() - 1);
+                }
+                self.limits.push(u32::MAX);
+                if self.limits.len() > GENERATIONS_MAX {
+                    self.forget();
+                }
+            }
         }
+    }
+
+    fn leads(&self, node: usize) -> bool {
+        self.links
+            .get(node)
+            .is_some_and(|link| link.generation > 0 && link.rank() <= self.limits[link.generation as usize])
     }
 
     /// Whether `node` leads to a goal.
     pub fn leads_to_goal(&mut self, world: &World, node: usize) -> bool {
-        if self.leads.len() != world.nodes() {
-            self.leads.clear();
-            self.leads.resize(world.nodes(), 0);
-            self.stamp = 1;
+        if self.links.len() != world.nodes() {
+            self.links.clear();
+            self.links.resize(world.nodes(), Link::default());
+            self.from.clear();
+            self.from.resize(world.nodes(), UNREACHED);
+            self.limits = vec![0, u32::MAX];
         }
-        if self.leads[node] == self.stamp {
+        if self.leads(node) {
             return true;
         }
-        self.from.resize(world.nodes(), UNREACHED);
         self.from[node] = node as u32;
         self.open.push(node as u32);
         self.reached.push(node as u32);
         let found = self.search(world);
-        if let Some(mut end) = found {
-            while self.leads[end] != self.stamp {
-                self.leads[end] = self.stamp;
-                end = self.from[end] as usize;
-            }
+        if let Some(end) = found {
+            self.remember(world, end, node);
         }
         for node in self.reached.drain(..) {
             self.from[node as usize] = UNREACHED;
         }
         self.open.clear();
         found.is_some()
+    }
+
+    /// Remembers the chain just found, from `start` to `end`.
+    fn remember(&mut self, world: &World, end: usize, start: usize) {
+        let mut rank = if world.kind(end) == Kind::Goal { 0 } else { self.links[end].rank() };
+        let mut next = end;
+        while next != start {
+            let node = self.from[next] as usize;
+            let towards = |hop: &Hop| world.neighbour(node, *hop) == Some(next);
+            let landing =
+                Hop::ALL.into_iter().find(towards).expect("a chain goes from neighbour to neighbour");
+            rank += 1;
+            let generation = self.limits.len() as u32 - 1;
+            self.links[node] = Link { rank_and_landing: 4 * rank + landing as u32, generation };
+            next = node;
+        }
     }
 
     /// Depth first, towards the goal first of all: over open ground hardly more than the way itself.
@@ -88,7 +142,7 @@ impl Witness {
             |node: usize| (node % width).abs_diff(goal % width) + (node / width).abs_diff(goal / width);
         while let Some(node) = self.open.pop() {
             let node = node as usize;
-            if world.kind(node) == Kind::Goal || self.leads[node] == self.stamp {
+            if world.kind(node) == Kind::Goal || self.leads(node) {
                 return Some(node);
             }
             let landings = landings(world, node);
@@ -98,6 +152,11 @@ impl Witness {
             for to in beside.into_iter().flatten() {
                 if self.from[to] == UNREACHED {
                     self.from[to] = node as u32;
+                    // Else a way found from one row farther would run beside the one before all along.
+                    if self.leads(to) {
+                        self.reached.push(to as u32);
+                        return Some(to);
+                    }
                     self.open.push(to as u32);
                     self.reached.push(to as u32);
                 }
@@ -111,5 +170,49 @@ impl Witness {
             self.goal = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)?;
         }
         Some(self.goal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Reach;
+    use crate::specimen::{DISCOUNT, Draw, HARD};
+    use crate::{Leaving, Rules, Site};
+
+    #[test]
+    fn what_is_remembered_never_differs_from_a_search_from_nothing() {
+        for seed in 0..30 {
+            let mut draw = Draw(seed);
+            let (width, height) = (4 + seed as usize % 7, 9);
+            let rules =
+                Rules { discount: DISCOUNT, loss: -500.0, leaving: Leaving::Stays, soils: vec![HARD] };
+            let mut world = World::new(width, height, rules).expect("a world in range");
+            let mut witness = Witness::default();
+            let mut lost = 0;
+            for _ in 0..400 {
+                let mut pick = |below: usize| (draw.uniform() * below as f64) as usize;
+                let node = pick(world.nodes());
+                let kind = match pick(60) {
+                    0 => Kind::Goal,
+                    1..=20 => Kind::Lost,
+                    _ => Kind::Free,
+                };
+                let slope = [0.0, 1.0, -1.0, 0.3][pick(4)];
+                let before = world.kind(node);
+                let flat = Site { kind, payoff: 0.0, slope_east: slope, slope_north: 0.0, soil: 0 };
+                world.set(node, flat);
+                witness.changed(&world, node, before);
+                for _ in 0..3 {
+                    let here = pick(world.nodes());
+                    let leads = Reach::default().leads_to_goal(&world, here);
+                    if world.kind(here) == Kind::Free {
+                        assert_eq!(witness.leads_to_goal(&world, here), leads, "seed {seed}");
+                        lost += u32::from(!leads);
+                    }
+                }
+            }
+            assert!(lost > 0);
+        }
     }
 }

@@ -127,7 +127,7 @@ fn a_geotiff_beyond_a_limit_is_refused_by_the_limits_name() {
     for (file, says) in [
         (
             with(&[(256, &[1 << 30]), (257, &[1 << 30])]),
-            "need 1073741824 x 1073741824 cells of float32, got the end",
+            "cells in a strip or tile: need at most 16777216, got 4294967296; rewrite",
         ),
         (with(&[(256, &[4097]), (257, &[4096]), (278, &[1])]), "got the end of the file"),
         (with(&[(256, &[u32::MAX])]), "image width: need 1 to 2147483647"),

@@ -1,0 +1,87 @@
+//! A mission that visits its goals in turn, without end but for a count of hops.
+
+use serde::{Deserialize, Serialize};
+
+use crate::limits::GOALS_MAX;
+use crate::{Brief, Cell};
+
+/// Goals to be visited in turn, from the last to the first again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Patrol {
+    /// The goals, the first `count` of them.
+    cells: [Cell; GOALS_MAX],
+    count: u32,
+    /// Decisions after which the patrol is flown.
+    pub hops_max: u64,
+}
+
+impl Patrol {
+    /// A patrol of `goals`; `None` unless there are 2 to [`GOALS_MAX`], each another than the one before it,
+    /// and at least one hop.
+    #[must_use]
+    pub fn new(goals: &[Cell], hops_max: u64) -> Option<Self> {
+        let differ = goals.iter().zip(goals.iter().cycle().skip(1)).all(|(goal, next)| goal != next);
+        if !(2..=GOALS_MAX).contains(&goals.len()) || !differ || hops_max == 0 {
+            return None;
+        }
+        let mut cells = [Cell::default(); GOALS_MAX];
+        cells[..goals.len()].copy_from_slice(goals);
+        Some(Self { cells, count: goals.len() as u32, hops_max })
+    }
+
+    /// The goals in order.
+    #[must_use]
+    pub fn goals(&self) -> &[Cell] {
+        &self.cells[..self.count as usize]
+    }
+
+    /// The goal in force after so many visits.
+    #[must_use]
+    pub fn goal(&self, visits: u64) -> Cell {
+        self.cells[(visits % u64::from(self.count)) as usize]
+    }
+}
+
+impl Brief {
+    /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in
+    /// force. To whoever plans, a leg is a mission like any other. Without a patrol it is the brief itself.
+    #[must_use]
+    pub fn leg(&self, visits: u64) -> Brief {
+        let Some(patrol) = &self.patrol else { return *self };
+        let start = visits.checked_sub(1).map_or(self.start, |last| patrol.goal(last));
+        Brief { start, goal: patrol.goal(visits), ..*self }
+    }
+
+    /// Whether landing on `cell` after so many visits is another: nobody visits a goal out of turn.
+    #[must_use]
+    pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
+        cell == self.leg(visits).goal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn goals_come_in_turn_from_the_last_to_the_first_again() {
+        let goals = [Cell::new(1, 1), Cell::new(5, 2), Cell::new(0, 3)];
+        let patrol = Patrol::new(&goals, 10).unwrap();
+        assert_eq!(patrol.goals(), goals);
+        assert_eq!(
+            [0, 1, 2, 3, 3_000_000].map(|visits| patrol.goal(visits)),
+            [goals[0], goals[1], goals[2], goals[0], goals[0]]
+        );
+    }
+
+    #[test]
+    fn what_is_no_patrol_is_none() {
+        let [a, b] = [Cell::new(1, 1), Cell::new(5, 2)];
+        assert!(Patrol::new(&[a, b], 1).is_some());
+        for (goals, hops_max) in [(&[a][..], 9), (&[a, b, b], 9), (&[a, b, a], 9), (&[], 9), (&[a, b], 0)] {
+            assert!(Patrol::new(goals, hops_max).is_none(), "{goals:?} {hops_max}");
+        }
+        let many: Vec<Cell> = (0..=GOALS_MAX as i32).map(|x| Cell::new(x, 0)).collect();
+        assert!(Patrol::new(&many, 9).is_none() && Patrol::new(&many[1..], 9).is_some());
+    }
+}

@@ -1,0 +1,65 @@
+//! Section `[mission]`: whether the hopper goes to a goal, or visits several in turn without end.
+
+use contract::limits::DECISIONS_MAX;
+use contract::{Cell, Patrol};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::ScenarioError;
+
+/// Kinds of missions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MissionKind {
+    /// From the start to the goal.
+    #[default]
+    Reach,
+    /// From goal to goal in turn, from the last to the first again, until the hops are flown. Its first goal
+    /// is `brief.goal`, and `limits.steps_max` does not apply.
+    Patrol,
+}
+
+/// What kind of mission it is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MissionRules {
+    /// `reach` or `patrol`.
+    pub kind: MissionKind,
+    /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each another than the one before it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub goals: Vec<[i32; 2]>,
+    /// Hops after which a patrol is flown; by default as many as a mission can count.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hops_max: Option<u64>,
+}
+
+impl MissionRules {
+    /// Whether nothing is said.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The patrol that begins with `first`, its default filled in here; `None` if the mission is none.
+    pub(crate) fn settle(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
+        let refuse = |field, need, got| Err(ScenarioError::Value { field, need, got });
+        if self.kind == MissionKind::Reach {
+            if self.goals.is_empty() && self.hops_max.is_none() {
+                return Ok(None);
+            }
+            return refuse("mission.kind", "patrol, for goals or hops_max", "reach".into());
+        }
+        let hops_max = *self.hops_max.get_or_insert(DECISIONS_MAX);
+        if !(1..=DECISIONS_MAX).contains(&hops_max) {
+            return refuse("mission.hops_max", "1 to 4294967296 hops", hops_max.to_string());
+        }
+        let mut goals = vec![first];
+        goals.extend(self.goals.iter().map(|&[x, y]| Cell::new(x, y)));
+        match Patrol::new(&goals, hops_max) {
+            Some(patrol) => Ok(Some(patrol)),
+            None => {
+                let need = "1 to 15 cells, each another than the one before it, the first than brief.goal, the last too";
+                refuse("mission.goals", need, format!("{:?}", self.goals))
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! What a world's payoffs range over.
+
+use crate::simd::{Simd, dispatch};
+use crate::world::Class;
+use crate::{Kind, Rules, World};
+
+/// What a world's payoffs range over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    /// Largest |r| of free ground, 0 without any.
+    pub free_max: f64,
+    /// Largest |r| of a goal, 0 without any.
+    pub goal_max: f64,
+    /// The least payoff, 0 at most.
+    pub worst: f64,
+    /// Whether the hopper is lost at some node.
+    pub any_lost: bool,
+    /// The goal that pays best; of equals, the last.
+    pub best_goal: Option<usize>,
+}
+
+impl Extent {
+    /// The extent of `world`.
+    pub fn of(simd: Simd, world: &World) -> Self {
+        let (payoffs, classes) = world.payoffs();
+        let mut extent = Self { free_max: 0.0, goal_max: 0.0, worst: 0.0, any_lost: false, best_goal: None };
+        let mut best = f64::NEG_INFINITY;
+        for start in (0..payoffs.len()).step_by(SPAN) {
+            let end = payoffs.len().min(start + SPAN);
+            let (free_max, worst, kinds) = span(simd, &payoffs[start..end], &classes[start..end]);
+            extent.free_max = extent.free_max.max(free_max);
+            extent.worst = extent.worst.min(worst);
+            extent.any_lost |= kinds.is_lost();
+            if !kinds.is_goal() {
+                continue;
+            }
+            for node in (start..end).filter(|&node| classes[node].kind() == Kind::Goal) {
+                extent.goal_max = extent.goal_max.max(payoffs[node].abs());
+                if payoffs[node] >= best {
+                    (best, extent.best_goal) = (payoffs[node], Some(node));
+                }
+            }
+        }
+        extent
+    }
+
+    /// The largest |r + V*| possible under `rules`.
+    pub fn worth_max(&self, rules: &Rules) -> f64 {
+        (self.free_max / (1.0 - rules.discount)).max(self.goal_max).max(rules.loss.abs())
+    }
+}
+
+/// Nodes looked at together.
+const SPAN: usize = 512;
+/// Lanes of a chunk.
+const LANES: usize = 16;
+
+dispatch! {
+    /// Largest |r| of free ground, least r, and all kinds in one.
+    fn span(payoffs: &[f64], classes: &[Class]) -> (f64, f64, Class) = span_lanes
+}
+
+#[inline(always)]
+fn span_lanes(payoffs: &[f64], classes: &[Class]) -> (f64, f64, Class) {
+    let mut kinds = Class::NONE;
+    for class in classes {
+        kinds = kinds.or(*class);
+    }
+    let [mut free_max, mut worst] = [[0.0_f64; LANES]; 2];
+    let (payoff_chunks, class_chunks) = (payoffs.chunks_exact(LANES), classes.chunks_exact(LANES));
+    let rest = payoff_chunks.remainder().iter().zip(class_chunks.remainder());
+    for (payoffs, classes) in payoff_chunks.zip(class_chunks) {
+        for lane in 0..LANES {
+            let size = if classes[lane].is_free() { payoffs[lane].abs() } else { 0.0 };
+            free_max[lane] = if size > free_max[lane] { size } else { free_max[lane] };
+            worst[lane] = if payoffs[lane] < worst[lane] { payoffs[lane] } else { worst[lane] };
+        }
+    }
+    for (payoff, class) in rest {
+        free_max[0] = if class.is_free() { free_max[0].max(payoff.abs()) } else { free_max[0] };
+        worst[0] = worst[0].min(*payoff);
+    }
+    (free_max.into_iter().fold(0.0, f64::max), worst.into_iter().fold(0.0, f64::min), kinds)
+}

@@ -1,0 +1,211 @@
+//! Bellman's residual in double precision, row by row, operation for operation as in [`crate::bellman`].
+//!
+//! It is the certificate's sweep: it reads the world and the values as they are handed out, and shares
+//! nothing with the kernels and the layout that made them.
+
+use std::ops::Range;
+
+use crate::simd::{Simd, dispatch};
+use crate::world::Class;
+use crate::{Leaving, Rules, World};
+
+/// Lanes of a chunk in double precision.
+const LANES: usize = 8;
+
+/// Nodes of a panel: rows are measured in panels, so that the worths of three of its rows stay at hand.
+const PANEL: usize = 512;
+
+/// Worths along one row of a panel, from the node before it to the node after it.
+type Worths = [f64; PANEL + 2];
+
+/// What a survey found over all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Findings {
+    /// max |V − TV|; infinite if some value is no number.
+    pub residual: f64,
+    /// The largest |r| + |V| and |loss| met.
+    pub worth_max: f64,
+}
+
+/// Measures `values`.
+pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
+    let (width, height) = (world.width(), world.height());
+    let rules = world.rules();
+    let mut findings = Findings { residual: 0.0, worth_max: rules.loss.abs() };
+    for start in (0..width).step_by(PANEL) {
+        let columns = start..width.min(start + PANEL);
+        let mut worths = [[0.0; PANEL + 2]; 3];
+        worths_of(simd, world, values, &columns, 0, &mut worths[1]);
+        worths[0] = beyond(rules, &worths[1]);
+        for y in 0..height {
+            if y + 1 < height {
+                worths_of(simd, world, values, &columns, y + 1, &mut worths[(y + 2) % 3]);
+            } else {
+                worths[(y + 2) % 3] = beyond(rules, &worths[(y + 1) % 3]);
+            }
+            let [south, here, north] = [y % 3, (y + 1) % 3, (y + 2) % 3].map(|row| &worths[row]);
+            let (payoffs, east, north_up, classes) = world.row(y);
+            let inputs = Inputs {
+                values: &values[y * width..][columns.clone()],
+                payoffs: &payoffs[columns.clone()],
+                slopes_east: &east[columns.clone()],
+                slopes_north: &north_up[columns.clone()],
+                classes: &classes[columns.clone()],
+            };
+            let [residual, worth_max] = measure(simd, rules, south, here, north, &inputs);
+            findings.residual = findings.residual.max(residual);
+            findings.worth_max = findings.worth_max.max(worth_max);
+        }
+    }
+    findings
+}
+
+/// What is read along one row of a panel.
+struct Inputs<'a> {
+    values: &'a [f64],
+    payoffs: &'a [f64],
+    slopes_east: &'a [f64],
+    slopes_north: &'a [f64],
+    classes: &'a [Class],
+}
+
+fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
+    let (payoffs, _, _, classes) = world.row(y);
+    let (width, loss) = (payoffs.len(), world.rules().loss);
+    let inside = columns.start.saturating_sub(1)..width.min(columns.end + 1);
+    let shift = inside.start + 1 - columns.start;
+    let values = &values[y * width..(y + 1) * width][inside.clone()];
+    land(simd, &mut into[shift..], &payoffs[inside.clone()], values, &classes[inside], loss);
+    let stays = world.rules().leaving == Leaving::Stays;
+    if columns.start == 0 {
+        into[0] = if stays { into[1] } else { loss };
+    }
+    if columns.end == width {
+        into[columns.len() + 1] = if stays { into[columns.len()] } else { loss };
+    }
+}
+
+dispatch! {
+    /// The worths of landing on some nodes.
+    fn land(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) = land_lanes
+}
+
+#[inline(always)]
+fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) {
+    let nodes = payoffs.len();
+    let (into, values, classes) = (&mut into[..nodes], &values[..nodes], &classes[..nodes]);
+    for x in 0..nodes {
+        let sum = payoffs[x] + values[x];
+        let landed = if classes[x].is_free() { sum } else { payoffs[x] };
+        into[x] = if classes[x].is_lost() { loss } else { landed };
+    }
+}
+
+/// The row beyond the map's edge, beside the row `edge`.
+fn beyond(rules: &Rules, edge: &Worths) -> Worths {
+    if rules.leaving == Leaving::Stays { *edge } else { [rules.loss; PANEL + 2] }
+}
+
+dispatch! {
+    /// The largest deviation along one row, and the largest |r| + |V|.
+    fn measure(
+        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs,
+    ) -> [f64; 2] = measure_lanes
+}
+
+/// Eight from `at` on; `beyond` past the end.
+#[inline(always)]
+fn chunk<T: Copy>(of: &[T], at: usize, beyond: T) -> [T; LANES] {
+    let mut chunk = [beyond; LANES];
+    if at + LANES <= of.len() {
+        chunk.copy_from_slice(&of[at..at + LANES]);
+    } else {
+        let rest = &of[at..];
+        chunk[..rest.len()].copy_from_slice(rest);
+    }
+    chunk
+}
+
+#[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "a lane is a lane of many arrays, and closures are not inlined"
+)]
+fn measure_lanes(
+    rules: &Rules,
+    souths: &Worths,
+    heres: &Worths,
+    norths: &Worths,
+    inputs: &Inputs,
+) -> [f64; 2] {
+    // No closures in here: they would be compiled without the vector instructions, and be called.
+    let discount = rules.discount;
+    let mut residual = [0.0_f64; LANES];
+    let mut worth_max = [0.0_f64; LANES];
+    let mut unsound = [0.0_f64; LANES];
+    for start in (0..inputs.values.len()).step_by(LANES) {
+        // What is left at the end is measured together with what was measured before it.
+        let at = start.min(inputs.values.len().saturating_sub(LANES));
+        let (value, payoff) = (chunk(inputs.values, at, 0.0), chunk(inputs.payoffs, at, 0.0));
+        let (east, north) = (chunk(inputs.slopes_east, at, 0.0), chunk(inputs.slopes_north, at, 0.0));
+        let classes = chunk(inputs.classes, at, Class::LOST);
+        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
+        // 1 where it is so, 0 elsewhere.
+        let [mut is_free, mut is_lost] = [[0.0; LANES]; 2];
+        for index in 0..rules.soils.len() {
+            let soil = rules.soils[index];
+            for l in 0..LANES {
+                let this = classes[l].is_free_of(index);
+                intended[l] = if this { soil.intended } else { intended[l] };
+                stuck[l] = if this { soil.stuck } else { stuck[l] };
+                sideways[l] = if this { soil.sideways } else { sideways[l] };
+                waits[l] = if this { soil.wait } else { waits[l] };
+            }
+        }
+        for l in 0..LANES {
+            is_free[l] = if classes[l].is_free() { 1.0 } else { 0.0 };
+            is_lost[l] = if classes[l].is_lost() { 1.0 } else { 0.0 };
+        }
+        let (w_here, w_north, w_south) =
+            (chunk(heres, at + 1, 0.0), chunk(norths, at + 1, 0.0), chunk(souths, at + 1, 0.0));
+        let (w_west, w_east) = (chunk(heres, at, 0.0), chunk(heres, at + 2, 0.0));
+        for l in 0..LANES {
+            let free = is_free[l] > 0.0;
+            let wait = waits[l];
+            // (slope ahead, slope to the right), worths ahead, to the left, to the right.
+            let hops = [
+                (north[l], east[l], w_north[l], w_west[l], w_east[l]),
+                (east[l], -north[l], w_east[l], w_north[l], w_south[l]),
+                (-north[l], -east[l], w_south[l], w_east[l], w_west[l]),
+                (-east[l], north[l], w_west[l], w_south[l], w_north[l]),
+            ];
+            let then = 1.0 - wait + wait * discount;
+            let mut best = f64::NEG_INFINITY;
+            for index in 0..4 {
+                let (ahead, right_up, w_ahead, w_left, w_right) = hops[index];
+                let forwards = if ahead > 0.0 { ahead } else { 0.0 };
+                let p = intended[l] * (1.0 - forwards);
+                let stayed = intended[l] * forwards + stuck[l];
+                let left = sideways[l] * (1.0 - right_up);
+                let rest = 1.0 - (p + stayed + left);
+                let right = if rest > 0.0 { rest } else { 0.0 };
+                let next = p * w_ahead + stayed * w_here[l] + left * w_left + right * w_right;
+                let worth = discount * (wait * payoff[l] + then * next);
+                best = if worth > best { worth } else { best };
+            }
+            let deviation = best - value[l];
+            let size = if free { deviation.abs() } else { 0.0 };
+            unsound[l] = if size < f64::INFINITY { unsound[l] } else { 1.0 };
+            residual[l] = if size > residual[l] { size } else { residual[l] };
+            let size = if is_lost[l] > 0.0 {
+                0.0
+            } else {
+                payoff[l].abs() + if free { value[l].abs() } else { 0.0 }
+            };
+            worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
+        }
+    }
+    let residual =
+        if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
+    [residual, worth_max.into_iter().fold(0.0, f64::max)]
+}

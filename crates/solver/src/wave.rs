@@ -1,0 +1,43 @@
+//! The order in which diagonals are visited: several sweeps in one wave over them.
+//!
+//! Each sweep of a wave follows the one before at a distance of two diagonals: at its step t the first updates
+//! diagonal t, the second t − 2, the third t − 4. A diagonal's neighbours are the diagonals beside it,
+//! so none of these updates reads what another writes, and each finds just what it would find if the sweeps
+//! were made one after the other. But their arithmetic overlaps, and all they touch is in cache.
+
+use std::ops::Range;
+
+/// A wave over diagonals.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wave {
+    /// Sweeps in it.
+    pub sweeps: usize,
+    /// Whether it runs towards the goal.
+    pub back: bool,
+}
+
+impl Wave {
+    /// Steps that it takes.
+    #[inline(always)]
+    pub fn steps(self, diagonals: &Range<usize>) -> usize {
+        diagonals.len() + 2 * (self.sweeps - 1)
+    }
+
+    /// The diagonal that a sweep of the wave updates at a step, if it is at one.
+    #[inline(always)]
+    pub fn diagonal(self, diagonals: &Range<usize>, step: usize, sweep: usize) -> Option<usize> {
+        let index = step.wrapping_sub(2 * sweep);
+        if index >= diagonals.len() {
+            None
+        } else if self.back {
+            Some(diagonals.end - 1 - index)
+        } else {
+            Some(diagonals.start + index)
+        }
+    }
+}
+
+/// The largest of the lanes.
+pub(crate) fn largest(lanes: &[f32]) -> f32 {
+    lanes.iter().copied().fold(0.0, f32::max)
+}
