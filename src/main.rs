@@ -74,7 +74,7 @@ enum Command {
     Simulate(simulate::Args),
     /// Fly a long patrol through four processes, kill them in turn, and see whether anything grows.
     #[command(
-        after_help = "Examples:\n  hopper endure --hops 20000 --kill-every 2000\n  hopper endure --scenario sandy --hops 5000 --kill-every 0 --format json"
+        after_help = "Examples:\n  hopper endure --hops 20000 --kill-every 2000\n  hopper endure --scenario patrol --hops 5000 --kill-every 0 --format json"
     )]
     Endure(endure::Args),
     /// Kill, stop and restart real processes of real missions, and count what it does to them.

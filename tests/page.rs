@@ -33,7 +33,10 @@ struct Flown {
 
 fn flown(scenario: &str) -> Flown {
     let world = scenario::load(scenario).unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(77), ..world.brief };
+    let mut brief = Brief { run: RunId(77), ..world.brief };
+    if let Some(patrol) = &mut brief.patrol {
+        patrol.hops_max = 60;
+    }
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3 };
     let mut records = Vec::new();
     let crew = Crew::single("mdp".parse().unwrap());
@@ -144,6 +147,23 @@ fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
     assert!(content(&drain(&late, &mut Cursor::default())) == from_the_start, "the past tells the same");
 }
 
+#[test]
+fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
+    let flown = flown("patrol");
+    let mut account = Chronicle::new(ROBOT);
+    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    flown.states.iter().for_each(|state| _ = account.on(News::State(state), state.landed));
+    let frames = drain(&account, &mut Cursor::default());
+    let mission: Value = serde_json::from_str(&frames[0].data).unwrap();
+    assert_eq!(mission["goals"].as_array().unwrap().len(), 4);
+    assert_eq!(mission["hops_max"], 60);
+    let (hops, _) = content(&frames);
+    let visits: Vec<u64> = hops.iter().map(|row| row[11].as_u64().unwrap()).collect();
+    assert_eq!(visits, flown.records.iter().map(|record| record.visits).collect::<Vec<_>>());
+    assert!(visits.last() > Some(&0), "it came somewhere: {visits:?}");
+    assert!(hops.iter().all(|row| row[12] == "planner" && row[13] == ""), "nothing was vetoed, nobody late");
+}
+
 /// P-WEB-PATCHES: on the largest map a landing costs a page what it reveals, not what the map holds.
 #[test]
 fn a_landing_on_the_largest_map_makes_small_frames() {
@@ -187,13 +207,14 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
     let cells = vec![PolicyCell { action: Action::Hold, value: 0.5 }; brief.grid.cells()];
     let (planner, decision): (Name, Decision) = ("mdp".parse().unwrap(), Decision(1));
     account.on(
-        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.0, cells }),
+        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.25, cells }),
         MonotonicNs(1),
     );
     let mut policies = Cursor::of_policies();
     let frames = drain(&account, &mut policies);
     let policy: Value = serde_json::from_str(&frames[0].data).unwrap();
     assert_eq!((frames.len(), &policy["width"]), (1, &POLICY_SIDE_MAX.into()));
+    assert_eq!(policy["error_bound"], 0.25, "the certificate comes with it");
     assert_eq!(policy["actions"].as_str().unwrap().len() as u32, POLICY_SIDE_MAX * POLICY_SIDE_MAX);
     let x = policy["x"].as_i64().unwrap();
     assert!((x..x + i64::from(POLICY_SIDE_MAX)).contains(&i64::from(state.pose.cell.x)), "{x}");

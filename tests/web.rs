@@ -37,7 +37,8 @@ fn chromium() -> PathBuf {
         .find(|file| file.exists());
     found.unwrap_or_else(|| {
         panic!(
-            "the page is tested in a real browser, and none of {names:?} is on PATH: apt-get install chromium"
+            "the page is tested in a real browser: need one of {names:?} on PATH, got none; as root, and with a \
+             network, once: apt-get install chromium"
         )
     })
 }
@@ -49,14 +50,20 @@ fn playwright() -> PathBuf {
     if !package.join("package.json").exists() {
         std::fs::create_dir_all(&folder).unwrap();
         let mut npm = Command::new("npm");
-        npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix"])
+        npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
+            .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
             .arg(&folder)
             .arg(PLAYWRIGHT);
         let output = npm
             .output()
-            .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH: {error}"));
+            .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
         let text = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{PLAYWRIGHT} could not be had from the npm registry: {text}");
+        assert!(
+            output.status.success(),
+            "the page is tested through {PLAYWRIGHT}: need it in {}, or a network once for npm to put it there; got \
+             {text}",
+            package.display()
+        );
     }
     package
 }
@@ -83,6 +90,7 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
         seen["paused"].as_u64().unwrap() + 2,
         "two steps, two landings"
     );
+    assert!(seen["bound"].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "a certificate: {seen}");
     assert_eq!(seen["reigns"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
     assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
     assert!(seen["colours"].as_u64().unwrap() > 20, "the map is drawn: {seen}");

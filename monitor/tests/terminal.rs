@@ -93,7 +93,7 @@ fn account() -> Chronicle {
     let (run, robot, decision) = (brief.run, ROBOT, Decision(13));
     let planner = records.last().unwrap().leader.planner;
     account.on(
-        News::Policy(Policy { run, robot, decision, planner, error_bound: 0.0, cells: policy(&brief) }),
+        News::Policy(Policy { run, robot, decision, planner, error_bound: 3.1e-7, cells: policy(&brief) }),
         NOW,
     );
     account.on(News::Tempo(Tempo { run, robot, pace: Pace::Hertz(2.0), paused: false, heeds: true }), NOW);

@@ -38,6 +38,9 @@ try {
   await page.keyboard.press("s");
   await until(([before]) => Number(document.getElementById("moment").max) === before + 2, seen.paused);
   seen.stepped = await hop();
+  // What the planner proves of its values stands beside it.
+  await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#reigns tbody td:nth-child(5)").textContent));
+  seen.bound = await text("#reigns tbody td:nth-child(5)");
   await shot("paused");
 
   // A stand-by is told to take over.

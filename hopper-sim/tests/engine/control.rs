@@ -1,8 +1,8 @@
 //! Orders move landings in time, never an outcome.
 
-use contract::{Control, Incarnation, MonotonicNs, Order, Pace, RobotId, RunId};
+use contract::{Control, Guard, Incarnation, MonotonicNs, Order, Origin, Pace, RobotId, RunId};
 use hopper_sim::throttle::{ORDERS_MAX, WINDOW_NS};
-use hopper_sim::{Arbiter, Event, ROBOT};
+use hopper_sim::{Arbiter, Event, Mission, ROBOT};
 use proptest::prelude::*;
 
 use crate::fixture::{EAST, Host, LINGER_NS, RUN, command, mission, steer, undisturbed};
@@ -11,8 +11,12 @@ const SECOND_NS: u64 = 1_000_000_000;
 
 /// A host that heeds orders.
 fn heeding(pace: Pace) -> Host {
-    let mut host = Host::new(mission(), Vec::new(), pace);
-    host.arbiter = Arbiter::new(mission(), None, pace, LINGER_NS, host.now).heeding_orders();
+    heeding_on(mission(), pace)
+}
+
+fn heeding_on(mission: Mission, pace: Pace) -> Host {
+    let mut host = Host::new(mission.clone(), Vec::new(), pace);
+    host.arbiter = Arbiter::new(mission, None, pace, LINGER_NS, host.now).heeding_orders();
     host.on(Event::Tick);
     host
 }
@@ -37,6 +41,30 @@ fn a_pause_holds_the_landing_and_costs_no_decision_time() {
     give(&mut host, Order::Resume);
     assert_eq!(host.state().decision.0, 1);
     assert_eq!(host.state().landed, host.now, "the pause belongs to the flight");
+}
+
+/// P-CONTROL: a pause is in no decision's time, so no deadline passes in it.
+#[test]
+fn no_fallback_acts_in_a_pause() {
+    let mut mission = mission();
+    mission.brief.guard = Guard { deadline_ns: SECOND_NS, ..Guard::OFF };
+    let mut host = heeding_on(mission, Pace::Hertz(10.0));
+    give(&mut host, Order::Pause);
+    hop(&mut host);
+    for _ in 0..60 {
+        host.tick_after(SECOND_NS);
+    }
+    assert_eq!(host.records.len(), 1, "the hop in the air, and no other");
+    give(&mut host, Order::Resume);
+    hop(&mut host);
+    assert_eq!(
+        host.records.last().map(|record| record.origin),
+        Some(Origin::Planner),
+        "the planner is in time"
+    );
+    host.tick_after(SECOND_NS);
+    host.tick_after(2 * SECOND_NS);
+    assert_eq!(host.records.last().map(|record| record.origin), Some(Origin::Greedy), "later it is not");
 }
 
 #[test]

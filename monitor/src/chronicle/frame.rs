@@ -1,6 +1,6 @@
 //! What goes to a page: small pieces of the account, each a named event with JSON in it.
 
-use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Policy, Stage};
+use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -47,7 +47,8 @@ impl Cursor {
 }
 
 /// Stages and a few facts of one hop, as a row: decision, branch, from x and y, to x and y, height, term,
-/// steps, status, treasures, moment of the landing before it in milliseconds, then seven stages in microseconds.
+/// steps, status, treasures, visits, origin, letters of vetoed actions, moment of the landing before it in
+/// milliseconds, then seven stages in microseconds.
 type Row = Vec<Value>;
 
 #[derive(Serialize)]
@@ -145,7 +146,8 @@ fn mission(brief: &Brief) -> Value {
         "profile": brief.profile,
         "grid": brief.grid,
         "start": [brief.start.x, brief.start.y],
-        "goal": [brief.goal.x, brief.goal.y],
+        "goals": goals(brief).iter().map(|goal| [goal.x, goal.y]).collect::<Vec<_>>(),
+        "hops_max": brief.patrol.map(|patrol| patrol.hops_max),
         "datum_m": brief.datum_m,
         "height_m": [brief.priors.height_m.min, brief.priors.height_m.max],
         "sensor": brief.sensor,
@@ -153,6 +155,11 @@ fn mission(brief: &Brief) -> Value {
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
+}
+
+/// The goals in the order in which they are in force; the first follows the last again.
+fn goals(brief: &Brief) -> &[Cell] {
+    brief.patrol.as_ref().map_or(std::slice::from_ref(&brief.goal), Patrol::goals)
 }
 
 fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
@@ -175,6 +182,9 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
             json!(hop.steps),
             json!(hop.status),
             json!(hop.collected.count()),
+            json!(hop.visits),
+            json!(hop.origin),
+            json!(letters(hop.vetoed)),
             rounded(hop.landed.0 as f64 / 1e6, 1.0),
         ];
         row.extend(hop.stages_ns.map(|ns| rounded(ns as f64 / 1e3, 10.0)));
@@ -276,7 +286,7 @@ impl Window {
         }
         let (planner, decision) = (policy.planner, policy.decision);
         json!({
-            "decision": decision, "planner": planner, "x": self.x, "y": self.y,
+            "decision": decision, "planner": planner, "error_bound": policy.error_bound, "x": self.x, "y": self.y,
             "width": self.width, "height": self.height, "actions": actions, "values": values,
         })
     }
@@ -287,6 +297,10 @@ fn letter(action: Action) -> char {
         Action::Hold => '-',
         Action::Hop(direction) => ['n', 'e', 's', 'w'][direction as usize],
     }
+}
+
+fn letters(vetoed: Vetoed) -> String {
+    Action::ALL.into_iter().filter(|&action| vetoed.has(action)).map(letter).collect()
 }
 
 /// A number with as many decimals as a page can show.

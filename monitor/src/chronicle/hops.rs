@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Status, Term};
+use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Origin, Status, Term, Vetoed};
 use report::Executed;
 
 /// Hops that are kept; of a longer mission the last.
@@ -30,6 +30,12 @@ pub struct Hop {
     pub status: Status,
     /// Treasures collected so far.
     pub collected: Collected,
+    /// Goals visited so far.
+    pub visits: u64,
+    /// Who chose the action.
+    pub origin: Origin,
+    /// What the guard vetoed before it.
+    pub vetoed: Vetoed,
     /// When the hopper had come to rest before it.
     pub landed: MonotonicNs,
     /// Durations of its stages, nanoseconds, in the order of [`contract::Stage::ALL`].
@@ -139,6 +145,9 @@ impl Hops {
             steps: executed.steps,
             status: executed.status,
             collected: executed.collected,
+            visits: executed.visits,
+            origin: executed.origin,
+            vetoed: executed.vetoed,
             landed: executed.timing.landed,
             stages_ns: executed.timing.stages_ns(),
         });

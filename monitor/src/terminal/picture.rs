@@ -1,6 +1,6 @@
 //! What the terminal shows: home of the map in characters.
 
-use contract::{Action, Branch, Cell, Decision, Direction, MonotonicNs, Role, Stage};
+use contract::{Action, Branch, Brief, Cell, Decision, Direction, MonotonicNs, Origin, Policy, Role, Stage};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -32,6 +32,9 @@ const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 const BAD: Style = Style::new().fg(Color::Red);
 const GOOD: Style = Style::new().fg(Color::Green);
 const AMBER: Color = Color::Rgb(240, 166, 58);
+
+/// Hops that are looked through for what the guard did.
+const GUARDED_HOPS: u64 = 1024;
 
 /// What whoever looks has chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -100,7 +103,6 @@ fn heading(account: &Chronicle, knobs: &Knobs) -> Line<'static> {
     };
     let due = account.hops().map_or(Decision(0), |hops| hops.due());
     let at = knobs.moment(due);
-    let steps = hop_before(account, at).map_or(0, |hop| hop.steps);
     let status = account.progress().map(|progress| progress.status);
     let paused = account.tempo().is_some_and(|tempo| tempo.paused);
     let (word, style) = match status {
@@ -113,7 +115,12 @@ fn heading(account: &Chronicle, knobs: &Knobs) -> Line<'static> {
     };
     line.push(Span::raw(format!("{} · {} ", brief.scenario, brief.profile)));
     line.push(Span::styled(format!("● {word} "), style));
-    line.push(Span::raw(format!("hop {at} of {due} · step {steps}/{}", brief.limits.steps_max)));
+    let before = hop_before(account, at);
+    let count = match brief.patrol {
+        None => format!("step {}/{}", before.map_or(0, |hop| hop.steps), brief.limits.steps_max),
+        Some(_) => format!("{} goals visited", before.map_or(0, |hop| hop.visits)),
+    };
+    line.push(Span::raw(format!("hop {at} of {due} · {count}")));
     line.into()
 }
 
@@ -215,7 +222,10 @@ impl<'a> View<'a> {
         for &treasure in self.ground.treasures() {
             put(treasure, "★ ", Color::Yellow);
         }
-        put(brief.goal, "⚑ ", Color::LightGreen);
+        for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
+            put(goal, "⚑ ", Color::Gray);
+        }
+        put(goal(self.account, brief, self.at), "⚑ ", Color::LightGreen);
         if let Some(cell) = pose(self.account, self.at) {
             put(cell, "@ ", AMBER);
         }
@@ -252,6 +262,11 @@ fn arrow_on(direction: Direction, sand: bool) -> &'static str {
         (Direction::South, true) => "↓░",
         (Direction::West, true) => "←░",
     }
+}
+
+/// The goal in force at a moment.
+fn goal(account: &Chronicle, brief: &Brief, at: Decision) -> Cell {
+    brief.leg(hop_before(account, at).map_or(0, |hop| hop.visits)).goal
 }
 
 fn pose(account: &Chronicle, at: Decision) -> Option<Cell> {
@@ -301,6 +316,7 @@ fn side(account: &Chronicle, knobs: &Knobs, now: MonotonicNs, area: Rect) -> Vec
             lines.push(Line::raw(text));
         }
     }
+    lines.extend(certificate(account, at));
     lines.push(title("processes"));
     let leader = account.state().map(|state| state.leader.incarnation);
     for peer in account.lives().peers().iter().filter(|peer| peer.beat.role != Role::Monitor) {
@@ -320,6 +336,13 @@ fn side(account: &Chronicle, knobs: &Knobs, now: MonotonicNs, area: Rect) -> Vec
     lines
 }
 
+/// How far the values of the policy in sight may be from the true ones at most, where its planner proves that.
+fn certificate(account: &Chronicle, at: Decision) -> Option<Line<'static>> {
+    let Policy { planner, decision, error_bound, .. } = account.policy()?;
+    let claims = *error_bound > 0.0 && *decision <= at;
+    claims.then(|| Line::raw(format!("{planner} at hop {decision}: |V − V*| ≤ {error_bound:.1e}")))
+}
+
 fn title(text: &str) -> Line<'static> {
     Line::styled(format!("─ {text} {}", "─".repeat(34_usize.saturating_sub(text.len()))), DIM)
 }
@@ -331,7 +354,7 @@ fn mission(account: &Chronicle, at: Decision, lines: &mut Vec<Line<'static>>) {
     };
     let cell = pose(account, at).unwrap_or(brief.start);
     let height_m = hop_before(account, at).map_or(0.0, |hop| hop.height_m);
-    let distance_m = cell.distance_cells(brief.goal) * brief.grid.cell_size_m;
+    let distance_m = cell.distance_cells(goal(account, brief, at)) * brief.grid.cell_size_m;
     let cells = if at < hops.due() { ground.seen_by(at) } else { ground.seen() };
     let seen = 100.0 * cells as f64 / brief.grid.cells() as f64;
     let flown = at.0.saturating_sub(hops.first().0) as usize;
@@ -411,11 +434,32 @@ fn events(account: &Chronicle, at: Decision, count: usize) -> Vec<Line<'static>>
         }
     }
     events.retain(|(decision, ..)| *decision <= at);
+    events.extend(guarded(account, at, count));
     events.sort_by_key(|(decision, ..)| *decision);
     let line = |(decision, style, text): (Decision, Style, String)| {
         Line::from(vec![Span::styled(format!("{decision:>5} "), DIM), Span::styled(text, style)])
     };
     events.into_iter().rev().take(count).map(line).collect()
+}
+
+/// What the guard did of late.
+fn guarded(account: &Chronicle, at: Decision, count: usize) -> Vec<(Decision, Style, String)> {
+    let from = Decision(at.0.saturating_sub(GUARDED_HOPS));
+    let hop = |decision| Some((Decision(decision), account.hops()?.get(Decision(decision))?));
+    let hops = (from.0..at.0).rev().filter_map(hop);
+    let events = hops.flat_map(|(decision, hop)| {
+        let vetoes = hop.vetoed.count();
+        let veto = (vetoes > 0).then(|| (AMBER, format!("the guard vetoes {vetoes}")));
+        let fallback = match hop.origin {
+            Origin::Planner => None,
+            origin => Some((Color::Red, format!("the fallback acts: {origin}"))),
+        };
+        [veto, fallback]
+            .into_iter()
+            .flatten()
+            .map(move |(paint, text)| (decision, Style::new().fg(paint), text))
+    });
+    events.take(count).collect()
 }
 
 /// A duration in the unit that suits it.

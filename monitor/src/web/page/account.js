@@ -2,16 +2,19 @@
 
 export const UNSEEN = 0xffffffff;
 
+/** Hops that are kept, as by the monitor; of a longer mission the last. */
+const HOPS_KEPT = 65536;
+
 const STRAY = new Set(["stayed", "left", "right"]);
 
 /** One hop out of its row. */
 function hop(row) {
-  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, landedMs] = row;
-  const stages = row.slice(12);
+  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs] = row;
+  const stages = row.slice(15);
   const totalUs = stages.reduce((sum, us) => sum + us, 0);
   return {
-    decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, landedMs, stages,
-    totalUs, stray: STRAY.has(branch),
+    decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs,
+    stages, totalUs, stray: STRAY.has(branch),
   };
 }
 
@@ -44,6 +47,7 @@ export class Account {
     this.reigns = [];
     this.marks = [];
     this.policy = null;
+    this.bounds = new Map();
     this.status = null;
   }
 
@@ -53,7 +57,13 @@ export class Account {
       if (this.hops.length === 0) this.first = next.decision;
       this.hops.push(next);
     }
+    if (this.hops.length > 1.25 * HOPS_KEPT) {
+      const gone = this.hops.length - HOPS_KEPT;
+      this.hops.splice(0, gone);
+      this.first += gone;
+    }
     this.reigns.push(...reigns);
+    this.certify();
   }
 
   addCells({ i, h, at }) {
@@ -98,8 +108,32 @@ export class Account {
   pose(at) {
     const before = this.hopBefore(at);
     if (before) return { cell: before.to, heightM: before.heightM };
-    const [x, y] = this.mission.start;
-    return { cell: this.mission.start, heightM: this.heights[y * this.width + x] ?? 0 };
+    const cell = this.hops[0]?.from ?? this.mission.start;
+    const [x, y] = cell;
+    return { cell, heightM: this.heights[y * this.width + x] ?? 0 };
+  }
+
+  /** Goals visited by a moment. */
+  visits(at) {
+    return this.hopBefore(at)?.visits ?? 0;
+  }
+
+  /** The goal in force at a moment: those of a patrol follow one another, the first the last. */
+  goal(at) {
+    const { goals } = this.mission;
+    return goals[this.visits(at) % goals.length];
+  }
+
+  /** A policy came: the newest for the eye, its bound for the term that it was made under. */
+  addPolicy(policy) {
+    this.policy = policy;
+    this.certify();
+  }
+
+  certify() {
+    const { policy } = this;
+    const reign = policy && this.reigns.findLast((one) => one.from <= policy.decision);
+    if (reign && reign.planner === policy.planner) this.bounds.set(reign.term, policy.error_bound);
   }
 
   /** Sensing radius in cells at a height, P23 section IV. */

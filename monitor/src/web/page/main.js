@@ -84,7 +84,7 @@ function followPolicies() {
   policies?.close();
   policies = wanted ? new EventSource("/policy") : null;
   policies?.addEventListener("policy", ({ data }) => {
-    account.policy = JSON.parse(data);
+    account.addPolicy(JSON.parse(data));
     view.dirty = true;
   });
 }
@@ -113,7 +113,8 @@ function figures(at) {
   const pose = account.pose(at);
   const hop = account.hopBefore(at);
   const size = mission.grid.cell_size_m;
-  const distance = Math.hypot(pose.cell[0] - mission.goal[0], pose.cell[1] - mission.goal[1]) * size;
+  const goal = account.goal(at);
+  const distance = Math.hypot(pose.cell[0] - goal[0], pose.cell[1] - goal[1]) * size;
   let stray = 0;
   for (let n = 0; n < at - account.first && n < account.hops.length; n += 1) stray += account.hops[n].stray ? 1 : 0;
   let seen = account.seen;
@@ -124,7 +125,7 @@ function figures(at) {
   const share = (100 * seen) / (account.width * account.height);
   return [
     [`${at}`, ""],
-    [`${hop?.steps ?? 0}`, `/${mission.steps_max}`],
+    mission.hops_max === null ? [`${hop?.steps ?? 0}`, `/${mission.steps_max}`] : [`${account.visits(at)}`, "goals"],
     [distance.toFixed(1), "m"],
     [share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
     [pose.heightM.toFixed(2), "m"],
@@ -139,6 +140,7 @@ function showFigures(at) {
   if (list.children.length === 0) {
     list.append(...FIGURES.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
+  list.children[1].firstChild.textContent = account.mission.hops_max === null ? "step" : "visited";
   figures(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;
     if (number.textContent !== value) number.textContent = value;
@@ -161,12 +163,17 @@ function showTimes(at) {
   by("bar").setAttribute("aria-label", hop ? `Decision ${hop.decision}: ${duration(hop.totalUs)} of a budget of ${duration(mission.budget_us)}` : "No decision yet");
 }
 
+/** A bound on values as its planner proves it; planners without values claim none. */
+function bound(value) {
+  return value > 0 ? `${value.toExponential(1)}` : "–";
+}
+
 function showReigns(at) {
   const rows = account.reigns.map((reign, n) => {
     const until = Math.min(account.reigns[n + 1]?.from ?? account.due, at);
     return [reign, Math.max(until - reign.from, 0)];
   }).filter(([reign]) => reign.from < at || at === account.due).slice(-8).reverse();
-  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}`).join();
+  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}:${account.bounds.get(reign.term)}`).join();
   if (TEXTS.get("reigns") === text) return;
   TEXTS.set("reigns", text);
   by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${account.plannerNumber(reign.planner)}` },
@@ -174,6 +181,7 @@ function showReigns(at) {
     make("td", {}, make("i", { className: "swatch" }), reign.planner),
     make("td", { className: "n", textContent: reign.from }),
     make("td", { className: "n", textContent: hops }),
+    make("td", { className: "n", textContent: bound(account.bounds.get(reign.term)) }),
     make("td", { className: "n", textContent: reign.pid || "–" }))));
 }
 
@@ -201,6 +209,19 @@ function showPeers() {
   }));
 }
 
+const ACTIONS = { n: "north", e: "east", s: "south", w: "west", "-": "to stand still" };
+
+/** What the guard did of late: the last thousand hops are looked through. */
+function guarded(at) {
+  const until = Math.max(at - account.first, 0);
+  return account.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin }) => {
+    const events = [];
+    if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => ACTIONS[letter]).join(", ")}` });
+    if (origin !== "planner") events.push({ decision, kind: "bad", text: `no command in time: the fallback acts (${origin})` });
+    return events;
+  });
+}
+
 function showEvents(at) {
   const swaps = account.reigns.slice(1).map((reign) => ({ decision: reign.from, kind: "swap", text: `${reign.planner} takes command, term ${reign.term}` }));
   const changes = account.marks.map((mark) => {
@@ -210,7 +231,7 @@ function showEvents(at) {
   });
   const last = account.hopBefore(account.due);
   const end = last && last.status !== "underway" ? [{ decision: account.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] : [];
-  const all = [...changes, ...swaps, ...end].filter((event) => event.decision <= at);
+  const all = [...changes, ...swaps, ...guarded(at), ...end].filter((event) => event.decision <= at);
   const text = `${all.length}:${at === account.due}`;
   if (TEXTS.get("events") === text) return;
   TEXTS.set("events", text);
@@ -252,7 +273,10 @@ function showHead(at) {
 function policyNote(at) {
   if (!map.options.policy && !map.options.values) return "";
   const policy = map.policyAt(at);
-  if (policy) return `policy of ${policy.planner} at hop ${policy.decision}`;
+  if (policy) {
+    const certified = policy.error_bound > 0 ? ` · |V − V*| ≤ ${bound(policy.error_bound)}` : "";
+    return `policy of ${policy.planner} at hop ${policy.decision}${certified}`;
+  }
   const planner = account.plannerAt(at);
   return planner ? `no policy of ${planner}` : "";
 }

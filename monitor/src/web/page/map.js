@@ -387,13 +387,16 @@ export class MapView {
     };
     const [startX, startY] = this.spot(account.mission.start, frame);
     outlined(() => context.rect(startX - size * 0.6, startY - size * 0.6, size * 1.2, size * 1.2), null);
-    const [goalX, goalY] = this.spot(account.mission.goal, frame);
-    outlined(() => {
-      context.moveTo(goalX, goalY);
-      context.lineTo(goalX, goalY - 2.2 * size);
-      context.lineTo(goalX + 1.5 * size, goalY - 1.65 * size);
-      context.lineTo(goalX, goalY - 1.1 * size);
-    }, colour("good"));
+    const goal = account.goal(at);
+    for (const other of account.mission.goals) {
+      const [goalX, goalY] = this.spot(other, frame);
+      outlined(() => {
+        context.moveTo(goalX, goalY);
+        context.lineTo(goalX, goalY - 2.2 * size);
+        context.lineTo(goalX + 1.5 * size, goalY - 1.65 * size);
+        context.lineTo(goalX, goalY - 1.1 * size);
+      }, colour(other === goal ? "good" : "state"));
+    }
     for (const treasure of account.status?.treasures ?? []) {
       const [cx, cy] = this.spot(treasure, frame);
       outlined(() => {
