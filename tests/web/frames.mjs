@@ -1,11 +1,11 @@
 // Measures how smoothly the monitor's page runs in a real browser; tells it as one JSON object, in milliseconds.
 //
-// node frames.mjs PLAYWRIGHT CHROMIUM URL SECONDS [SCREENSHOT]
+// node frames.mjs PLAYWRIGHT CHROMIUM URL SECONDS [SCREENSHOT [KEYS]], where KEYS are pressed before it is measured, e.g. p for the policy
 
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [playwright, chromium, url, seconds, picture] = process.argv.slice(2);
+const [playwright, chromium, url, seconds, picture, keys] = process.argv.slice(2);
 const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
 const FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync"];
@@ -26,6 +26,7 @@ await page.addInitScript(() => {
 });
 await page.goto(url);
 await page.waitForFunction(() => Number(document.getElementById("moment").max) >= 5, null, { timeout: 120000 });
+for (const pressed of keys ?? "") await page.keyboard.press(pressed);
 await page.waitForTimeout(2000);
 const due = () => page.evaluate(() => Number(document.getElementById("moment").max));
 const before = await due();

@@ -209,7 +209,9 @@ impl<'a> View<'a> {
         };
         let (Some(brief), Some(hops)) = (self.account.brief_known(), self.account.hops()) else { return };
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
-        for hop in hops.from(hops.first()).take(flown) {
+        // Of a patrol there are the leg under way and the one before.
+        let visits = hop_before(self.account, self.at).map_or(0, |hop| hop.visits);
+        for hop in hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits) {
             put(hop.from, "• ", Color::White);
             match hop.branch {
                 Branch::Left | Branch::Right => put(hop.to, "× ", Color::LightRed),

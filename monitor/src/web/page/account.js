@@ -118,6 +118,17 @@ export class Account {
     return this.hopBefore(at)?.visits ?? 0;
   }
 
+  /** Where in the hops the route at a moment begins: of a patrol there are the leg under way and the one before. */
+  routeFrom(at) {
+    const visits = this.visits(at);
+    let [low, high] = [0, this.hops.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.hops[middle].visits + 2 <= visits) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
   /** The goal in force at a moment: those of a patrol follow one another, the first the last. */
   goal(at) {
     const { goals } = this.mission;

@@ -6,6 +6,7 @@ import { colour } from "./theme.js";
 const FONT = "10px system-ui, sans-serif";
 const BINS_A_DECADE = 12;
 const SWAP_SIZE = 5;
+const LABEL_HEIGHT = 12;
 
 function spans(axis, stages) {
   let sum = 0;
@@ -69,10 +70,14 @@ export function drawHistory(canvas, account, at, budgetUs, names, logarithmic) {
   const floor = height - foot;
   context.font = FONT;
   context.textBaseline = "middle";
+  let above = Infinity;
   for (const us of axis.ticks()) {
     const y = Math.round(floor - axis.at(us)) + 0.5;
     context.fillStyle = colour("edge");
     context.fillRect(gutter, y, width - gutter, 1);
+    // A low chart has room for every other name.
+    if (above - y < LABEL_HEIGHT) continue;
+    above = y;
     context.fillStyle = colour("dim");
     const text = tick(us);
     context.fillText(text, gutter - 6 - context.measureText(text).width, Math.max(y, 6));

@@ -235,7 +235,7 @@ function showEvents(at) {
   const text = `${all.length}:${at === account.due}`;
   if (TEXTS.get("events") === text) return;
   TEXTS.set("events", text);
-  all.sort((a, b) => b.decision - a.decision);
+  all.reverse().sort((a, b) => b.decision - a.decision);
   by("events").replaceChildren(...all.slice(0, 100).map((event) => make("li", { className: event.kind },
     make("b", { textContent: `hop ${event.decision}` }), make("span", { textContent: event.text }))));
 }
@@ -288,7 +288,7 @@ function showControls() {
   for (const id of ["pause", "step", "tempo"]) by(id).disabled = !allowed;
   by("step").disabled = !allowed || !tempo?.paused;
   put("pause", tempo?.paused ? "Go on" : "Pause");
-  if (!allowed && TEXTS.get("told") === undefined) by("told").title = why;
+  if (!allowed && !TEXTS.get("told")) by("told").title = why;
   by("pause").title = allowed ? "Pause or go on (K)" : why;
 }
 
@@ -357,6 +357,9 @@ function replay() {
 
 // Orders.
 
+/** How long an answer to an order stands. */
+const TOLD_MS = 6000;
+
 async function tell(order) {
   try {
     const answer = await fetch("/control", {
@@ -366,6 +369,8 @@ async function tell(order) {
   } catch {
     put("told", "the monitor does not answer");
   }
+  clearTimeout(view.told);
+  view.told = setTimeout(() => put("told", ""), TOLD_MS);
 }
 
 function toggle(option) {

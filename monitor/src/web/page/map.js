@@ -55,7 +55,7 @@ export class MapView {
   }
 
   forgetRoute() {
-    this.route = { path: new Path2D(), stray: new Path2D(), crosses: [], stuck: [], from: 0, until: 0, at: -1 };
+    this.route = { path: new Path2D(), stray: new Path2D(), crosses: [], stuck: [], first: 0, from: 0, until: 0, at: -1 };
   }
 
   /** The range of heights that is shaded: that of what was seen, within a little of that of the brief. */
@@ -308,13 +308,13 @@ export class MapView {
     context.stroke(faint);
   }
 
-  /** The route grows with the mission; it is made anew only when time goes back. */
+  /** The route grows with the mission; it is made anew only when time goes back, or on a patrol with a visit. */
   routeUntil(at) {
     const { account } = this;
-    if (at < this.route.at || this.route.from !== account.first) {
+    const from = account.routeFrom(at);
+    if (at < this.route.at || this.route.first !== account.first || this.route.from !== from) {
       this.forgetRoute();
-      this.route.from = account.first;
-      this.route.until = 0;
+      Object.assign(this.route, { first: account.first, from, until: from });
     }
     const { route } = this;
     const y = (cell) => account.height - 0.5 - cell[1];
