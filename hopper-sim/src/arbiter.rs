@@ -238,6 +238,14 @@ impl Arbiter {
         &self.state
     }
 
+    /// Whether the mission can go on: somebody senses who has its ground, and somebody plans. One that is over
+    /// needs nobody.
+    #[must_use]
+    pub fn is_manned(&self, roster: &Roster, now: MonotonicNs) -> bool {
+        let senses = roster.has_of_run(Role::Perception, self.state.run, now);
+        self.state.status.is_over() || senses && roster.has(Role::Planner, now)
+    }
+
     /// The mission.
     #[must_use]
     pub fn mission(&self) -> &Mission {

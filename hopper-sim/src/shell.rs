@@ -313,13 +313,12 @@ impl Service {
         self.feed(Event::Refused(refusal))
     }
 
-    /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
-    /// the wait for processes to start; a mission that is over is told to whoever comes.
+    /// The mission begins once somebody can sense and somebody plans, so that no decision's time counts the
+    /// wait for processes to start, or for perception to gather the truth; a mission that is over is told to
+    /// whoever comes.
     fn is_assembled(&mut self) -> bool {
         let now = Node::now();
-        let crew = [Role::Perception, Role::Planner];
-        self.assembled |=
-            self.arbiter.state().status.is_over() || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled |= self.arbiter.is_manned(&self.roster, now);
         self.assembled
     }
 
