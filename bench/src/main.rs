@@ -50,6 +50,8 @@ struct Order {
 enum WorldKind {
     /// The goal is worth reaching.
     Plain,
+    /// The same with the goal well inside.
+    Inner,
     /// Lingering on a hill is worth more than the goal.
     Trap,
 }
@@ -76,6 +78,7 @@ fn complain(error: &dyn Error) {
 fn specimen(order: &Order) -> Specimen {
     match order.kind {
         WorldKind::Plain => Specimen::plain(order.side, order.seed),
+        WorldKind::Inner => Specimen::inner(order.side, order.seed),
         WorldKind::Trap => Specimen::trap(order.side, order.seed),
     }
 }

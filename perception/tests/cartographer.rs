@@ -224,6 +224,18 @@ fn the_end_of_the_mission_is_reported_once() {
 }
 
 #[test]
+fn a_run_is_known_once_its_ground_is() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = Cartographer::new(RobotId(0));
+    cartographer.on(Event::Brief(world.brief), NOW);
+    assert_eq!(cartographer.seen().0, RunId::default(), "it cannot sense yet");
+    cartographer.on(Event::Terrain(RunId(8), world.terrain.clone()), NOW);
+    assert_eq!(cartographer.seen().0, RunId::default(), "on another run's ground");
+    cartographer.on(Event::Terrain(RUN, world.terrain.clone()), NOW);
+    assert_eq!(cartographer.seen(), (RUN, Decision(0), Status::Underway));
+}
+
+#[test]
 fn a_treasure_is_on_the_map_from_sight_to_landing() {
     let mut world = World::new(contract::Profile::Paper2023);
     let start = world.brief.start;

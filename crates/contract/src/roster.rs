@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::limits::PEERS_MAX;
-use crate::{Heartbeat, Incarnation, MonotonicNs, Role};
+use crate::{Heartbeat, Incarnation, MonotonicNs, Role, RunId};
 
 /// A heartbeat older than this no longer proves life: ten missed beats.
 pub const SILENCE_NS: u64 = 1_000_000_000;
@@ -53,6 +53,12 @@ impl Roster {
         self.live(now).any(|peer| peer.beat.role == role)
     }
 
+    /// Whether somebody of `role` lives at `now` who knows `run`.
+    #[must_use]
+    pub fn has_of_run(&self, role: Role, run: RunId, now: MonotonicNs) -> bool {
+        self.live(now).any(|peer| peer.beat.role == role && peer.beat.run == run)
+    }
+
     /// What was last heard of a process, if anything.
     #[must_use]
     pub fn by_pid(&self, pid: u32) -> Option<&Peer> {
@@ -69,7 +75,7 @@ impl Roster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Decision, Name, RunId, Status};
+    use crate::{Decision, Name, Status};
 
     fn beat(counter: u64) -> Heartbeat {
         Heartbeat {

@@ -58,6 +58,11 @@ impl Skew {
         true
     }
 
+    /// Lays the diagonals across: j counts from the other side. Entries stay where they are; nodes do not.
+    pub fn turn(&mut self) {
+        self.flip[1] = !self.flip[1];
+    }
+
     /// The diagonals that hold nodes of the grid.
     pub fn diagonals(&self) -> Range<usize> {
         2..self.width + self.height + 1

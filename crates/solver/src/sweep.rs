@@ -60,26 +60,24 @@ impl Planes {
 
     /// Begins a world in which every free node has the value `value`.
     pub fn start(&mut self, simd: Simd, skew: &Skew, world: &World, value: f64) {
-        let classes = self.classes.all_mut();
-        for block in skew.blocks() {
-            let picked = block.pick(world.payoffs().1);
-            classes[block.entry..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
-        }
-        self.load(simd, skew, world, Some(value));
+        self.load(simd, skew, world, From::Same(value));
+    }
+
+    /// Begins anew from `values`, row-major.
+    pub fn lay(&mut self, simd: Simd, skew: &Skew, world: &World, values: &[f64]) {
+        self.load(simd, skew, world, From::Values(values));
     }
 
     /// Goes on from the worths there are.
     pub fn resume(&mut self, simd: Simd, skew: &Skew, world: &World) {
-        self.load(simd, skew, world, None);
+        self.load(simd, skew, world, From::Kept);
     }
 
-    /// Lays the world out for sweeps from the value `value` everywhere, or from the worths there are.
-    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, value: Option<f64>) {
+    /// Lays the world out for sweeps.
+    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, from: From<'_>) {
         let Self { worths, classes, unknown, ground, .. } = self;
-        let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
-        let (soils, starts) = (soils(world), value.is_some());
-        let value = value.unwrap_or(0.0);
-        load(simd, worths, classes.all(), unknown, ground, skew, world, &soils, value, starts);
+        let (worths, classes) = (worths.all_mut(), classes.all_mut());
+        load(simd, worths, classes, unknown.all_mut(), ground.all_mut(), skew, world, &soils(world), from);
         self.halo(skew, world.rules());
     }
 
@@ -92,11 +90,6 @@ impl Planes {
     /// Takes the values out, row-major: 0 at a goal, the loss where lost.
     pub fn take_out(&self, simd: Simd, skew: &Skew, world: &World, values: &mut [f64]) {
         take_out(simd, self.worths.all(), skew, world, values);
-    }
-
-    /// Puts values in again.
-    pub fn put_in(&mut self, simd: Simd, skew: &Skew, world: &World, values: &[f64]) {
-        put_in(simd, self.worths.all_mut(), skew, world, values);
     }
 
     /// Fills the halo: with the loss, or with the worths of the border.
@@ -130,6 +123,17 @@ impl Planes {
     }
 }
 
+/// What the free nodes' worths begin from.
+#[derive(Clone, Copy, Debug)]
+enum From<'a> {
+    /// One value everywhere.
+    Same(f64),
+    /// A value of each node, row-major.
+    Values(&'a [f64]),
+    /// The worths there are, in a layout that has not changed.
+    Kept,
+}
+
 /// For each soil: ρ per payoff, a and c.
 type Soils = [[f32; 3]; World::SOILS_MAX];
 
@@ -150,10 +154,10 @@ fn soils(world: &World) -> Soils {
 }
 
 dispatch! {
-    /// Lays the world out for sweeps, from a value of all free nodes or from the worths there are.
+    /// Lays the world out for sweeps.
     fn load(
-        worths: &mut [f64], classes: &[Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew, world: &World,
-        soils: &Soils, value: f64, starts: bool,
+        worths: &mut [f64], classes: &mut [Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew,
+        world: &World, soils: &Soils, from: From<'_>,
     ) = load_lanes
 }
 
@@ -161,14 +165,13 @@ dispatch! {
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn load_lanes(
     worths: &mut [f64],
-    all_classes: &[Class],
+    all_classes: &mut [Class],
     unknown: &mut [f32],
     ground: &mut [f32],
     skew: &Skew,
     world: &World,
     soils: &Soils,
-    value: f64,
-    starts: bool,
+    from: From<'_>,
 ) {
     let loss = world.rules().loss;
     let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
@@ -176,10 +179,28 @@ fn load_lanes(
         let at = block.entry;
         let payoffs = block.pick(world.payoffs().0);
         let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
-        let mut classes = [Class::LOST; LANES];
-        classes.copy_from_slice(&all_classes[at..at + LANES]);
         let mut parts = [[0.0_f32; LANES]; PARTS];
         let mut landed = chunk(worths, at);
+        match from {
+            From::Kept => {}
+            From::Same(value) => {
+                for lane in 0..LANES {
+                    landed[lane] = payoffs[lane] + value;
+                }
+            }
+            From::Values(values) => {
+                let values = block.pick(values);
+                for lane in 0..LANES {
+                    landed[lane] = payoffs[lane] + values[lane];
+                }
+            }
+        }
+        if !matches!(from, From::Kept) {
+            let picked = block.pick(world.payoffs().1);
+            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
+        }
+        let mut classes = [Class::LOST; LANES];
+        classes.copy_from_slice(&all_classes[at..at + LANES]);
         for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
             let [per_payoff, a, c] = *soil;
             for lane in 0..LANES {
@@ -191,9 +212,8 @@ fn load_lanes(
         }
         for lane in 0..LANES {
             let free = classes[lane].is_free();
-            let began = if starts { payoffs[lane] + value } else { landed[lane] };
             let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
-            landed[lane] = if free { began } else { ends };
+            landed[lane] = if free { landed[lane] } else { ends };
             parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
             parts[3][lane] = (slopes_i[lane] * flip[0]) as f32;
             parts[4][lane] = (slopes_j[lane] * flip[1]) as f32;
@@ -229,24 +249,6 @@ fn take_out_lanes(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]
             let (node, worth) = (block.at(lane), worths[block.entry + lane]);
             let ends = if classes[node].is_lost() { loss } else { 0.0 };
             values[node] = if classes[node].is_free() { worth - payoffs[node] } else { ends };
-        }
-    }
-}
-
-dispatch! {
-    /// The worths of free nodes.
-    fn put_in(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) = put_in_lanes
-}
-
-#[inline(always)]
-fn put_in_lanes(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) {
-    let (payoffs, classes) = world.payoffs();
-    for block in skew.blocks() {
-        for lane in 0..block.lanes {
-            let node = block.at(lane);
-            if classes[node].is_free() {
-                worths[block.entry + lane] = payoffs[node] + values[node];
-            }
         }
     }
 }

@@ -5,7 +5,7 @@ mod worlds;
 use proptest::prelude::*;
 use solver::specimen::Specimen;
 use solver::{Effort, Leaving, Simd, Solution, Solver, World};
-use worlds::{hills, random};
+use worlds::{hills, inside, random};
 
 fn solve(solver: &mut Solver, world: &World) -> (Solution, Vec<u64>) {
     let solution = solver.solve(world, &Effort::default());
@@ -27,6 +27,7 @@ proptest! {
     fn every_instruction_set_gives_the_same_bits(seed: u64) {
         agree(&random(seed));
         agree(&hills(seed));
+        agree(&inside(seed));
     }
 
     #[test]
@@ -41,7 +42,7 @@ proptest! {
 fn what_was_solved_before_does_not_matter() {
     let mut used = Solver::new();
     for seed in 0..200 {
-        for world in [random(seed), hills(seed)] {
+        for world in [random(seed), hills(seed), inside(seed)] {
             assert!(solve(&mut used, &world) == solve(&mut Solver::new(), &world), "seed {seed}");
         }
     }
