@@ -345,7 +345,7 @@ export class MapView {
       context.stroke(path);
       context.restore();
     };
-    const casing = isLight() || isStark() ? "#ffffffa0" : "#00000090";
+    const casing = `${isLight() ? "#ffffff" : "#000000"}${isStark() ? "" : isLight() ? "a0" : "90"}`;
     const thick = scale > 10 ? 3 : 1.8;
     trace(route.path, casing, thick + 3, []);
     trace(route.stray, casing, thick + 3, []);
