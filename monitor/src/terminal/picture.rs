@@ -118,9 +118,10 @@ fn heading(account: &Chronicle, knobs: &Knobs) -> Line<'static> {
     let before = hop_before(account, at);
     let count = match brief.patrol {
         None => format!("step {}/{}", before.map_or(0, |hop| hop.steps), brief.limits.steps_max),
-        Some(_) => format!("{} goals visited", before.map_or(0, |hop| hop.visits)),
+        Some(_) => format!("goals visited {}", before.map_or(0, |hop| hop.visits)),
     };
-    line.push(Span::raw(format!("hop {at} of {due} · {count}")));
+    let pace = account.tempo().map_or_else(String::new, |tempo| format!(" · pace {}", tempo.pace));
+    line.push(Span::raw(format!("hop {at} of {due} · {count}{pace}")));
     line.into()
 }
 
@@ -363,10 +364,9 @@ fn mission(account: &Chronicle, at: Decision, lines: &mut Vec<Line<'static>>) {
     let strays = |hop: &&Hop| matches!(hop.branch, Branch::Left | Branch::Right | Branch::Stayed);
     let stray = hops.from(hops.first()).take(flown).filter(strays).count();
     let treasures = hop_before(account, at).map_or(0, |hop| hop.collected.count());
-    let pace = account.tempo().map_or_else(String::new, |tempo| format!("pace {}", tempo.pace));
     lines.push(Line::raw(format!("{distance_m:.1} m to go · {seen:.0} % seen · {stray} stray")));
     let radius_m = ground.radius_m(height_m);
-    lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★ {pace}")));
+    lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
 }
 
 /// Columns of the time axis.
