@@ -24,7 +24,7 @@ pub const REPUBLISH_NS: u64 = 100_000_000;
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
-    /// The brief; one of a new run drops all that was known.
+    /// The brief; another than before drops all that was known.
     Brief(Brief),
     /// The terrain of a run, whole.
     Terrain(RunId, Terrain),
@@ -257,7 +257,8 @@ impl Cartographer {
     }
 
     fn brief(&mut self, brief: Brief) {
-        let news = self.brief.is_none_or(|known| known.run != brief.run);
+        // Another brief of the same run is somebody's error; the map of the one is none of the other.
+        let news = self.brief != Some(brief);
         self.brief = Some(brief);
         if news {
             if self.terrain.as_ref().is_none_or(|(run, _)| *run != brief.run) {

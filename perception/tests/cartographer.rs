@@ -235,6 +235,22 @@ fn a_run_is_known_once_its_ground_is() {
     assert_eq!(cartographer.seen(), (RUN, Decision(0), Status::Underway));
 }
 
+/// Found by fuzzing.
+#[test]
+fn another_brief_of_the_same_run_begins_the_map_anew() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = Cartographer::new(RobotId(0));
+    let wider = contract::Grid { width: world.brief.grid.width + 1, ..world.brief.grid };
+    let cells = vec![contract::Ground::FLAT; wider.cells()];
+    let terrain = terrain::Terrain { grid: wider, cells, ..world.terrain.clone() };
+    cartographer.on(Event::Terrain(RUN, terrain), NOW);
+    for grid in [world.brief.grid, wider] {
+        cartographer.on(Event::Brief(contract::Brief { grid, ..world.brief }), NOW);
+        cartographer.on(Event::State(world.state(0)), NOW);
+    }
+    assert_eq!(cartographer.map().unwrap().grid, wider);
+}
+
 #[test]
 fn a_treasure_is_on_the_map_from_sight_to_landing() {
     let mut world = World::new(contract::Profile::Paper2023);
