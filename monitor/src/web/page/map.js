@@ -7,6 +7,9 @@ import { colour, isLight, isStark } from "./theme.js";
 /** About as many cells are in sight while the hopper is followed from afar. */
 const FOLLOWED_CELLS = 100;
 
+/** An arrow takes as many pixels at least. */
+const ARROW_ROOM = 12;
+
 const ARROWS = { n: -Math.PI / 2, e: 0, s: Math.PI / 2, w: Math.PI };
 
 // Heights from dusk to dust, even in lightness, told apart by colour-blind eyes.
@@ -281,14 +284,17 @@ export class MapView {
 
   drawArrows(context, policy, frame, width, height, at) {
     const { scale } = frame;
-    if (scale < 5) return;
+    // From afar every other cell has an arrow, or every third: they shall be read.
+    const stride = Math.ceil(ARROW_ROOM / scale);
+    if (stride > 8) return;
     // Dark on what was seen, faint on what was not: the route shall stand out.
     const [arms, faint] = [new Path2D(), new Path2D()];
-    const length = scale * 0.24;
+    const length = scale * stride * 0.24;
     for (let n = 0; n < policy.actions.length; n += 1) {
       const turn = ARROWS[policy.actions[n]];
       if (turn === undefined) continue;
       const cell = [policy.x + (n % policy.width), policy.y + Math.floor(n / policy.width)];
+      if (cell[0] % stride || cell[1] % stride) continue;
       const [x, y] = this.spot(cell, frame);
       if (x < -scale || y < -scale || x > width + scale || y > height + scale) continue;
       const [c, s] = [Math.cos(turn) * length, Math.sin(turn) * length];
