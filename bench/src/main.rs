@@ -26,7 +26,7 @@ enum Task {
     /// Write a world as the rows of a Markov decision process.
     Export(Order),
     /// Solve a world, write its values, print times and memory as JSON.
-    Solve(Order),
+    Solve(Solve),
 }
 
 /// Which world, and where its files go.
@@ -44,6 +44,16 @@ struct Order {
     /// Bound on |V − V*| to reach, in units of payoff.
     #[arg(long, default_value_t = 1e-6)]
     error_max: f64,
+}
+
+/// How to solve it.
+#[derive(Debug, clap::Args)]
+struct Solve {
+    #[command(flatten)]
+    order: Order,
+    /// Threads, 1 or 2; the values of N > 1 go to hopper-N.f64.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -97,17 +107,19 @@ fn export(order: &Order) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(order.folder.join("world.json"), format!("{header:#}\n"))?)
 }
 
-fn solve(order: &Order) -> Result<(), Box<dyn Error>> {
+fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
+    let order = &task.order;
     let world = specimen(order).world()?;
     let peak_before = stopwatch::peak_bytes();
     let effort = Effort { error_max: order.error_max, ..Effort::default() };
     let (times, (solver, solution)) = stopwatch::repeat(|| {
-        let mut solver = Solver::new();
+        let mut solver = Solver::new().with_threads(task.threads);
         let solution = solver.solve(&world, &effort);
         (solver, solution)
     });
     let peak = stopwatch::peak_bytes();
-    write_values(&order.folder, &Rows::of(&world), solver.values())?;
+    let file = if task.threads == 1 { "hopper.f64".into() } else { format!("hopper-{}.f64", task.threads) };
+    write_values(&order.folder.join(file), &Rows::of(&world), solver.values())?;
     print(&json!({
         "times": times,
         "peak_bytes": peak,
@@ -118,9 +130,11 @@ fn solve(order: &Order) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn write_values(folder: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(folder)?;
-    Ok(rows::write(&folder.join("hopper.f64"), rows.values(values).map(f64::to_le_bytes))?)
+fn write_values(file: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    Ok(rows::write(file, rows.values(values).map(f64::to_le_bytes))?)
 }
 
 #[allow(clippy::print_stdout, reason = "a benchmark's output is its data")]

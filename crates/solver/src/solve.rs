@@ -122,6 +122,14 @@ impl Solver {
         Self { simd: simd.or_available(), ..Self::default() }
     }
 
+    /// The same with a second thread in waves over large worlds, if `threads` is more than one. The values are the
+    /// same bit for bit.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        self.planes.threads = threads;
+        self
+    }
+
     /// Value of each node of the world solved last, row-major: 0 at a goal, the loss where lost.
     #[must_use]
     pub fn values(&self) -> &[f64] {

@@ -26,6 +26,9 @@
 //! Beyond the map lies the loss, or, where leaving counts as staying, the last worth of the border node
 //! itself: the same fixed point, approached from one sweep to the next.
 
+use std::cell::Cell;
+
+use crate::pair::{Part, Progress, Shared};
 use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
 use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Skew, chunk, own, part, shift};
@@ -36,6 +39,8 @@ use crate::{Leaving, Rules, World};
 /// What lies in the entries of a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Planes {
+    /// Threads that sweep large worlds in single precision: two if more than one.
+    pub threads: usize,
     /// The worths that the next survey takes for true.
     pub worths: Plane<f64>,
     /// Soil and kind of each node; lost beside the grid.
@@ -114,12 +119,25 @@ impl Planes {
         change: &mut Lanes,
     ) {
         let stays = leaving == Leaving::Stays;
-        let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
-        if shifted {
-            relax_shifted(simd, unknown, ground, self.shifts.all_mut(), skew, stays, wave, change);
-        } else {
-            relax(simd, unknown, ground, &mut [], skew, stays, wave, change);
+        let Self { threads, unknown, ground, shifts, .. } = self;
+        let [worths, ground, shifts] =
+            [unknown.all_mut(), ground.all_mut(), shifts.all_mut()].map(Shared::new);
+        let planes = Swept { worths, ground, shifts };
+        let sweep = move |wave, part: Part<'_>, change: &mut Lanes| {
+            let relax = if shifted { relax_shifted } else { relax };
+            relax(simd, planes, skew, stays, wave, part, change);
+        };
+        if *threads < 2 || wave.sweeps < 2 || skew.width * skew.height < PAIR_NODES_MIN {
+            return sweep(wave, Part::Whole, change);
         }
+        let progress = Progress::default();
+        let first = Wave { sweeps: wave.sweeps / 2, ..wave };
+        let last = Wave { sweeps: wave.sweeps - first.sweeps, ..wave };
+        std::thread::scope(|scope| {
+            let leader = Part::Leader(&progress);
+            scope.spawn(move || sweep(first, leader, &mut [0.0; LANES]));
+            sweep(last, Part::Follower(&progress), change);
+        });
     }
 }
 
@@ -133,6 +151,17 @@ enum From<'a> {
     /// The worths there are, in a layout that has not changed.
     Kept,
 }
+
+/// What a sweep in single precision reads and writes.
+#[derive(Clone, Copy, Debug)]
+struct Swept<'a> {
+    worths: Shared<'a>,
+    ground: Shared<'a>,
+    shifts: Shared<'a>,
+}
+
+/// Nodes of a world that is worth a second thread.
+const PAIR_NODES_MIN: usize = 10_000;
 
 /// For each soil: ρ per payoff, a and c.
 type Soils = [[f32; 3]; World::SOILS_MAX];
@@ -273,34 +302,30 @@ fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32]) {
 
 dispatch! {
     /// Updates the worths in a wave.
-    fn relax(
-        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
-        change: &mut Lanes,
-    ) = relax_lanes::<false>
+    fn relax(planes: Swept<'_>, skew: &Skew, stays: bool, wave: Wave, part: Part<'_>, change: &mut Lanes)
+        = relax_lanes::<false>
 }
 
 dispatch! {
     /// Updates the corrections in a wave.
-    fn relax_shifted(
-        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
-        change: &mut Lanes,
-    ) = relax_lanes::<true>
+    fn relax_shifted(planes: Swept<'_>, skew: &Skew, stays: bool, wave: Wave, part: Part<'_>, change: &mut Lanes)
+        = relax_lanes::<true>
 }
 
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn relax_lanes<const SHIFTED: bool>(
-    worths: &mut [f32],
-    ground: &mut [f32],
-    shifts: &mut [f32],
+    planes: Swept<'_>,
     skew: &Skew,
     stays: bool,
     wave: Wave,
+    part: Part<'_>,
     change: &mut Lanes,
 ) {
+    let [worths, ground, shifts] = [planes.worths, planes.ground, planes.shifts].map(Shared::cells);
     // No closures in here: they would be compiled without the vector instructions, and be called.
     let diagonals = skew.diagonals();
     for step in 0..wave.steps(&diagonals) {
+        part.begin(step, diagonals.len());
         for sweep in 0..wave.sweeps {
             let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
             let (first, nodes) = skew.run(diagonal);
@@ -316,47 +341,48 @@ fn relax_lanes<const SHIFTED: bool>(
                 for (at, step) in skew.rim(diagonal, first, last, steps) {
                     if step != 0 {
                         let beyond = at.wrapping_add_signed(step);
-                        worths[beyond] = worths[at];
+                        worths[beyond].set(worths[at].get());
                         // What stands beyond the rim is a constant to the chunk that it lies in.
                         if SHIFTED {
                             for index in 0..HOPS {
-                                shifts[shift(beyond, index)] = worths[at];
+                                shifts[shift(beyond, index)].set(worths[at].get());
                             }
                         } else {
-                            ground[own(beyond)] = worths[at];
+                            ground[own(beyond)].set(worths[at].get());
                         }
                     }
                 }
             }
         }
+        part.finish((step + 1).saturating_sub(2 * (wave.sweeps - 1)));
     }
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "as above")]
 fn relax_run<const SHIFTED: bool>(
-    worths: &mut [f32],
-    ground: &[f32],
-    shifts: &[f32],
+    worths: &[Cell<f32>],
+    ground: &[Cell<f32>],
+    shifts: &[Cell<f32>],
     first: usize,
     nodes: usize,
     steps: [isize; 4],
 ) -> Lanes {
     let mut change = [0.0; LANES];
-    let around = Around::new(worths, first, nodes, steps);
+    let around = Around::of(worths, first, nodes, steps);
     let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
     let shifts = if SHIFTED { &shifts[first * HOPS..(first + around.len()) * HOPS] } else { shifts };
     for index in 0..around.chunks() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
         let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
-        let (ahead, beside) = (chunk(parts, LANES), chunk(parts, 2 * LANES));
-        let (slope_i, slope_j) = (chunk(parts, 3 * LANES), chunk(parts, 4 * LANES));
+        let (ahead, beside) = (cells(parts, LANES), cells(parts, 2 * LANES));
+        let (slope_i, slope_j) = (cells(parts, 3 * LANES), cells(parts, 4 * LANES));
         // Of the hops up and down along i, up and down along j.
         let owns = if SHIFTED {
             let own = &shifts[index * HOPS * LANES..][..HOPS * LANES];
-            [chunk(own, 0), chunk(own, LANES), chunk(own, 2 * LANES), chunk(own, 3 * LANES)]
+            [cells(own, 0), cells(own, LANES), cells(own, 2 * LANES), cells(own, 3 * LANES)]
         } else {
-            [chunk(parts, 0); HOPS]
+            [cells(parts, 0); HOPS]
         };
         let mut new = [0.0_f32; LANES];
         for lane in 0..LANES {
@@ -394,3 +420,14 @@ fn relax_run<const SHIFTED: bool>(
 
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.6;
+
+/// The chunk of shared numbers at an entry.
+#[inline(always)]
+fn cells(numbers: &[Cell<f32>], at: usize) -> Lanes {
+    let numbers = &numbers[at..at + LANES];
+    let mut chunk = [0.0; LANES];
+    for lane in 0..LANES {
+        chunk[lane] = numbers[lane].get();
+    }
+    chunk
+}

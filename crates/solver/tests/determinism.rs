@@ -39,6 +39,29 @@ proptest! {
 
 /// P-SAME-BITS.
 #[test]
+fn a_second_thread_gives_the_same_bits() {
+    let mut pair = Solver::new().with_threads(2);
+    let mut alone = Solver::new();
+    for seed in 0..6 {
+        let [plain, inner, trap] = [Specimen::plain, Specimen::inner, Specimen::trap];
+        for specimen in [plain(101, seed), inner(130, seed), trap(101, seed)] {
+            // A long shape has diagonals of few nodes, and the first thread is never far ahead.
+            for (width, height) in [(specimen.width, specimen.height), (17, 700), (900, 12)] {
+                let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
+                let world = Specimen { width, height, leaving, ..specimen }.world().unwrap();
+                for _ in 0..3 {
+                    assert!(
+                        solve(&mut pair, &world) == solve(&mut alone, &world),
+                        "{width} x {height}, {seed}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// P-SAME-BITS.
+#[test]
 fn what_was_solved_before_does_not_matter() {
     let mut used = Solver::new();
     for seed in 0..200 {
