@@ -1,5 +1,6 @@
 //! Watches over the four processes of a mission: starts them, restarts the dead and the hung, ends them.
 
+use std::path::Path;
 use std::process::ExitStatus;
 use std::time::Duration;
 
@@ -89,7 +90,7 @@ impl Supervisor {
             peers: vec![
                 Supervised::start(Role::Perception, peer(&["perception"]))?,
                 Supervised::start(Role::Planner, peer(&["planner", "--algorithm", &args.planner]))?,
-                Supervised::start(Role::Monitor, peer(&["monitor"]))?,
+                Supervised::start(Role::Monitor, [peer(&["monitor"]), recording(args, &scenario)].concat())?,
             ],
             turned: Node::now(),
             woke: Node::now(),
@@ -243,6 +244,22 @@ impl Supervisor {
         summary.processes = own.chain(guests.copied()).collect();
         Some(summary)
     }
+}
+
+/// What the monitor needs to know to record.
+fn recording(args: &Args, scenario: &Path) -> Vec<String> {
+    let Some(file) = &args.record.record else { return Vec::new() };
+    let mut words = vec!["--record".into(), file.to_string_lossy().into_owned()];
+    words.extend(["--record-scenario".into(), scenario.to_string_lossy().into_owned()]);
+    for (key, value) in [
+        ("seed", args.mission.seed().to_string()),
+        ("pace", args.mission.pace.to_string()),
+        ("commit", env!("HOPPER_COMMIT").to_owned()),
+    ] {
+        words.extend(["--record-note".into(), format!("{key}={value}")]);
+    }
+    words.extend(args.record.record_policies.then(|| "--record-policies".to_owned()));
+    words
 }
 
 /// A child that ended with code 2 or 4 would do so again.

@@ -1,10 +1,11 @@
 //! Watches a mission from outside.
 //!
 //! [`Watcher`] folds public messages into [`Progress`]: no clock, file or port in it. [`display`] shows
-//! progress; [`shell`] is the process around both.
+//! progress; [`recorder`] writes the mission down; [`shell`] is the process around them.
 
 pub mod display;
 pub mod progress;
+pub mod recorder;
 pub mod shell;
 pub mod watcher;
 

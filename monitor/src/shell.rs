@@ -9,6 +9,7 @@ use contract::{Name, RobotId, Role};
 use node::peer::{Attendance, PeerArgs, TICK};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
+use crate::recorder::{RecordArgs, RecordNotes, Recorder};
 use crate::{Display, Effect, Event, Watcher};
 
 /// Points at which a test may kill this process: see [`node::crash_point`].
@@ -25,6 +26,10 @@ pub struct Args {
     /// Print the last progress as one JSON object on standard output when the mission ends.
     #[arg(long, default_value = "text")]
     format: report::Format,
+    #[command(flatten)]
+    record: RecordArgs,
+    #[command(flatten)]
+    notes: RecordNotes,
 }
 
 /// Runs the process until the mission ends.
@@ -42,6 +47,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut states = node.state_reader(robot)?;
     let mut maps = node.map_reader(robot)?;
     let mut past = node.past_client()?;
+    let recording = (&args.record, &args.notes);
+    let mut recorder = Recorder::open(recording, &mut node, args.peer.lifeline, Node::now())?;
+    let finish = |recorder: Option<Recorder>, exit| match recorder {
+        Some(mut recorder) => recorder.finish(exit, Node::now()),
+        None => Ok(exit),
+    };
     crash_point("monitor.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
@@ -49,11 +60,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut display = Display::on_stderr();
     let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
-        node.wait(if past.is_waiting() { TICK } else { PERIOD });
+        let period = if past.is_waiting() { TICK } else { PERIOD };
+        node.wait(recorder.as_ref().map_or(period, |recorder| recorder.period().min(period)));
         if node.stop_requested().is_some() {
             display.finish();
-            return Ok(Exit::Interrupted);
+            return finish(recorder, Exit::Interrupted);
         }
+        recorder.as_mut().map_or(Ok(()), |recorder| recorder.turn(Node::now()))?;
         let mut events: Vec<Event> = Vec::new();
         for beat in node.heartbeats() {
             if beat.as_ref().is_ok_and(|beat| !attendance.hear(beat)) {
@@ -85,8 +98,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 }
             }
         }
-        if attendance.close_turn(&mut node, watcher.seen(), watcher.waits_for())? {
-            return Ok(Exit::Done);
+        let seen = recorder.as_ref().map_or(watcher.seen(), |recorder| recorder.seen(watcher.seen()));
+        if attendance.close_turn(&mut node, seen, watcher.waits_for())? {
+            return finish(recorder, Exit::Done);
         }
     }
 }

@@ -17,7 +17,7 @@ mod policy;
 mod state;
 mod truth;
 
-pub use brief::BriefV3;
+pub use brief::{BriefV3, SoilMotionV1};
 pub use command::CommandV1;
 pub use ground::GroundV1;
 pub use heartbeat::HeartbeatV1;
