@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use hopper::{
-    campaign, chaos, doctor, endure, gallery, journal, known, run, scenario, simulate, terrain, topic,
+    bag, campaign, chaos, doctor, endure, gallery, journal, known, latency, run, scenario, simulate, terrain, topic,
 };
 use node::{Exit, Failure};
 
@@ -68,6 +68,12 @@ enum Command {
     /// Verify or show a journal.
     #[command(subcommand)]
     Journal(journal::Command),
+    /// Look into, recover, replay or export a recording.
+    #[command(subcommand)]
+    Bag(bag::Command),
+    /// Tell where the time of decisions went, and why the longest were long.
+    #[command(subcommand)]
+    Latency(latency::Command),
     /// List, echo or measure the messages of a running instance.
     #[command(subcommand)]
     Topic(topic::Command),
@@ -99,6 +105,8 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),
+        Command::Bag(command) => bag::run(command),
+        Command::Latency(command) => latency::run(command),
         Command::Topic(command) => topic::run(command),
         Command::Doctor(args) => doctor::run(args),
         _ => unreachable!("processes are started by main"),
