@@ -126,18 +126,19 @@ impl Recorder {
         if self.failed {
             return Ok(());
         }
-        let (messages, most) = self.ports.receive();
+        let (mut messages, most) = self.ports.receive();
+        messages.extend(self.host(now, HOST_PERIOD_NS));
         self.period = if most >= MANY { PERIODS[1] } else { PERIODS[0].min(self.period * 2) };
         let mut wanted = Wanted::default();
-        for message in messages.into_iter().chain(self.host(now)) {
-            match self.engine.on(message, now) {
+        for message in messages.into_iter().map(Some).chain([None]) {
+            let more = match message {
+                Some(message) => self.engine.on(message, now),
+                None => self.engine.tick(now),
+            };
+            match more {
                 Ok(more) => wanted = wanted.or(more),
                 Err(error) => return self.fail(&error),
             }
-        }
-        match self.engine.tick(now) {
-            Ok(more) => wanted = wanted.or(more),
-            Err(error) => return self.fail(&error),
         }
         if let Some(request) = wanted.past {
             self.ports.past.request(&request)?;
@@ -162,8 +163,10 @@ impl Recorder {
     /// If the file could not be written.
     pub fn finish(&mut self, exit: Exit, now: MonotonicNs) -> Result<Exit, Failure> {
         self.turn(now)?;
+        let last = self.host(now, 0);
         if !self.failed
-            && let Err(error) = self.engine.finish(now)
+            && let Err(error) =
+                last.map_or(Ok(Wanted::default()), |host| self.engine.on(host, now)).and_then(|_| self.engine.finish(now))
         {
             self.fail(&error)?;
         }
@@ -195,9 +198,10 @@ impl Recorder {
         Ok(())
     }
 
-    fn host(&mut self, now: MonotonicNs) -> Option<Message> {
+    /// How busy the machine was since the last look, if that is at least so long ago.
+    fn host(&mut self, now: MonotonicNs, least_ns: u64) -> Option<Message> {
         let (before, since) = self.host;
-        if now.since_ns(since) < HOST_PERIOD_NS {
+        if now.since_ns(since) < least_ns {
             return None;
         }
         let load = host::load();

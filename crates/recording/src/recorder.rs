@@ -180,10 +180,11 @@ impl Recorder {
 
     /// Ends the file: the last chunk, the journal's digest, the index. What comes later is not recorded.
     pub fn finish(&mut self, now: MonotonicNs) -> Result<(), RecordingError> {
-        if std::mem::replace(&mut self.finished, true) {
+        if self.finished {
             return Ok(());
         }
         self.draw(now, true)?;
+        self.finished = true;
         let mut entries = BTreeMap::from([("ended_ns".to_owned(), now.0.to_string())]);
         if let Some(state) = &self.state {
             entries.insert("digest".into(), state.digest.to_string());
