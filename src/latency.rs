@@ -180,9 +180,10 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     }
     let load = node::host::load();
     let conditions = Conditions {
-        clock: "CLOCK_MONOTONIC of this host; a commit is the moment at which its append was asked for".into(),
+        clock: "CLOCK_MONOTONIC of this host; a commit is the moment at which its append was asked for"
+            .into(),
         processor: Some(node::host::processor()),
-        cores: std::thread::available_parallelism().ok().map(|cores| cores.get() as u32),
+        cores: Some(node::host::cores()),
         load_max: Some(load.load_1min),
         ..Conditions::default()
     };

@@ -4,7 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use hopper::{
-    bag, campaign, chaos, doctor, endure, gallery, journal, known, latency, run, scenario, simulate, terrain, topic,
+    bag, campaign, chaos, doctor, endure, gallery, journal, known, latency, run, scenario, simulate, terrain,
+    topic,
 };
 use node::{Exit, Failure};
 

@@ -105,7 +105,7 @@ impl Recorder {
             path,
             ports: Ports::open(node, args.record_policies)?,
             host: (host::load(), now),
-            cores: cores(),
+            cores: host::cores(),
             period: PERIODS[0],
             failed: false,
         }))
@@ -165,8 +165,9 @@ impl Recorder {
         self.turn(now)?;
         let last = self.host(now, 0);
         if !self.failed
-            && let Err(error) =
-                last.map_or(Ok(Wanted::default()), |host| self.engine.on(host, now)).and_then(|_| self.engine.finish(now))
+            && let Err(error) = last
+                .map_or(Ok(Wanted::default()), |host| self.engine.on(host, now))
+                .and_then(|_| self.engine.finish(now))
         {
             self.fail(&error)?;
         }
@@ -250,7 +251,9 @@ impl Ports {
         messages.append(&mut told);
         messages.extend(page);
         messages.extend(self.past.receive().and_then(known).map(Message::Past));
-        messages.extend(self.policies.iter_mut().filter_map(|p| p.newest()).filter_map(known).map(Message::Policy));
+        messages.extend(
+            self.policies.iter_mut().filter_map(|p| p.newest()).filter_map(known).map(Message::Policy),
+        );
         (messages, maps.max(commands).max(states / 4))
     }
 }
@@ -271,7 +274,7 @@ fn context(notes: &RecordNotes, node: &Node, now: MonotonicNs) -> Result<Context
             ("started_ns", now.0.to_string()),
             ("started_unix_s", format!("{:.6}", host::unix_time_s())),
             ("processor", host::processor()),
-            ("cores", cores().to_string()),
+            ("cores", host::cores().to_string()),
             ("operating_system", host::operating_system()),
         ]
         .map(|(key, value): (&str, String)| (key.to_owned(), value)),
@@ -279,22 +282,20 @@ fn context(notes: &RecordNotes, node: &Node, now: MonotonicNs) -> Result<Context
     told.extend(notes.record_note.iter().cloned());
     let mut context = Context::from([("hopper".to_owned(), told)]);
     if let Some(path) = &notes.record_scenario {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Failure::new(Exit::Usage, format!("--record-scenario {}: {error}", path.display())))?;
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Failure::new(Exit::Usage, format!("--record-scenario {}: {error}", path.display()))
+        })?;
         context.insert("scenario".into(), BTreeMap::from([("toml".to_owned(), text)]));
     }
     Ok(context)
-}
-
-fn cores() -> u32 {
-    std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32)
 }
 
 /// A new file for its owner only, and its path.
 fn create(path: &Path, is_again: bool) -> Result<(File, PathBuf), Failure> {
     let mut numbered = (2..).map(|number| {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let extension = path.extension().map(|text| format!(".{}", text.to_string_lossy())).unwrap_or_default();
+        let extension =
+            path.extension().map(|text| format!(".{}", text.to_string_lossy())).unwrap_or_default();
         path.with_file_name(format!("{stem}-{number}{extension}"))
     });
     let mut path = path.to_owned();

@@ -133,7 +133,8 @@ fn as_json(mut out: impl Write, rows: &[Value]) -> io::Result<()> {
 /// first; lists become their length.
 fn as_csv(out: impl Write, rows: &[Value]) -> io::Result<()> {
     let flat: Vec<Map<String, Value>> = rows.iter().map(flat).collect();
-    let mut columns: Vec<&String> = flat.iter().flat_map(Map::keys).collect::<BTreeSet<_>>().into_iter().collect();
+    let mut columns: Vec<&String> =
+        flat.iter().flat_map(Map::keys).collect::<BTreeSet<_>>().into_iter().collect();
     columns.sort_by_key(|name| *name != "decision");
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(&columns)?;
@@ -179,7 +180,8 @@ mod tests {
 
     #[test]
     fn rows_with_other_fields_share_one_heading() {
-        let rows = [json!({ "b": { "c": 1 }, "decision": 0 }), json!({ "decision": 1, "a": [1, 2], "b": null })];
+        let rows =
+            [json!({ "b": { "c": 1 }, "decision": 0 }), json!({ "decision": 1, "a": [1, 2], "b": null })];
         let mut out = Vec::new();
         as_csv(&mut out, &rows).unwrap();
         assert_eq!(String::from_utf8(out).unwrap(), "decision,a.count,b,b.c\n0,,,1\n1,2,,\n");

@@ -112,7 +112,9 @@ impl Info {
             match entry.message()? {
                 Some(Message::Brief(told)) => brief = Some(told),
                 Some(Message::State(told)) => state = Some(told),
-                Some(Message::Past(page)) => records.extend(page.records.iter().map(|record| record.decision)),
+                Some(Message::Past(page)) => {
+                    records.extend(page.records.iter().map(|record| record.decision))
+                }
                 Some(Message::Gap(gap)) => gaps.push(Missing {
                     topic: gap.topic,
                     counted: gap.counted,
@@ -170,7 +172,10 @@ impl Info {
         line("run", &self.run.map_or_else(|| "unknown".into(), |run| run.to_string()));
         line("time", &format!("{:.3} s", self.duration_s));
         let status = self.status.map_or("unknown", Status::as_str);
-        line("mission", &format!("{status} after {} decisions, {} with records", self.decisions, self.records));
+        line(
+            "mission",
+            &format!("{status} after {} decisions, {} with records", self.decisions, self.records),
+        );
         line("digest", &self.digest.map_or_else(|| "unknown".into(), |digest| digest.to_string()));
         if self.gaps.is_empty() {
             line("missing", "nothing");

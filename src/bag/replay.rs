@@ -94,9 +94,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let flown = steps(&recording).map_err(|error| at_fault(path, &error))?;
     let first = flown.records.values().next().map(|record| record.leader.planner.to_string());
     let name = args.planner.clone().or(first).unwrap_or_else(|| "mdp".into());
-    let replay = replay(&recording, &flown, &name, args).map_err(|failure| {
-        Failure::new(failure.exit, format!("{}: {}", path.display(), failure.message))
-    })?;
+    let replay = replay(&recording, &flown, &name, args)
+        .map_err(|failure| Failure::new(failure.exit, format!("{}: {}", path.display(), failure.message)))?;
     match args.format {
         Format::Text => print(&replay.text())?,
         Format::Json => print(&format!("{}\n", serde_json::to_string(&replay).map_err(Failure::run)?))?,
@@ -114,7 +113,9 @@ fn replay(recording: &Recording<'_>, flown: &Flown, name: &str, args: &Args) -> 
     for message in recording.messages() {
         let (logged, message) = message.map_err(Failure::usage)?;
         let Some(Posed { brief, map, state }) = playback.on(&message, logged) else {
-            if matches!(message, Message::Brief(_)) && playback.brief().map(|b| b.run) == Some(flown.brief.run) {
+            if matches!(message, Message::Brief(_))
+                && playback.brief().map(|b| b.run) == Some(flown.brief.run)
+            {
                 // Only the last run is compared.
                 planner = algorithm(name).map_err(Failure::usage)?;
             }
@@ -205,7 +206,8 @@ impl Replay {
     }
 
     fn text(&self) -> String {
-        let Self { planner, decisions, compared, not_posed, other_map, recorded_s, replayed_s, different } = self;
+        let Self { planner, decisions, compared, not_posed, other_map, recorded_s, replayed_s, different } =
+            self;
         let mut text = format!(
             "{planner} decided {compared} of {decisions} decisions anew, and {} of them otherwise.\n",
             different.len()

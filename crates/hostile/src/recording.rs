@@ -57,8 +57,7 @@ pub fn messages() -> Vec<Message> {
             messages.push(Message::Command(specimen::command(&state)));
         }
     }
-    let request =
-        contract::MapRequest { run: specimen::RUN, robot: ROBOT, from: 0, observation: 0 };
+    let request = contract::MapRequest { run: specimen::RUN, robot: ROBOT, from: 0, observation: 0 };
     messages.extend(cartographer.page(&request).map(Message::Page));
     let (run, robot, from) = (specimen::RUN, ROBOT, contract::Decision(0));
     messages.push(Message::Past(PastPage { run, robot, from, records }));

@@ -171,5 +171,35 @@ fn every_message_of_a_recording_comes_back_as_it_was() {
         assert!(read.any(|got| got == *message), "{message:?}");
     }
     let topics: std::collections::BTreeSet<_> = written.iter().map(Message::topic).collect();
-    assert_eq!(topics.len(), Topic::ALL.iter().filter(|topic| !topic.is_view()).count(), "every kind is there");
+    assert_eq!(
+        topics.len(),
+        Topic::ALL.iter().filter(|topic| !topic.is_view()).count(),
+        "every kind is there"
+    );
+}
+
+/// P-BAG-FLUSH: half a second after a message was recorded it stands in a whole chunk, whatever comes.
+#[test]
+fn what_was_recorded_half_a_second_ago_survives_a_kill() {
+    use contract::MonotonicNs;
+    use recording::recorder::{CHUNK_NS, Recorder};
+    let mut now = MonotonicNs(7);
+    let mut recorder = Recorder::new(&recording::Context::new(), now).unwrap();
+    let mut bytes = recorder.bytes();
+    let mut recorded: Vec<(MonotonicNs, Message)> = Vec::new();
+    for message in hostile::recording::messages() {
+        recorder.on(message.clone(), now).unwrap();
+        recorded.push((now, message));
+        now = now.plus_ns(CHUNK_NS / 4);
+        recorder.tick(now).unwrap();
+        bytes.extend(recorder.bytes());
+        let kept: Vec<Message> = {
+            let recording = Recording::read(&bytes).unwrap();
+            recording.messages().map(|message| message.unwrap().1).collect()
+        };
+        let old = recorded.iter().filter(|(then, _)| now.since_ns(*then) >= CHUNK_NS);
+        for (then, message) in old {
+            assert!(kept.contains(message), "{message:?} of {then:?} is not there at {now:?}");
+        }
+    }
 }

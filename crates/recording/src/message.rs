@@ -4,9 +4,7 @@ use contract::wire::{
     BriefV3, CommandV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1, PolicyHeaderV1,
     RecordV3, SeenCellV1, StateV3, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
 };
-use contract::{
-    Brief, Command, Heartbeat, MapPage, MapPatch, MonotonicNs, PastPage, Policy, Refusal, State,
-};
+use contract::{Brief, Command, Heartbeat, MapPage, MapPatch, MonotonicNs, PastPage, Policy, Refusal, State};
 use prost::Message as _;
 
 use crate::error::MessageError;

@@ -243,11 +243,13 @@ impl Recorder {
             self.tell(Level::Info, "planner", words, now)?;
         }
         if state.vetoed != before.map_or(Vetoed::NONE, |before| before.vetoed) && !state.vetoed.is_empty() {
-            let words = format!("the guard vetoed {} actions at decision {}", state.vetoed.count(), state.decision);
+            let words =
+                format!("the guard vetoed {} actions at decision {}", state.vetoed.count(), state.decision);
             self.tell(Level::Warning, "guard", words, now)?;
         }
         if state.last_origin.is_fallback() && before.is_some_and(|before| before.decision != state.decision) {
-            let words = format!("the fallback acted ({}) before decision {}", state.last_origin, state.decision);
+            let words =
+                format!("the fallback acted ({}) before decision {}", state.last_origin, state.decision);
             self.tell(Level::Warning, "guard", words, now)?;
         }
         if state.status.is_over() && before.is_none_or(|before| !before.status.is_over()) {
@@ -268,7 +270,7 @@ impl Recorder {
             return None;
         }
         self.asked = now;
-        Some(self.past_request()?)
+        self.past_request()
     }
 
     fn past_request(&self) -> Option<PastRequest> {

@@ -17,7 +17,8 @@ use crate::{Message, Recording, RecordingError};
 /// If the writer refuses.
 pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
     let out = Shared::default();
-    let mut writer = options().profile(recording.profile.clone()).create(mcap::write::NoSeek::new(out.clone()))?;
+    let mut writer =
+        options().profile(recording.profile.clone()).create(mcap::write::NoSeek::new(out.clone()))?;
     let write_metadata = |writer: &mut mcap::Writer<_>, name: &str, entries: &BTreeMap<String, String>| {
         writer.write_metadata(&Metadata { name: name.into(), metadata: entries.clone() })
     };

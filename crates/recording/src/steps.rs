@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use contract::{Brief, Decision, Incarnation, Record, Role, State};
 use report::{Cause, Happening, Step};
 
-use crate::{Gap, Host, Message, RecordingError, Recording};
+use crate::{Gap, Host, Message, Recording, RecordingError};
 
 /// A snapshot's page or a new life explains a decision that ends this long after it, nanoseconds: the news of a
 /// life comes with its first beat.
@@ -47,11 +47,11 @@ pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
         let (logged, message) = message?;
         messages += 1;
         match (message, &mut flown) {
-            (Message::Brief(brief), known) => {
-                if known.as_ref().is_none_or(|known| known.brief.run != brief.run) {
-                    *known = Some(Flown::new(brief));
-                    timed.clear();
-                }
+            (Message::Brief(brief), known)
+                if known.as_ref().is_none_or(|known| known.brief.run != brief.run) =>
+            {
+                *known = Some(Flown::new(brief));
+                timed.clear();
             }
             (Message::State(state), Some(flown)) if state.run == flown.brief.run => {
                 if let Some(step) = Step::before(&state) {

@@ -33,7 +33,12 @@ pub fn grid(map: &ObservedMap) -> Grid {
         let height_m = cell.map_or(f32::NAN, |ground| ground.height_m as f32);
         data.extend_from_slice(&height_m.to_le_bytes());
         let soil = cell.map_or(0, |ground| if ground.soil == Soil::Hard { 1 } else { 2 });
-        data.extend_from_slice(&[soil, u8::from(cell.is_some()), cell.map_or(0, |g| u8::from(g.passable)), 0]);
+        data.extend_from_slice(&[
+            soil,
+            u8::from(cell.is_some()),
+            cell.map_or(0, |g| u8::from(g.passable)),
+            0,
+        ]);
     }
     for treasure in map.treasures() {
         if let Some(index) = map.grid.index(*treasure) {

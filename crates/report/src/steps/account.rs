@@ -149,11 +149,17 @@ impl StepAccount {
     pub fn percentile_distribution(&self) -> String {
         let histogram = self.histogram();
         let ms = |ns: u64| ns as f64 / 1e6;
-        let mut text = format!("{:>12} {:>14} {:>10} {:>14}\n\n", "Value", "Percentile", "TotalCount", "1/(1-Percentile)");
+        let mut text = format!(
+            "{:>12} {:>14} {:>10} {:>14}\n\n",
+            "Value", "Percentile", "TotalCount", "1/(1-Percentile)"
+        );
         for step in histogram.iter_quantiles(5) {
             let quantile = step.quantile_iterated_to();
             let value = ms(step.value_iterated_to().min(histogram.max()));
-            text += &format!("{value:12.3} {quantile:2.12} {:10}", histogram.count_between(0, step.value_iterated_to()));
+            text += &format!(
+                "{value:12.3} {quantile:2.12} {:10}",
+                histogram.count_between(0, step.value_iterated_to())
+            );
             text += &if quantile < 1.0 { format!(" {:14.2}\n", 1.0 / (1.0 - quantile)) } else { "\n".into() };
         }
         text + &format!(
@@ -286,7 +292,8 @@ impl fmt::Display for StepReport {
         )?;
         let row = |name: &str, times: &StageTimes| {
             let [p50, p90, p99, p99_9, max, mean] =
-                [times.p50_us, times.p90_us, times.p99_us, times.p99_9_us, times.max_us, times.mean_us].map(ms);
+                [times.p50_us, times.p90_us, times.p99_us, times.p99_9_us, times.max_us, times.mean_us]
+                    .map(ms);
             [name.to_owned(), p50, p90, p99, p99_9, max, mean]
         };
         let mut rows: Vec<_> = self.stages.iter().map(|(stage, times)| row(stage.as_str(), times)).collect();
@@ -297,7 +304,10 @@ impl fmt::Display for StepReport {
         let headings = ["planner", "term", "decisions", "missed", "p50", "p99", "max"];
         writeln!(f, "{}", table(headings, &rows))?;
         let rows: Vec<_> = self.worst.iter().map(Worst::row).collect();
-        f.write_str(&table(["decision", "total", "longest stage", "of it", "planner", "term", "causes"], &rows))
+        f.write_str(&table(
+            ["decision", "total", "longest stage", "of it", "planner", "term", "causes"],
+            &rows,
+        ))
     }
 }
 
@@ -425,13 +435,18 @@ mod tests {
         let groups: Vec<(&str, u64, u64, u64)> =
             report.groups.iter().map(|g| (g.planner.as_str(), g.term.0, g.decisions, g.misses)).collect();
         assert_eq!(groups, [("mdp", 1, 600, 1), ("mdp", 2, 200, 1), ("greedy", 3, 200, 0)]);
-        for (got, need) in [(report.total.p50_us, 60.0), (report.total.p99_us, 109.0), (report.total.max_us, 710.0)] {
+        for (got, need) in
+            [(report.total.p50_us, 60.0), (report.total.p99_us, 109.0), (report.total.max_us, 710.0)]
+        {
             assert!((got / need - 1.0).abs() < 0.02, "{got} {need}");
         }
         let hops = report.conditions.hops_per_second.unwrap();
         assert!((hops - 1000.0).abs() < 2.0, "{hops}");
         let text = report.to_string();
-        assert!(text.contains("2 of 1000 took longer") && text.contains("first plan, planner restart"), "{text}");
+        assert!(
+            text.contains("2 of 1000 took longer") && text.contains("first plan, planner restart"),
+            "{text}"
+        );
     }
 
     #[test]
@@ -445,7 +460,8 @@ mod tests {
 
     #[test]
     fn nothing_measured_is_said_so() {
-        let account = StepAccount::new([Step { timing: Timing::default(), ..step(0, 0, 0, 1, "mdp") }], Vec::new());
+        let account =
+            StepAccount::new([Step { timing: Timing::default(), ..step(0, 0, 0, 1, "mdp") }], Vec::new());
         let report = account.report(1, Conditions::default());
         assert_eq!((report.decisions, report.misses), (0, 0));
         assert!(report.to_string().contains("Nothing was measured"), "{report}");

@@ -80,7 +80,9 @@ pub(super) fn causes(step: &Step, before: Option<&Step>, happenings: &[Happening
             causes.push(if same { Cause::PlannerRestart } else { Cause::Swap });
         }
     }
-    causes.extend(happenings.iter().filter(|happening| happening.touches(step)).map(|happening| happening.cause));
+    causes.extend(
+        happenings.iter().filter(|happening| happening.touches(step)).map(|happening| happening.cause),
+    );
     causes.extend((step.vetoes > 0).then_some(Cause::Veto));
     causes.extend(step.origin.is_fallback().then_some(Cause::Fallback));
     causes.extend(step.cut.then_some(Cause::Cut));

@@ -84,8 +84,8 @@ pub fn plot(account: &StepAccount, budget_ns: u64, title: &str) -> String {
 
 fn duration(power_ns: i32) -> String {
     const NAMES: [&str; 15] = [
-        "1 ns", "10 ns", "100 ns", "1 µs", "10 µs", "100 µs", "1 ms", "10 ms", "100 ms", "1 s", "10 s", "100 s",
-        "1000 s", "10⁴ s", "10⁵ s",
+        "1 ns", "10 ns", "100 ns", "1 µs", "10 µs", "100 µs", "1 ms", "10 ms", "100 ms", "1 s", "10 s",
+        "100 s", "1000 s", "10⁴ s", "10⁵ s",
     ];
     NAMES[(power_ns.max(0) as usize).min(NAMES.len() - 1)].into()
 }
