@@ -29,6 +29,7 @@ Examples:
   hopper planner --algorithm greedy --takeover  swap the planner of a running mission
   hopper campaign run campaigns/p23-tables.toml the paper's tables, 3,000 missions
   hopper known findings --out out/known         the known-ground paper's findings, with its figures
+  hopper run --record hard.mcap                 every message in a file; see hopper bag, hopper latency
   hopper doctor                                 what runs, what is missing, what to do next
 
 Exit codes: 0 done, 1 mission failed or run error, 2 usage or bad input, 3 threshold missed,
@@ -70,10 +71,16 @@ enum Command {
     #[command(subcommand)]
     Journal(journal::Command),
     /// Look into, recover, replay or export a recording.
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper bag info hard.mcap\n  hopper bag recover cut.mcap whole.mcap\n  hopper bag replay hard.mcap --planner greedy\n  hopper bag export hard.mcap > decisions.csv"
+    )]
     Bag(bag::Command),
     /// Tell where the time of decisions went, and why the longest were long.
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper latency report hard.mcap --budget 600ms\n  hopper latency report --instance hopper\n  hopper latency report --compare a.mcap b.mcap"
+    )]
     Latency(latency::Command),
     /// List, echo or measure the messages of a running instance.
     #[command(subcommand)]

@@ -95,8 +95,8 @@ impl Recorder {
     ) -> Result<Option<Self>, Failure> {
         let Some(path) = &args.record else { return Ok(None) };
         let context = context(notes, node, now)?;
-        let (mut file, path) = create(path, is_again)?;
         let engine = recording::Recorder::new(&context, now).map_err(Failure::run)?;
+        let (mut file, path) = create(path, is_again)?;
         file.write_all(&engine.bytes()).map_err(|error| unwritten(&path, &error))?;
         tracing::info!("recording to {}", path.display());
         Ok(Some(Self {
