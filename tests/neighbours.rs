@@ -80,8 +80,7 @@ fn a_process_of_another_build_is_refused_with_both_versions_named() {
     // What such a build left when it died is removed by whoever comes next.
     let dead = Foreign::new(&root, &format!("{name}\n{user}\nversion 0.0.9, messages 0badcafe\n"));
     flock(&dead._lock, FlockOperation::Unlock).unwrap();
-    let words = ["run", "--instance", &name, "--out", "out", "--format", "json", "--seed", "61"];
-    let output = mission.hopper(&words).output().unwrap();
+    let output = mission.fly(&["--seed", "61"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert_eq!(harness::json(&output)["digest"], lockstep(&["--seed", "61"])["digest"]);
     mission.assert_nothing_left();
@@ -217,8 +216,7 @@ fn another_user_can_neither_read_nor_inject() {
     assert!(traces.iter().all(|path| path.exists()));
     run.signal(rustix::process::Signal::TERM);
     assert_eq!(run.code(), 130, "{}", run.log());
-    let words = ["run", "--instance", &mission.name, "--seed", "62", "--out", "out", "--format", "json"];
-    let output = mission.hopper(&words).output().unwrap();
+    let output = mission.fly(&["--seed", "62"]);
     assert_eq!(harness::json(&output)["digest"], lockstep(&["--seed", "62"])["digest"]);
 }
 

@@ -15,11 +15,7 @@ fn four_processes_have_the_digest_of_lockstep() {
     for (scenario, profile) in [("hard", "paper-2023"), ("sandy", "hopper")] {
         let words = ["--scenario", scenario, "--profile", profile, "--seed", "5"];
         let mut mission = Mission::new("run");
-        let output = mission
-            .hopper(&["run", "--instance", &mission.name, "--out", "out", "--format", "json"])
-            .args(words)
-            .output()
-            .unwrap();
+        let output = mission.fly(&words);
         let summary = json(&output);
         let undisturbed = lockstep(&words);
         assert_eq!(summary["digest"], undisturbed["digest"], "{}", stderr(&output));
@@ -154,20 +150,7 @@ fn peers_that_stay_serve_the_next_mission() {
 #[test]
 fn a_hopper_that_never_moves_ends_in_deadlock() {
     let mut mission = Mission::new("hold");
-    let output = mission
-        .hopper(&[
-            "run",
-            "--instance",
-            &mission.name,
-            "--planner",
-            "hold",
-            "--out",
-            "out",
-            "--format",
-            "json",
-        ])
-        .output()
-        .unwrap();
+    let output = mission.fly(&["--planner", "hold"]);
     let summary = json(&output);
     assert_eq!(summary["outcome"], "deadlock");
     assert_eq!((&summary["hops"], &summary["decisions"]), (&0.into(), &150.into()));

@@ -14,21 +14,7 @@ const WORDS: [&str; 4] = ["--scenario", "wide", "--seed", "3"];
 #[test]
 fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     let mut mission = Mission::new("wide");
-    let output = mission
-        .hopper(&[
-            "run",
-            "--instance",
-            &mission.name,
-            "--planner",
-            "astar",
-            "--out",
-            "out",
-            "--format",
-            "json",
-        ])
-        .args(WORDS)
-        .output()
-        .unwrap();
+    let output = mission.fly(&[&WORDS[..], &["--planner", "astar"]].concat());
     let summary = json(&output);
     let undisturbed = in_lockstep();
     assert_eq!(summary["digest"], undisturbed["digest"], "{}", stderr(&output));

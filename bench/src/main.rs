@@ -26,7 +26,7 @@ enum Task {
     /// Write a world as the rows of a Markov decision process.
     Export(Order),
     /// Solve a world, write its values, print times and memory as JSON.
-    Solve(Order),
+    Solve(Solve),
 }
 
 /// Which world, and where its files go.
@@ -46,10 +46,22 @@ struct Order {
     error_max: f64,
 }
 
+/// How to solve it.
+#[derive(Debug, clap::Args)]
+struct Solve {
+    #[command(flatten)]
+    order: Order,
+    /// Threads, 1 or 2; the values of N > 1 go to hopper-N.f64.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum WorldKind {
     /// The goal is worth reaching.
     Plain,
+    /// The same with the goal well inside.
+    Inner,
     /// Lingering on a hill is worth more than the goal.
     Trap,
 }
@@ -76,6 +88,7 @@ fn complain(error: &dyn Error) {
 fn specimen(order: &Order) -> Specimen {
     match order.kind {
         WorldKind::Plain => Specimen::plain(order.side, order.seed),
+        WorldKind::Inner => Specimen::inner(order.side, order.seed),
         WorldKind::Trap => Specimen::trap(order.side, order.seed),
     }
 }
@@ -94,17 +107,19 @@ fn export(order: &Order) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(order.folder.join("world.json"), format!("{header:#}\n"))?)
 }
 
-fn solve(order: &Order) -> Result<(), Box<dyn Error>> {
+fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
+    let order = &task.order;
     let world = specimen(order).world()?;
     let peak_before = stopwatch::peak_bytes();
     let effort = Effort { error_max: order.error_max, ..Effort::default() };
     let (times, (solver, solution)) = stopwatch::repeat(|| {
-        let mut solver = Solver::new();
+        let mut solver = Solver::new().with_threads(task.threads);
         let solution = solver.solve(&world, &effort);
         (solver, solution)
     });
     let peak = stopwatch::peak_bytes();
-    write_values(&order.folder, &Rows::of(&world), solver.values())?;
+    let file = if task.threads == 1 { "hopper.f64".into() } else { format!("hopper-{}.f64", task.threads) };
+    write_values(&order.folder.join(file), &Rows::of(&world), solver.values())?;
     print(&json!({
         "times": times,
         "peak_bytes": peak,
@@ -115,9 +130,11 @@ fn solve(order: &Order) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn write_values(folder: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(folder)?;
-    Ok(rows::write(&folder.join("hopper.f64"), rows.values(values).map(f64::to_le_bytes))?)
+fn write_values(file: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    Ok(rows::write(file, rows.values(values).map(f64::to_le_bytes))?)
 }
 
 #[allow(clippy::print_stdout, reason = "a benchmark's output is its data")]

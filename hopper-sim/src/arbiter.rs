@@ -271,11 +271,13 @@ impl Arbiter {
         &self.state
     }
 
-    /// Whether the mission goes on whoever is there: it is over, or under way with a fallback.
+    /// Whether the mission can go on: somebody senses who has its ground, and somebody plans. One that is over,
+    /// or under way with a fallback, needs nobody.
     #[must_use]
-    pub fn needs_nobody(&self) -> bool {
-        let falls_back = self.mission.brief.guard.deadline_ns > 0;
-        self.state.status.is_over() || (falls_back && self.state.decision > Decision(0))
+    pub fn is_manned(&self, roster: &Roster, now: MonotonicNs) -> bool {
+        let falls_back = self.mission.brief.guard.deadline_ns > 0 && self.state.decision > Decision(0);
+        let senses = roster.has_of_run(Role::Perception, self.state.run, now);
+        self.state.status.is_over() || falls_back || senses && roster.has(Role::Planner, now)
     }
 
     /// The mission.

@@ -325,13 +325,12 @@ impl Service {
         self.feed(Event::Refused(refusal))
     }
 
-    /// The mission begins once somebody senses and somebody plans, so that no decision's time counts
-    /// the wait for processes to start. A mission that is over is told to whoever comes, and one that was under
-    /// way with a fallback is taken up at once.
+    /// The mission begins once somebody can sense and somebody plans, so that no decision's time counts the
+    /// wait for processes to start, or for perception to gather the truth. A mission that is over is told to
+    /// whoever comes, and one that was under way with a fallback is taken up at once.
     fn is_assembled(&mut self) -> bool {
         let now = Node::now();
-        let crew = [Role::Perception, Role::Planner];
-        self.assembled |= self.arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
+        self.assembled |= self.arbiter.is_manned(&self.roster, now);
         self.assembled
     }
 

@@ -24,7 +24,7 @@ pub const REPUBLISH_NS: u64 = 100_000_000;
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
-    /// The brief; one of a new run drops all that was known.
+    /// The brief; another than before drops all that was known.
     Brief(Brief),
     /// The terrain of a run, whole.
     Terrain(RunId, Terrain),
@@ -229,12 +229,12 @@ impl Cartographer {
         self.observation.as_ref().map(Observation::map)
     }
 
-    /// The run, decision and status last seen, for the heartbeat.
+    /// The run, decision and status last seen, for the heartbeat. A run is known once its terrain is.
     #[must_use]
     pub fn seen(&self) -> (RunId, Decision, Status) {
         match (&self.state, self.current()) {
             (Some(state), true) => (state.run, state.decision, state.status),
-            _ => (RunId::default(), Decision(0), Status::Underway),
+            _ => (self.grounded().unwrap_or_default(), Decision(0), Status::Underway),
         }
     }
 
@@ -257,7 +257,8 @@ impl Cartographer {
     }
 
     fn brief(&mut self, brief: Brief) {
-        let news = self.brief.is_none_or(|known| known.run != brief.run);
+        // Another brief of the same run is somebody's error; the map of the one is none of the other.
+        let news = self.brief != Some(brief);
         self.brief = Some(brief);
         if news {
             if self.terrain.as_ref().is_none_or(|(run, _)| *run != brief.run) {
@@ -292,14 +293,15 @@ impl Cartographer {
         self.finished = false;
     }
 
+    /// The run of which both brief and terrain are known.
+    fn grounded(&self) -> Option<RunId> {
+        let (brief, (run, terrain)) = (self.brief.as_ref()?, self.terrain.as_ref()?);
+        (brief.run == *run && terrain.grid == brief.grid).then_some(*run)
+    }
+
     /// Whether brief, terrain and state belong to one run.
     fn current(&self) -> bool {
-        match (&self.brief, &self.terrain, &self.state) {
-            (Some(brief), Some((run, terrain)), Some(state)) => {
-                brief.run == *run && *run == state.run && terrain.grid == brief.grid
-            }
-            _ => false,
-        }
+        self.state.is_some_and(|state| self.grounded() == Some(state.run))
     }
 
     /// Whether the map covers the state's pose.

@@ -224,6 +224,34 @@ fn the_end_of_the_mission_is_reported_once() {
 }
 
 #[test]
+fn a_run_is_known_once_its_ground_is() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = Cartographer::new(RobotId(0));
+    cartographer.on(Event::Brief(world.brief), NOW);
+    assert_eq!(cartographer.seen().0, RunId::default(), "it cannot sense yet");
+    cartographer.on(Event::Terrain(RunId(8), world.terrain.clone()), NOW);
+    assert_eq!(cartographer.seen().0, RunId::default(), "on another run's ground");
+    cartographer.on(Event::Terrain(RUN, world.terrain.clone()), NOW);
+    assert_eq!(cartographer.seen(), (RUN, Decision(0), Status::Underway));
+}
+
+/// Found by fuzzing.
+#[test]
+fn another_brief_of_the_same_run_begins_the_map_anew() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = Cartographer::new(RobotId(0));
+    let wider = contract::Grid { width: world.brief.grid.width + 1, ..world.brief.grid };
+    let cells = vec![contract::Ground::FLAT; wider.cells()];
+    let terrain = terrain::Terrain { grid: wider, cells, ..world.terrain.clone() };
+    cartographer.on(Event::Terrain(RUN, terrain), NOW);
+    for grid in [world.brief.grid, wider] {
+        cartographer.on(Event::Brief(contract::Brief { grid, ..world.brief }), NOW);
+        cartographer.on(Event::State(world.state(0)), NOW);
+    }
+    assert_eq!(cartographer.map().unwrap().grid, wider);
+}
+
+#[test]
 fn a_treasure_is_on_the_map_from_sight_to_landing() {
     let mut world = World::new(contract::Profile::Paper2023);
     let start = world.brief.start;

@@ -480,8 +480,7 @@ impl Process {
             Step::TickIfAssembled => {
                 let now = stage.now();
                 let Machine::Sim { arbiter, assembled, .. } = &mut self.machine else { return };
-                let crew = [Role::Perception, Role::Planner];
-                *assembled |= arbiter.needs_nobody() || crew.iter().all(|&role| self.roster.has(role, now));
+                *assembled |= arbiter.is_manned(&self.roster, now);
                 if *assembled {
                     self.arbitrate(hopper_sim::Event::Tick, stage);
                 }

@@ -47,6 +47,12 @@ impl Mission {
         command
     }
 
+    /// Flies a whole mission by `hopper run`, its files in `out`.
+    pub fn fly(&self, words: &[&str]) -> Output {
+        let mut command = self.hopper(&["run", "--instance", &self.name, "--out", "out", "--format", "json"]);
+        command.args(words).output().unwrap()
+    }
+
     /// Starts `hopper ROLE --instance …` with further `words`.
     pub fn start(&self, role: &str, words: &[&str]) -> Process {
         self.start_with(role, words, &[])

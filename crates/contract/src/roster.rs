@@ -3,13 +3,18 @@
 use std::collections::BTreeMap;
 
 use crate::limits::PEERS_MAX;
-use crate::{Heartbeat, Incarnation, MonotonicNs, Role};
+use crate::{Heartbeat, Incarnation, MonotonicNs, Role, RunId};
 
 /// A heartbeat older than this no longer proves life: ten missed beats.
 pub const SILENCE_NS: u64 = 1_000_000_000;
 
 /// How often a process beats.
 pub const BEAT_PERIOD_NS: u64 = 50_000_000;
+
+/// Most beats at once: how far ahead of the last a beat may be without any time gone by.
+const LEAP_BEATS: u64 = 1_000;
+/// A process never beats more often than that, fifty times as often as it should.
+const BEAT_PERIOD_MIN_NS: u64 = 1_000_000;
 
 /// One process as last heard of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,17 +32,23 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// Takes note of a beat heard at `now`. Peers silent for ten times [`SILENCE_NS`] are forgotten; while
+    /// Takes note of a beat heard at `now`, unless its counter stands still or leaps. Peers silent for ten times [`SILENCE_NS`] are forgotten; while
     /// [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of lives neither takes memory nor
     /// drives out who is known.
     pub fn observe(&mut self, beat: Heartbeat, now: MonotonicNs) {
-        let known = self.peers.get(&beat.incarnation).map(|peer| peer.beat.counter);
-        if known.is_some_and(|counter| counter >= beat.counter) {
+        let known = self.peers.get(&beat.incarnation);
+        let is_news = |peer: &Peer| {
+            // Somebody else's forgery: taken at its word, it would silence the life it names for ever.
+            let ahead_max = LEAP_BEATS + now.since_ns(peer.advanced) / BEAT_PERIOD_MIN_NS;
+            (1..=ahead_max).contains(&beat.counter.saturating_sub(peer.beat.counter))
+        };
+        if known.is_some_and(|peer| !is_news(peer)) {
             // Nor is it forgotten by that: it would be taken for news.
             return;
         }
+        let known = known.is_some();
         self.peers.retain(|_, peer| now.since_ns(peer.advanced) <= 10 * SILENCE_NS);
-        if known.is_some() || self.peers.len() < PEERS_MAX {
+        if known || self.peers.len() < PEERS_MAX {
             self.peers.insert(beat.incarnation, Peer { beat, advanced: now });
         }
     }
@@ -51,6 +62,12 @@ impl Roster {
     #[must_use]
     pub fn has(&self, role: Role, now: MonotonicNs) -> bool {
         self.live(now).any(|peer| peer.beat.role == role)
+    }
+
+    /// Whether somebody of `role` lives at `now` who knows `run`.
+    #[must_use]
+    pub fn has_of_run(&self, role: Role, run: RunId, now: MonotonicNs) -> bool {
+        self.live(now).any(|peer| peer.beat.role == role && peer.beat.run == run)
     }
 
     /// What was last heard of a process, if anything.
@@ -69,7 +86,7 @@ impl Roster {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Decision, Name, RunId, Status};
+    use crate::{Decision, Name, Status};
 
     fn beat(counter: u64) -> Heartbeat {
         Heartbeat {
@@ -109,5 +126,16 @@ mod tests {
         assert!(!roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 1)));
         roster.observe(beat(2), MonotonicNs(SILENCE_NS + 1));
         assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 2)));
+    }
+    #[test]
+    fn a_forged_leap_of_the_counter_silences_nobody() {
+        let mut roster = Roster::default();
+        roster.observe(beat(1), MonotonicNs(0));
+        roster.observe(beat(u64::MAX), MonotonicNs(1));
+        roster.observe(beat(2), MonotonicNs(SILENCE_NS));
+        assert!(roster.has(Role::Planner, MonotonicNs(2 * SILENCE_NS)));
+        // Who has been away for a minute finds many beats gone by.
+        roster.observe(beat(2 + 60 * 20), MonotonicNs(61 * SILENCE_NS));
+        assert!(roster.has(Role::Planner, MonotonicNs(61 * SILENCE_NS)));
     }
 }

@@ -24,7 +24,11 @@ fn main() {
          |---|---|---|---|---|---|---|---|---|"
     );
     for side in sides {
-        for (name, specimen) in [("plain", Specimen::plain(side, 1)), ("trap", Specimen::trap(side, 1))] {
+        for (name, specimen) in [
+            ("plain", Specimen::plain(side, 1)),
+            ("inner", Specimen::inner(side, 1)),
+            ("trap", Specimen::trap(side, 1)),
+        ] {
             let world = specimen.world().expect("a specimen of a sound size");
             for simd in
                 [Simd::Avx512, Simd::Avx2, Simd::Portable].into_iter().filter(|simd| simd.is_available())

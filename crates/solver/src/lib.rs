@@ -22,7 +22,8 @@
 //!
 //! - the kernel's form of Bellman's operator, one division a node: `sweep`;
 //! - the layout in which a diagonal of the grid is updated at once, as if node by node: `skew`;
-//! - the order of updates, many sweeps in one wave: `wave`;
+//! - the order of updates, many sweeps in one wave: `wave`; two threads in one wave: `pair`;
+//! - what large planes lie in: `pages`;
 //! - the survey in double precision, what each hop is short of: `survey`;
 //! - the correction by sweeps of the operator shifted (`sweep`), or Newton's step for Bellman's equation by a
 //!   Krylov method where there is somewhere to linger: `correct`;
@@ -42,6 +43,7 @@ pub mod hop;
 mod measure;
 pub mod online;
 mod pages;
+mod pair;
 mod plane;
 pub mod policy;
 pub mod reach;

@@ -58,6 +58,11 @@ impl Skew {
         true
     }
 
+    /// Lays the diagonals across: j counts from the other side. Entries stay where they are; nodes do not.
+    pub fn turn(&mut self) {
+        self.flip[1] = !self.flip[1];
+    }
+
     /// The diagonals that hold nodes of the grid.
     pub fn diagonals(&self) -> Range<usize> {
         2..self.width + self.height + 1
@@ -253,7 +258,12 @@ impl<'a> Around<'a> {
     /// The run of `nodes` nodes from entry `first` on, `steps` away from its neighbours.
     #[inline(always)]
     pub fn new(plane: &'a mut [f32], first: usize, nodes: usize, steps: [isize; 4]) -> Self {
-        let cells = Cell::from_mut(plane).as_slice_of_cells();
+        Self::of(Cell::from_mut(plane).as_slice_of_cells(), first, nodes, steps)
+    }
+
+    /// The same in a plane that is shared.
+    #[inline(always)]
+    pub fn of(cells: &'a [Cell<f32>], first: usize, nodes: usize, steps: [isize; 4]) -> Self {
         let len = nodes.next_multiple_of(LANES);
         let [low_i, low_j, high_i, high_j] = steps.map(|step| first.wrapping_add_signed(step));
         Self {

@@ -3,7 +3,9 @@
 //! 1. **Start** from below: every free node has the worst value there can be, min r / (1 − γ) or the loss.
 //! 2. **Sweep** Bellman's operator in single precision (`sweep`), in waves that leave the goal (`wave`),
 //!    as long as that pays: on most worlds nearly to the last bits of single precision, on worlds where
-//!    lingering beats the goal until the change stalls.
+//!    lingering beats the goal until the change stalls. A wave leaves a corner. Where the goal is not in one, waves
+//!    go there and back, and the diagonals are turned between them, so that news of the goal crosses each of the
+//!    four quadrants around it in one sweep.
 //! 3. **Survey** in double precision (`survey`): what each hop is short of at each node.
 //! 4. **Correct** the values in single precision, by sweeps of the same operator shifted to where they are; or,
 //!    where there is somewhere to linger, and first on small worlds, by the best hops' linear equation alone
@@ -99,6 +101,10 @@ const FIRST: u64 = 12;
 const NEXT: u64 = 8;
 /// Sweeps of each wave after the first on worlds of at most [`SMALL`] nodes, which lie in the nearest caches.
 const NEXT_SMALL: u64 = 4;
+/// Sweeps of each wave around a goal inside the grid.
+const AROUND: u64 = 12;
+/// Reduction of the residual over two turns above which there is somewhere to linger.
+const SLOW_TURNS: f64 = 0.1;
 /// Nodes of a small world.
 const SMALL: usize = 4096;
 
@@ -114,6 +120,14 @@ impl Solver {
     #[must_use]
     pub fn with_simd(simd: Simd) -> Self {
         Self { simd: simd.or_available(), ..Self::default() }
+    }
+
+    /// The same with a second thread in waves over large worlds, if `threads` is more than one. The values are the
+    /// same bit for bit.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        self.planes.threads = threads;
+        self
     }
 
     /// Value of each node of the world solved last, row-major: 0 at a goal, the loss where lost.
@@ -152,7 +166,7 @@ impl Solver {
         }
         self.planes.start(self.simd, &self.skew, world, worst);
         let (mut updates, mut surveys, mut stalls) = (0, 0, 0);
-        let mut residual = f64::INFINITY;
+        let [mut residual, mut last] = [f64::INFINITY; 2];
         // Whether the values are expected to be good enough.
         let mut expected = false;
         // Whether sweeps are slow, because there is somewhere to linger.
@@ -161,11 +175,19 @@ impl Solver {
         let mut linear = false;
         // Whether single precision has nothing to offer any more.
         let mut plain = worth_max > SINGLE_MAX;
+        // Whether the goal lies so far inside that diagonals of one kind lead away from it in two quadrants only.
+        let inner = extent.best_goal.is_some_and(|goal| inner(world, goal));
+        // Change of the last turn.
+        let mut turned = f32::INFINITY;
         loop {
             pulse();
             if !plain && !expected && residual > ROUGH * single {
                 let left = updates_max.saturating_sub(updates) / nodes;
-                let (sweeps, settled) = self.sweep(world, single as f32, left, surveys == 0);
+                let (sweeps, settled) = if inner && surveys == 0 {
+                    self.sweep_around(world, single as f32, left, pulse)
+                } else {
+                    self.sweep(world, single as f32, left, surveys == 0)
+                };
                 updates += sweeps * nodes;
                 lingers |= !settled;
             }
@@ -207,6 +229,7 @@ impl Solver {
                 measured = findings.residual;
             }
             stalls = if measured > 0.5 * residual { stalls + 1 } else { 0 };
+            let before = std::mem::replace(&mut last, residual);
             residual = measured;
             plain |= surveys >= SURVEYS_MAX;
             let change_max = (SETTLED * residual_max) as f32;
@@ -218,7 +241,8 @@ impl Solver {
                     sweep_plainly(world, values, sweep % 2 == 1);
                     pulse();
                 }
-                planes.put_in(*simd, skew, world, values);
+                planes.lay(*simd, skew, world, values);
+                linear = false;
                 updates += sweeps * nodes;
                 stalls = 0;
             } else if linear {
@@ -227,6 +251,14 @@ impl Solver {
                 updates += corrected.div_ceil(4);
                 expected = settled && residual < EXPECTED * single;
                 planes.add(*simd);
+            } else if inner {
+                let (sweeps, change) = self.sweep_there_and_back(world, true, left / nodes);
+                updates += sweeps * nodes;
+                lingers |= measured > SLOW_TURNS * before;
+                expected = sweeps > 0 && change.max(turned) <= change_max;
+                turned = change;
+                self.planes.add(self.simd);
+                self.turn(world);
             } else {
                 let (sweeps, settled) = self.sweep_shifted(world, change_max, left / nodes);
                 updates += sweeps * nodes;
@@ -270,6 +302,55 @@ impl Solver {
         }
     }
 
+    /// Sweeps in single precision around a goal inside the grid while that pays; sweeps made, and whether they
+    /// reached `change_max`.
+    fn sweep_around(
+        &mut self,
+        world: &World,
+        change_max: f32,
+        sweeps_max: u64,
+        pulse: &dyn Fn(),
+    ) -> (u64, bool) {
+        let mut progress = Progress::default();
+        let mut sweeps = 0;
+        let mut turned = f32::INFINITY;
+        loop {
+            let (more, change) = self.sweep_there_and_back(world, false, sweeps_max - sweeps);
+            sweeps += more;
+            self.planes.adopt(self.simd);
+            self.turn(world);
+            pulse();
+            // Of the two kinds of diagonals each tells of its own quadrants.
+            let settled = progress.take(change.max(turned), change_max);
+            turned = change;
+            if settled || progress.slow > 2 || more == 0 {
+                return (sweeps, settled && more > 0);
+            }
+        }
+    }
+
+    /// A wave there and one back, for the correction where `shifted`; sweeps made, and the change they ended with.
+    fn sweep_there_and_back(&mut self, world: &World, shifted: bool, sweeps_max: u64) -> (u64, f32) {
+        let Self { simd, skew, planes, .. } = self;
+        let sweeps = AROUND.min(sweeps_max / 2) as usize;
+        let mut change = [0.0_f32; LANES];
+        if sweeps > 0 {
+            for back in [false, true] {
+                change = [0.0; LANES];
+                planes.relax(*simd, skew, world.rules().leaving, shifted, Wave { sweeps, back }, &mut change);
+            }
+        }
+        (2 * sweeps as u64, largest(&change))
+    }
+
+    /// Lays the worths out across.
+    fn turn(&mut self, world: &World) {
+        let Self { simd, skew, planes, values, .. } = self;
+        planes.take_out(*simd, skew, world, values);
+        skew.turn();
+        planes.lay(*simd, skew, world, values);
+    }
+
     /// Sweeps for the correction while that pays; sweeps made, and whether they reached `change_max`.
     fn sweep_shifted(&mut self, world: &World, change_max: f32, sweeps_max: u64) -> (u64, bool) {
         let Self { simd, skew, planes, .. } = self;
@@ -290,6 +371,12 @@ impl Solver {
             }
         }
     }
+}
+
+/// Whether a goal lies further from each corner than the first wave's sweeps carry its news to the sides.
+fn inner(world: &World, goal: usize) -> bool {
+    let (x, y) = (goal % world.width(), goal / world.width());
+    x.min(world.width() - 1 - x).min(y.min(world.height() - 1 - y)) as u64 > FIRST
 }
 
 /// Sweeps of a wave after the first.

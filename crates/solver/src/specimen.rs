@@ -23,6 +23,8 @@ pub struct Specimen {
     pub information: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
+    /// Whether the goal lies well inside, rather than in the corner opposite the start.
+    pub inner: bool,
 }
 
 /// Hard ground of the paper.
@@ -43,7 +45,7 @@ impl Specimen {
     #[must_use]
     pub fn plain(side: usize, seed: u64) -> Self {
         let leaving = Leaving::Stays;
-        Self { width: side, height: side, seed, safety: 0.5, information: 0.5, leaving }
+        Self { width: side, height: side, seed, safety: 0.5, information: 0.5, leaving, inner: false }
     }
 
     /// A square world in which lingering on a hill is worth more than the goal: w1 = 10, w2 = 30.
@@ -52,15 +54,24 @@ impl Specimen {
         Self { safety: 10.0, information: 30.0, ..Self::plain(side, seed) }
     }
 
+    /// A square world in which the goal is worth reaching and lies well inside.
+    #[must_use]
+    pub fn inner(side: usize, seed: u64) -> Self {
+        Self { inner: true, ..Self::plain(side, seed) }
+    }
+
     /// The node that a mission would start from.
     #[must_use]
     pub fn start(&self) -> usize {
         2.min(self.height - 1) * self.width + 1.min(self.width - 1)
     }
 
-    /// The goal.
+    /// The goal: one node off the corner, or at 3/5 of the width and 2/5 of the height.
     #[must_use]
     pub fn goal(&self) -> usize {
+        if self.inner {
+            return self.height * 2 / 5 * self.width + self.width * 3 / 5;
+        }
         self.height.saturating_sub(2) * self.width + self.width.saturating_sub(2)
     }
 

@@ -26,6 +26,9 @@
 //! Beyond the map lies the loss, or, where leaving counts as staying, the last worth of the border node
 //! itself: the same fixed point, approached from one sweep to the next.
 
+use std::cell::Cell;
+
+use crate::pair::{Part, Progress, Shared};
 use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
 use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Skew, chunk, own, part, shift};
@@ -36,6 +39,8 @@ use crate::{Leaving, Rules, World};
 /// What lies in the entries of a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Planes {
+    /// Threads that sweep large worlds in single precision: two if more than one.
+    pub threads: usize,
     /// The worths that the next survey takes for true.
     pub worths: Plane<f64>,
     /// Soil and kind of each node; lost beside the grid.
@@ -60,26 +65,24 @@ impl Planes {
 
     /// Begins a world in which every free node has the value `value`.
     pub fn start(&mut self, simd: Simd, skew: &Skew, world: &World, value: f64) {
-        let classes = self.classes.all_mut();
-        for block in skew.blocks() {
-            let picked = block.pick(world.payoffs().1);
-            classes[block.entry..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
-        }
-        self.load(simd, skew, world, Some(value));
+        self.load(simd, skew, world, From::Same(value));
+    }
+
+    /// Begins anew from `values`, row-major.
+    pub fn lay(&mut self, simd: Simd, skew: &Skew, world: &World, values: &[f64]) {
+        self.load(simd, skew, world, From::Values(values));
     }
 
     /// Goes on from the worths there are.
     pub fn resume(&mut self, simd: Simd, skew: &Skew, world: &World) {
-        self.load(simd, skew, world, None);
+        self.load(simd, skew, world, From::Kept);
     }
 
-    /// Lays the world out for sweeps from the value `value` everywhere, or from the worths there are.
-    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, value: Option<f64>) {
+    /// Lays the world out for sweeps.
+    fn load(&mut self, simd: Simd, skew: &Skew, world: &World, from: From<'_>) {
         let Self { worths, classes, unknown, ground, .. } = self;
-        let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
-        let (soils, starts) = (soils(world), value.is_some());
-        let value = value.unwrap_or(0.0);
-        load(simd, worths, classes.all(), unknown, ground, skew, world, &soils, value, starts);
+        let (worths, classes) = (worths.all_mut(), classes.all_mut());
+        load(simd, worths, classes, unknown.all_mut(), ground.all_mut(), skew, world, &soils(world), from);
         self.halo(skew, world.rules());
     }
 
@@ -92,11 +95,6 @@ impl Planes {
     /// Takes the values out, row-major: 0 at a goal, the loss where lost.
     pub fn take_out(&self, simd: Simd, skew: &Skew, world: &World, values: &mut [f64]) {
         take_out(simd, self.worths.all(), skew, world, values);
-    }
-
-    /// Puts values in again.
-    pub fn put_in(&mut self, simd: Simd, skew: &Skew, world: &World, values: &[f64]) {
-        put_in(simd, self.worths.all_mut(), skew, world, values);
     }
 
     /// Fills the halo: with the loss, or with the worths of the border.
@@ -121,14 +119,49 @@ impl Planes {
         change: &mut Lanes,
     ) {
         let stays = leaving == Leaving::Stays;
-        let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
-        if shifted {
-            relax_shifted(simd, unknown, ground, self.shifts.all_mut(), skew, stays, wave, change);
-        } else {
-            relax(simd, unknown, ground, &mut [], skew, stays, wave, change);
+        let Self { threads, unknown, ground, shifts, .. } = self;
+        let [worths, ground, shifts] =
+            [unknown.all_mut(), ground.all_mut(), shifts.all_mut()].map(Shared::new);
+        let planes = Swept { worths, ground, shifts };
+        let sweep = move |wave, part: Part<'_>, change: &mut Lanes| {
+            let relax = if shifted { relax_shifted } else { relax };
+            relax(simd, planes, skew, stays, wave, part, change);
+        };
+        if *threads < 2 || wave.sweeps < 2 || skew.width * skew.height < PAIR_NODES_MIN {
+            return sweep(wave, Part::Whole, change);
         }
+        let progress = Progress::default();
+        let first = Wave { sweeps: wave.sweeps / 2, ..wave };
+        let last = Wave { sweeps: wave.sweeps - first.sweeps, ..wave };
+        std::thread::scope(|scope| {
+            let leader = Part::Leader(&progress);
+            scope.spawn(move || sweep(first, leader, &mut [0.0; LANES]));
+            sweep(last, Part::Follower(&progress), change);
+        });
     }
 }
+
+/// What the free nodes' worths begin from.
+#[derive(Clone, Copy, Debug)]
+enum From<'a> {
+    /// One value everywhere.
+    Same(f64),
+    /// A value of each node, row-major.
+    Values(&'a [f64]),
+    /// The worths there are, in a layout that has not changed.
+    Kept,
+}
+
+/// What a sweep in single precision reads and writes.
+#[derive(Clone, Copy, Debug)]
+struct Swept<'a> {
+    worths: Shared<'a>,
+    ground: Shared<'a>,
+    shifts: Shared<'a>,
+}
+
+/// Nodes of a world that is worth a second thread.
+const PAIR_NODES_MIN: usize = 10_000;
 
 /// For each soil: ρ per payoff, a and c.
 type Soils = [[f32; 3]; World::SOILS_MAX];
@@ -150,10 +183,10 @@ fn soils(world: &World) -> Soils {
 }
 
 dispatch! {
-    /// Lays the world out for sweeps, from a value of all free nodes or from the worths there are.
+    /// Lays the world out for sweeps.
     fn load(
-        worths: &mut [f64], classes: &[Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew, world: &World,
-        soils: &Soils, value: f64, starts: bool,
+        worths: &mut [f64], classes: &mut [Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew,
+        world: &World, soils: &Soils, from: From<'_>,
     ) = load_lanes
 }
 
@@ -161,14 +194,13 @@ dispatch! {
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn load_lanes(
     worths: &mut [f64],
-    all_classes: &[Class],
+    all_classes: &mut [Class],
     unknown: &mut [f32],
     ground: &mut [f32],
     skew: &Skew,
     world: &World,
     soils: &Soils,
-    value: f64,
-    starts: bool,
+    from: From<'_>,
 ) {
     let loss = world.rules().loss;
     let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
@@ -176,10 +208,28 @@ fn load_lanes(
         let at = block.entry;
         let payoffs = block.pick(world.payoffs().0);
         let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
-        let mut classes = [Class::LOST; LANES];
-        classes.copy_from_slice(&all_classes[at..at + LANES]);
         let mut parts = [[0.0_f32; LANES]; PARTS];
         let mut landed = chunk(worths, at);
+        match from {
+            From::Kept => {}
+            From::Same(value) => {
+                for lane in 0..LANES {
+                    landed[lane] = payoffs[lane] + value;
+                }
+            }
+            From::Values(values) => {
+                let values = block.pick(values);
+                for lane in 0..LANES {
+                    landed[lane] = payoffs[lane] + values[lane];
+                }
+            }
+        }
+        if !matches!(from, From::Kept) {
+            let picked = block.pick(world.payoffs().1);
+            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
+        }
+        let mut classes = [Class::LOST; LANES];
+        classes.copy_from_slice(&all_classes[at..at + LANES]);
         for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
             let [per_payoff, a, c] = *soil;
             for lane in 0..LANES {
@@ -191,9 +241,8 @@ fn load_lanes(
         }
         for lane in 0..LANES {
             let free = classes[lane].is_free();
-            let began = if starts { payoffs[lane] + value } else { landed[lane] };
             let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
-            landed[lane] = if free { began } else { ends };
+            landed[lane] = if free { landed[lane] } else { ends };
             parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
             parts[3][lane] = (slopes_i[lane] * flip[0]) as f32;
             parts[4][lane] = (slopes_j[lane] * flip[1]) as f32;
@@ -234,24 +283,6 @@ fn take_out_lanes(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]
 }
 
 dispatch! {
-    /// The worths of free nodes.
-    fn put_in(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) = put_in_lanes
-}
-
-#[inline(always)]
-fn put_in_lanes(worths: &mut [f64], skew: &Skew, world: &World, values: &[f64]) {
-    let (payoffs, classes) = world.payoffs();
-    for block in skew.blocks() {
-        for lane in 0..block.lanes {
-            let node = block.at(lane);
-            if classes[node].is_free() {
-                worths[block.entry + lane] = payoffs[node] + values[node];
-            }
-        }
-    }
-}
-
-dispatch! {
     /// Takes over the worths of the nodes that are updated.
     fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32]) = adopt_lanes
 }
@@ -271,34 +302,30 @@ fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32]) {
 
 dispatch! {
     /// Updates the worths in a wave.
-    fn relax(
-        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
-        change: &mut Lanes,
-    ) = relax_lanes::<false>
+    fn relax(planes: Swept<'_>, skew: &Skew, stays: bool, wave: Wave, part: Part<'_>, change: &mut Lanes)
+        = relax_lanes::<false>
 }
 
 dispatch! {
     /// Updates the corrections in a wave.
-    fn relax_shifted(
-        worths: &mut [f32], ground: &mut [f32], shifts: &mut [f32], skew: &Skew, stays: bool, wave: Wave,
-        change: &mut Lanes,
-    ) = relax_lanes::<true>
+    fn relax_shifted(planes: Swept<'_>, skew: &Skew, stays: bool, wave: Wave, part: Part<'_>, change: &mut Lanes)
+        = relax_lanes::<true>
 }
 
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn relax_lanes<const SHIFTED: bool>(
-    worths: &mut [f32],
-    ground: &mut [f32],
-    shifts: &mut [f32],
+    planes: Swept<'_>,
     skew: &Skew,
     stays: bool,
     wave: Wave,
+    part: Part<'_>,
     change: &mut Lanes,
 ) {
+    let [worths, ground, shifts] = [planes.worths, planes.ground, planes.shifts].map(Shared::cells);
     // No closures in here: they would be compiled without the vector instructions, and be called.
     let diagonals = skew.diagonals();
     for step in 0..wave.steps(&diagonals) {
+        part.begin(step, diagonals.len());
         for sweep in 0..wave.sweeps {
             let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
             let (first, nodes) = skew.run(diagonal);
@@ -314,47 +341,48 @@ fn relax_lanes<const SHIFTED: bool>(
                 for (at, step) in skew.rim(diagonal, first, last, steps) {
                     if step != 0 {
                         let beyond = at.wrapping_add_signed(step);
-                        worths[beyond] = worths[at];
+                        worths[beyond].set(worths[at].get());
                         // What stands beyond the rim is a constant to the chunk that it lies in.
                         if SHIFTED {
                             for index in 0..HOPS {
-                                shifts[shift(beyond, index)] = worths[at];
+                                shifts[shift(beyond, index)].set(worths[at].get());
                             }
                         } else {
-                            ground[own(beyond)] = worths[at];
+                            ground[own(beyond)].set(worths[at].get());
                         }
                     }
                 }
             }
         }
+        part.finish((step + 1).saturating_sub(2 * (wave.sweeps - 1)));
     }
 }
 
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "as above")]
 fn relax_run<const SHIFTED: bool>(
-    worths: &mut [f32],
-    ground: &[f32],
-    shifts: &[f32],
+    worths: &[Cell<f32>],
+    ground: &[Cell<f32>],
+    shifts: &[Cell<f32>],
     first: usize,
     nodes: usize,
     steps: [isize; 4],
 ) -> Lanes {
     let mut change = [0.0; LANES];
-    let around = Around::new(worths, first, nodes, steps);
+    let around = Around::of(worths, first, nodes, steps);
     let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
     let shifts = if SHIFTED { &shifts[first * HOPS..(first + around.len()) * HOPS] } else { shifts };
     for index in 0..around.chunks() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
         let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
-        let (ahead, beside) = (chunk(parts, LANES), chunk(parts, 2 * LANES));
-        let (slope_i, slope_j) = (chunk(parts, 3 * LANES), chunk(parts, 4 * LANES));
+        let (ahead, beside) = (cells(parts, LANES), cells(parts, 2 * LANES));
+        let (slope_i, slope_j) = (cells(parts, 3 * LANES), cells(parts, 4 * LANES));
         // Of the hops up and down along i, up and down along j.
         let owns = if SHIFTED {
             let own = &shifts[index * HOPS * LANES..][..HOPS * LANES];
-            [chunk(own, 0), chunk(own, LANES), chunk(own, 2 * LANES), chunk(own, 3 * LANES)]
+            [cells(own, 0), cells(own, LANES), cells(own, 2 * LANES), cells(own, 3 * LANES)]
         } else {
-            [chunk(parts, 0); HOPS]
+            [cells(parts, 0); HOPS]
         };
         let mut new = [0.0_f32; LANES];
         for lane in 0..LANES {
@@ -392,3 +420,14 @@ fn relax_run<const SHIFTED: bool>(
 
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.6;
+
+/// The chunk of shared numbers at an entry.
+#[inline(always)]
+fn cells(numbers: &[Cell<f32>], at: usize) -> Lanes {
+    let numbers = &numbers[at..at + LANES];
+    let mut chunk = [0.0; LANES];
+    for lane in 0..LANES {
+        chunk[lane] = numbers[lane].get();
+    }
+    chunk
+}

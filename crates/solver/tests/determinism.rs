@@ -5,7 +5,7 @@ mod worlds;
 use proptest::prelude::*;
 use solver::specimen::Specimen;
 use solver::{Effort, Leaving, Simd, Solution, Solver, World};
-use worlds::{hills, random};
+use worlds::{hills, inside, random};
 
 fn solve(solver: &mut Solver, world: &World) -> (Solution, Vec<u64>) {
     let solution = solver.solve(world, &Effort::default());
@@ -27,6 +27,7 @@ proptest! {
     fn every_instruction_set_gives_the_same_bits(seed: u64) {
         agree(&random(seed));
         agree(&hills(seed));
+        agree(&inside(seed));
     }
 
     #[test]
@@ -38,10 +39,33 @@ proptest! {
 
 /// P-SAME-BITS.
 #[test]
+fn a_second_thread_gives_the_same_bits() {
+    let mut pair = Solver::new().with_threads(2);
+    let mut alone = Solver::new();
+    for seed in 0..6 {
+        let [plain, inner, trap] = [Specimen::plain, Specimen::inner, Specimen::trap];
+        for specimen in [plain(101, seed), inner(130, seed), trap(101, seed)] {
+            // A long shape has diagonals of few nodes, and the first thread is never far ahead.
+            for (width, height) in [(specimen.width, specimen.height), (17, 700), (900, 12)] {
+                let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
+                let world = Specimen { width, height, leaving, ..specimen }.world().unwrap();
+                for _ in 0..3 {
+                    assert!(
+                        solve(&mut pair, &world) == solve(&mut alone, &world),
+                        "{width} x {height}, {seed}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// P-SAME-BITS.
+#[test]
 fn what_was_solved_before_does_not_matter() {
     let mut used = Solver::new();
     for seed in 0..200 {
-        for world in [random(seed), hills(seed)] {
+        for world in [random(seed), hills(seed), inside(seed)] {
             assert!(solve(&mut used, &world) == solve(&mut Solver::new(), &world), "seed {seed}");
         }
     }

@@ -8,7 +8,7 @@ use solver::{
     Effort, Hop, Kind, Leaving, Reach, Rules, Site, Soil, Solver, Status, World, action_values, certificate,
     certify, policy,
 };
-use worlds::{hills, random};
+use worlds::{hills, inside, random};
 
 /// What the dense solve itself may be off by, relative to the largest value.
 const DENSE: f64 = 1e-10;
@@ -105,6 +105,26 @@ fn perturbed_values_are_refused() {
         let bound = certify(&world, &values).error_bound;
         assert!(bound.is_nan() || bound > 1e-6, "{perturbation} at {node} passed with {bound}");
         assert!(perturbation.abs() <= bound || perturbation.is_nan());
+    }
+}
+
+#[test]
+fn a_goal_well_inside_is_solved_for_from_all_sides() {
+    let mut solver = Solver::new();
+    for seed in 0..60 {
+        let world = inside(seed);
+        for sweeps_max in [0, 1, 7, 25, 60, u64::MAX] {
+            let solution = solver.solve(&world, &Effort { sweeps_max, ..Effort::default() });
+            assert_eq!(solution.certificate, certify(&world, solver.values()), "seed {seed}");
+            assert!(solution.sweeps <= sweeps_max, "seed {seed}: {solution:?}");
+            assert_eq!(solution.status == Status::Solved, solution.certificate.error_bound <= 1e-6);
+            assert!(sweeps_max < u64::MAX || solution.status == Status::Solved, "seed {seed}: {solution:?}");
+        }
+        if seed < 2 {
+            let exact = exact(&world);
+            let bound = solver.solve(&world, &Effort::default()).certificate.error_bound;
+            assert!(error(solver.values(), &exact) <= bound + DENSE * largest(&exact), "seed {seed}");
+        }
     }
 }
 

@@ -45,3 +45,11 @@ pub fn hills(seed: u64) -> World {
     let leaving = if seed.is_multiple_of(2) { Leaving::Stays } else { Leaving::Loses };
     Specimen { leaving, ..specimen }.world().expect("a sound world")
 }
+
+/// Worlds whose goal lies well inside, traps among them.
+pub fn inside(seed: u64) -> World {
+    let (width, height) = (34 + (seed % 17) as usize, 34 + (seed % 13) as usize);
+    let specimen = if seed % 4 < 2 { Specimen::plain(1, seed) } else { Specimen::trap(1, seed) };
+    let leaving = if seed.is_multiple_of(2) { Leaving::Stays } else { Leaving::Loses };
+    Specimen { width, height, leaving, inner: true, ..specimen }.world().expect("a sound world")
+}
