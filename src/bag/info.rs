@@ -11,6 +11,9 @@ use serde::Serialize;
 
 use super::{Source, at_fault, load, open, print};
 
+/// Gaps that the text shows; the JSON has all.
+const GAPS_SHOWN: usize = 10;
+
 /// Arguments of `hopper bag info`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
@@ -156,6 +159,17 @@ impl Info {
         })
     }
 
+    /// Gaps, and the messages in them, by topic.
+    fn missing(&self) -> BTreeMap<&str, (u64, u64)> {
+        let mut missing = BTreeMap::<_, (u64, u64)>::new();
+        for gap in &self.gaps {
+            let (gaps, messages) = missing.entry(gap.topic.as_str()).or_default();
+            *gaps += 1;
+            *messages = messages.saturating_add((gap.through - gap.from).saturating_add(1));
+        }
+        missing
+    }
+
     fn text(&self) -> String {
         let or_unknown = |text: &Option<String>| text.clone().unwrap_or_else(|| "unknown".into());
         let mut text = String::new();
@@ -180,8 +194,14 @@ impl Info {
         if self.gaps.is_empty() {
             line("missing", "nothing");
         }
-        for gap in &self.gaps {
-            line("missing", &format!("{} {} to {} of {}", gap.counted, gap.from, gap.through, gap.topic));
+        for (topic, (gaps, messages)) in self.missing() {
+            line("missing", &format!("{messages} messages of {topic}, in {gaps} gaps"));
+        }
+        for gap in self.gaps.iter().take(GAPS_SHOWN) {
+            line("", &format!("{} {} to {} of {}", gap.counted, gap.from, gap.through, gap.topic));
+        }
+        if self.gaps.len() > GAPS_SHOWN {
+            line("", "and so on: --format json has all gaps");
         }
         let row = |topic: &Topic| {
             let Topic { topic, schema, messages, bytes, hz } = topic;

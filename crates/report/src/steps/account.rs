@@ -282,13 +282,11 @@ impl fmt::Display for StepReport {
         if self.decisions == 0 {
             return writeln!(f, "Nothing was measured.");
         }
-        let verdict = if self.misses == 0 { "all within" } else { "missed by some:" };
+        let budget_ms = self.budget_us / 1e3;
+        let (misses, decisions) = (self.misses, self.decisions);
         writeln!(
             f,
-            "Budget of {} ms a decision: {verdict}; {} of {} took longer. Times in ms.\n",
-            self.budget_us / 1e3,
-            self.misses,
-            self.decisions
+            "Budget of {budget_ms} ms a decision: {misses} of {decisions} took longer. Times in ms.\n"
         )?;
         let row = |name: &str, times: &StageTimes| {
             let [p50, p90, p99, p99_9, max, mean] =
