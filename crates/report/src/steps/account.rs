@@ -153,13 +153,10 @@ impl StepAccount {
             "{:>12} {:>14} {:>10} {:>14}\n\n",
             "Value", "Percentile", "TotalCount", "1/(1-Percentile)"
         );
-        for step in histogram.iter_quantiles(5) {
-            let quantile = step.quantile_iterated_to();
-            let value = ms(step.value_iterated_to().min(histogram.max()));
-            text += &format!(
-                "{value:12.3} {quantile:2.12} {:10}",
-                histogram.count_between(0, step.value_iterated_to())
-            );
+        for quantile in ladder(histogram.len()) {
+            let ns = histogram.value_at_quantile(quantile).min(histogram.max());
+            let count = histogram.count_between(0, ns);
+            text += &format!("{:12.3} {quantile:2.12} {count:10}", ms(ns));
             text += &if quantile < 1.0 { format!(" {:14.2}\n", 1.0 / (1.0 - quantile)) } else { "\n".into() };
         }
         text + &format!(
@@ -244,6 +241,18 @@ impl StageTimes {
             mean_us: histogram.mean() / 1e3,
         }
     }
+}
+
+/// Quantiles from 0 to 1, five on each half of the way that is left, as far as `count` decisions tell them apart.
+fn ladder(count: u64) -> Vec<f64> {
+    let mut quantiles = Vec::new();
+    let mut left = 1.0;
+    while left * count as f64 >= 1.0 {
+        quantiles.extend((0..5).map(|tick| 1.0 - left + left / 2.0 * f64::from(tick) / 5.0));
+        left /= 2.0;
+    }
+    quantiles.push(1.0);
+    quantiles
 }
 
 fn histogram(durations_ns: impl Iterator<Item = u64>) -> Histogram<u64> {
@@ -454,6 +463,10 @@ mod tests {
         let fields: Vec<f64> = last.split_whitespace().map(|field| field.parse().unwrap()).collect();
         assert_eq!(fields[1..3], [1.0, 1000.0]);
         assert!((fields[0] - 0.710).abs() < 0.002, "{last}");
+        let counts: Vec<f64> = (text.lines().skip(2).filter(|line| !line.starts_with('#')))
+            .map(|line| line.split_whitespace().nth(2).unwrap().parse().unwrap())
+            .collect();
+        assert!(counts.len() > 40 && counts.is_sorted(), "{text}");
     }
 
     #[test]
