@@ -1,5 +1,6 @@
 //! The command `hopper`: missions as separate processes or in lockstep, and the tools around them.
 
+pub mod bag;
 pub mod campaign;
 pub mod chaos;
 pub mod child;
@@ -8,6 +9,7 @@ pub mod endure;
 pub mod gallery;
 pub mod journal;
 pub mod known;
+pub mod latency;
 pub mod lockstep;
 pub mod manual;
 pub mod moment;

@@ -4,7 +4,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use hopper::{
-    campaign, chaos, doctor, endure, gallery, journal, known, manual, run, scenario, simulate, terrain, topic,
+    bag, campaign, chaos, doctor, endure, gallery, journal, known, latency, manual, run, scenario, simulate,
+    terrain, topic,
 };
 use node::{Exit, Failure};
 
@@ -30,6 +31,7 @@ Examples:
   hopper monitor --tui                          watch a running mission on this terminal
   hopper campaign run campaigns/p23-tables.toml the paper's tables, 3,000 missions
   hopper known findings --out out/known         the known-ground paper's findings, with its figures
+  hopper run --record hard.mcap                 every message in a file; see hopper bag, hopper latency
   hopper doctor                                 what runs, what is missing, what to do next
 
 Exit codes: 0 done, 1 mission failed or run error, 2 usage or bad input, 3 threshold missed,
@@ -100,6 +102,18 @@ enum Command {
         after_help = "Examples:\n  hopper journal verify out/hard-1/journal\n  hopper journal show out/hard-1/journal"
     )]
     Journal(journal::Command),
+    /// Look into, recover, replay or export a recording.
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper bag info hard.mcap\n  hopper bag recover cut.mcap whole.mcap\n  hopper bag replay hard.mcap --planner greedy\n  hopper bag export hard.mcap > decisions.csv"
+    )]
+    Bag(bag::Command),
+    /// Tell where the time of decisions went, and why the longest were long.
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper latency report hard.mcap --budget 600ms\n  hopper latency report --instance hopper\n  hopper latency report --compare a.mcap b.mcap"
+    )]
+    Latency(latency::Command),
     /// List, echo or measure the messages of a running instance.
     #[command(subcommand)]
     #[command(
@@ -139,6 +153,8 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),
+        Command::Bag(command) => bag::run(command),
+        Command::Latency(command) => latency::run(command),
         Command::Topic(command) => topic::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions(args) => manual::completions(args, Cli::command()),

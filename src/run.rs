@@ -6,6 +6,7 @@ use std::time::Duration;
 use contract::{Brief, Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
 use hopper_sim::{History, Mission, Pace};
+use monitor::recorder::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
@@ -47,6 +48,8 @@ pub struct Args {
     /// Form of the summary on standard output.
     #[arg(long, default_value = "text")]
     pub(crate) format: report::Format,
+    #[command(flatten)]
+    pub(crate) record: RecordArgs,
 }
 
 /// Flies the mission and prints its summary.
@@ -66,6 +69,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if !clairvoyant {
         planner::algorithm(&args.planner).map_err(Failure::usage)?;
     }
+    check_recording(args)?;
     let (world, seed) = match &args.planners_from {
         Some(dir) => flown_world(args, dir)?,
         None => (args.mission.world()?, args.mission.seed()),
@@ -115,6 +119,20 @@ fn flown_world(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
         ));
     }
     Ok((world, seed))
+}
+
+/// A recording is of messages between processes, and never written over another.
+fn check_recording(args: &Args) -> Result<(), Failure> {
+    let Some(path) = &args.record.record else { return Ok(()) };
+    if args.lockstep {
+        let why = "--record needs processes whose messages it records, got --lockstep";
+        return Err(Failure::new(Exit::Usage, why));
+    }
+    if path.exists() {
+        let message = format!("--record {} is there already: name another file", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(())
 }
 
 fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {

@@ -1,5 +1,6 @@
 //! Watches over the four processes of a mission: starts them, restarts the dead and the hung, ends them.
 
+use std::path::Path;
 use std::process::ExitStatus;
 use std::time::Duration;
 
@@ -85,6 +86,7 @@ impl Supervisor {
             monitor.push("--control".into());
             sim.push("--control".into());
         }
+        monitor.extend(recording(args, &scenario));
         let peer = |words: &[&str]| {
             let mut arguments = texts(words);
             arguments.extend(texts(&["--instance", &args.instance]));
@@ -251,6 +253,22 @@ impl Supervisor {
         summary.processes = own.chain(guests.copied()).collect();
         Some(summary)
     }
+}
+
+/// What the monitor needs to know to record.
+fn recording(args: &Args, scenario: &Path) -> Vec<String> {
+    let Some(file) = &args.record.record else { return Vec::new() };
+    let mut words = vec!["--record".into(), file.to_string_lossy().into_owned()];
+    words.extend(["--record-scenario".into(), scenario.to_string_lossy().into_owned()]);
+    for (key, value) in [
+        ("seed", args.mission.seed().to_string()),
+        ("pace", args.mission.pace.to_string()),
+        ("commit", env!("HOPPER_COMMIT").to_owned()),
+    ] {
+        words.extend(["--record-note".into(), format!("{key}={value}")]);
+    }
+    words.extend(args.record.record_policies.then(|| "--record-policies".to_owned()));
+    words
 }
 
 /// A child that ended with code 2 or 4 would do so again.

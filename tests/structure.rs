@@ -113,6 +113,8 @@ fn engines_own_no_clock_no_port_and_no_unordered_map() {
         "crates/motion/src",
         "crates/campaign/src",
         "crates/known/src",
+        "crates/recording/src",
+        "crates/report/src",
         "planner/src",
         "perception/src",
         "hopper-sim/src",

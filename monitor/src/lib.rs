@@ -1,12 +1,13 @@
 //! Watches a mission from outside.
 //!
 //! [`Watcher`] folds public messages into [`Progress`], [`Chronicle`] into an account of every hop and cell: no
-//! clock, file or port in them. [`display`] shows progress, [`web`] serves the account as a page, [`terminal`] draws it; [`shell`] is the
-//! process around them.
+//! clock, file or port in them. [`display`] shows progress, [`web`] serves the account as a page, [`terminal`]
+//! draws it; [`recorder`] writes the mission down; [`shell`] is the process around them.
 
 pub mod chronicle;
 pub mod display;
 pub mod progress;
+pub mod recorder;
 pub mod shell;
 pub mod terminal;
 pub mod watcher;

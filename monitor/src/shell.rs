@@ -15,6 +15,7 @@ use node::{
     PolicyReader, SnapshotClient, StateReader, TempoReader, crash_point,
 };
 
+use crate::recorder::{RecordArgs, RecordNotes, Recorder};
 use crate::terminal::{self, Terminal};
 use crate::web::Page;
 use crate::{Chronicle, Display, Effect, Event, News, Watcher};
@@ -57,6 +58,10 @@ pub struct Args {
     /// Print the last progress as one JSON object on standard output when the mission ends.
     #[arg(long, default_value = "text")]
     format: report::Format,
+    #[command(flatten)]
+    record: RecordArgs,
+    #[command(flatten)]
+    notes: RecordNotes,
 }
 
 /// An address with its port, or a port of this machine's loopback.
@@ -79,6 +84,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let mut view = View::open(args, &mut node, robot)?;
     let mut ports = Ports::open(&mut node, robot)?;
+    let recording = (&args.record, &args.notes);
+    let mut recorder = Recorder::open(recording, &mut node, args.peer.lifeline, Node::now())?;
+    let finish = |recorder: Option<Recorder>, exit| match recorder {
+        Some(mut recorder) => recorder.finish(exit, Node::now()),
+        None => Ok(exit),
+    };
     crash_point("monitor.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
@@ -86,11 +97,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut display = if args.tui { Display::default() } else { Display::on_stderr() };
     let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
-        node.wait(if ports.past.is_waiting() { TICK } else { PERIOD });
+        let period = if ports.past.is_waiting() { TICK } else { PERIOD };
+        node.wait(recorder.as_ref().map_or(period, |recorder| recorder.period().min(period)));
         if node.stop_requested().is_some() {
             display.finish();
-            return Ok(Exit::Interrupted);
+            return finish(recorder, Exit::Interrupted);
         }
+        recorder.as_mut().map_or(Ok(()), |recorder| recorder.turn(Node::now()))?;
         // The page first: with it come all patches published before it was made.
         let page = view.as_mut().and_then(|view| view.snapshots.receive()).and_then(known);
         let events = ports.receive(&mut node, &mut attendance);
@@ -118,10 +131,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         if let Some(view) = &mut view
             && view.show()?
         {
-            return Ok(Exit::Done);
+            return finish(recorder, Exit::Done);
         }
-        if attendance.close_turn(&mut node, watcher.seen(), watcher.waits_for())? {
-            return Ok(Exit::Done);
+        let seen = recorder.as_ref().map_or(watcher.seen(), |recorder| recorder.seen(watcher.seen()));
+        if attendance.close_turn(&mut node, seen, watcher.waits_for())? {
+            return finish(recorder, Exit::Done);
         }
     }
 }

@@ -11,6 +11,7 @@ pub mod extremes;
 pub mod journal;
 pub mod mutation;
 pub mod raster;
+pub mod recording;
 pub mod scenario;
 pub mod specimen;
 pub mod wire;
@@ -26,8 +27,8 @@ pub struct Target {
     pub seeds: fn() -> Vec<Vec<u8>>,
 }
 
-/// Every reader. Recordings join them when there are any.
-pub const TARGETS: [Target; 20] = [
+/// Every reader.
+pub const TARGETS: [Target; 21] = [
     Target { name: "scenario", read: scenario::read, seeds: scenario::seeds },
     Target { name: "campaign", read: campaign::read, seeds: campaign::seeds },
     Target { name: "checkpoint", read: campaign::read_checkpoint, seeds: campaign::checkpoints },
@@ -35,6 +36,7 @@ pub const TARGETS: [Target; 20] = [
     Target { name: "geotiff", read: raster::read, seeds: Vec::new },
     Target { name: "ascii_grid", read: raster::read, seeds: raster::ascii_grids },
     Target { name: "journal", read: journal::read, seeds: journal::seeds },
+    Target { name: "recording", read: recording::read, seeds: recording::seeds },
     Target { name: "brief", read: wire::brief, seeds: wire::briefs },
     Target { name: "command", read: wire::command, seeds: wire::commands },
     Target { name: "control", read: wire::control, seeds: wire::controls },

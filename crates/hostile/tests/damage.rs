@@ -6,6 +6,7 @@ use campaign::{CampaignError, Manifest, Row, Rows};
 use contract::Record;
 use hopper_sim::{History, JournalError};
 use hostile::disk::Disk;
+use recording::{Message, Recording, Topic, recover};
 
 /// `bytes` with each of its bits flipped in turn, and which.
 fn flipped(bytes: &[u8]) -> impl Iterator<Item = (usize, Vec<u8>)> + '_ {
@@ -98,6 +99,107 @@ fn a_journal_with_more_behind_its_last_record_than_a_torn_tail_is_refused() {
                 );
             }
             Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+/// Messages of a recording: their topics and bytes.
+fn entries(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let recording = Recording::read(bytes).unwrap();
+    recording.entries().map(|entry| (entry.topic.clone(), entry.data.to_vec())).collect()
+}
+
+/// P-BAG-CUT: every cut keeps all messages of the chunks before it, is told, and is made whole again.
+#[test]
+fn every_cut_of_a_recording_is_read_up_to_its_last_valid_chunk() {
+    let bytes = hostile::recording::seeds().remove(0);
+    let written = entries(&bytes);
+    let messages = hostile::recording::messages().len();
+    assert!(written.len() > messages && Recording::read(&bytes).unwrap().is_whole());
+    // Where a cut first keeps more: chunk by chunk, in order.
+    let (mut kept, mut grew) = (0, 0);
+    for cut in 8..bytes.len() {
+        let recording = Recording::read(&bytes[..cut]).unwrap();
+        assert!(!recording.is_whole() && recording.lost_bytes() <= cut as u64 - 8, "cut at {cut}");
+        if recording.chunks() == grew {
+            continue;
+        }
+        grew = recording.chunks();
+        let read = entries(&bytes[..cut]);
+        assert!(read.len() >= kept && read == written[..read.len()], "cut at {cut}");
+        kept = read.len();
+        assert_eq!(recording.lost_bytes(), 0, "a chunk that ends here is whole, cut at {cut}");
+        let whole = recover(&recording).unwrap();
+        assert!(Recording::read(&whole).unwrap().is_whole());
+        assert_eq!(entries(&whole), read, "cut at {cut}");
+    }
+    assert!(kept == written.len() && grew > 3, "{grew} chunks");
+    for cut in 0..8 {
+        assert!(Recording::read(&bytes[..cut]).is_err());
+    }
+}
+
+/// P-BAG-FLIPPED: a whole recording with a bit flipped is told, or has all its messages as they were written.
+#[test]
+fn every_flipped_bit_of_a_recording_is_told_or_harms_no_message() {
+    let bytes = hostile::recording::seeds().remove(0);
+    let written = entries(&bytes);
+    // A bit of each byte in turn: the schemas stand twice and are large.
+    for byte in (0..bytes.len()).step_by(7) {
+        let bit = 8 * byte + byte / 7 % 8;
+        let mut damaged = bytes.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        let Ok(recording) = Recording::read(&damaged) else { continue };
+        let read = entries(&damaged);
+        match recording.is_whole() {
+            true => assert!(read == written, "bit {bit}"),
+            false => assert!(read == written[..read.len()], "bit {bit}"),
+        }
+    }
+}
+
+/// P-BAG-MESSAGES
+#[test]
+fn every_message_of_a_recording_comes_back_as_it_was() {
+    let bytes = hostile::recording::seeds().remove(0);
+    let recording = Recording::read(&bytes).unwrap();
+    let read: Vec<Message> = recording.messages().map(|message| message.unwrap().1).collect();
+    let written = hostile::recording::messages();
+    let mut read = read.into_iter();
+    for message in &written {
+        // What the recorder adds stands between them.
+        assert!(read.any(|got| got == *message), "{message:?}");
+    }
+    let topics: std::collections::BTreeSet<_> = written.iter().map(Message::topic).collect();
+    assert_eq!(
+        topics.len(),
+        Topic::ALL.iter().filter(|topic| !topic.is_view()).count(),
+        "every kind is there"
+    );
+}
+
+/// P-BAG-FLUSH: half a second after a message was recorded it stands in a whole chunk, whatever comes.
+#[test]
+fn what_was_recorded_half_a_second_ago_survives_a_kill() {
+    use contract::MonotonicNs;
+    use recording::recorder::{CHUNK_NS, Recorder};
+    let mut now = MonotonicNs(7);
+    let mut recorder = Recorder::new(&recording::Context::new(), now).unwrap();
+    let mut bytes = recorder.bytes();
+    let mut recorded: Vec<(MonotonicNs, Message)> = Vec::new();
+    for message in hostile::recording::messages() {
+        recorder.on(message.clone(), now).unwrap();
+        recorded.push((now, message));
+        now = now.plus_ns(CHUNK_NS / 4);
+        recorder.tick(now).unwrap();
+        bytes.extend(recorder.bytes());
+        let kept: Vec<Message> = {
+            let recording = Recording::read(&bytes).unwrap();
+            recording.messages().map(|message| message.unwrap().1).collect()
+        };
+        let old = recorded.iter().filter(|(then, _)| now.since_ns(*then) >= CHUNK_NS);
+        for (then, message) in old {
+            assert!(kept.contains(message), "{message:?} of {then:?} is not there at {now:?}");
         }
     }
 }

@@ -10,6 +10,12 @@ pub fn processor() -> String {
     model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
 }
 
+/// How many cores this process may use.
+#[must_use]
+pub fn cores() -> u32 {
+    std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32)
+}
+
 /// Kernel name, release and architecture.
 #[must_use]
 pub fn operating_system() -> String {
@@ -37,6 +43,48 @@ pub fn memory(pid: u32) -> Option<Memory> {
         Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
     };
     Some(Memory { own_bytes: field("RssAnon")?, resident_bytes: field("VmRSS")? })
+}
+
+/// How much the cores have worked since the machine started.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Load {
+    /// Work of all cores, in the kernel's ticks.
+    pub busy_ticks: u64,
+    /// Work and idleness of all cores, in the kernel's ticks.
+    pub ticks: u64,
+    /// Load average over a minute.
+    pub load_1min: f64,
+}
+
+impl Load {
+    /// Share of all cores that was busy from `earlier` to here, 0 to 1.
+    #[must_use]
+    pub fn busy_since(&self, earlier: &Load) -> f64 {
+        let ticks = self.ticks.saturating_sub(earlier.ticks);
+        let busy = self.busy_ticks.saturating_sub(earlier.busy_ticks);
+        if ticks == 0 { 0.0 } else { (busy as f64 / ticks as f64).clamp(0.0, 1.0) }
+    }
+}
+
+/// The load of the machine at present; zeros where the kernel does not tell.
+#[must_use]
+pub fn load() -> Load {
+    let read = |path| fs::read_to_string(path).unwrap_or_default();
+    let (stat, average) = (read("/proc/stat"), read("/proc/loadavg"));
+    // user nice system idle iowait irq softirq steal; guests count as user already.
+    let fields = stat.lines().next().unwrap_or_default().split_whitespace().skip(1).take(8);
+    let ticks: Vec<u64> = fields.filter_map(|field| field.parse().ok()).collect();
+    let idle: u64 = ticks.iter().skip(3).take(2).sum();
+    let all: u64 = ticks.iter().sum();
+    let load_1min = average.split_whitespace().next().and_then(|text| text.parse().ok()).unwrap_or(0.0);
+    Load { busy_ticks: all - idle, ticks: all, load_1min }
+}
+
+/// Seconds since 1970 on the host's clock, for provenance alone.
+#[must_use]
+pub fn unix_time_s() -> f64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0.0, |since| since.as_secs_f64())
 }
 
 /// Whether the operating system knows a process of this number; one that nobody has buried yet counts.

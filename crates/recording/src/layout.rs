@@ -1,0 +1,134 @@
+//! The records of an MCAP file, taken apart without trust: <https://mcap.dev/spec>.
+//!
+//! The `mcap` crate writes; its reader panics on some damaged records, so what may come from anybody is read here.
+
+use std::collections::BTreeMap;
+
+/// What every file begins and ends with.
+pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
+
+/// Kinds of records that are looked into.
+pub(crate) mod kind {
+    pub const HEADER: u8 = 0x01;
+    pub const FOOTER: u8 = 0x02;
+    pub const SCHEMA: u8 = 0x03;
+    pub const CHANNEL: u8 = 0x04;
+    pub const MESSAGE: u8 = 0x05;
+    pub const CHUNK: u8 = 0x06;
+    pub const METADATA: u8 = 0x0c;
+    pub const DATA_END: u8 = 0x0f;
+}
+
+/// A record as it stands among others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Framed<'a> {
+    pub kind: u8,
+    pub body: &'a [u8],
+    /// Where the next begins.
+    pub end: usize,
+}
+
+/// The record that begins at `at`; what is wrong if it is not there whole.
+pub(crate) fn framed(bytes: &[u8], at: usize) -> Result<Framed<'_>, String> {
+    let cut = || format!("cut in the middle of the record at byte {at}");
+    let mut cursor = Cursor(bytes.get(at..).unwrap_or_default());
+    let kind = cursor.take(1).ok_or_else(cut)?[0];
+    let length = cursor.u64().ok_or_else(cut)?;
+    let body = usize::try_from(length).ok().and_then(|length| cursor.take(length)).ok_or_else(cut)?;
+    Ok(Framed { kind, body, end: at + 9 + body.len() })
+}
+
+/// The records of a chunk: checked, not yet looked into.
+pub(crate) fn chunk(body: &[u8]) -> Result<&[u8], String> {
+    let mut cursor = Cursor(body);
+    let header = cursor.take(16).and_then(|_| Some((cursor.u64()?, cursor.u32()?)));
+    let (size, need) = header.ok_or("a chunk without a header")?;
+    let compression = cursor.text().ok_or("a chunk without a header")?;
+    if !compression.is_empty() {
+        return Err(format!("a chunk compressed by {compression:?}, needs one that is not compressed"));
+    }
+    let length = cursor.u64().ok_or("a chunk without a header")?;
+    let records = usize::try_from(length).ok().and_then(|length| cursor.take(length));
+    let records = records.filter(|_| size == length).ok_or("a chunk with another length than it tells")?;
+    let got = crc32fast::hash(records);
+    if need != 0 && need != got {
+        return Err(format!("a chunk with checksum {got:08x}, which needs {need:08x}"));
+    }
+    Ok(records)
+}
+
+/// Identity, name, encoding and data of a schema.
+pub(crate) fn schema(body: &[u8]) -> Option<(u16, String, String, &[u8])> {
+    let mut cursor = Cursor(body);
+    let (id, name, encoding) = (cursor.u16()?, cursor.text()?, cursor.text()?);
+    let length = cursor.u32()?;
+    Some((id, name, encoding, cursor.take(length as usize)?))
+}
+
+/// Identity, schema, topic and message encoding of a channel.
+pub(crate) fn channel(body: &[u8]) -> Option<(u16, u16, String, String)> {
+    let mut cursor = Cursor(body);
+    Some((cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?))
+}
+
+/// Channel, sequence, log time, publish time and data of a message.
+pub(crate) fn message(body: &[u8]) -> Option<(u16, u32, u64, u64, &[u8])> {
+    let mut cursor = Cursor(body);
+    Some((cursor.u16()?, cursor.u32()?, cursor.u64()?, cursor.u64()?, cursor.0))
+}
+
+/// Name and entries of a metadata record.
+pub(crate) fn metadata(body: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
+    let mut cursor = Cursor(body);
+    let name = cursor.text()?;
+    let length = cursor.u32()?;
+    let mut entries = Cursor(cursor.take(length as usize)?);
+    let mut map = BTreeMap::new();
+    while !entries.0.is_empty() {
+        map.insert(entries.text()?, entries.text()?);
+    }
+    Some((name, map))
+}
+
+/// The profile of a header.
+pub(crate) fn profile(body: &[u8]) -> Option<String> {
+    Cursor(body).text()
+}
+
+/// The checksum that the end of the data tells.
+pub(crate) fn data_end(body: &[u8]) -> Option<u32> {
+    Cursor(body).u32()
+}
+
+/// What is left to be read.
+struct Cursor<'a>(&'a [u8]);
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (taken, left) = self.0.split_at_checked(length)?;
+        self.0 = left;
+        Some(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Option<String> {
+        let length = self.u32()?;
+        let bytes = self.take(length as usize)?;
+        std::str::from_utf8(bytes).ok().map(str::to_owned)
+    }
+}

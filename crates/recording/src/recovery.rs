@@ -1,0 +1,75 @@
+//! Makes a whole file of a cut one: everything up to the last valid chunk, with the index that was never written.
+
+use std::collections::BTreeMap;
+
+use mcap::records::{MessageHeader, Metadata};
+
+use crate::layout::{self, kind};
+use crate::reader::records;
+use crate::recorder::options;
+use crate::shared::Shared;
+use crate::{Message, Recording, RecordingError};
+
+/// The whole file of a recording. One that was cut says so in metadata `recovered`: what was lost, and the digest
+/// of the last state that was kept.
+///
+/// # Errors
+/// If the writer refuses.
+pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
+    let out = Shared::default();
+    let mut writer =
+        options().profile(recording.profile.clone()).create(mcap::write::NoSeek::new(out.clone()))?;
+    let write_metadata = |writer: &mut mcap::Writer<_>, name: &str, entries: &BTreeMap<String, String>| {
+        writer.write_metadata(&Metadata { name: name.into(), metadata: entries.clone() })
+    };
+    for (name, entries) in recording.metadata.iter().filter(|(name, _)| *name != "end") {
+        write_metadata(&mut writer, name, entries)?;
+    }
+    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    for chunk in recording.chunk_records() {
+        for record in records(chunk) {
+            match record.kind {
+                kind::SCHEMA => {
+                    let Some((id, name, encoding, data)) = layout::schema(record.body) else { continue };
+                    schemas.insert(id, writer.add_schema(&name, &encoding, data)?);
+                }
+                kind::CHANNEL => {
+                    let Some((id, schema, topic, encoding)) = layout::channel(record.body) else { continue };
+                    let schema = schemas.get(&schema).copied().unwrap_or(0);
+                    channels.insert(id, writer.add_channel(schema, &topic, &encoding, &BTreeMap::new())?);
+                }
+                kind::MESSAGE => {
+                    let known = layout::message(record.body);
+                    let known = known.and_then(|message| Some((message, *channels.get(&message.0)?)));
+                    let Some(((_, sequence, log_time, publish_time, data), channel_id)) = known else {
+                        continue;
+                    };
+                    let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+                    writer.write_to_known_channel(&header, data)?;
+                }
+                _ => {}
+            }
+        }
+        writer.flush()?;
+    }
+    if let Some(entries) = recording.metadata.get("end") {
+        write_metadata(&mut writer, "end", entries)?;
+    }
+    if let Some(fault) = &recording.fault {
+        let mut notes = BTreeMap::from([
+            ("fault".to_owned(), fault.clone()),
+            ("lost_bytes".to_owned(), recording.lost_bytes().to_string()),
+        ]);
+        let last = recording.messages().filter_map(|message| match message {
+            Ok((_, Message::State(state))) => Some(state),
+            _ => None,
+        });
+        if let Some(state) = last.last() {
+            notes.insert("digest".into(), state.digest.to_string());
+            notes.insert("decision".into(), state.decision.to_string());
+        }
+        write_metadata(&mut writer, "recovered", &notes)?;
+    }
+    writer.finish()?;
+    Ok(out.take())
+}

@@ -1,0 +1,99 @@
+//! `hopper bag`: what is in a recording, and what can be made of it.
+
+mod export;
+mod info;
+mod recover;
+mod replay;
+
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use node::{Exit, Failure};
+use recording::{Recording, RecordingError};
+
+/// Tools for recordings, made by `hopper run --record` or `hopper monitor --record`.
+#[derive(clap::Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Tell what is in a recording; exit code 1 if it is not whole.
+    Info(info::Args),
+    /// Make a whole file of a recording that was cut, up to its last valid chunk.
+    Recover(recover::Args),
+    /// Let a planner decide anew on what was sensed, and tell where it decides otherwise.
+    Replay(replay::Args),
+    /// Write decisions, or the messages of a topic, as rows.
+    Export(export::Args),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be read, is no recording, or cannot be written.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Info(args) => info::run(args),
+        Command::Recover(args) => recover::run(args),
+        Command::Replay(args) => replay::run(args),
+        Command::Export(args) => export::run(args),
+    }
+}
+
+/// The bytes of a recording.
+///
+/// # Errors
+/// Exit code 2 if the file cannot be read.
+pub fn load(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| Failure::new(Exit::Usage, format!("{}: {error}", path.display())))
+}
+
+/// The recording in `bytes`; one that is not whole is told of.
+///
+/// # Errors
+/// Exit code 2 if it is none.
+pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> {
+    let recording = Recording::read(bytes).map_err(|error| at_fault(path, &error))?;
+    if let Some(fault) = &recording.fault {
+        tracing::warn!(
+            "{} is not whole: {fault}; its last {} bytes are left out",
+            path.display(),
+            recording.lost_bytes()
+        );
+    }
+    Ok(recording)
+}
+
+/// What a recording is at fault for, with exit code 2.
+#[must_use]
+pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
+    Failure::new(Exit::Usage, format!("{}: {error}", path.display()))
+}
+
+/// Writes to standard output; a reader that has seen enough is no error.
+///
+/// # Errors
+/// If it cannot be written otherwise.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written?),
+    }
+}
+
+/// Writes a new file for its owner only.
+///
+/// # Errors
+/// Exit code 2 if it is there already or cannot be made.
+pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    let made = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path);
+    made.and_then(|mut file| file.write_all(bytes))
+        .map_err(|error| Failure::new(Exit::Usage, format!("{} cannot be written: {error}", path.display())))
+}
+
+/// A recording on the command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Source {
+    /// The recording; it may still be written to, or have been cut.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+}
