@@ -11,6 +11,7 @@ pub mod journal;
 pub mod known;
 pub mod latency;
 pub mod lockstep;
+pub mod manual;
 pub mod moment;
 pub mod outbox;
 pub mod run;

@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use contract::{Brief, Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, open_journal, print_summary};
-use hopper_sim::{History, Mission};
+use hopper_sim::{History, Mission, Pace};
 use monitor::recorder::RecordArgs;
+use monitor::shell::ViewArgs;
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
 use scenario::{Scenario, World};
@@ -31,7 +32,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Run the same machines in one thread, without shared memory; the digest is the same.
-    #[arg(long, conflicts_with = "pace")]
+    #[arg(long, conflicts_with_all = ["pace", "web"])]
     pub(crate) lockstep: bool,
     /// Let those planners command which this journal tells of, each for its decisions.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
@@ -42,6 +43,8 @@ pub struct Args {
     /// How long to hold for help by hand when a process keeps dying, before the mission is stopped.
     #[arg(long, default_value = "60s", value_parser = humantime::parse_duration, value_name = "DURATION")]
     pub(crate) patience: Duration,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
     /// Form of the summary on standard output.
     #[arg(long, default_value = "text")]
     pub(crate) format: report::Format,
@@ -54,6 +57,14 @@ pub struct Args {
 /// # Errors
 /// If the arguments, the scenario or the output folder are at fault, or the processes cannot run.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
+    if args.view.control && args.view.web.is_none() {
+        return Err(Failure::usage("--control needs --web to give orders from"));
+    }
+    if args.view.web.is_some() && args.mission.pace == Pace::Max {
+        tracing::info!(
+            "at --pace max a mission is over before a browser has opened: --pace 2 gives time to look"
+        );
+    }
     let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
     if !clairvoyant {
         planner::algorithm(&args.planner).map_err(Failure::usage)?;

@@ -78,6 +78,14 @@ impl Supervisor {
         let scenario = outbox.dir().join("scenario.toml");
         sim.extend(texts(&["--scenario", &scenario.to_string_lossy()]));
         sim.extend(texts(&["--journal", &outbox.journal_dir().to_string_lossy()]));
+        let mut monitor = texts(&["monitor", "--instance", &args.instance]);
+        if let Some(address) = args.view.web {
+            monitor.extend(texts(&["--web", &address.to_string()]));
+        }
+        if args.view.control {
+            monitor.push("--control".into());
+            sim.push("--control".into());
+        }
         let peer = |words: &[&str]| {
             let mut arguments = texts(words);
             arguments.extend(texts(&["--instance", &args.instance]));
@@ -90,7 +98,7 @@ impl Supervisor {
             peers: vec![
                 Supervised::start(Role::Perception, peer(&["perception"]))?,
                 Supervised::start(Role::Planner, peer(&["planner", "--algorithm", &args.planner]))?,
-                Supervised::start(Role::Monitor, [peer(&["monitor"]), recording(args, &scenario)].concat())?,
+                Supervised::start(Role::Monitor, [monitor, recording(args, &scenario)].concat())?,
             ],
             turned: Node::now(),
             woke: Node::now(),

@@ -42,7 +42,7 @@ pub struct Target {
 /// Arguments of `hopper topic echo`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Echo {
-    /// brief, truth, state, map, command, policy or heartbeat; or a service name such as hop/r0/state.
+    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
     topic: Topic,
     #[command(flatten)]
     target: Target,
@@ -57,7 +57,7 @@ pub struct Echo {
 /// Arguments of `hopper topic hz`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Hz {
-    /// brief, truth, state, map, command, policy or heartbeat; or a service name such as hop/r0/state.
+    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
     topic: Topic,
     #[command(flatten)]
     target: Target,
@@ -81,16 +81,20 @@ enum Kind {
     Map,
     Command,
     Policy,
+    Control,
+    Tempo,
     Heartbeat,
 }
 
-const KINDS: [(Kind, &str); 7] = [
+const KINDS: [(Kind, &str); 9] = [
     (Kind::Brief, "brief"),
     (Kind::Truth, "truth"),
     (Kind::State, "state"),
     (Kind::Map, "map"),
     (Kind::Command, "command"),
     (Kind::Policy, "policy"),
+    (Kind::Control, "control"),
+    (Kind::Tempo, "tempo"),
     (Kind::Heartbeat, "heartbeat"),
 ];
 
@@ -109,6 +113,8 @@ impl Topic {
             Kind::Map => service::map(self.robot),
             Kind::Command => service::command(self.robot),
             Kind::Policy => service::policy(self.robot),
+            Kind::Control => service::control(self.robot),
+            Kind::Tempo => service::tempo(self.robot),
             Kind::Heartbeat => service::heartbeat(),
         })
     }
@@ -345,6 +351,8 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Tap, NodeError> {
         Kind::Brief => plain(node.brief_reader()?),
         Kind::State => plain(node.state_reader(robot)?),
         Kind::Command => plain(node.command_reader(robot)?),
+        Kind::Control => plain(node.control_reader(robot)?),
+        Kind::Tempo => plain(node.tempo_reader(robot)?),
         Kind::Heartbeat => plain(node.heartbeat_reader()?),
         Kind::Map => sheet(node.map_reader(robot)?, move |patch| {
             let count = patch.cells.len();

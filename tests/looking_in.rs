@@ -55,6 +55,8 @@ fn every_topic_is_listed_with_its_counts() {
         ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
         ("hop/r0/command", "hop.Command.v1", 2),
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
+        ("hop/r0/control", "hop.Control.v1", 2),
+        ("hop/r0/tempo", "hop.Tempo.v1", 1),
         ("hop/heartbeat", "hop.Heartbeat.v1", 4),
         ("hop/past", "hop.PastRequest.v1", 3),
     ] {
@@ -88,6 +90,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
         ("command", &["run", "decision", "term", "action", "observation", "planner", "incarnation", "cut"]),
         ("heartbeat", &["role", "pid", "version", "incarnation", "counter", "decision", "status"]),
         ("policy", &["run", "decision", "planner", "error_bound", "cell_count"]),
+        ("tempo", &["run", "pace", "paused", "heeds"]),
     ] {
         let messages = objects(topic(&mission, &["echo", name, "--count", "1"]));
         assert_eq!(messages.len(), 1, "{name}");

@@ -18,17 +18,18 @@
 //! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
 //! fallback acts in the planner's stead, and the record says so.
 
+use contract::pace::Launch;
 use contract::roster::SILENCE_NS;
 use contract::{
-    Action, Brief, Collected, Command, Decision, Heartbeat, Incarnation, Leader, MonotonicNs, Origin,
-    Outcome, Policy, Pose, Record, Refusal, RefusalCounts, Role, Roster, State, Status, Timing, Vetoed,
+    Action, Brief, Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs,
+    Origin, Outcome, Policy, Pose, Record, Refusal, RefusalCounts, Role, Roster, State, Status, Tempo,
+    Timing, Vetoed,
 };
 
 use crate::dynamics::{Execution, execute};
 use crate::guard::{Fallback, Guard};
 use crate::mission::opening_status;
-use crate::pace::Launch;
-use crate::{Mission, Pace, ROBOT};
+use crate::{Mission, Pace, ROBOT, Throttle};
 
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
 pub const REPUBLISH_NS: u64 = 100_000_000;
@@ -56,6 +57,8 @@ pub enum Event {
     AppendFailed,
     /// A peer's heartbeat came.
     Heartbeat(Heartbeat),
+    /// An order came, or a message that was none.
+    Control(Result<Control, Refusal>),
     /// A planner's policy came; the last one is kept for the fallback.
     Policy(Policy),
     /// What the fallback did at the decision that is due when this mission was flown before: done again, as
@@ -109,7 +112,7 @@ struct Bid {
 #[derive(Clone, Debug)]
 pub struct Arbiter {
     mission: Mission,
-    pace: Pace,
+    throttle: Throttle,
     linger_ns: u64,
     state: State,
     phase: Phase,
@@ -170,7 +173,7 @@ impl Arbiter {
         };
         Self {
             mission,
-            pace,
+            throttle: Throttle::new(pace),
             linger_ns,
             state,
             phase: Phase::Resting,
@@ -183,6 +186,13 @@ impl Arbiter {
             roster: Roster::default(),
             refusals: RefusalCounts::default(),
         }
+    }
+
+    /// The same arbiter, which heeds [`Event::Control`] from now on.
+    #[must_use]
+    pub fn heeding_orders(mut self) -> Self {
+        self.throttle.heed_orders();
+        self
     }
 
     /// Takes an event that happened at `now`; the effects are to be carried out in order.
@@ -224,6 +234,13 @@ impl Arbiter {
                 self.roster.observe(beat, now);
                 effects.extend(self.announce(&beat, now));
             }
+            Event::Control(control) => {
+                if let Err(refusal) = control.and_then(|control| self.obey(&control, now)) {
+                    self.refusals.count(&refusal);
+                    effects.push(Effect::Refused(refusal));
+                }
+                effects.extend(self.land(now));
+            }
             Event::Policy(policy) => self.keep(policy),
             Event::Repeat(fallback) => {
                 let due = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
@@ -258,7 +275,7 @@ impl Arbiter {
         let Some(sent) = self.sent else { return Some(self.state.landed) };
         let republication = sent.plus_ns(REPUBLISH_NS);
         let landing = match &self.phase {
-            Phase::Flying(next) => Some(next.landed),
+            Phase::Flying(next) if !self.throttle.holds() => Some(next.landed),
             _ => None,
         };
         let end = self.is_lingering().then(|| self.state.published.plus_ns(self.linger_ns));
@@ -284,6 +301,18 @@ impl Arbiter {
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission
+    }
+
+    /// How landings are paced at present.
+    #[must_use]
+    pub fn tempo(&self) -> Tempo {
+        Tempo {
+            run: self.state.run,
+            robot: self.state.robot,
+            pace: self.throttle.pace(),
+            paused: self.throttle.is_paused(),
+            heeds: self.throttle.heeds(),
+        }
     }
 
     /// What was refused so far, by reason.
@@ -482,7 +511,8 @@ impl Arbiter {
     /// The state that `record`, committed at `committed`, leads to when it lands.
     fn state_after(&self, record: &Record, committed: MonotonicNs) -> State {
         let Outcome { flight, .. } = record.outcome;
-        let landed = self.pace.landing(&Launch { last_landed: self.state.landed, committed, flight });
+        let launch = Launch { last_landed: self.state.landed, committed, flight };
+        let landed = self.throttle.landing(&launch);
         let mut next = record.state_after(self.state.run, landed, MonotonicNs(0));
         next.last_timing.committed = committed;
         next
@@ -491,9 +521,10 @@ impl Arbiter {
     /// Takes up the next state and publishes it, if its landing has come.
     fn land(&mut self, now: MonotonicNs) -> Option<Effect> {
         let Phase::Flying(next) = self.phase else { return None };
-        if now < next.landed {
+        if now < next.landed || self.throttle.holds() {
             return None;
         }
+        self.throttle.landed();
         self.phase = Phase::Resting;
         if next.visits != self.state.visits {
             self.leg_began = next.decision;
@@ -501,6 +532,26 @@ impl Arbiter {
         self.state = next;
         self.sent = None;
         Some(self.publish(now))
+    }
+
+    /// Carries out an order: a hop in the air lands when the pace now in force has it, and a pause counts
+    /// as flight, in no decision's time.
+    fn obey(&mut self, control: &Control, now: MonotonicNs) -> Result<(), Refusal> {
+        let Control { run, robot, order } = *control;
+        if run != self.state.run {
+            return Err(Refusal::WrongRun { need: self.state.run, got: run });
+        }
+        if robot != ROBOT {
+            return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
+        }
+        self.throttle.obey(order, now)?;
+        if let Phase::Flying(next) = &mut self.phase {
+            let flight = next.last.map(|outcome| outcome.flight).unwrap_or_default();
+            let committed = next.last_timing.committed;
+            let launch = Launch { last_landed: self.state.landed, committed, flight };
+            next.landed = self.throttle.landing_anew(&launch, now);
+        }
+        Ok(())
     }
 
     /// Publishes the current state: stamped the first time, unchanged ever after.

@@ -11,12 +11,13 @@ mod exit;
 pub mod guard;
 pub mod journal;
 pub mod mission;
-pub mod pace;
 pub mod shell;
+pub mod throttle;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
+pub use contract::Pace;
 pub use crash::CRASH_POINTS;
 pub use guard::{Fallback, Guard};
 pub use journal::{History, Journal, JournalError, JournalHeader, Storage, Verification, verify};
 pub use mission::{Mission, ROBOT};
-pub use pace::Pace;
+pub use throttle::Throttle;

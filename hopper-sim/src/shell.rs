@@ -8,12 +8,12 @@ use std::time::Duration;
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
     Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, Refusal, RobotId, Role, Roster,
-    Status, TruthRequest,
+    Status, Tempo, TruthRequest,
 };
 use node::peer::{Builds, Patience, TICK, refuse};
 use node::{
-    BriefWriter, CommandReader, Exit, Failure, Instance, Node, PastServer, PolicyReader, Room, StateWriter,
-    TruthServer, crash_point,
+    BriefWriter, CommandReader, ControlReader, Exit, Failure, Instance, Node, PastServer, PolicyReader, Room,
+    StateWriter, TempoWriter, TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, Scenario, World};
@@ -116,6 +116,9 @@ pub struct Args {
     /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
+    /// Heed orders to pause, go on, step or change the pace, as the monitor's page gives them.
+    #[arg(long)]
+    control: bool,
     /// Form of the summary on standard output.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -186,6 +189,10 @@ struct Service {
     briefs: BriefWriter,
     truths: TruthServer,
     commands: CommandReader,
+    controls: ControlReader,
+    tempos: TempoWriter,
+    /// The tempo told last.
+    told: Option<Tempo>,
     /// Listened to only where there may be a fallback: planners write policies for listeners alone.
     policies: Option<PolicyReader>,
     past: PastServer,
@@ -221,6 +228,9 @@ impl Service {
             truths: node.truth_server()?,
             states: node.state_writer(robot)?,
             commands: node.command_reader(robot)?,
+            controls: node.control_reader(robot)?,
+            tempos: node.tempo_writer(robot)?,
+            told: None,
             policies: (brief.guard.deadline_ns > 0).then(|| node.policy_reader(robot)).transpose()?,
             past: node.past_server()?,
             arbiter: Arbiter::new(
@@ -240,6 +250,9 @@ impl Service {
             holding: false,
             finished: None,
         };
+        if args.control {
+            service.arbiter = service.arbiter.heeding_orders();
+        }
         service.node.listen(&contract::service::command(robot))?;
         service.announce()?;
         crash_point(crash::JOINED);
@@ -256,6 +269,19 @@ impl Service {
         Ok(())
     }
 
+    /// Tells of the tempo when it has changed.
+    fn tell_tempo(&mut self) -> Result<(), Failure> {
+        let tempo = self.arbiter.tempo();
+        if self.told != Some(tempo) {
+            if self.told.is_some() {
+                tracing::info!(paused = tempo.paused, pace = %tempo.pace, "told to change the tempo");
+            }
+            self.told = Some(tempo);
+            self.tempos.publish(&tempo)?;
+        }
+        Ok(self.tempos.idle()?)
+    }
+
     fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
         let mut patience = Patience::new(args.wait, self.node.instance());
         loop {
@@ -269,6 +295,9 @@ impl Service {
                     None => Ok(command),
                 });
                 self.feed(Event::Command(command))?;
+            }
+            for control in self.controls.drain().collect::<Vec<_>>() {
+                self.feed(Event::Control(control))?;
             }
             match self.policies.as_mut().and_then(|policies| policies.newest()) {
                 Some(Ok(policy)) => self.feed(Event::Policy(policy))?,
@@ -309,6 +338,7 @@ impl Service {
             }
             self.states.idle()?;
             self.briefs.idle()?;
+            self.tell_tempo()?;
             let state = *self.arbiter.state();
             self.node.beat(state.run, state.decision, state.status)?;
             if let Some(status) = self.finished {

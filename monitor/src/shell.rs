@@ -1,16 +1,24 @@
 //! The monitor process: shared memory, clock and standard error around the [`Watcher`].
 //!
 //! It is never woken by a message: it looks twenty times a second, so that watching costs the watched
-//! nothing, and fills what it missed from `hop/past`.
+//! nothing, and fills what it missed from `hop/past`. Who wants to see the ground, too, has it folded from
+//! patches; policies, which cost the planner something, are asked for while somebody looks at them.
 
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use contract::{Name, RobotId, Role};
-use node::peer::{Attendance, PeerArgs, TICK};
-use node::{Exit, Failure, Instance, Node, crash_point};
+use contract::{Control, MapPage, MonotonicNs, Name, Order, Policy, Refusal, RobotId, Role};
+use node::peer::{Attendance, PeerArgs, TICK, refuse};
+use node::{
+    BriefReader, ControlWriter, Exit, Failure, Instance, MapReader, Node, NodeError, PastClient,
+    PolicyReader, SnapshotClient, StateReader, TempoReader, crash_point,
+};
 
 use crate::recorder::{RecordArgs, RecordNotes, Recorder};
-use crate::{Display, Effect, Event, Watcher};
+use crate::terminal::{self, Terminal};
+use crate::web::Page;
+use crate::{Chronicle, Display, Effect, Event, News, Watcher};
 
 /// Points at which a test may kill this process: see [`node::crash_point`].
 pub const CRASH_POINTS: &[&str] = &["monitor.joined", "monitor.state_received"];
@@ -18,11 +26,35 @@ pub const CRASH_POINTS: &[&str] = &["monitor.joined", "monitor.state_received"];
 /// How often the monitor looks.
 const PERIOD: Duration = Duration::from_millis(50);
 
+/// Pause between two looks at the policy, nanoseconds, and that for each cell: a planner that looks ahead only as
+/// far as it must works out the rest for the eye, of 821 × 821 cells in a good part of a second.
+const POLICY_PERIOD_NS: u64 = 250_000_000;
+const POLICY_CELL_NS: u64 = 10_000;
+
+/// Where the page is served unless an address is given.
+pub const PAGE_ADDRESS: &str = "127.0.0.1:8427";
+
+/// What there is to see, beside a line a second.
+#[derive(clap::Args, Clone, Debug)]
+pub struct ViewArgs {
+    /// Serve the mission as a page at this address or port; port 0 picks a free one, the log tells which.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = PAGE_ADDRESS, value_parser = address)]
+    pub web: Option<SocketAddr>,
+    /// Let page or terminal pause, step, change the pace, and hand over to a stand-by planner.
+    #[arg(long)]
+    pub control: bool,
+}
+
 /// Arguments of `monitor` and of `hopper monitor`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     #[command(flatten)]
     peer: PeerArgs,
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Show the mission on this terminal, of at least 80 columns by 24 rows, over ssh too.
+    #[arg(long)]
+    tui: bool,
     /// Print the last progress as one JSON object on standard output when the mission ends.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -32,10 +64,17 @@ pub struct Args {
     notes: RecordNotes,
 }
 
+/// An address with its port, or a port of this machine's loopback.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.parse().ok().map(|port: u16| SocketAddr::from(([127, 0, 0, 1], port)));
+    let need = || format!("an address is e.g. {PAGE_ADDRESS}, [::1]:8427, or a port alone; got {text:?}");
+    port.or_else(|| text.parse().ok()).ok_or_else(need)
+}
+
 /// Runs the process until the mission ends.
 ///
 /// # Errors
-/// If shared memory fails, or nobody came within `--wait`.
+/// If shared memory or the page's address cannot be had, or nobody came within `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let robot = RobotId(0);
     let instance = Instance::new(&args.peer.instance)?;
@@ -43,53 +82,44 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if args.peer.lifeline {
         node.hold_lifeline();
     }
-    let mut briefs = node.brief_reader()?;
-    let mut states = node.state_reader(robot)?;
-    let mut maps = node.map_reader(robot)?;
-    let mut past = node.past_client()?;
     let recording = (&args.record, &args.notes);
     let mut recorder = Recorder::open(recording, &mut node, args.peer.lifeline, Node::now())?;
     let finish = |recorder: Option<Recorder>, exit| match recorder {
         Some(mut recorder) => recorder.finish(exit, Node::now()),
         None => Ok(exit),
     };
+    let mut view = View::open(args, &mut node, robot)?;
+    let mut ports = Ports::open(&mut node, robot)?;
     crash_point("monitor.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
     let mut watcher = Watcher::new(robot);
-    let mut display = Display::on_stderr();
+    let mut display = if args.tui { Display::default() } else { Display::on_stderr() };
     let mut attendance = Attendance::new(&args.peer, &instance);
     loop {
-        let period = if past.is_waiting() { TICK } else { PERIOD };
+        let period = if ports.past.is_waiting() { TICK } else { PERIOD };
         node.wait(recorder.as_ref().map_or(period, |recorder| recorder.period().min(period)));
         if node.stop_requested().is_some() {
             display.finish();
             return finish(recorder, Exit::Interrupted);
         }
         recorder.as_mut().map_or(Ok(()), |recorder| recorder.turn(Node::now()))?;
-        let mut events: Vec<Event> = Vec::new();
-        for beat in node.heartbeats() {
-            if beat.as_ref().is_ok_and(|beat| !attendance.hear(beat)) {
-                continue;
-            }
-            events.push(heard(beat, Event::Heartbeat));
+        // The page first: with it come all patches published before it was made.
+        let page = view.as_mut().and_then(|view| view.snapshots.receive()).and_then(known);
+        let events = ports.receive(&mut node, &mut attendance);
+        if let Some(view) = &mut view {
+            view.take(&node, &events, page)?;
         }
-        events.extend(briefs.newest().map(|brief| heard(brief, Event::Brief)));
-        // The map first: the mission may end with the last of these states.
-        events.extend(maps.newest().map(|map| heard(map, Event::Map)));
-        for state in states.drain() {
-            crash_point("monitor.state_received");
-            events.push(heard(state, Event::State));
-        }
-        while let Some(page) = past.receive() {
-            events.push(heard(page, Event::Past));
-        }
-        events.push(Event::Tick);
         for event in events {
             for effect in watcher.on(event, Node::now()) {
                 match effect {
-                    Effect::RequestPast(request) => past.request(&request)?,
-                    Effect::Progress(progress) => display.show(&progress, Node::now()),
+                    Effect::RequestPast(request) => ports.past.request(&request)?,
+                    Effect::Progress(progress) => {
+                        display.show(&progress, Node::now());
+                        if let Some(view) = &view {
+                            view.account().stands(*progress);
+                        }
+                    }
                     Effect::Finished(status) => {
                         display.finish();
                         print(&watcher, args.format)?;
@@ -98,6 +128,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 }
             }
         }
+        if let Some(view) = &mut view
+            && view.show()?
+        {
+            return finish(recorder, Exit::Done);
+        }
         let seen = recorder.as_ref().map_or(watcher.seen(), |recorder| recorder.seen(watcher.seen()));
         if attendance.close_turn(&mut node, seen, watcher.waits_for())? {
             return finish(recorder, Exit::Done);
@@ -105,8 +140,180 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
+/// What every monitor reads.
+struct Ports {
+    briefs: BriefReader,
+    states: StateReader,
+    maps: MapReader,
+    past: PastClient,
+}
+
+impl Ports {
+    fn open(node: &mut Node, robot: RobotId) -> Result<Self, NodeError> {
+        Ok(Self {
+            briefs: node.brief_reader()?,
+            states: node.state_reader(robot)?,
+            maps: node.map_reader(robot)?,
+            past: node.past_client()?,
+        })
+    }
+
+    /// Everything that came since, and that time has passed.
+    fn receive(&mut self, node: &mut Node, attendance: &mut Attendance) -> Vec<Event> {
+        let mut events: Vec<Event> = Vec::new();
+        for beat in node.heartbeats() {
+            if beat.as_ref().is_ok_and(|beat| !attendance.hear(beat)) {
+                continue;
+            }
+            events.push(heard(beat, Event::Heartbeat));
+        }
+        events.extend(self.briefs.newest().map(|brief| heard(brief, Event::Brief)));
+        // The maps first: the mission may end with the last of these states.
+        events.extend(self.maps.drain().map(|map| heard(map, Event::Map)));
+        for state in self.states.drain() {
+            crash_point("monitor.state_received");
+            events.push(heard(state, Event::State));
+        }
+        while let Some(page) = self.past.receive() {
+            events.push(heard(page, Event::Past));
+        }
+        events.push(Event::Tick);
+        events
+    }
+}
+
+/// Page, terminal, or both, with the account they show and what it needs beyond other monitors.
+struct View {
+    account: Arc<Mutex<Chronicle>>,
+    page: Option<Page>,
+    terminal: Option<Terminal>,
+    robot: RobotId,
+    snapshots: SnapshotClient,
+    tempos: TempoReader,
+    controls: Option<ControlWriter>,
+    /// Open while a policy is waited for: planners make them for listeners only.
+    policies: Option<PolicyReader>,
+    /// When the next policy is to be looked at.
+    look: MonotonicNs,
+}
+
+impl View {
+    fn open(args: &Args, node: &mut Node, robot: RobotId) -> Result<Option<Self>, Failure> {
+        let ViewArgs { web, control } = args.view;
+        if web.is_none() && !args.tui {
+            let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
+            return if control { Err(alone()) } else { Ok(None) };
+        }
+        let account = Arc::new(Mutex::new(Chronicle::new(robot)));
+        let page = web.map(|address| Page::open(address, control, Arc::clone(&account))).transpose()?;
+        Ok(Some(Self {
+            account,
+            page,
+            robot,
+            snapshots: node.snapshot_client(robot)?,
+            tempos: node.tempo_reader(robot)?,
+            controls: control.then(|| node.control_writer(robot)).transpose()?,
+            policies: None,
+            look: MonotonicNs(0),
+            terminal: args.tui.then(|| Terminal::open(control)).transpose()?,
+        }))
+    }
+
+    fn account(&self) -> MutexGuard<'_, Chronicle> {
+        self.account.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds to the account what came, asks perception for what is missing.
+    fn take(&mut self, node: &Node, events: &[Event], page: Option<MapPage>) -> Result<(), Failure> {
+        let policy = self.policy(node)?;
+        let tempo = self.tempos.newest().and_then(known).map(News::Tempo);
+        let mut request = None;
+        let mut account = self.account();
+        let mut add = |news: News<'_>| request = account.on(news, Node::now()).or(request);
+        for event in events {
+            match event {
+                Event::Brief(brief) => add(News::Brief(brief)),
+                Event::State(state) => add(News::State(state)),
+                Event::Past(page) => add(News::Past(page)),
+                Event::Map(patch) => add(News::Patch(patch.clone())),
+                Event::Heartbeat(beat) => add(News::Heartbeat(beat)),
+                Event::Refused(_) | Event::Tick => {}
+            }
+        }
+        let late = [page.as_ref().map(News::Page), tempo, policy.map(News::Policy), Some(News::Tick)];
+        late.into_iter().flatten().for_each(add);
+        drop(account);
+        request.map_or(Ok(()), |request| self.snapshots.request(&request))?;
+        Ok(())
+    }
+
+    /// Shows the account and passes orders on; whether whoever looks has had enough.
+    fn show(&mut self) -> Result<bool, Failure> {
+        let mut orders = Vec::new();
+        if let Some(page) = &self.page {
+            page.ring();
+            orders.extend(page.orders());
+        }
+        if let Some(terminal) = &mut self.terminal {
+            let account = self.account.lock().unwrap_or_else(PoisonError::into_inner);
+            for order in terminal.turn(&account, Node::now())? {
+                match order {
+                    terminal::Order::Quit => return Ok(true),
+                    terminal::Order::Tell(order) => orders.push(order),
+                }
+            }
+        }
+        let run = self.account().brief_known().map(|brief| brief.run);
+        if let (Some(run), Some(controls)) = (run, &self.controls) {
+            for order in orders {
+                tracing::info!("asked to {}", words(&order));
+                controls.publish(&Control { run, robot: self.robot, order })?;
+            }
+            controls.idle()?;
+        }
+        Ok(false)
+    }
+
+    fn wants_policy(&self) -> bool {
+        self.page.as_ref().is_some_and(Page::wants_policy)
+            || self.terminal.as_ref().is_some_and(Terminal::wants_policy)
+    }
+
+    /// A policy, now and then, while somebody wants to see one.
+    fn policy(&mut self, node: &Node) -> Result<Option<Policy>, NodeError> {
+        let now = Node::now();
+        if !self.wants_policy() || now < self.look {
+            self.policies = None;
+            return Ok(None);
+        }
+        if self.policies.is_none() {
+            self.policies = Some(node.policy_reader(self.robot)?);
+        }
+        let policy = self.policies.as_mut().and_then(|policies| policies.newest()).and_then(known);
+        if let Some(policy) = &policy {
+            self.look = now.plus_ns(POLICY_PERIOD_NS + POLICY_CELL_NS * policy.cells.len() as u64);
+        }
+        Ok(policy)
+    }
+}
+
+/// A message; a malformed one is told and dropped.
+fn known<T>(message: Result<T, Refusal>) -> Option<T> {
+    message.inspect_err(refuse).ok()
+}
+
+fn words(order: &Order) -> String {
+    match order {
+        Order::Pause => "pause".into(),
+        Order::Resume => "go on".into(),
+        Order::Step => "step".into(),
+        Order::Pace(pace) => format!("land at pace {pace}"),
+        Order::HandOver(life) => format!("hand over to the planner of life {life}"),
+    }
+}
+
 /// A message as the watcher hears it; a malformed one is counted there.
-fn heard<T>(message: Result<T, contract::Refusal>, event: impl Fn(T) -> Event) -> Event {
+fn heard<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
     message.map_or_else(Event::Refused, event)
 }
 

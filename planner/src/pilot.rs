@@ -58,6 +58,8 @@ pub enum Event {
     Heartbeat(Heartbeat),
     /// The operating system knows of no process with this number.
     Gone(u32),
+    /// This planner shall claim the next term, once, as if it had been told so at its start.
+    HandOver,
     /// The plan that was asked for, with the moments at which planning began and ended.
     Planned(Plan, MonotonicNs, MonotonicNs),
     /// Time passes.
@@ -156,6 +158,7 @@ impl Pilot {
             Event::Refused(refusal) => self.map.refuse(&refusal),
             Event::Heartbeat(beat) => self.roster.observe(beat, now),
             Event::Gone(pid) => self.gone = Some(pid),
+            Event::HandOver => self.hand_over(),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
@@ -228,6 +231,12 @@ impl Pilot {
             |map: &contract::ObservedMap| map.run == state.run && map.through == Some(state.decision);
         let behind = !self.map.map().is_some_and(current);
         (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")
+    }
+
+    fn hand_over(&mut self) {
+        if !self.leads {
+            (self.takeover, self.asked) = (true, None);
+        }
     }
 
     fn brief(&mut self, brief: Brief) {

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use contract::{Decision, Policy, Refusal, RobotId, Role, RunId};
+use contract::{Decision, Order, Policy, Refusal, RobotId, Role, RunId};
 use node::peer::{Attendance, PeerArgs, TICK, accept, refuse};
 use node::{Exit, Failure, Instance, Node, crash_point};
 
@@ -49,6 +49,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut states = node.state_reader(robot)?;
     let mut maps = node.map_reader(robot)?;
     let mut snapshots = node.snapshot_client(robot)?;
+    let mut controls = node.control_reader(robot)?;
     let commands = node.command_writer(robot)?;
     let mut policies = node.policy_port(robot)?;
     let mut told = Told::default();
@@ -92,6 +93,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         if let Some(page) = page {
             crash_point("planner.map_received");
             effects.extend(pilot.on(heard(page, Event::Page), Node::now()));
+        }
+        for control in controls.drain().collect::<Vec<_>>() {
+            let Some(control) = accept(Some(control)) else { continue };
+            let meant = control.run == pilot.seen().0 && control.robot == robot;
+            if meant && control.order == Order::HandOver(node.incarnation()) {
+                effects.extend(pilot.on(Event::HandOver, Node::now()));
+            }
         }
         if let Some(gone) = pilot.rival_pid().filter(|&pid| !node::host::process_exists(pid)) {
             effects.extend(pilot.on(Event::Gone(gone), Node::now()));

@@ -299,6 +299,22 @@ fn a_takeover_fires_once() {
     assert_eq!(pilot.on(Event::Tick, at(0)), []);
 }
 
+/// P-HAND-OVER: a stand-by that is told to takes over once, and again when it is told again.
+#[test]
+fn a_stand_by_that_is_told_to_takes_over_once() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [], "it stands by");
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
+    assert_eq!(pilot.on(Event::State(state(1, 5, ME)), at(0)), [Effect::Leads(Term(5))]);
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [], "it leads already");
+    assert_eq!(pilot.on(Event::State(state(2, 6, OTHER)), at(0)), [Effect::StepsBack(Term(6))]);
+    assert_eq!(pilot.on(Event::Patch(map(2)), at(0)), [], "what was told fires once");
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(2, 7)]);
+}
+
 #[test]
 fn a_takeover_that_may_have_fired_unseen_does_not_fire_again() {
     let mut pilot = pilot(true);

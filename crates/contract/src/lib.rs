@@ -11,6 +11,7 @@
 pub mod action;
 pub mod brief;
 pub mod command;
+pub mod control;
 pub mod digest;
 pub mod grid;
 pub mod ground;
@@ -21,6 +22,7 @@ pub mod map;
 pub mod name;
 pub mod origin;
 pub mod outcome;
+pub mod pace;
 pub mod past;
 pub mod patch;
 pub mod patrol;
@@ -42,6 +44,7 @@ pub use brief::{
     SoilMotion, Weights,
 };
 pub use command::Command;
+pub use control::{Control, Order, Tempo};
 pub use digest::Digest;
 pub use grid::{Cell, Grid};
 pub use ground::{Ground, Soil};
@@ -51,6 +54,7 @@ pub use map::ObservedMap;
 pub use name::Name;
 pub use origin::{Origin, Vetoed};
 pub use outcome::{Branch, Flight, Outcome, Status};
+pub use pace::Pace;
 pub use past::{PastPage, PastRequest};
 pub use patch::{MapPage, MapPatch, MapRequest, SeenCell};
 pub use patrol::Patrol;

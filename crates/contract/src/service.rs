@@ -63,6 +63,24 @@ pub fn command(robot: RobotId) -> Topic {
     Topic { max_publishers: 8, history: 0, buffer: 16, event: true, ..topic(format!("hop/r{robot}/command")) }
 }
 
+/// `hop/rN/control`: written by monitors that were allowed to; read by hopper-sim and planners.
+#[must_use]
+pub fn control(robot: RobotId) -> Topic {
+    Topic {
+        max_publishers: 4,
+        max_subscribers: 16,
+        history: 0,
+        buffer: 16,
+        ..topic(format!("hop/r{robot}/control"))
+    }
+}
+
+/// `hop/rN/tempo`: written by hopper-sim when it changes.
+#[must_use]
+pub fn tempo(robot: RobotId) -> Topic {
+    topic(format!("hop/r{robot}/tempo"))
+}
+
 /// `hop/rN/policy`: written by planners while someone listens.
 #[must_use]
 pub fn policy(robot: RobotId) -> Topic {

@@ -28,7 +28,7 @@ pub struct Target {
 }
 
 /// Every reader.
-pub const TARGETS: [Target; 20] = [
+pub const TARGETS: [Target; 21] = [
     Target { name: "scenario", read: scenario::read, seeds: scenario::seeds },
     Target { name: "campaign", read: campaign::read, seeds: campaign::seeds },
     Target { name: "checkpoint", read: campaign::read_checkpoint, seeds: campaign::checkpoints },
@@ -39,6 +39,7 @@ pub const TARGETS: [Target; 20] = [
     Target { name: "recording", read: recording::read, seeds: recording::seeds },
     Target { name: "brief", read: wire::brief, seeds: wire::briefs },
     Target { name: "command", read: wire::command, seeds: wire::commands },
+    Target { name: "control", read: wire::control, seeds: wire::controls },
     Target { name: "heartbeat", read: wire::heartbeat, seeds: wire::heartbeats },
     Target { name: "state", read: wire::state, seeds: wire::states },
     Target { name: "map_patch", read: wire::map_patch, seeds: wire::map_patches },

@@ -8,13 +8,15 @@ use std::fmt::Debug;
 use bytemuck::Zeroable;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
 use contract::wire::{
-    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TruthPageV1, TruthRequestV1,
-    Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, truth_page_from_wire,
+    BriefV3, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
+    TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
+    truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, PastRequest, Policy,
-    PolicyCell, Record, Refusal, RobotId, SeenCell, State, TruthPage, TruthRequest,
+    Brief, Command, Control, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, Order, Pace,
+    PastRequest, Policy, PolicyCell, Record, Refusal, RobotId, SeenCell, State, Tempo, TruthPage,
+    TruthRequest,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -29,6 +31,12 @@ pub fn brief(bytes: &[u8]) {
 /// `hop/rN/command`.
 pub fn command(bytes: &[u8]) {
     there_and_back::<CommandV1, Command>(&header(bytes).0);
+}
+
+/// `hop/rN/control`, and `hop/rN/tempo`.
+pub fn control(bytes: &[u8]) {
+    there_and_back::<ControlV1, Control>(&header(bytes).0);
+    there_and_back::<TempoV1, Tempo>(&header(bytes).0);
 }
 
 /// `hop/heartbeat`.
@@ -141,6 +149,15 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&BriefV3::from(&specimen::brief()), &[])]
+}
+
+/// An order, and a tempo.
+#[must_use]
+pub fn controls() -> Vec<Vec<u8>> {
+    let (run, robot, pace) = (specimen::brief().run, ROBOT, Pace::Hertz(2.0));
+    let control = ControlV1::from(&Control { run, robot, order: Order::Pace(pace) });
+    let tempo = TempoV1::from(&Tempo { run, robot, pace, paused: true, heeds: true });
+    vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&tempo, &[])]
 }
 
 /// A command.

@@ -9,7 +9,8 @@ use std::str::FromStr;
 
 use contract::service;
 use contract::{
-    Brief, Command, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, RobotId, State, TruthRequest,
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, RobotId, State, Tempo,
+    TruthRequest,
 };
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -55,6 +56,8 @@ fn services() -> Vec<String> {
         port::plain_text::<Heartbeat>(&service::heartbeat()),
         port::plain_text::<State>(&service::state(robot)),
         port::plain_text::<Command>(&service::command(robot)),
+        port::plain_text::<Control>(&service::control(robot)),
+        port::plain_text::<Tempo>(&service::tempo(robot)),
         port::sheet_text::<MapPatch>(&service::map(robot)),
         port::sheet_text::<Policy>(&service::policy(robot)),
         exchange::text::<PastRequest>(&service::past()),
@@ -78,9 +81,18 @@ mod tests {
     #[test]
     fn every_service_that_the_contract_names_is_in_the_fingerprint_once() {
         let services = services();
-        for name in
-            ["brief", "heartbeat", "past", "r0/state", "r0/command", "r0/map", "r0/policy", "r0/snapshot"]
-        {
+        for name in [
+            "brief",
+            "heartbeat",
+            "past",
+            "r0/state",
+            "r0/command",
+            "r0/control",
+            "r0/tempo",
+            "r0/map",
+            "r0/policy",
+            "r0/snapshot",
+        ] {
             let count = services.iter().filter(|text| text.starts_with(&format!("hop/{name}: "))).count();
             assert_eq!(count, 1, "{name} in {services:?}");
         }

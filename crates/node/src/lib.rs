@@ -60,15 +60,15 @@ pub use exchange::{
 };
 pub use exit::{Exit, Failure, main};
 pub use instance::{Claim, Cleaned, Instance, SHARED_MEMORY};
-pub use log::log_to_stderr;
+pub use log::{hold_log_back, log_to_stderr};
 pub use message::{Plain, Question, Sheet};
 pub use node::{Node, Wake, version};
 pub use nonce::random_run;
 pub use on_demand::{OnDemand, PolicyPort};
 pub use port::{
-    BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
-    MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,
-    Writer,
+    BriefReader, BriefWriter, CommandReader, CommandWriter, ControlReader, ControlWriter, HeartbeatReader,
+    HeartbeatWriter, MapReader, MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter,
+    StateReader, StateWriter, TempoReader, TempoWriter, Writer,
 };
 pub use room::{Room, ServiceRoom, free_bytes};
 pub use vigil::{Stop, Vigil};

@@ -1,6 +1,7 @@
 //! Log lines on standard error.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::format::Writer;
@@ -26,7 +27,7 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
     let installed = tracing_subscriber::fmt()
         .compact()
         .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+        .with_writer(writer)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         // A line that cannot be written is lost; telling so would end the process where it tells it.
@@ -42,6 +43,18 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
             );
         }
     }
+}
+
+/// Whether somebody draws on the terminal that log lines would go to.
+static HELD_BACK: AtomicBool = AtomicBool::new(false);
+
+/// Holds log lines back, or lets them come again, where standard error is a terminal: for whoever draws on it.
+pub fn hold_log_back(held_back: bool) {
+    HELD_BACK.store(held_back && std::io::stderr().is_terminal(), Ordering::Relaxed);
+}
+
+fn writer() -> Box<dyn Write> {
+    if HELD_BACK.load(Ordering::Relaxed) { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) }
 }
 
 /// Time and role at the head of each line: four processes may share one terminal.

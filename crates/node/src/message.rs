@@ -1,13 +1,14 @@
 //! Which wire types carry which message.
 
 use contract::wire::{
-    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TruthPageV1, TruthRequestV1,
-    Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, truth_page_from_wire,
+    BriefV3, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
+    TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
+    truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Heartbeat, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Policy, Refusal, State,
-    TruthPage, TruthRequest,
+    Brief, Command, Control, Heartbeat, MapPage, MapPatch, MapRequest, PastPage, PastRequest, Policy,
+    Refusal, State, Tempo, TruthPage, TruthRequest,
 };
 
 /// A message of one fixed size.
@@ -41,7 +42,7 @@ macro_rules! plain {
     )*};
 }
 
-plain!(Brief => BriefV3, State => StateV3, Command => CommandV1, Heartbeat => HeartbeatV1);
+plain!(Brief => BriefV3, State => StateV3, Command => CommandV1, Heartbeat => HeartbeatV1, Control => ControlV1, Tempo => TempoV1);
 
 /// A message of a header and cells.
 pub trait Sheet: Sized {

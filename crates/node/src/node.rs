@@ -21,9 +21,9 @@ use crate::janitor::Janitor;
 use crate::nonce::random_incarnation;
 use crate::on_demand::{OnDemand, PolicyPort};
 use crate::port::{
-    BriefReader, BriefWriter, CommandReader, CommandWriter, HeartbeatReader, HeartbeatWriter, MapReader,
-    MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter, StateReader, StateWriter,
-    Writer,
+    BriefReader, BriefWriter, CommandReader, CommandWriter, ControlReader, ControlWriter, HeartbeatReader,
+    HeartbeatWriter, MapReader, MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter,
+    StateReader, StateWriter, TempoReader, TempoWriter, Writer,
 };
 use crate::vigil::{Stop, Vigil, sleep};
 use crate::{Instance, NodeError, Question, clock};
@@ -276,6 +276,38 @@ impl Node {
     /// See [`Node::brief_writer`].
     pub fn command_reader(&self, robot: RobotId) -> Result<CommandReader, NodeError> {
         Reader::new(&self.base, &service::command(robot))
+    }
+
+    /// A writer of `hop/rN/control`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn control_writer(&self, robot: RobotId) -> Result<ControlWriter, NodeError> {
+        Writer::new(&self.base, &service::control(robot))
+    }
+
+    /// A reader of `hop/rN/control`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn control_reader(&self, robot: RobotId) -> Result<ControlReader, NodeError> {
+        Reader::new(&self.base, &service::control(robot))
+    }
+
+    /// The writer of `hop/rN/tempo`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn tempo_writer(&self, robot: RobotId) -> Result<TempoWriter, NodeError> {
+        Writer::new(&self.base, &service::tempo(robot))
+    }
+
+    /// A reader of `hop/rN/tempo`.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`].
+    pub fn tempo_reader(&self, robot: RobotId) -> Result<TempoReader, NodeError> {
+        Reader::new(&self.base, &service::tempo(robot))
     }
 
     /// A writer of `hop/rN/policy` for a grid of `cells` cells.

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use bytemuck::Zeroable;
 use contract::service::{NODES_MAX, Topic};
 use contract::wire::Wire;
-use contract::{Brief, Command, Heartbeat, MapPatch, Policy, Refusal, State};
+use contract::{Brief, Command, Control, Heartbeat, MapPatch, Policy, Refusal, State, Tempo};
 use iceoryx2::port::LoanError;
 use iceoryx2::port::SendError;
 use iceoryx2::port::notifier::Notifier;
@@ -37,6 +37,14 @@ pub type StateReader = Reader<State>;
 pub type CommandWriter = Writer<Command>;
 /// Reads `hop/rN/command`.
 pub type CommandReader = Reader<Command>;
+/// Writes `hop/rN/control`.
+pub type ControlWriter = Writer<Control>;
+/// Reads `hop/rN/control`.
+pub type ControlReader = Reader<Control>;
+/// Writes `hop/rN/tempo`.
+pub type TempoWriter = Writer<Tempo>;
+/// Reads `hop/rN/tempo`.
+pub type TempoReader = Reader<Tempo>;
 /// Writes `hop/heartbeat`.
 pub type HeartbeatWriter = Writer<Heartbeat>;
 /// Reads `hop/heartbeat`.

@@ -10,8 +10,8 @@ use std::io::ErrorKind;
 use contract::limits::MAP_PATCH_CELLS;
 use contract::service::{self, Exchange, Topic};
 use contract::wire::{
-    BriefV3, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
-    SeenCellV1, StateV3, TruthRequestV1,
+    BriefV3, CommandV1, ControlV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1,
+    PolicyHeaderV1, SeenCellV1, StateV3, TempoV1, TruthRequestV1,
 };
 use contract::{MapPage, PastPage, RobotId, TruthPage};
 
@@ -84,6 +84,8 @@ impl Room {
                 room(&service::map(robot), 1, patch),
                 exchange_room(&service::snapshot(robot), size_of::<MapRequestV1>(), page_bytes::<MapPage>),
                 room(&service::command(robot), PLANNERS, size_of::<CommandV1>()),
+                room(&service::control(robot), 1, size_of::<ControlV1>()),
+                room(&service::tempo(robot), 1, size_of::<TempoV1>()),
                 room(&service::policy(robot), PLANNERS, policy),
             ]);
         }

@@ -5,6 +5,7 @@
 
 mod arbiter;
 mod chaos;
+mod control;
 mod dynamics;
 mod fixture;
 mod guard;

@@ -9,6 +9,7 @@
 
 mod brief;
 mod command;
+mod control;
 mod ground;
 mod heartbeat;
 mod map;
@@ -19,6 +20,7 @@ mod truth;
 
 pub use brief::{BriefV3, SoilMotionV1};
 pub use command::CommandV1;
+pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV1;
 pub use heartbeat::HeartbeatV1;
 pub use map::{MapPageV1, MapPatchV1, MapRequestV1, SeenCellV1, map_page_from_wire, patch_from_wire};

@@ -3,7 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use contract::{Flight, MonotonicNs};
+use serde::{Deserialize, Serialize};
+
+use crate::{Flight, MonotonicNs};
 
 /// Fastest pace that can be asked for, landings a second.
 pub const HERTZ_MAX: f64 = 1.0e6;
@@ -23,7 +25,8 @@ pub struct Launch {
 }
 
 /// When a committed hop lands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Pace {
     /// At once.
     Max,

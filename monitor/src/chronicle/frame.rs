@@ -1,0 +1,310 @@
+//! What goes to a page: small pieces of the account, each a named event with JSON in it.
+
+use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::{Change, Chronicle, Ground, Hops, Lives, Mark, Reign, Story};
+
+/// Hops in one frame at most.
+pub const HOPS_A_FRAME: usize = 256;
+
+/// Cells in one frame at most.
+pub const CELLS_A_FRAME: usize = 4096;
+
+/// Longest side of the window of a policy around the hopper, cells: arrows beyond it could not be told apart.
+pub const POLICY_SIDE_MAX: u32 = 128;
+
+/// One event for a page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// What it is: mission, hops, cells, marks, policy or status.
+    pub event: &'static str,
+    /// JSON in one line.
+    pub data: String,
+}
+
+/// How far a reader has come, of the account or of the policies. A new one is at the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cursor {
+    policy: bool,
+    epoch: u64,
+    hops: u64,
+    reigns: u64,
+    cells: usize,
+    edition: u64,
+    marks: u64,
+    policies: u64,
+    status: u64,
+}
+
+impl Cursor {
+    /// A reader of policies alone.
+    #[must_use]
+    pub fn of_policies() -> Self {
+        Self { policy: true, ..Self::default() }
+    }
+}
+
+/// Stages and a few facts of one hop, as a row: decision, branch, from x and y, to x and y, height, term,
+/// steps, status, treasures, visits, origin, letters of vetoed actions, moment of the landing before it in
+/// milliseconds, then seven stages in microseconds.
+type Row = Vec<Value>;
+
+#[derive(Serialize)]
+struct PeerRow<'a> {
+    role: &'a str,
+    pid: u32,
+    planner: &'a str,
+    version: &'a str,
+    life: String,
+    silent_ms: u64,
+    alive: bool,
+    leads: bool,
+}
+
+impl Chronicle {
+    /// The next piece for a reader, if there is news for it. Whatever never changes comes in order and whole;
+    /// of what does change, status and policy, a slow reader gets the newest only.
+    pub fn next(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
+        let story = self.story.as_ref()?;
+        if cursor.epoch != self.epoch {
+            *cursor = Cursor { epoch: self.epoch, policy: cursor.policy, ..Cursor::default() };
+            if !cursor.policy {
+                return Some(frame("mission", &mission(&story.brief)));
+            }
+        }
+        if cursor.policy {
+            return policy(story, cursor);
+        }
+        hops(&story.hops, cursor)
+            .or_else(|| cells(&story.ground, cursor))
+            .or_else(|| marks(&self.lives, cursor))
+            .or_else(|| self.status(cursor, now))
+    }
+
+    /// Whether there is anything for a reader.
+    #[must_use]
+    pub fn has_news(&self, cursor: &Cursor) -> bool {
+        let Some(story) = &self.story else { return false };
+        if cursor.policy {
+            return cursor.policies < story.policy.0 || cursor.epoch != self.epoch && story.policy.0 > 0;
+        }
+        let (edition, log) = story.ground.log(cursor.cells);
+        cursor.epoch != self.epoch
+            || cursor.hops < story.hops.due().0
+            || cursor.edition != edition
+            || !log.is_empty()
+            || cursor.marks < self.lives.marks_count()
+            || (cursor.status < self.progress.0 && self.progress.1.is_some())
+    }
+
+    fn status(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
+        let (number, progress) = &self.progress;
+        let progress = progress.as_ref().filter(|_| *number > cursor.status)?;
+        cursor.status = *number;
+        let leader = self.state().map(|state| state.leader.incarnation);
+        let peers = self.lives.peers();
+        let peers = peers.iter().map(|peer| PeerRow {
+            role: peer.beat.role.as_str(),
+            pid: peer.beat.pid,
+            planner: peer.beat.planner.as_str(),
+            version: peer.beat.version.as_str(),
+            life: peer.beat.incarnation.to_string(),
+            silent_ms: now.since_ns(peer.heard) / 1_000_000,
+            alive: !peer.silent,
+            leads: Some(peer.beat.incarnation) == leader,
+        });
+        let treasures: &[Cell] = self.ground().map_or(&[], Ground::treasures);
+        let tempo = self.tempo.map(
+            |tempo| json!({ "pace": tempo.pace.to_string(), "paused": tempo.paused, "heeds": tempo.heeds }),
+        );
+        let status = json!({
+            "progress": progress,
+            "peers": peers.collect::<Vec<_>>(),
+            "tempo": tempo,
+            "treasures": treasures.iter().map(|cell| [cell.x, cell.y]).collect::<Vec<_>>(),
+            "state": self.state().map(|state| json!({
+                "cell": [state.pose.cell.x, state.pose.cell.y],
+                "height_m": state.pose.height_m,
+                "decision": state.decision,
+                "term": state.leader.term,
+            })),
+        });
+        Some(frame("status", &status))
+    }
+}
+
+fn frame(event: &'static str, data: &Value) -> Frame {
+    Frame { event, data: data.to_string() }
+}
+
+fn mission(brief: &Brief) -> Value {
+    json!({
+        "run": brief.run,
+        "scenario": brief.scenario,
+        "profile": brief.profile,
+        "grid": brief.grid,
+        "start": [brief.start.x, brief.start.y],
+        "goals": goals(brief).iter().map(|goal| [goal.x, goal.y]).collect::<Vec<_>>(),
+        "hops_max": brief.patrol.map(|patrol| patrol.hops_max),
+        "datum_m": brief.datum_m,
+        "height_m": [brief.priors.height_m.min, brief.priors.height_m.max],
+        "sensor": brief.sensor,
+        "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
+        "steps_max": brief.limits.steps_max,
+        "stages": Stage::ALL.map(Stage::as_str),
+    })
+}
+
+/// The goals in the order in which they are in force; the first follows the last again.
+fn goals(brief: &Brief) -> &[Cell] {
+    brief.patrol.as_ref().map_or(std::slice::from_ref(&brief.goal), Patrol::goals)
+}
+
+fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
+    let from = cursor.hops.max(hops.first().0);
+    if from >= hops.due().0 {
+        return None;
+    }
+    let mut decision = from;
+    let mut rows: Vec<Row> = Vec::new();
+    for hop in hops.from(Decision(from)).take(HOPS_A_FRAME) {
+        let mut row = vec![
+            json!(decision),
+            json!(hop.branch),
+            json!(hop.from.x),
+            json!(hop.from.y),
+            json!(hop.to.x),
+            json!(hop.to.y),
+            rounded(hop.height_m, 1e3),
+            json!(hop.term),
+            json!(hop.steps),
+            json!(hop.status),
+            json!(hop.collected.count()),
+            json!(hop.visits),
+            json!(hop.origin),
+            json!(letters(hop.vetoed)),
+            rounded(hop.landed.0 as f64 / 1e6, 1.0),
+        ];
+        row.extend(hop.stages_ns.map(|ns| rounded(ns as f64 / 1e3, 10.0)));
+        rows.push(row);
+        decision += 1;
+    }
+    cursor.hops = decision;
+    let reigns: Vec<Value> = hops.reigns_from(cursor.reigns).map(reign).collect();
+    cursor.reigns = hops.reigns_count();
+    Some(frame("hops", &json!({ "rows": rows, "reigns": reigns })))
+}
+
+fn reign(reign: &Reign) -> Value {
+    json!({ "term": reign.term, "planner": reign.planner, "pid": reign.pid, "from": reign.from })
+}
+
+/// Cells as three lists of one length: index less the one before, height in millimetres times four plus one for
+/// sand and two for impassable, and the decision of first sight less the one before.
+fn cells(ground: &Ground, cursor: &mut Cursor) -> Option<Frame> {
+    let (edition, _) = ground.log(0);
+    if cursor.edition != edition {
+        (cursor.edition, cursor.cells) = (edition, 0);
+    }
+    let (_, log) = ground.log(cursor.cells);
+    let log = &log[..log.len().min(CELLS_A_FRAME)];
+    if log.is_empty() {
+        return None;
+    }
+    let (mut indices, mut heights, mut dates) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut index_before, mut date_before) = (0, 0);
+    for &index in log {
+        let Some(seen) = ground.get(index as usize) else { continue };
+        let millimetres = (f64::from(seen.height_m) * 1e3).round() as i64;
+        indices.push(i64::from(index) - index_before);
+        heights.push(4 * millimetres + i64::from(seen.sand) + 2 * i64::from(!seen.passable));
+        dates.push(i64::from(seen.at) - date_before);
+        (index_before, date_before) = (i64::from(index), i64::from(seen.at));
+    }
+    cursor.cells += log.len();
+    Some(frame("cells", &json!({ "i": indices, "h": heights, "at": dates })))
+}
+
+fn marks(lives: &Lives, cursor: &mut Cursor) -> Option<Frame> {
+    if cursor.marks >= lives.marks_count() {
+        return None;
+    }
+    let marks: Vec<Value> = lives.marks_from(cursor.marks).map(mark).collect();
+    cursor.marks = lives.marks_count();
+    Some(frame("marks", &Value::Array(marks)))
+}
+
+fn mark(mark: &Mark) -> Value {
+    let Mark { decision, change, beat } = mark;
+    let change: &Change = change;
+    json!({
+        "decision": decision,
+        "change": change.as_str(),
+        "role": beat.role,
+        "pid": beat.pid,
+        "planner": beat.planner,
+    })
+}
+
+fn policy(story: &Story, cursor: &mut Cursor) -> Option<Frame> {
+    let (number, policy) = &story.policy;
+    let policy = policy.as_ref().filter(|_| *number > cursor.policies)?;
+    cursor.policies = *number;
+    let centre = story.state.map_or(story.brief.start, |state| state.pose.cell);
+    let window = Window::around(&story.brief.grid, centre, policy)?;
+    Some(frame("policy", &window.json(&story.brief.grid, policy)))
+}
+
+/// The part of a policy that is shown.
+struct Window {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Window {
+    fn around(grid: &Grid, centre: Cell, policy: &Policy) -> Option<Self> {
+        let span = |at: i32, side: u32| {
+            let length = side.min(POLICY_SIDE_MAX);
+            ((at - length as i32 / 2).clamp(0, (side - length) as i32) as u32, length)
+        };
+        let ((x, width), (y, height)) = (span(centre.x, grid.width), span(centre.y, grid.height));
+        (policy.cells.len() == grid.cells()).then_some(Self { x, y, width, height })
+    }
+
+    fn json(&self, grid: &Grid, policy: &Policy) -> Value {
+        let (mut actions, mut values) = (String::new(), Vec::new());
+        for y in self.y..self.y + self.height {
+            let row = (y * grid.width + self.x) as usize;
+            for cell in &policy.cells[row..row + self.width as usize] {
+                actions.push(letter(cell.action));
+                values.push(rounded(cell.value, 1e3));
+            }
+        }
+        let (planner, decision) = (policy.planner, policy.decision);
+        json!({
+            "decision": decision, "planner": planner, "error_bound": policy.error_bound, "x": self.x, "y": self.y,
+            "width": self.width, "height": self.height, "actions": actions, "values": values,
+        })
+    }
+}
+
+fn letter(action: Action) -> char {
+    match action {
+        Action::Hold => '-',
+        Action::Hop(direction) => ['n', 'e', 's', 'w'][direction as usize],
+    }
+}
+
+fn letters(vetoed: Vetoed) -> String {
+    Action::ALL.into_iter().filter(|&action| vetoed.has(action)).map(letter).collect()
+}
+
+/// A number with as many decimals as a page can show.
+fn rounded(value: f64, scale: f64) -> Value {
+    let value = (value * scale).round() / scale;
+    if value == value.trunc() && value.abs() < 9e15 { json!(value as i64) } else { json!(value) }
+}

@@ -1,0 +1,194 @@
+//! The ground in the order of its discovery.
+
+use contract::{Brief, Cell, Decision, Grid, ObservedMap, SensorParameters, Soil};
+
+use super::Hops;
+
+/// Seen at a time that is about to be found out.
+const PENDING: u32 = u32::MAX - 1;
+
+/// Not seen.
+const UNSEEN: u32 = u32::MAX;
+
+/// One seen cell, as far as it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Height above the datum, metres.
+    pub height_m: f32,
+    /// Whether it is sand.
+    pub sand: bool,
+    /// Whether a hopper survives landing there.
+    pub passable: bool,
+    /// The decision at which it was first seen.
+    pub at: u32,
+}
+
+/// Cells with the decision at which each was first seen.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    grid: Grid,
+    sensor: SensorParameters,
+    start: Cell,
+    cells: Vec<Seen>,
+    /// Indices in the order in which they were seen, or seen better.
+    log: Vec<u32>,
+    /// Counts how often the log was written anew.
+    edition: u64,
+    /// Fingerprint of the map that was learnt last, and the decision it went through.
+    learnt: Option<(u64, u64)>,
+    treasures: Vec<Cell>,
+    seen: usize,
+}
+
+impl Ground {
+    /// Nothing seen of the brief's grid.
+    #[must_use]
+    pub fn new(brief: &Brief) -> Self {
+        let unseen = Seen { height_m: 0.0, sand: false, passable: true, at: UNSEEN };
+        Self {
+            grid: brief.grid,
+            sensor: brief.sensor,
+            start: brief.start,
+            cells: vec![unseen; brief.grid.cells()],
+            log: Vec::new(),
+            edition: 0,
+            learnt: None,
+            treasures: Vec::new(),
+            seen: 0,
+        }
+    }
+
+    /// What is known of the cell at `index`.
+    #[must_use]
+    pub fn get(&self, index: usize) -> Option<&Seen> {
+        self.cells.get(index).filter(|seen| seen.at != UNSEEN)
+    }
+
+    /// Cells seen so far.
+    #[must_use]
+    pub fn seen(&self) -> usize {
+        self.seen
+    }
+
+    /// Cells seen by the time a decision was due.
+    #[must_use]
+    pub fn seen_by(&self, decision: Decision) -> usize {
+        self.cells.iter().filter(|seen| u64::from(seen.at) <= decision.0).count()
+    }
+
+    /// Treasures seen and not yet collected.
+    #[must_use]
+    pub fn treasures(&self) -> &[Cell] {
+        &self.treasures
+    }
+
+    /// Sensing radius at `height_m`, metres (P23 section IV).
+    #[must_use]
+    pub fn radius_m(&self, height_m: f64) -> f64 {
+        let SensorParameters { gain, offset_m, radius_min_m, radius_max_m, .. } = self.sensor;
+        (gain * (height_m + offset_m)).clamp(radius_min_m, radius_max_m)
+    }
+
+    /// The log from `position` on, with the edition that positions are of.
+    pub(super) fn log(&self, position: usize) -> (u64, &[u32]) {
+        (self.edition, &self.log[position.min(self.log.len())..])
+    }
+
+    /// Writes down what `map` has news of. The past must be known up to the decision the map goes through.
+    ///
+    /// A cell counts as seen from the first pose whose disc holds it, so that an account begun late tells the
+    /// same as one from the start.
+    pub fn learn(&mut self, map: &ObservedMap, hops: &Hops) {
+        let Some(through) = map.through else { return };
+        let observation = map.observation();
+        self.treasures.clear();
+        self.treasures.extend_from_slice(map.treasures());
+        if self.learnt.is_some_and(|(learnt, _)| learnt == observation) {
+            self.learnt = Some((observation, through.0));
+            return;
+        }
+        let mut fresh = 0;
+        let since = self.learnt.and_then(|(learnt, _)| map.changed_since(learnt));
+        match since {
+            Some(changed) => changed.iter().for_each(|&index| fresh += self.note(map, index as usize)),
+            None => (0..map.cells().len()).for_each(|index| fresh += self.note(map, index)),
+        }
+        let from = self.learnt.map_or(0, |(_, through)| through);
+        self.learnt = Some((observation, through.0));
+        self.date(hops, from, through.0, fresh);
+        if self.log.len() > 4 * self.cells.len() {
+            self.log =
+                (0..self.cells.len() as u32).filter(|&i| self.cells[i as usize].at != UNSEEN).collect();
+            self.edition += 1;
+        }
+    }
+
+    /// Takes a cell over; 1 if it is seen for the first time.
+    fn note(&mut self, map: &ObservedMap, index: usize) -> usize {
+        let Some(ground) = map.cells()[index] else { return 0 };
+        let known = self.cells[index];
+        let sand = ground.soil == Soil::Sand;
+        let now = Seen { height_m: ground.height_m as f32, sand, passable: ground.passable, at: known.at };
+        if known.at == UNSEEN {
+            self.cells[index] = Seen { at: PENDING, ..now };
+            self.seen += 1;
+            // It goes into the log when it is dated.
+            return 1;
+        }
+        if now != known {
+            self.cells[index] = now;
+            if known.at != PENDING {
+                self.log.push(index as u32);
+            }
+        }
+        0
+    }
+
+    /// Finds out from which pose each of `pending` new cells was seen first.
+    fn date(&mut self, hops: &Hops, from: u64, through: u64, mut pending: usize) {
+        for decision in from.max(hops.first().0)..=through {
+            if pending == 0 {
+                return;
+            }
+            let Some((cell, height_m)) = self.pose(hops, decision) else { continue };
+            let radius_cells = self.radius_m(height_m) / self.grid.cell_size_m;
+            let reach = radius_cells as i32;
+            let clip = |at: i32, side: u32| {
+                at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
+            };
+            for y in clip(cell.y, self.grid.height) {
+                for x in clip(cell.x, self.grid.width) {
+                    let at = Cell::new(x, y);
+                    if at.distance_cells(cell) <= radius_cells {
+                        pending -= usize::from(self.stamp(at, decision));
+                    }
+                }
+            }
+        }
+        if pending > 0 {
+            for index in 0..self.cells.len() {
+                self.stamp(self.grid.cell(index), through);
+            }
+        }
+    }
+
+    /// Dates a cell that waits for it; says whether it did.
+    fn stamp(&mut self, cell: Cell, decision: u64) -> bool {
+        let Some(index) = self.grid.index(cell).filter(|&index| self.cells[index].at == PENDING) else {
+            return false;
+        };
+        self.cells[index].at = decision.min(u64::from(PENDING - 1)) as u32;
+        self.log.push(index as u32);
+        true
+    }
+
+    /// Where the hopper stood at a decision, and how high.
+    fn pose(&self, hops: &Hops, decision: u64) -> Option<(Cell, f64)> {
+        let Some(before) = decision.checked_sub(1) else {
+            let height_m = self.cells[self.grid.index(self.start)?].height_m;
+            return Some((self.start, f64::from(height_m)));
+        };
+        let hop = hops.get(Decision(before))?;
+        self.grid.contains(hop.to).then_some((hop.to, hop.height_m))
+    }
+}

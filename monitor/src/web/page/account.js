@@ -1,0 +1,175 @@
+// The page's account of the mission, from the monitor's frames.
+
+export const UNSEEN = 0xffffffff;
+
+/** Hops that are kept, as by the monitor; of a longer mission the last. */
+const HOPS_KEPT = 65536;
+
+const STRAY = new Set(["stayed", "left", "right"]);
+
+/** One hop out of its row. */
+function hop(row) {
+  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs] = row;
+  const stages = row.slice(15);
+  const totalUs = stages.reduce((sum, us) => sum + us, 0);
+  return {
+    decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs,
+    stages, totalUs, stray: STRAY.has(branch),
+  };
+}
+
+export class Account {
+  constructor() {
+    this.mission = null;
+    this.status = null;
+    this.hops = [];
+    this.first = 0;
+    this.reigns = [];
+    this.marks = [];
+  }
+
+  /** A mission begins, or this page begins to hear of it. */
+  begin(mission) {
+    const { width, height } = mission.grid;
+    const cells = width * height;
+    this.mission = mission;
+    this.width = width;
+    this.height = height;
+    this.heights = new Float32Array(cells);
+    this.flags = new Uint8Array(cells);
+    this.seenAt = new Uint32Array(cells).fill(UNSEEN);
+    this.fresh = null;
+    this.seen = 0;
+    this.low = Infinity;
+    this.high = -Infinity;
+    this.hops = [];
+    this.first = 0;
+    this.reigns = [];
+    this.marks = [];
+    this.policy = null;
+    this.bounds = new Map();
+    this.status = null;
+  }
+
+  addHops({ rows, reigns }) {
+    for (const row of rows) {
+      const next = hop(row);
+      if (this.hops.length === 0) this.first = next.decision;
+      this.hops.push(next);
+    }
+    if (this.hops.length > 1.25 * HOPS_KEPT) {
+      const gone = this.hops.length - HOPS_KEPT;
+      this.hops.splice(0, gone);
+      this.first += gone;
+    }
+    this.reigns.push(...reigns);
+    this.certify();
+  }
+
+  addCells({ i, h, at }) {
+    let [index, date] = [0, 0];
+    let { left, right, bottom, top } = this.fresh ?? { left: Infinity, right: -1, bottom: Infinity, top: -1 };
+    for (let n = 0; n < i.length; n += 1) {
+      index += i[n];
+      date += at[n];
+      if (this.seenAt[index] === UNSEEN) this.seen += 1;
+      this.seenAt[index] = date;
+      this.flags[index] = h[n] & 3;
+      const heightM = Math.floor(h[n] / 4) / 1e3;
+      this.heights[index] = heightM;
+      this.low = Math.min(this.low, heightM);
+      this.high = Math.max(this.high, heightM);
+      const x = index % this.width;
+      const y = (index - x) / this.width;
+      left = Math.min(left, x); right = Math.max(right, x);
+      bottom = Math.min(bottom, y); top = Math.max(top, y);
+    }
+    this.fresh = { left, right, bottom, top };
+  }
+
+  /** The rectangle of cells that are new since it was asked for last. */
+  takeFresh() {
+    const fresh = this.fresh;
+    this.fresh = null;
+    return fresh;
+  }
+
+  /** The decision that is due. */
+  get due() {
+    return this.first + this.hops.length;
+  }
+
+  /** The hop that led to the moment `at`. */
+  hopBefore(at) {
+    return this.hops[at - this.first - 1] ?? null;
+  }
+
+  /** Where the hopper stands at a moment. */
+  pose(at) {
+    const before = this.hopBefore(at);
+    if (before) return { cell: before.to, heightM: before.heightM };
+    const cell = this.hops[0]?.from ?? this.mission.start;
+    const [x, y] = cell;
+    return { cell, heightM: this.heights[y * this.width + x] ?? 0 };
+  }
+
+  /** Goals visited by a moment. */
+  visits(at) {
+    return this.hopBefore(at)?.visits ?? 0;
+  }
+
+  /** Where in the hops the route at a moment begins: of a patrol there are the leg under way and the one before. */
+  routeFrom(at) {
+    const visits = this.visits(at);
+    let [low, high] = [0, this.hops.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.hops[middle].visits + 2 <= visits) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  /** The goal in force at a moment: those of a patrol follow one another, the first the last. */
+  goal(at) {
+    const { goals } = this.mission;
+    return goals[this.visits(at) % goals.length];
+  }
+
+  /** A policy came: the newest for the eye, its bound for the term that it was made under. */
+  addPolicy(policy) {
+    this.policy = policy;
+    this.certify();
+  }
+
+  certify() {
+    const { policy } = this;
+    const reign = policy && this.reigns.findLast((one) => one.from <= policy.decision);
+    if (reign && reign.planner === policy.planner) this.bounds.set(reign.term, policy.error_bound);
+  }
+
+  /** Sensing radius in cells at a height, P23 section IV. */
+  radiusCells(heightM) {
+    const { gain, offset_m: offset, radius_min_m: min, radius_max_m: max } = this.mission.sensor;
+    return Math.min(Math.max(gain * (heightM + offset), min), max) / this.mission.grid.cell_size_m;
+  }
+
+  reignOf(term) {
+    return this.reigns.find((reign) => reign.term === term) ?? null;
+  }
+
+  /** Whose turn at the command it was at a moment. */
+  plannerAt(at) {
+    const term = this.hopBefore(at)?.term ?? this.status?.state?.term;
+    return this.reignOf(term)?.planner ?? this.policy?.planner ?? null;
+  }
+
+  /** A number for each algorithm in the order of its first command. */
+  plannerNumber(planner) {
+    const names = [...new Set(this.reigns.map((reign) => reign.planner))];
+    return Math.max(names.indexOf(planner), 0) % 6;
+  }
+
+  inside([x, y]) {
+    return x >= 0 && y >= 0 && x < this.width && y < this.height;
+  }
+}

@@ -1,0 +1,194 @@
+// Where the time of decisions went: the last one, the history, the distribution, and the line of time.
+
+import { TimeAxis, duration, fitted, tick } from "./scale.js";
+import { colour } from "./theme.js";
+
+const FONT = "10px system-ui, sans-serif";
+const BINS_A_DECADE = 12;
+const SWAP_SIZE = 5;
+const LABEL_HEIGHT = 12;
+
+function spans(axis, stages) {
+  let sum = 0;
+  return stages.map((us) => {
+    const from = sum === 0 ? 0 : axis.at(sum);
+    sum += us;
+    return [from, axis.at(sum)];
+  });
+}
+
+/** One decision as a bar of stages on an axis of time since landing, with the budget as a line. */
+export function drawBar(canvas, hop, names, budgetUs, logarithmic) {
+  const { context, width, height } = fitted(canvas);
+  const axis = new TimeAxis(width - 2, Math.max(hop?.totalUs ?? 0, logarithmic ? budgetUs : 0), logarithmic);
+  const [barTop, barHeight] = [13, 18];
+  context.fillStyle = colour("raised");
+  context.fillRect(0, barTop, width, barHeight);
+  context.font = FONT;
+  context.textBaseline = "alphabetic";
+  for (const us of axis.ticks()) {
+    const x = Math.round(axis.at(us)) + 0.5;
+    context.fillStyle = colour("edge");
+    context.fillRect(x, barTop + barHeight, 1, 4);
+    context.fillStyle = colour("dim");
+    const text = tick(us);
+    const room = context.measureText(text).width;
+    context.fillText(text, Math.min(Math.max(x - room / 2, 0), width - room), barTop + barHeight + 15);
+  }
+  if (hop) {
+    spans(axis, hop.stages).forEach(([from, until], n) => {
+      context.fillStyle = colour(names[n]);
+      context.fillRect(from, barTop, Math.max(until - from - 0.5, 0), barHeight);
+    });
+  }
+  budgetLine(context, axis, budgetUs, width, barTop - 2, barHeight + 4);
+}
+
+function budgetLine(context, axis, budgetUs, width, top, height) {
+  context.fillStyle = colour("bad");
+  const text = axis.holds(budgetUs) ? `budget ${tick(budgetUs)}` : `budget ${tick(budgetUs)}, beyond this axis →`;
+  const room = context.measureText(text).width;
+  if (axis.holds(budgetUs)) {
+    const x = axis.at(budgetUs);
+    context.fillRect(x, top, 2, height);
+    context.fillText(text, Math.min(x - room / 2, width - room), top - 2);
+  } else {
+    context.fillText(text, width - room, top - 2);
+  }
+}
+
+/** The last decisions, a column each, with the budget above, or told where it is beyond. */
+export function drawHistory(canvas, account, at, budgetUs, names, logarithmic) {
+  const { context, width, height } = fitted(canvas);
+  const [gutter, foot] = [42, 4];
+  const column = 4;
+  const count = Math.floor((width - gutter) / column);
+  const until = Math.min(Math.max(at - account.first, 0), account.hops.length);
+  const hops = account.hops.slice(Math.max(until - count, 0), until);
+  const longest = hops.reduce((most, hop) => Math.max(most, hop.totalUs), 0);
+  const axis = new TimeAxis(height - foot - 8, longest, logarithmic);
+  const floor = height - foot;
+  context.font = FONT;
+  context.textBaseline = "middle";
+  let above = Infinity;
+  for (const us of axis.ticks()) {
+    const y = Math.round(floor - axis.at(us)) + 0.5;
+    context.fillStyle = colour("edge");
+    context.fillRect(gutter, y, width - gutter, 1);
+    // A low chart has room for every other name.
+    if (above - y < LABEL_HEIGHT) continue;
+    above = y;
+    context.fillStyle = colour("dim");
+    const text = tick(us);
+    context.fillText(text, gutter - 6 - context.measureText(text).width, Math.max(y, 6));
+  }
+  hops.forEach((hop, n) => {
+    const x = gutter + n * column;
+    spans(axis, hop.stages).forEach(([from, upTo], stage) => {
+      context.fillStyle = colour(names[stage]);
+      context.fillRect(x, floor - upTo, column - 1, Math.max(upTo - from, upTo > from ? 0.6 : 0));
+    });
+    const previous = account.hops[hop.decision - account.first - 1];
+    if (previous && previous.term !== hop.term) {
+      context.fillStyle = colour("text");
+      context.fillRect(x - 1, 0, 1, floor);
+    }
+  });
+  context.fillStyle = colour("bad");
+  if (axis.holds(budgetUs)) context.fillRect(gutter, Math.round(floor - axis.at(budgetUs)), width - gutter, 1.5);
+  return hops.length;
+}
+
+/** Bins of durations a decade wide each cut in twelve, from 1 µs to 100 s; misses are told apart. */
+export function drawHistogram(canvas, account, at, budgetUs) {
+  const { context, width, height } = fitted(canvas);
+  const bins = new Uint32Array(8 * BINS_A_DECADE);
+  const until = Math.min(Math.max(at - account.first, 0), account.hops.length);
+  const totals = new Float64Array(until);
+  for (let n = 0; n < until; n += 1) {
+    totals[n] = account.hops[n].totalUs;
+    const bin = Math.floor(Math.log10(Math.max(totals[n], 1)) * BINS_A_DECADE);
+    bins[Math.min(bin, bins.length - 1)] += 1;
+  }
+  totals.sort();
+  const axis = new TimeAxis(width - 2, budgetUs, true);
+  const floor = height - 13;
+  const most = bins.reduce((a, b) => Math.max(a, b), 1);
+  bins.forEach((count, n) => {
+    if (count === 0) return;
+    const [from, upTo] = [10 ** (n / BINS_A_DECADE), 10 ** ((n + 1) / BINS_A_DECADE)];
+    const [left, right] = [axis.at(from), axis.at(upTo)];
+    // The share's root: one miss among thousands shall be seen.
+    const tall = Math.max(Math.sqrt(count / most) * (floor - 10), 2);
+    context.fillStyle = from >= budgetUs ? colour("bad") : colour("sense");
+    context.fillRect(left, floor - tall, Math.max(right - left - 1, 1), tall);
+  });
+  context.font = FONT;
+  context.textBaseline = "alphabetic";
+  context.fillStyle = colour("edge");
+  context.fillRect(0, floor, width, 1);
+  for (const us of axis.ticks()) {
+    const text = tick(us);
+    const room = context.measureText(text).width;
+    context.fillStyle = colour("dim");
+    context.fillText(text, Math.min(Math.max(axis.at(us) - room / 2, 0), width - room), height - 2);
+  }
+  const quantile = (share) => totals[Math.min(Math.ceil(share * until), until) - 1] ?? 0;
+  if (until > 0) {
+    for (const [share, name] of [[0.5, "p50"], [0.99, "p99"]]) {
+      const x = axis.at(quantile(share));
+      context.fillStyle = colour("text");
+      context.fillRect(x, 8, 1, floor - 8);
+      context.fillText(name, Math.min(x + 3, width - 22), share === 0.5 ? 8 : 17);
+    }
+  }
+  context.fillStyle = colour("bad");
+  context.fillRect(axis.at(budgetUs), 4, 2, floor - 4);
+  return { p50: quantile(0.5), p99: quantile(0.99), longest: totals[until - 1] ?? 0 };
+}
+
+/** The mission from its first hop to now: who commanded, what strayed, who came and went. */
+export function drawLine(canvas, account, at) {
+  const { context, width, height } = fitted(canvas);
+  const { first, due } = account;
+  // As wide as the thumb of the slider below leaves room for.
+  const inset = 8;
+  const x = (decision) => inset + ((decision - first) / Math.max(due - first, 1)) * (width - 2 * inset);
+  const [top, thick] = [9, 8];
+  context.fillStyle = colour("raised");
+  context.fillRect(inset, top, width - 2 * inset, thick);
+  account.reigns.forEach((reign, n) => {
+    const until = account.reigns[n + 1]?.from ?? due;
+    const from = Math.max(reign.from, first);
+    if (until <= from) return;
+    context.fillStyle = colour(`planner${account.plannerNumber(reign.planner)}`);
+    context.fillRect(x(from), top, x(until) - x(from), thick);
+  });
+  const stray = new Set();
+  account.hops.forEach((hop) => {
+    if (hop.stray) stray.add(Math.round(x(hop.decision + 0.5)));
+  });
+  context.fillStyle = colour("stray");
+  stray.forEach((place) => context.fillRect(place, top + thick + 1, 1.5, 4));
+  account.reigns.slice(1).forEach((reign) => {
+    if (reign.from < first) return;
+    context.fillStyle = colour("text");
+    context.beginPath();
+    context.moveTo(x(reign.from), top);
+    context.lineTo(x(reign.from) - SWAP_SIZE, top - SWAP_SIZE - 2);
+    context.lineTo(x(reign.from) + SWAP_SIZE, top - SWAP_SIZE - 2);
+    context.fill();
+  });
+  account.marks.forEach((mark) => {
+    if (mark.change === "joined" && mark.decision === 0) return;
+    if (mark.decision < first) return;
+    context.fillStyle = colour(mark.change === "silent" ? "bad" : "good");
+    context.beginPath();
+    context.arc(x(Math.min(mark.decision, due)), 4, 3, 0, 2 * Math.PI);
+    context.fill();
+  });
+  context.fillStyle = colour("text");
+  context.fillRect(x(Math.min(at, due)) - 1, 0, 2, height);
+}
+
+export { duration };

@@ -1,0 +1,433 @@
+// The page: frames in, pixels out.
+
+import { Account } from "./account.js";
+import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
+import { MapView, drawRamp } from "./map.js";
+import { duration } from "./scale.js";
+import * as theme from "./theme.js";
+
+const by = (id) => document.getElementById(id);
+const account = new Account();
+const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, connected: "connecting", retry: 0 };
+const key = new URLSearchParams(location.hash.slice(1)).get("key");
+const map = new MapView(by("map"), account, () => { view.dirty = true; });
+/** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
+const SMALL_CELLS = 4096;
+
+const TEXTS = new Map();
+
+let source = null;
+let policies = null;
+let retry = 0;
+
+/** Sets a text, if it differs: most do not. */
+function put(id, text) {
+  if (TEXTS.get(id) === text) return;
+  TEXTS.set(id, text);
+  by(id).textContent = text;
+}
+
+function make(tag, properties = {}, ...children) {
+  const node = Object.assign(document.createElement(tag), properties);
+  node.append(...children);
+  return node;
+}
+
+/** The moment that is shown: a decision, the one that is due if nothing else is asked for. */
+function moment() {
+  return account.mission ? Math.min(Math.max(view.at, account.first), account.due) : 0;
+}
+
+const isLive = () => view.at === Infinity;
+
+// Frames.
+
+function connect() {
+  clearTimeout(retry);
+  source?.close();
+  source = new EventSource("/events");
+  const on = (event, take) => source.addEventListener(event, ({ data }) => {
+    take(JSON.parse(data));
+    view.dirty = true;
+  });
+  source.onopen = () => { view.connected = "open"; view.dirty = true; };
+  source.onerror = () => {
+    source.close();
+    if (view.connected !== "bye") view.connected = "lost";
+    view.dirty = true;
+    if (view.connected === "lost") retry = setTimeout(connect, 1500);
+  };
+  on("mission", (mission) => {
+    const known = account.mission?.run === mission.run;
+    const zoom = [map.zoom, map.centre];
+    account.begin(mission);
+    map.begin();
+    if (!known) {
+      const small = mission.grid.width * mission.grid.height <= SMALL_CELLS;
+      [map.options.policy, map.options.follow] = [small, !small];
+      followPolicies();
+    }
+    if (known) [map.zoom, map.centre] = zoom; else view.at = Infinity;
+    beginMission(mission);
+  });
+  on("hops", (frame) => account.addHops(frame));
+  on("cells", (frame) => account.addCells(frame));
+  on("marks", (marks) => account.marks.push(...marks));
+  on("status", (status) => { account.status = status; });
+  on("bye", () => { view.connected = "bye"; source.close(); policies?.close(); });
+}
+
+/** Policies are a stream of their own, open while somebody looks at them: they cost the planner something. */
+function followPolicies() {
+  const wanted = map.options.policy || map.options.values;
+  if (wanted === Boolean(policies)) return;
+  policies?.close();
+  policies = wanted ? new EventSource("/policy") : null;
+  policies?.addEventListener("policy", ({ data }) => {
+    account.addPolicy(JSON.parse(data));
+    view.dirty = true;
+  });
+}
+
+function beginMission(mission) {
+  put("scenario", mission.scenario);
+  put("profile", mission.profile);
+  put("run", mission.run.slice(0, 8));
+  by("run").title = mission.run;
+  const items = mission.stages.map((name) => {
+    const item = make("li", { className: name === "map" ? "map-stage" : name }, make("span", { textContent: name }), make("b", { id: `stage-${name}` }));
+    return item;
+  });
+  items.push(make("li", { className: "total" }, make("span", { textContent: "total" }), make("b", { id: "stage-total" })));
+  by("stages").replaceChildren(...items);
+  [...TEXTS.keys()].filter((id) => id.startsWith("stage-")).forEach((id) => TEXTS.delete(id));
+}
+
+// What stands beside the map.
+
+const FIGURES = ["hop", "step", "to goal", "seen", "height", "sensing", "stray", "treasures"];
+
+function figures(at) {
+  const { mission, status } = account;
+  const progress = status?.progress;
+  const pose = account.pose(at);
+  const hop = account.hopBefore(at);
+  const size = mission.grid.cell_size_m;
+  const goal = account.goal(at);
+  const distance = Math.hypot(pose.cell[0] - goal[0], pose.cell[1] - goal[1]) * size;
+  let stray = 0;
+  for (let n = 0; n < at - account.first && n < account.hops.length; n += 1) stray += account.hops[n].stray ? 1 : 0;
+  let seen = account.seen;
+  if (!isLive()) {
+    seen = 0;
+    for (const first of account.seenAt) seen += first <= at ? 1 : 0;
+  }
+  const share = (100 * seen) / (account.width * account.height);
+  return [
+    [`${at}`, ""],
+    mission.hops_max === null ? [`${hop?.steps ?? 0}`, `/${mission.steps_max}`] : [`${account.visits(at)}`, "goals"],
+    [distance.toFixed(1), "m"],
+    [share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
+    [pose.heightM.toFixed(2), "m"],
+    [(account.radiusCells(pose.heightM) * size).toFixed(1), "m"],
+    [`${stray + (isLive() && progress ? Math.max(progress.stray_hops - stray, 0) : 0)}`, ""],
+    [`${hop?.treasures ?? 0}`, ""],
+  ];
+}
+
+function showFigures(at) {
+  const list = by("figures");
+  if (list.children.length === 0) {
+    list.append(...FIGURES.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
+  }
+  list.children[1].firstChild.textContent = account.mission.hops_max === null ? "step" : "visited";
+  figures(at).forEach(([value, unit], n) => {
+    const [number, small] = list.children[n].lastChild.children;
+    if (number.textContent !== value) number.textContent = value;
+    if (small.textContent !== unit) small.textContent = unit;
+  });
+}
+
+function showTimes(at) {
+  const { mission } = account;
+  const hop = account.hopBefore(at);
+  drawBar(by("bar"), hop, mission.stages, mission.budget_us, view.logarithmic);
+  mission.stages.forEach((name, n) => put(`stage-${name}`, hop ? duration(hop.stages[n]) : "–"));
+  put("stage-total", hop ? duration(hop.totalUs) : "–");
+  const count = drawHistory(by("history"), account, at, mission.budget_us, mission.stages, view.logarithmic);
+  put("history-note", count > 0 ? `the last ${count}` : "");
+  const { p50, p99, longest } = drawHistogram(by("histogram"), account, at, mission.budget_us);
+  const misses = account.status?.progress?.latency?.misses ?? 0;
+  const missed = isLive() ? ` · ${misses} missed` : "";
+  put("histogram-note", hop ? `p50 ${duration(p50)} · p99 ${duration(p99)} · max ${duration(longest)}${missed}` : "");
+  by("bar").setAttribute("aria-label", hop ? `Decision ${hop.decision}: ${duration(hop.totalUs)} of a budget of ${duration(mission.budget_us)}` : "No decision yet");
+}
+
+/** A bound on values as its planner proves it; planners without values claim none. */
+function bound(value) {
+  return value > 0 ? `${value.toExponential(1)}` : "–";
+}
+
+function showReigns(at) {
+  const rows = account.reigns.map((reign, n) => {
+    const until = Math.min(account.reigns[n + 1]?.from ?? account.due, at);
+    return [reign, Math.max(until - reign.from, 0)];
+  }).filter(([reign]) => reign.from < at || at === account.due).slice(-8).reverse();
+  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}:${account.bounds.get(reign.term)}`).join();
+  if (TEXTS.get("reigns") === text) return;
+  TEXTS.set("reigns", text);
+  by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${account.plannerNumber(reign.planner)}` },
+    make("td", { textContent: reign.term }),
+    make("td", {}, make("i", { className: "swatch" }), reign.planner),
+    make("td", { className: "n", textContent: reign.from }),
+    make("td", { className: "n", textContent: hops }),
+    make("td", { className: "n", textContent: bound(account.bounds.get(reign.term)) }),
+    make("td", { className: "n", textContent: reign.pid || "–" }))));
+}
+
+function showPeers() {
+  const peers = account.status?.peers ?? [];
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected;
+  if (TEXTS.get("peers") === text) return;
+  TEXTS.set("peers", text);
+  by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
+    const state = !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
+    const last = make("td", { className: "n" });
+    if (peer.role === "planner" && peer.alive && !peer.leads) {
+      const button = make("button", { type: "button", textContent: "hand over", disabled: !key || view.connected !== "open", title: key ? `Let ${peer.planner} command` : "needs --control" });
+      button.dataset.life = peer.life;
+      button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
+      last.append(button);
+    }
+    const part = peer.role === "planner" ? (peer.leads ? "commands" : "stands by") : peer.alive ? "alive" : "silent";
+    return make("tr", { className: state },
+      make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
+      make("td", { textContent: peer.alive ? part : "silent" }),
+      make("td", { className: "n", textContent: peer.pid }),
+      make("td", { className: "n", textContent: peer.silent_ms < 1000 ? `${peer.silent_ms} ms` : `${(peer.silent_ms / 1e3).toFixed(1)} s` }),
+      last);
+  }));
+}
+
+const ACTIONS = { n: "north", e: "east", s: "south", w: "west", "-": "to stand still" };
+
+/** What the guard did of late: the last thousand hops are looked through. */
+function guarded(at) {
+  const until = Math.max(at - account.first, 0);
+  return account.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin }) => {
+    const events = [];
+    if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => ACTIONS[letter]).join(", ")}` });
+    if (origin !== "planner") events.push({ decision, kind: "bad", text: `no command in time: the fallback acts (${origin})` });
+    return events;
+  });
+}
+
+function showEvents(at) {
+  const swaps = account.reigns.slice(1).map((reign) => ({ decision: reign.from, kind: "swap", text: `${reign.planner} takes command, term ${reign.term}` }));
+  const changes = account.marks.map((mark) => {
+    const who = mark.planner ? `${mark.role} ${mark.planner}` : mark.role;
+    const words = { joined: "is heard", silent: "fell silent", back: "is back" }[mark.change];
+    return { decision: mark.decision, kind: mark.change === "silent" ? "bad" : mark.change === "back" ? "good" : "", text: `${who} (${mark.pid}) ${words}` };
+  });
+  const last = account.hopBefore(account.due);
+  const end = last && last.status !== "underway" ? [{ decision: account.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] : [];
+  const all = [...changes, ...swaps, ...guarded(at), ...end].filter((event) => event.decision <= at);
+  const text = `${all.length}:${at === account.due}`;
+  if (TEXTS.get("events") === text) return;
+  TEXTS.set("events", text);
+  all.reverse().sort((a, b) => b.decision - a.decision);
+  by("events").replaceChildren(...all.slice(0, 100).map((event) => make("li", { className: event.kind },
+    make("b", { textContent: `hop ${event.decision}` }), make("span", { textContent: event.text }))));
+}
+
+function measuredPace(at) {
+  const hops = account.hops.slice(Math.max(at - account.first - 9, 0), Math.max(at - account.first, 0));
+  if (hops.length < 2) return null;
+  const ms = hops[hops.length - 1].landedMs - hops[0].landedMs;
+  return ms > 0 ? ((hops.length - 1) * 1e3) / ms : null;
+}
+
+function showHead(at) {
+  const progress = account.status?.progress;
+  const tempo = account.status?.tempo;
+  const silent = (account.status?.peers ?? []).filter((peer) => !peer.alive).length;
+  const over = progress && progress.status !== "underway";
+  let [text, kind] = ["waiting for a mission", "warn"];
+  if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
+  else if (view.connected !== "open") [text, kind] = [view.connected === "lost" ? "no connection" : "connecting", "bad"];
+  else if (over) [text, kind] = [progress.status === "goal" ? "goal reached" : progress.status, progress.status === "goal" ? "good" : "bad"];
+  else if (!isLive()) [text, kind] = ["looking back", "warn"];
+  else if (tempo?.paused) [text, kind] = ["paused", "warn"];
+  else if (progress?.missing > 0) [text, kind] = [`catching up: ${progress.missing} hops`, "warn"];
+  else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
+  put("status", text);
+  by("status").className = `chip ${kind}`;
+  const term = account.hopBefore(at)?.term ?? account.status?.state?.term;
+  const reign = account.reignOf(term);
+  put("leader", reign ? `${reign.planner}, term ${reign.term}` : "nobody yet");
+  const pace = measuredPace(at);
+  put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} hops/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
+  document.title = account.mission ? `${text} · hop ${account.due} · Hopper` : "Hopper";
+}
+
+function policyNote(at) {
+  if (!map.options.policy && !map.options.values) return "";
+  const policy = map.policyAt(at);
+  if (policy) {
+    const certified = policy.error_bound > 0 ? ` · |V − V*| ≤ ${bound(policy.error_bound)}` : "";
+    return `policy of ${policy.planner} at hop ${policy.decision}${certified}`;
+  }
+  const planner = account.plannerAt(at);
+  return planner ? `no policy of ${planner}` : "";
+}
+
+function showControls() {
+  const tempo = account.status?.tempo;
+  const allowed = Boolean(key) && Boolean(tempo?.heeds) && view.connected === "open";
+  const why = !key ? "needs a monitor started with --control" : "needs a hopper-sim started with --control";
+  for (const id of ["pause", "step", "tempo"]) by(id).disabled = !allowed;
+  by("step").disabled = !allowed || !tempo?.paused;
+  put("pause", tempo?.paused ? "Go on" : "Pause");
+  if (!allowed && !TEXTS.get("told")) by("told").title = why;
+  by("pause").title = allowed ? "Pause or go on (K)" : why;
+}
+
+function show() {
+  requestAnimationFrame(show);
+  if (!view.dirty) return;
+  view.dirty = false;
+  if (!account.mission) {
+    showHead(0);
+    return;
+  }
+  const at = moment();
+  map.update(isLive() ? Infinity : at);
+  map.draw(at);
+  put("readout", map.reading(at));
+  put("policy-note", policyNote(at));
+  put("low", map.range[0].toFixed(1));
+  put("high", map.range[1].toFixed(1));
+  showHead(at);
+  showFigures(at);
+  showTimes(at);
+  showReigns(at);
+  showPeers();
+  showEvents(at);
+  showControls();
+  drawLine(by("line"), account, at);
+  const slider = by("moment");
+  if (slider.min !== `${account.first}`) slider.min = account.first;
+  if (slider.max !== `${account.due}`) slider.max = account.due;
+  if (slider.value !== `${at}`) slider.value = at;
+  slider.setAttribute("aria-valuetext", `hop ${at} of ${account.due}`);
+  put("at", `hop ${at} of ${account.due}`);
+  by("live").setAttribute("aria-pressed", isLive());
+  by("play").textContent = view.replay ? "❚❚" : "▶";
+  for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
+  by("log").setAttribute("aria-pressed", view.logarithmic);
+  by("contrast").setAttribute("aria-pressed", theme.isStark());
+  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}: hopper at cell ${account.pose(at).cell.join(", ")}`);
+}
+
+// Time.
+
+function go(at) {
+  view.at = at >= account.due ? Infinity : Math.max(at, account.first ?? 0);
+  view.dirty = true;
+}
+
+function stopReplay() {
+  clearInterval(view.replay);
+  view.replay = 0;
+  view.dirty = true;
+}
+
+function replay() {
+  if (view.replay) return stopReplay();
+  if (!account.mission) return undefined;
+  if (isLive()) go(account.first);
+  // Any mission in half a minute, or ten hops a second.
+  const stride = Math.max(1, Math.round((account.due - account.first) / 600));
+  view.replay = setInterval(() => {
+    go(moment() + stride);
+    if (isLive()) stopReplay();
+  }, stride > 1 ? 50 : 100);
+  return undefined;
+}
+
+// Orders.
+
+/** How long an answer to an order stands. */
+const TOLD_MS = 6000;
+
+async function tell(order) {
+  try {
+    const answer = await fetch("/control", {
+      method: "POST", headers: { "Content-Type": "application/json", "X-Hopper-Key": key ?? "" }, body: JSON.stringify(order),
+    });
+    put("told", answer.ok ? `told: ${order.order.replace("_", " ")}` : (await answer.text()).trim());
+  } catch {
+    put("told", "the monitor does not answer");
+  }
+  clearTimeout(view.told);
+  view.told = setTimeout(() => put("told", ""), TOLD_MS);
+}
+
+function toggle(option) {
+  map.options[option] = !map.options[option];
+  if (option === "follow" && !map.options.follow) map.turnTo(1);
+  followPolicies();
+  view.dirty = true;
+}
+
+const KEYS = {
+  Home: () => go(account.first),
+  End: () => go(Infinity),
+  r: replay,
+  p: () => toggle("policy"),
+  v: () => toggle("values"),
+  f: () => toggle("follow"),
+  "+": () => map.magnify(1.5),
+  "=": () => map.magnify(1.5),
+  "-": () => map.magnify(1 / 1.5),
+  0: () => { map.options.follow = false; map.turnTo(1); },
+  l: () => { view.logarithmic = !view.logarithmic; },
+  t: () => { theme.toggleTheme(); map.recolour(); },
+  c: () => { theme.toggleContrast(); map.recolour(); },
+  k: () => { if (!by("pause").disabled) tell({ order: account.status?.tempo?.paused ? "resume" : "pause" }); },
+  s: () => { if (!by("step").disabled) tell({ order: "step" }); },
+  "?": () => by("help").showModal(),
+};
+
+function listen() {
+  const click = (id, act) => by(id).addEventListener("click", () => { act(); view.dirty = true; });
+  for (const [id, name] of [["first", "Home"], ["live", "End"], ["play", "r"], ["policy", "p"], ["values", "v"], ["follow", "f"],
+    ["closer", "+"], ["farther", "-"], ["fit", "0"], ["log", "l"], ["theme", "t"], ["contrast", "c"], ["keys", "?"], ["pause", "k"], ["step", "s"]]) {
+    click(id, KEYS[name]);
+  }
+  click("back", () => go(moment() - 1));
+  click("ahead", () => go(moment() + 1));
+  by("moment").addEventListener("input", (event) => { stopReplay(); go(Number(event.target.value)); });
+  by("tempo").addEventListener("change", (event) => {
+    if (event.target.value) tell({ order: "pace", pace: event.target.value });
+    event.target.value = "";
+  });
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open) return;
+    const stride = event.shiftKey ? 10 : 1;
+    const act = event.key === "ArrowLeft" ? () => go(moment() - stride) : event.key === "ArrowRight" ? () => go(moment() + stride) : KEYS[event.key] ?? KEYS[event.key.toLowerCase()];
+    if (!act) return;
+    event.preventDefault();
+    if (["ArrowLeft", "ArrowRight", "Home", "End"].includes(event.key)) stopReplay();
+    act();
+    view.dirty = true;
+  });
+  new ResizeObserver(() => { view.dirty = true; }).observe(document.body);
+  new ResizeObserver(() => { view.dirty = true; }).observe(by("map"));
+}
+
+theme.begin();
+drawRamp(by("ramp"));
+listen();
+connect();
+show();

@@ -1,0 +1,261 @@
+//! The account behind the monitor's page: the same for whoever comes when, at whatever speed they read.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::collections::BTreeMap;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::sync::{Arc, Mutex};
+
+use contract::limits::PAST_PAGE_RECORDS;
+use contract::{
+    Action, Brief, Decision, MapPatch, MonotonicNs, Name, PastPage, Policy, PolicyCell, Record, RobotId,
+    RunId, State, Tempo,
+};
+use hopper::lockstep::{self, Crew};
+use hopper_sim::{Arbiter, Mission, Pace};
+use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
+use monitor::web::Page;
+use monitor::{Chronicle, News, Watcher};
+use perception::{Cartographer, Event};
+use serde_json::Value;
+
+const ROBOT: RobotId = RobotId(0);
+
+/// A flown mission with all that was published of it.
+struct Flown {
+    brief: Brief,
+    records: Vec<Record>,
+    states: Vec<State>,
+    patches: Vec<Vec<MapPatch>>,
+    cartographer: Cartographer,
+}
+
+fn flown(scenario: &str) -> Flown {
+    let world = scenario::load(scenario).unwrap().resolve().unwrap();
+    let mut brief = Brief { run: RunId(77), ..world.brief };
+    if let Some(patrol) = &mut brief.patrol {
+        patrol.hops_max = 60;
+    }
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3 };
+    let mut records = Vec::new();
+    let crew = Crew::single("mdp".parse().unwrap());
+    let mut ns = 0;
+    let mut clock = || {
+        ns += 1_000;
+        MonotonicNs(ns)
+    };
+    lockstep::fly(mission.clone(), &crew, &mut clock, &mut |record| records.push(*record)).unwrap();
+    let opening = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
+    let later = records
+        .iter()
+        .map(|record| record.state_after(brief.run, record.timing.committed, record.timing.committed));
+    let states: Vec<State> = std::iter::once(opening).chain(later).collect();
+    let mut cartographer = Cartographer::new(ROBOT);
+    cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));
+    cartographer.on(Event::Brief(brief), MonotonicNs(0));
+    let patches = states.iter().map(|state| {
+        cartographer.on(Event::State(*state), state.landed);
+        cartographer.patches(state.landed, &mut || state.landed)
+    });
+    let patches = patches.collect();
+    Flown { brief, records, states, patches, cartographer }
+}
+
+/// Everything that a reader gets until there is no more.
+fn drain(account: &Chronicle, cursor: &mut Cursor) -> Vec<Frame> {
+    let frames: Vec<Frame> = std::iter::from_fn(|| account.next(cursor, MonotonicNs(1))).collect();
+    assert!(!account.has_news(cursor));
+    for frame in &frames {
+        assert!(
+            !frame.data.contains('\n') && frame.data.len() < 200_000,
+            "{}: {}",
+            frame.event,
+            frame.data.len()
+        );
+    }
+    frames
+}
+
+/// What frames tell that does not depend on how they were cut: hops, and cells by index.
+fn content(frames: &[Frame]) -> (Vec<Value>, BTreeMap<i64, (i64, i64)>) {
+    let (mut hops, mut cells) = (Vec::new(), BTreeMap::new());
+    for frame in frames {
+        let value: Value = serde_json::from_str(&frame.data).unwrap();
+        match frame.event {
+            "hops" => hops.extend(value["rows"].as_array().unwrap().clone()),
+            "cells" => {
+                let list = |name: &str| -> Vec<i64> {
+                    value[name].as_array().unwrap().iter().map(|number| number.as_i64().unwrap()).collect()
+                };
+                let (indices, heights, dates) = (list("i"), list("h"), list("at"));
+                assert!(indices.len() == heights.len() && indices.len() == dates.len());
+                assert!(indices.len() <= CELLS_A_FRAME);
+                let (mut index, mut date) = (0, 0);
+                for n in 0..indices.len() {
+                    index += indices[n];
+                    date += dates[n];
+                    cells.insert(index, (heights[n], date));
+                }
+            }
+            _ => {}
+        }
+    }
+    (hops, cells)
+}
+
+/// P-WEB-ACCOUNT: whoever watches from the start, reads slowly, or comes late has the same account.
+#[test]
+fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
+    let flown = flown("treasures");
+    let mut live = Chronicle::new(ROBOT);
+    live.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let (mut quick, mut frames) = (Cursor::default(), Vec::new());
+    for (state, patches) in flown.states.iter().zip(&flown.patches) {
+        live.on(News::State(state), state.landed);
+        for patch in patches {
+            assert_eq!(live.on(News::Patch(patch.clone()), state.landed), None, "nothing was missed");
+        }
+        live.on(News::Tick, state.landed);
+        frames.extend(drain(&live, &mut quick));
+    }
+    assert_eq!(
+        (frames[0].event, frames.iter().filter(|frame| frame.event == "mission").count()),
+        ("mission", 1)
+    );
+    let from_the_start = content(&frames);
+    assert_eq!(from_the_start.0.len(), flown.records.len());
+    let seen = flown.cartographer.map().unwrap().seen_cells();
+    assert_eq!(from_the_start.1.len(), seen, "every seen cell was told");
+    let slow = content(&drain(&live, &mut Cursor::default()));
+    assert!(slow == from_the_start, "who read nothing until now has missed nothing");
+
+    let mut late = Chronicle::new(ROBOT);
+    let now = MonotonicNs(1 << 40);
+    late.on(News::Brief(&flown.brief), now);
+    late.on(News::State(flown.states.last().unwrap()), now);
+    let mut request = late.on(News::Tick, now);
+    for (page, records) in flown.records.chunks(PAST_PAGE_RECORDS).enumerate() {
+        let from = Decision((page * PAST_PAGE_RECORDS) as u64);
+        let page = PastPage { run: flown.brief.run, robot: ROBOT, from, records: records.to_vec() };
+        late.on(News::Past(&page), now);
+    }
+    while let Some(asked) = request {
+        request = late.on(News::Page(&flown.cartographer.page(&asked).unwrap()), now);
+    }
+    late.on(News::Tick, now);
+    assert!(content(&drain(&late, &mut Cursor::default())) == from_the_start, "the past tells the same");
+}
+
+#[test]
+fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
+    let flown = flown("patrol");
+    let mut account = Chronicle::new(ROBOT);
+    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    flown.states.iter().for_each(|state| _ = account.on(News::State(state), state.landed));
+    let frames = drain(&account, &mut Cursor::default());
+    let mission: Value = serde_json::from_str(&frames[0].data).unwrap();
+    assert_eq!(mission["goals"].as_array().unwrap().len(), 4);
+    assert_eq!(mission["hops_max"], 60);
+    let (hops, _) = content(&frames);
+    let visits: Vec<u64> = hops.iter().map(|row| row[11].as_u64().unwrap()).collect();
+    assert_eq!(visits, flown.records.iter().map(|record| record.visits).collect::<Vec<_>>());
+    assert!(visits.last() > Some(&0), "it came somewhere: {visits:?}");
+    assert!(hops.iter().all(|row| row[12] == "planner" && row[13] == ""), "nothing was vetoed, nobody late");
+}
+
+/// P-WEB-PATCHES: on the largest map a landing costs a page what it reveals, not what the map holds.
+#[test]
+fn a_landing_on_the_largest_map_makes_small_frames() {
+    let world = scenario::load("vast").unwrap().resolve().unwrap();
+    let brief = Brief { run: RunId(5), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1 };
+    let mut state = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
+    let mut cartographer = Cartographer::new(ROBOT);
+    cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));
+    cartographer.on(Event::Brief(brief), MonotonicNs(0));
+    let mut account = Chronicle::new(ROBOT);
+    account.on(News::Brief(&brief), MonotonicNs(0));
+    let mut cursor = Cursor::default();
+    for step in 0..40_u64 {
+        cartographer.on(Event::State(state), MonotonicNs(step));
+        let patches = cartographer.patches(MonotonicNs(step), &mut || MonotonicNs(step));
+        let revealed: usize = patches.iter().map(|patch| patch.cells.len()).sum();
+        account.on(News::State(&state), MonotonicNs(step));
+        for patch in patches {
+            account.on(News::Patch(patch), MonotonicNs(step));
+        }
+        account.on(News::Tick, MonotonicNs(step));
+        let bytes: usize = drain(&account, &mut cursor).iter().map(|frame| frame.data.len()).sum();
+        assert!(bytes <= 1024 + 24 * revealed, "{bytes} bytes for {revealed} cells");
+        let before = state.pose.cell;
+        let to = contract::Cell::new(before.x + 1, before.y);
+        state = State {
+            decision: state.decision.next(),
+            pose: contract::Pose { cell: to, ..state.pose },
+            last: Some(contract::Outcome {
+                branch: contract::Branch::Intended,
+                from: before,
+                to,
+                flight: contract::Flight::default(),
+            }),
+            ..state
+        };
+    }
+    assert!(account.ground().unwrap().seen() > 100);
+    // Of a policy there is the window around the hopper.
+    let cells = vec![PolicyCell { action: Action::Hold, value: 0.5 }; brief.grid.cells()];
+    let (planner, decision): (Name, Decision) = ("mdp".parse().unwrap(), Decision(1));
+    account.on(
+        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.25, cells }),
+        MonotonicNs(1),
+    );
+    let mut policies = Cursor::of_policies();
+    let frames = drain(&account, &mut policies);
+    let policy: Value = serde_json::from_str(&frames[0].data).unwrap();
+    assert_eq!((frames.len(), &policy["width"]), (1, &POLICY_SIDE_MAX.into()));
+    assert_eq!(policy["error_bound"], 0.25, "the certificate comes with it");
+    assert_eq!(policy["actions"].as_str().unwrap().len() as u32, POLICY_SIDE_MAX * POLICY_SIDE_MAX);
+    let x = policy["x"].as_i64().unwrap();
+    assert!((x..x + i64::from(POLICY_SIDE_MAX)).contains(&i64::from(state.pose.cell.x)), "{x}");
+}
+
+/// P-WEB-SLOW: a client that takes nothing holds up neither the monitor nor another client.
+#[test]
+fn a_client_that_reads_nothing_holds_up_nobody() {
+    let flown = flown("hard");
+    let mut watcher = Watcher::new(ROBOT);
+    watcher.on(monitor::Event::Brief(flown.brief), MonotonicNs(0));
+    let mut account = Chronicle::new(ROBOT);
+    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let account = Arc::new(Mutex::new(account));
+    let page = Page::open("127.0.0.1:0".parse().unwrap(), false, account).unwrap();
+    let open = || {
+        let mut stream = TcpStream::connect(page.address()).unwrap();
+        write!(stream, "GET /events HTTP/1.1\r\nHost: {}\r\n\r\n", page.address()).unwrap();
+        stream
+    };
+    let deaf = open();
+    // Far more than any socket's buffer takes.
+    let turns = 20_000_u64;
+    for turn in 0..turns {
+        let mut progress = watcher.progress(MonotonicNs(turn)).unwrap();
+        progress.decision = Decision(turn);
+        let tempo =
+            Tempo { run: flown.brief.run, robot: ROBOT, pace: Pace::Max, paused: false, heeds: false };
+        let mut account = page.account();
+        account.on(News::Tempo(tempo), MonotonicNs(turn));
+        account.stands(progress);
+        drop(account);
+        page.ring();
+    }
+    let mut reader = open();
+    let (mut text, mut piece) = (Vec::new(), [0; 4096]);
+    let newest = format!("\"decision\":{}", turns - 1);
+    while !String::from_utf8_lossy(&text).contains(&newest) {
+        let count = reader.read(&mut piece).unwrap();
+        assert!(count > 0, "the stream ended");
+        text.extend_from_slice(&piece[..count]);
+    }
+    drop((deaf, reader));
+}

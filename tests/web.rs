@@ -1,0 +1,251 @@
+//! The monitor's page: in a real browser, and before those who mean no good.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use harness::{Mission, PATIENCE, Process, eventually, json, lockstep};
+use rustix::process::Signal;
+
+/// The last release that the page was driven with.
+const PLAYWRIGHT: &str = "playwright-core@1.65.1";
+
+/// A slow mission of `hopper run` with a page and leave to control it; and the page's address, key included.
+fn page_of(mission: &Mission, words: &[&str]) -> (Process, String) {
+    let name = mission.name.as_str();
+    let mut command = mission.hopper(&["run", "--instance", name, "--out", ".", "--format", "json"]);
+    command.args(["--web", "127.0.0.1:0"]).args(words);
+    let run = Process::spawn("run", command, &mission.path(""));
+    run.await_log("page at ");
+    let log = run.log();
+    let rest = log.split("page at ").nth(1).unwrap();
+    let url = rest.split_whitespace().next().unwrap().to_owned();
+    (run, url)
+}
+
+/// Chromium as Debian and others call it.
+fn chromium() -> PathBuf {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let names = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome"];
+    let found = std::env::split_paths(&path)
+        .flat_map(|dir| names.map(|name| dir.join(name)))
+        .find(|file| file.exists());
+    found.unwrap_or_else(|| {
+        panic!(
+            "the page is tested in a real browser: need one of {names:?} on PATH, got none; as root, and with a \
+             network, once: apt-get install chromium"
+        )
+    })
+}
+
+/// The folder of playwright-core, which npm fetches into the target folder the first time.
+fn playwright() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser");
+    let package = folder.join("node_modules/playwright-core");
+    if !package.join("package.json").exists() {
+        std::fs::create_dir_all(&folder).unwrap();
+        let mut npm = Command::new("npm");
+        npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
+            .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
+            .arg(&folder)
+            .arg(PLAYWRIGHT);
+        let output = npm
+            .output()
+            .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.success(),
+            "the page is tested through {PLAYWRIGHT}: need it in {}, or a network once for npm to put it there; got \
+             {text}",
+            package.display()
+        );
+    }
+    package
+}
+
+/// P-WEB-BROWSER: in a real browser a mission is paused, stepped, handed over, watched to its goal.
+#[test]
+fn a_mission_is_watched_and_controlled_in_a_real_browser() {
+    let (chromium, playwright) = (chromium(), playwright());
+    let shots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
+    std::fs::create_dir_all(&shots).unwrap();
+    let mission = Mission::new("browser");
+    let (mut run, url) = page_of(&mission, &["--control", "--seed", "5", "--pace", "2"]);
+    let standby = mission.start("planner", &["--algorithm", "greedy"]);
+    standby.await_log("joined");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/drive.mjs");
+    let mut drive = Command::new("node");
+    let seen = json(&drive.arg(script).arg(playwright).arg(chromium).arg(&url).arg(&shots).output().unwrap());
+    assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}\n{}", run.log());
+    assert_eq!(seen["errors"], serde_json::json!([]), "the console is clean");
+    assert_eq!(seen["elsewhere"], serde_json::json!([]), "nothing is asked of anybody else");
+    assert_eq!(seen["scenario"], "hard");
+    assert_eq!(
+        seen["stepped"].as_u64().unwrap(),
+        seen["paused"].as_u64().unwrap() + 2,
+        "two steps, two landings"
+    );
+    assert!(seen["bound"].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "a certificate: {seen}");
+    assert_eq!(seen["reigns"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
+    assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
+    assert!(seen["colours"].as_u64().unwrap() > 20, "the map is drawn: {seen}");
+    assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");
+    for shot in ["paused", "swapped", "back", "goal-light", "narrow"] {
+        assert!(shots.join(format!("{shot}.png")).metadata().unwrap().len() > 10_000, "{shot}");
+    }
+    assert_eq!(run.code(), 0, "{}", run.log());
+    let summary = run.json();
+    assert_eq!(seen["hops"], summary["decisions"], "{summary}");
+    assert!(seen["end"].as_str().unwrap().contains("goal"), "{seen}");
+    // P-CONTROL in the large: what was paused, stepped and hurried has the digest of the same planners undisturbed.
+    let again = lockstep(&["--planners-from", mission.journal().to_str().unwrap()]);
+    assert_eq!(again["digest"], summary["digest"]);
+}
+
+/// Sends bytes and reads what comes; empty if the connection just ends.
+fn ask(address: &str, bytes: &[u8]) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    // Who is refused early may find the door closed.
+    let _ = stream.write_all(bytes);
+    let mut answer = Vec::new();
+    match stream.read_to_end(&mut answer) {
+        Err(error) if !matches!(error.kind(), ErrorKind::ConnectionReset) => panic!("{error}"),
+        _ => String::from_utf8_lossy(&answer).into_owned(),
+    }
+}
+
+fn get(address: &str, path: &str, host: &str) -> String {
+    ask(address, format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes())
+}
+
+fn post(address: &str, headers: &str, body: &str) -> String {
+    let head = format!(
+        "POST /control HTTP/1.1\r\nHost: {address}\r\nContent-Length: {}\r\n{headers}\r\n",
+        body.len()
+    );
+    ask(address, [head.as_bytes(), body.as_bytes()].concat().as_slice())
+}
+
+/// P-WEB-HOSTILE: a hostile host, path, method or payload gets nothing, and the mission does not notice.
+#[test]
+fn a_hostile_request_gets_nothing_and_moves_nothing() {
+    let mission = Mission::new("hostile");
+    let (mut run, url) = page_of(&mission, &["--control", "--seed", "6", "--pace", "1"]);
+    let (address, key) = url.strip_prefix("http://").unwrap().split_once("/#key=").unwrap();
+    mission.await_decisions(2);
+    let page = get(address, "/", address);
+    assert!(page.starts_with("HTTP/1.1 200 ") && page.contains("default-src 'none'"), "{page}");
+
+    for (what, answer) in [
+        ("a name bound to this address", get(address, "/", "evil.example")),
+        ("another port", get(address, "/", "127.0.0.1:1")),
+        ("no host", ask(address, b"GET / HTTP/1.1\r\n\r\n")),
+        ("a path above", get(address, "/../Cargo.toml", address)),
+        ("a path beyond", get(address, "/etc/passwd", address)),
+        ("a NUL in the path", get(address, "/\0", address)),
+        ("another method", ask(address, format!("DELETE / HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes())),
+        ("no HTTP", ask(address, b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n")),
+        ("a head without end", ask(address, &[b'x'; 100_000])),
+        (
+            "a header without end",
+            ask(
+                address,
+                format!("GET / HTTP/1.1\r\nHost: {address}\r\nX: {}", "y".repeat(70_000)).as_bytes(),
+            ),
+        ),
+        (
+            "a body on a GET",
+            ask(
+                address,
+                format!("GET / HTTP/1.1\r\nHost: {address}\r\nContent-Length: 9\r\n\r\n").as_bytes(),
+            ),
+        ),
+    ] {
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{what}: {answer}");
+        assert!(!answer.contains("<!doctype") && !answer.contains("members"), "{what}: {answer}");
+    }
+    let pause = r#"{"order":"pause"}"#;
+    let ours =
+        format!("Origin: http://{address}\r\nContent-Type: application/json\r\nX-Hopper-Key: {key}\r\n");
+    for (what, headers, body) in [
+        ("no origin", ours.replace("Origin", "X"), pause),
+        ("another's page", ours.replace(&format!("http://{address}"), "http://evil.example"), pause),
+        ("no key", ours.replace("X-Hopper-Key", "X"), pause),
+        ("a guess", ours.replace(key, &"0".repeat(32)), pause),
+        ("a form", ours.replace("application/json", "text/plain"), pause),
+        ("no order", ours.clone(), "{}"),
+        ("a pace beyond", ours.clone(), r#"{"order":"pace","pace":"1e300"}"#),
+        ("a planner nobody is", ours.clone(), r#"{"order":"hand_over","life":"00000000000000ff"}"#),
+        ("too much", ours.clone(), &"x".repeat(100_000)),
+    ] {
+        let answer = post(address, &headers, body);
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 4"), "{what}: {answer}");
+    }
+    // Whoever opens and says nothing, or listens and never reads, takes nothing from the others.
+    let idle: Vec<TcpStream> = (0..20).map(|_| TcpStream::connect(address).unwrap()).collect();
+    let mut deaf = TcpStream::connect(address).unwrap();
+    write!(deaf, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    assert!(get(address, "/page.css", address).starts_with("HTTP/1.1 200 "));
+    let accepted = post(address, &ours, r#"{"order":"pace","pace":"max"}"#);
+    assert!(accepted.starts_with("HTTP/1.1 202 "), "the very page, with its key: {accepted}");
+    assert_eq!(run.code(), 0, "{}", run.log());
+    drop((idle, deaf));
+    assert_eq!(run.json()["digest"], lockstep(&["--seed", "6"])["digest"]);
+}
+
+/// P-WEB-LEAVE: without --control every order is refused, and hopper-sim without it heeds none.
+#[test]
+fn without_leave_every_order_is_refused() {
+    let mission = Mission::new("leave");
+    let (mut run, url) = page_of(&mission, &["--seed", "7", "--pace", "1"]);
+    let address = url.strip_prefix("http://").unwrap().trim_end_matches('/');
+    assert!(!url.contains("key"), "{url}");
+    let headers =
+        format!("Origin: http://{address}\r\nContent-Type: application/json\r\nX-Hopper-Key: x\r\n");
+    for order in [r#"{"order":"pause"}"#, r#"{"order":"step"}"#, r#"{"order":"pace","pace":"max"}"#] {
+        let answer = post(address, &headers, order);
+        assert!(answer.starts_with("HTTP/1.1 403 "), "{answer}");
+    }
+    // A monitor that may, beside a hopper-sim that may not.
+    let monitor = mission.start("monitor", &["--web", "127.0.0.1:0", "--control"]);
+    monitor.await_log("page at ");
+    let log = monitor.log();
+    let url = log.split("page at http://").nth(1).unwrap().split_whitespace().next().unwrap();
+    let (address, key) = url.split_once("/#key=").unwrap();
+    let headers =
+        format!("Origin: http://{address}\r\nContent-Type: application/json\r\nX-Hopper-Key: {key}\r\n");
+    eventually("the tempo to be known", || {
+        let answer = post(address, &headers, r#"{"order":"pause"}"#);
+        assert!(answer.starts_with("HTTP/1.1 409 "), "{answer}");
+        answer.contains("hopper-sim started with --control")
+    });
+    run.signal(Signal::TERM);
+    assert_eq!(run.code(), 130, "{}", run.log());
+}
+
+/// P-WEB-ADDRESS: an address that cannot be had is a usage error that says so.
+#[test]
+fn an_address_that_cannot_be_had_is_a_usage_error() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let mission = Mission::new("taken");
+    for (words, need) in [
+        (vec!["--web", address.as_str()], "port 0 for any free one"),
+        (vec!["--web", "nowhere"], "an address is e.g."),
+        (vec!["--web", "127.0.0.1:99999"], "an address is e.g."),
+        (vec!["--control"], "--web"),
+    ] {
+        let mut monitor = mission.start("monitor", &words);
+        assert_eq!(monitor.code(), 2, "{words:?}: {}", monitor.log());
+        assert!(monitor.log().contains(need), "{words:?}: {}", monitor.log());
+    }
+    let run = mission.hopper(&["run", "--control"]).output().unwrap();
+    assert_eq!(run.status.code(), Some(2), "{}", harness::stderr(&run));
+    assert!(harness::stderr(&run).contains("--control needs --web"), "{}", harness::stderr(&run));
+}

@@ -1,0 +1,87 @@
+// Drives the monitor's page in a real browser; tells what it saw as one JSON object.
+//
+// node drive.mjs PLAYWRIGHT CHROMIUM URL FOLDER, where FOLDER gets the screenshots.
+
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+const [playwright, chromium, url, folder] = process.argv.slice(2);
+const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
+const FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync"];
+
+const browser = await browsers.chromium.launch({ executablePath: chromium, headless: true, args: FLAGS });
+const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, colorScheme: "dark" });
+const seen = { errors: [], elsewhere: [] };
+page.on("console", (message) => message.type() === "error" && seen.errors.push(message.text()));
+page.on("pageerror", (error) => seen.errors.push(error.message));
+page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && seen.elsewhere.push(request.url()));
+page.setDefaultTimeout(60000);
+
+const text = (selector) => page.locator(selector).innerText();
+const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`) });
+const until = (claim, ...words) => page.waitForFunction(claim, words);
+const hop = async () => Number(await page.locator("#moment").getAttribute("max"));
+
+try {
+  await page.goto(url);
+  await until(() => document.getElementById("status").textContent === "under way");
+  await until(() => Number(document.getElementById("moment").max) >= 2);
+  seen.scenario = await text("#scenario");
+
+  // Paused, nothing lands; a step is one landing.
+  await page.click("#pause");
+  await until(() => document.getElementById("status").textContent === "paused");
+  seen.paused = await hop();
+  await page.click("#step");
+  await until(([before]) => Number(document.getElementById("moment").max) === before + 1, seen.paused);
+  await page.keyboard.press("s");
+  await until(([before]) => Number(document.getElementById("moment").max) === before + 2, seen.paused);
+  seen.stepped = await hop();
+  // What the planner proves of its values stands beside it.
+  await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#reigns tbody td:nth-child(5)").textContent));
+  seen.bound = await text("#reigns tbody td:nth-child(5)");
+  await shot("paused");
+
+  // A stand-by is told to take over.
+  await page.click("#peers button:not(:disabled)");
+  await page.selectOption("#tempo", "20");
+  await page.keyboard.press("k");
+  await until(() => document.querySelectorAll("#reigns tbody tr").length === 2);
+  seen.reigns = await page.locator("#reigns tbody tr td:nth-child(2)").allInnerTexts();
+  await until(() => document.getElementById("events").textContent.includes("takes command"));
+  await shot("swapped");
+
+  // Back in time by keyboard, and to the present again.
+  await page.keyboard.press("Home");
+  await until(() => document.getElementById("at").textContent.startsWith("hop 0 of"));
+  await page.keyboard.press("Shift+ArrowRight");
+  await page.keyboard.press("ArrowLeft");
+  await until(() => document.getElementById("at").textContent.startsWith("hop 9 of"));
+  await shot("back");
+  await page.keyboard.press("End");
+
+  await until(() => /over: |goal reached/.test(document.getElementById("status").textContent));
+  await until(() => document.getElementById("events").textContent.includes("the mission is over"));
+  seen.end = await text("#status");
+  seen.hops = await hop();
+  seen.leader = await text("#leader");
+  await page.keyboard.press("t");
+  await shot("goal-light");
+  await page.keyboard.press("c");
+  await page.setViewportSize({ width: 400, height: 860 });
+  await page.waitForTimeout(100);
+  seen.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  await shot("narrow");
+  // The map was drawn: its pixels are of many colours.
+  seen.colours = await page.evaluate(() => {
+    const canvas = document.getElementById("map");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(new Uint32Array(data.buffer)).size;
+  });
+} catch (error) {
+  seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, hop ${await hop().catch(() => "?")}, told ${await text("#told").catch(() => "?")}`;
+  await shot("failure").catch(() => {});
+}
+await browser.close();
+console.log(JSON.stringify(seen));
