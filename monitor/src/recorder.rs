@@ -15,8 +15,8 @@ use contract::{Decision, MonotonicNs, Refusal, RobotId, RunId, Status};
 use node::host::{self, Load};
 use node::peer::refuse;
 use node::{
-    BriefReader, CommandReader, Exit, Failure, HeartbeatReader, MapReader, Node, NodeError, PastClient,
-    PolicyReader, SnapshotClient, StateReader,
+    BriefReader, CommandReader, ControlReader, Exit, Failure, HeartbeatReader, MapReader, Node, NodeError,
+    PastClient, PolicyReader, SnapshotClient, StateReader, TempoReader,
 };
 use recording::{Context, Host, Message, Wanted};
 
@@ -75,6 +75,8 @@ struct Ports {
     maps: MapReader,
     commands: CommandReader,
     beats: HeartbeatReader,
+    controls: ControlReader,
+    tempos: TempoReader,
     policies: Option<PolicyReader>,
     past: PastClient,
     snapshots: SnapshotClient,
@@ -226,6 +228,8 @@ impl Ports {
             maps: node.map_reader(robot)?,
             commands: node.command_reader(robot)?,
             beats: node.heartbeat_reader()?,
+            controls: node.control_reader(robot)?,
+            tempos: node.tempo_reader(robot)?,
             policies: with_policies.then(|| node.policy_reader(robot)).transpose()?,
             past: node.past_client()?,
             snapshots: node.snapshot_client(robot)?,
@@ -248,6 +252,8 @@ impl Ports {
         let mut messages: Vec<Message> =
             self.beats.drain().filter_map(known).map(Message::Heartbeat).collect();
         messages.extend(self.briefs.drain().filter_map(known).map(Message::Brief));
+        messages.extend(self.tempos.drain().filter_map(known).map(Message::Tempo));
+        messages.extend(self.controls.drain().filter_map(known).map(Message::Control));
         messages.append(&mut told);
         messages.extend(page);
         messages.extend(self.past.receive().and_then(known).map(Message::Past));

@@ -103,6 +103,8 @@ fn messages(recording: &Recording<'_>, wanted: Topic) -> Result<Vec<Value>, reco
             Message::Page(page) => vec![json!(page)],
             Message::Command(command) => vec![json!(command)],
             Message::Policy(policy) => vec![json!(policy)],
+            Message::Control(control) => vec![json!(control)],
+            Message::Tempo(tempo) => vec![json!(tempo)],
             Message::Heartbeat(beat) => vec![json!(beat)],
             Message::Past(page) => page.records.iter().map(|record| json!(record)).collect(),
             Message::Host(host) => vec![json!({

@@ -1,6 +1,6 @@
 //! Recordings: bytes to the messages before the first record that is not whole, or one error.
 
-use contract::{MonotonicNs, PastPage, Policy, PolicyCell};
+use contract::{Control, MonotonicNs, Order, Pace, PastPage, Policy, PolicyCell, Tempo};
 use hopper_sim::ROBOT;
 use perception::Cartographer;
 use recording::{Context, Gap, Host, Message, Playback, Recorder, Recording, recover, steps};
@@ -70,6 +70,11 @@ pub fn messages() -> Vec<Message> {
         error_bound: 0.25,
         cells: vec![cell; 42],
     }));
+    for order in [Order::Pause, Order::Pace(Pace::Hertz(2.5)), Order::HandOver(contract::Incarnation(7))] {
+        messages.push(Message::Control(Control { run, robot, order }));
+    }
+    let (pace, paused, heeds) = (Pace::Real, true, true);
+    messages.push(Message::Tempo(Tempo { run, robot, pace, paused, heeds }));
     let host = Host { since: MonotonicNs(5), until: MonotonicNs(9), busy: 0.5, load_1min: 1.25, cores: 2 };
     messages.push(Message::Host(host));
     let topic = "hop/r0/state".into();

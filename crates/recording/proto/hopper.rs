@@ -322,6 +322,38 @@ pub struct Policy {
     #[prost(message, repeated, tag = "6")]
     pub cells: ::prost::alloc::vec::Vec<PolicyCell>,
 }
+/// hop/rN/control
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Control {
+    #[prost(string, tag = "1")]
+    pub run: ::prost::alloc::string::String,
+    #[prost(fixed64, tag = "2")]
+    pub incarnation: u64,
+    #[prost(double, tag = "3")]
+    pub pace_hz: f64,
+    #[prost(enumeration = "OrderKind", tag = "4")]
+    pub order: i32,
+    #[prost(enumeration = "PaceKind", tag = "5")]
+    pub pace: i32,
+    #[prost(uint32, tag = "6")]
+    pub robot: u32,
+}
+/// hop/rN/tempo
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Tempo {
+    #[prost(string, tag = "1")]
+    pub run: ::prost::alloc::string::String,
+    #[prost(double, tag = "2")]
+    pub pace_hz: f64,
+    #[prost(enumeration = "PaceKind", tag = "3")]
+    pub pace: i32,
+    #[prost(bool, tag = "4")]
+    pub paused: bool,
+    #[prost(bool, tag = "5")]
+    pub heeds: bool,
+    #[prost(uint32, tag = "6")]
+    pub robot: u32,
+}
 /// hop/heartbeat
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Heartbeat {
@@ -694,6 +726,76 @@ impl Soil {
             "NO_SOIL" => Some(Self::NoSoil),
             "HARD" => Some(Self::Hard),
             "SAND" => Some(Self::Sand),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum OrderKind {
+    NoOrder = 0,
+    Pause = 1,
+    Resume = 2,
+    Step = 3,
+    Pace = 4,
+    HandOver = 5,
+}
+impl OrderKind {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::NoOrder => "NO_ORDER",
+            Self::Pause => "PAUSE",
+            Self::Resume => "RESUME",
+            Self::Step => "STEP",
+            Self::Pace => "PACE",
+            Self::HandOver => "HAND_OVER",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "NO_ORDER" => Some(Self::NoOrder),
+            "PAUSE" => Some(Self::Pause),
+            "RESUME" => Some(Self::Resume),
+            "STEP" => Some(Self::Step),
+            "PACE" => Some(Self::Pace),
+            "HAND_OVER" => Some(Self::HandOver),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum PaceKind {
+    NoPace = 0,
+    Max = 1,
+    Real = 2,
+    Hertz = 3,
+}
+impl PaceKind {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::NoPace => "NO_PACE",
+            Self::Max => "MAX",
+            Self::Real => "REAL",
+            Self::Hertz => "HERTZ",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "NO_PACE" => Some(Self::NoPace),
+            "MAX" => Some(Self::Max),
+            "REAL" => Some(Self::Real),
+            "HERTZ" => Some(Self::Hertz),
             _ => None,
         }
     }

@@ -1,10 +1,14 @@
 //! What a recording holds: public messages, how busy the machine was, and what is missing.
 
 use contract::wire::{
-    BriefV3, CommandV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1, PolicyHeaderV1,
-    RecordV3, SeenCellV1, StateV3, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
+    BriefV3, CommandV1, ControlV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1,
+    PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, map_page_from_wire, page_from_wire,
+    patch_from_wire, policy_from_wire,
 };
-use contract::{Brief, Command, Heartbeat, MapPage, MapPatch, MonotonicNs, PastPage, Policy, Refusal, State};
+use contract::{
+    Brief, Command, Control, Heartbeat, MapPage, MapPatch, MonotonicNs, PastPage, Policy, Refusal, State,
+    Tempo,
+};
 use prost::Message as _;
 
 use crate::error::MessageError;
@@ -27,6 +31,10 @@ pub enum Message {
     Command(Command),
     /// A planner's policy.
     Policy(Policy),
+    /// An order.
+    Control(Control),
+    /// How landings are paced.
+    Tempo(Tempo),
     /// A heartbeat.
     Heartbeat(Heartbeat),
     /// Executed decisions.
@@ -48,6 +56,8 @@ impl Message {
             Message::Page(_) => Topic::Snapshot,
             Message::Command(_) => Topic::Command,
             Message::Policy(_) => Topic::Policy,
+            Message::Control(_) => Topic::Control,
+            Message::Tempo(_) => Topic::Tempo,
             Message::Heartbeat(_) => Topic::Heartbeat,
             Message::Past(_) => Topic::Past,
             Message::Host(_) => Topic::Host,
@@ -89,6 +99,8 @@ impl Message {
                 shown.cells = policy.cells.iter().map(|cell| (&PolicyCellV1::from(cell)).into()).collect();
                 shown.encode_to_vec()
             }
+            Message::Control(control) => proto::Control::from(&ControlV1::from(control)).encode_to_vec(),
+            Message::Tempo(tempo) => proto::Tempo::from(&TempoV1::from(tempo)).encode_to_vec(),
             Message::Heartbeat(beat) => proto::Heartbeat::from(&HeartbeatV1::from(beat)).encode_to_vec(),
             Message::Past(page) => {
                 let mut shown = proto::Past::from(&PastHeaderV1::from(page));
@@ -132,6 +144,14 @@ impl Message {
                 let shown = proto::Policy::decode(bytes)?;
                 let cells = list::<_, PolicyCellV1>(&shown.cells)?;
                 Message::Policy(policy_from_wire(&PolicyHeaderV1::try_from(&shown)?, &cells)?)
+            }
+            Topic::Control => {
+                let wire = ControlV1::try_from(&proto::Control::decode(bytes)?)?;
+                Message::Control((&wire).try_into()?)
+            }
+            Topic::Tempo => {
+                let wire = TempoV1::try_from(&proto::Tempo::decode(bytes)?)?;
+                Message::Tempo((&wire).try_into()?)
             }
             Topic::Heartbeat => {
                 let wire = HeartbeatV1::try_from(&proto::Heartbeat::decode(bytes)?)?;

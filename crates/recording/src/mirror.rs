@@ -5,8 +5,8 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV3, CommandV1, HeartbeatV1, LeaderV1, MapPageV1, MapPatchV1, OutcomeV1, PastHeaderV1, PolicyCellV1,
-    PolicyHeaderV1, PoseV1, RecordV3, SeenCellV1, SoilMotionV1, StateV3,
+    BriefV3, CommandV1, ControlV1, HeartbeatV1, LeaderV1, MapPageV1, MapPatchV1, OutcomeV1, PastHeaderV1,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV3, SeenCellV1, SoilMotionV1, StateV3, TempoV1,
 };
 use contract::{Name, Refusal};
 
@@ -216,6 +216,8 @@ mirror! {
     };
     Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } besides { cells };
     PolicyCell = PolicyCellV1 { value, action };
+    Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot };
+    Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
     Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner };
     Record = RecordV3 {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,

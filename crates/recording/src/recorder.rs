@@ -151,7 +151,12 @@ impl Recorder {
                 }
             }
             Message::Past(page) => wanted.past = self.past(&page, now),
-            Message::Command(_) | Message::Policy(_) | Message::Host(_) | Message::Gap(_) => {}
+            Message::Command(_)
+            | Message::Policy(_)
+            | Message::Control(_)
+            | Message::Tempo(_)
+            | Message::Host(_)
+            | Message::Gap(_) => {}
         }
         Ok(wanted)
     }

@@ -23,6 +23,10 @@ pub enum Topic {
     Command,
     /// `hop/rN/policy`.
     Policy,
+    /// `hop/rN/control`.
+    Control,
+    /// `hop/rN/tempo`.
+    Tempo,
     /// `hop/heartbeat`.
     Heartbeat,
     /// `hop/past`: records that the recorder asked for.
@@ -43,13 +47,15 @@ pub enum Topic {
 
 impl Topic {
     /// Every topic, in the order of their channels.
-    pub const ALL: [Topic; 14] = [
+    pub const ALL: [Topic; 16] = [
         Topic::Brief,
         Topic::State,
         Topic::Map,
         Topic::Snapshot,
         Topic::Command,
         Topic::Policy,
+        Topic::Control,
+        Topic::Tempo,
         Topic::Heartbeat,
         Topic::Past,
         Topic::Host,
@@ -71,6 +77,8 @@ impl Topic {
             Topic::Snapshot => service::snapshot(ROBOT).name,
             Topic::Command => service::command(ROBOT).name,
             Topic::Policy => service::policy(ROBOT).name,
+            Topic::Control => service::control(ROBOT).name,
+            Topic::Tempo => service::tempo(ROBOT).name,
             Topic::Heartbeat => service::heartbeat().name,
             Topic::Past => service::past().name,
             Topic::Host => "recorder/host".into(),
@@ -98,6 +106,8 @@ impl Topic {
             Topic::Snapshot => "hopper.MapPage",
             Topic::Command => "hopper.Command",
             Topic::Policy => "hopper.Policy",
+            Topic::Control => "hopper.Control",
+            Topic::Tempo => "hopper.Tempo",
             Topic::Heartbeat => "hopper.Heartbeat",
             Topic::Past => "hopper.Past",
             Topic::Host => "hopper.Host",
