@@ -15,6 +15,8 @@ pub(crate) mod kind {
     pub const CHANNEL: u8 = 0x04;
     pub const MESSAGE: u8 = 0x05;
     pub const CHUNK: u8 = 0x06;
+    pub const MESSAGE_INDEX: u8 = 0x07;
+    pub const ATTACHMENT: u8 = 0x09;
     pub const METADATA: u8 = 0x0c;
     pub const DATA_END: u8 = 0x0f;
 }
@@ -55,6 +57,13 @@ pub(crate) fn chunk(body: &[u8]) -> Result<&[u8], String> {
         return Err(format!("a chunk with checksum {got:08x}, which needs {need:08x}"));
     }
     Ok(records)
+}
+
+/// Whether these are the times and places of one channel's messages in the chunk before.
+pub(crate) fn is_message_index(body: &[u8]) -> bool {
+    let mut cursor = Cursor(body);
+    let length = cursor.take(2).and_then(|_| cursor.u32());
+    length.is_some_and(|length| length as usize == cursor.0.len() && length % 16 == 0)
 }
 
 /// Identity, name, encoding and data of a schema.

@@ -172,6 +172,16 @@ impl<'a> Recording<'a> {
                         layout::metadata(record.body).ok_or_else(|| told("damaged metadata"))?;
                     self.metadata.insert(name, entries);
                 }
+                kind::SCHEMA if layout::schema(record.body).is_some() => {}
+                kind::CHANNEL if layout::channel(record.body).is_some() => {}
+                kind::MESSAGE_INDEX if layout::is_message_index(record.body) => {}
+                kind::ATTACHMENT => {}
+                // Passing over what nobody knows would pass over a chunk whose kind was damaged.
+                other if !ended && other != kind::DATA_END => {
+                    return Err(told(&format!(
+                        "a record of kind {other:#04x} that has no place among the data"
+                    )));
+                }
                 kind::DATA_END => {
                     let need = layout::data_end(record.body).ok_or_else(|| told("a damaged end of data"))?;
                     let got = crc32fast::hash(&bytes[..at]);
