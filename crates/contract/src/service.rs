@@ -81,10 +81,10 @@ pub fn tempo(robot: RobotId) -> Topic {
     topic(format!("hop/r{robot}/tempo"))
 }
 
-/// `hop/rN/policy`: written by planners while someone listens.
+/// `hop/rN/policy`: written by planners while someone listens: hopper-sim for its fallback, a page, a recording.
 #[must_use]
 pub fn policy(robot: RobotId) -> Topic {
-    Topic { max_publishers: 8, max_subscribers: 2, history: 0, ..topic(format!("hop/r{robot}/policy")) }
+    Topic { max_publishers: 8, max_subscribers: 3, history: 0, ..topic(format!("hop/r{robot}/policy")) }
 }
 
 /// `hop/heartbeat`: written by everyone.
