@@ -1,7 +1,7 @@
 //! `hopper journal`: what a journal proves.
 
 use std::io::{self, ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use hopper_sim::JournalError;
 use hopper_sim::journal::{Show, verify};
@@ -38,7 +38,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     let mut out = io::stdout().lock();
     let (written, is_sound) = match command {
         Command::Verify(Args { dir, format }) => {
-            let verification = verify(dir).map_err(failure)?;
+            let verification = verify(folder(dir)?).map_err(failure)?;
             let written = match format {
                 Format::Text => write!(out, "{verification}"),
                 Format::Json => json(&mut out, &verification),
@@ -46,7 +46,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             (written, verification.is_sound())
         }
         Command::Show(Args { dir, format }) => {
-            let show = Show::new(dir).map_err(failure)?;
+            let show = Show::new(folder(dir)?).map_err(failure)?;
             let written = match format {
                 Format::Text => text(&mut out, &show)?,
                 Format::Json => json(&mut out, &show),
@@ -74,6 +74,16 @@ fn text(out: &mut impl Write, show: &Show) -> Result<io::Result<()>, Failure> {
 fn json(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
     serde_json::to_writer(&mut *out, value)?;
     writeln!(out)
+}
+
+/// The journal's folder, which somebody may have taken the file in it for.
+fn folder(path: &Path) -> Result<&Path, Failure> {
+    if path.is_file() {
+        let message =
+            format!("a journal is a folder, got the file {}: give the folder it is in", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(path)
 }
 
 fn failure(error: JournalError) -> Failure {

@@ -70,6 +70,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         planner::algorithm(&args.planner).map_err(Failure::usage)?;
     }
     check_recording(args)?;
+    check_page(args)?;
     let (world, seed) = match &args.planners_from {
         Some(dir) => flown_world(args, dir)?,
         None => (args.mission.world()?, args.mission.seed()),
@@ -92,6 +93,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         });
     };
     outbox.illustrate(&world, &mut summary)?;
+    if let Some(file) = args.record.record.as_ref().filter(|file| file.exists()) {
+        summary.artifacts.insert("recording".into(), file.clone());
+    }
     outbox.keep(&summary)?;
     print_summary(&summary, args.format)?;
     Ok(exit(&summary, args.strict_budget, flight.verdict?))
@@ -121,6 +125,18 @@ fn flown_world(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
     Ok((world, seed))
 }
 
+/// A page that cannot be served is told before anything flies.
+fn check_page(args: &Args) -> Result<(), Failure> {
+    let Some(address) = args.view.web.filter(|address| address.port() != 0) else { return Ok(()) };
+    let tried = std::net::TcpListener::bind(address);
+    tried.map(drop).map_err(|error| {
+        Failure::new(
+            Exit::Usage,
+            format!("--web {address} cannot be listened on: {error}: name another, or port 0"),
+        )
+    })
+}
+
 /// A recording is of messages between processes, and never written over another.
 fn check_recording(args: &Args) -> Result<(), Failure> {
     let Some(path) = &args.record.record else { return Ok(()) };
@@ -130,6 +146,15 @@ fn check_recording(args: &Args) -> Result<(), Failure> {
     }
     if path.exists() {
         let message = format!("--record {} is there already: name another file", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let message = format!(
+            "--record {} needs a folder that is there, got {}: make it first",
+            path.display(),
+            folder.display()
+        );
         return Err(Failure::new(Exit::Usage, message));
     }
     Ok(())

@@ -149,7 +149,9 @@ impl Supervisor {
     fn revive_peers(&mut self) -> Result<(), Failure> {
         for peer in &mut self.peers {
             let Some(status) = peer.ended()? else { continue };
-            if let Some(code @ (2 | 4)) = status.code().filter(|_| peer.role != Role::Monitor) {
+            // Nobody needs a monitor to hop; but one that refuses from the first was asked for something it cannot do.
+            let is_vital = |code: &i32| peer.role != Role::Monitor || (*code == 2 && peer.restarts == 0);
+            if let Some(code @ (2 | 4)) = status.code().filter(is_vital) {
                 return Err(gave_in(peer.role, code));
             }
             let finished = status.success();

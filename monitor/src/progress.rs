@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use contract::roster::SILENCE_NS;
 use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
 use report::{Fallbacks, Tenure, guarded};
 use serde::{Deserialize, Serialize};
@@ -77,7 +78,7 @@ pub struct Health {
     pub alive: usize,
     /// Process heard last; `None` if none ever was.
     pub pid: Option<u32>,
-    /// How long nobody of the role has been heard, milliseconds.
+    /// How long nobody of the role has been heard, milliseconds; since the monitor began, if nobody ever was.
     pub silent_ms: u64,
     /// How often the whole role fell silent so far.
     pub silences: u64,
@@ -177,6 +178,8 @@ impl fmt::Display for Progress {
         for Health { role, pid, silent_ms, .. } in self.health.iter().filter(missed) {
             match pid {
                 Some(_) => write!(f, ", {role} silent for {:.1} s", *silent_ms as f64 / 1e3)?,
+                // Whoever has just begun to listen has heard nobody yet.
+                None if *silent_ms * 1_000_000 < SILENCE_NS => {}
                 None => write!(f, ", no {role}")?,
             }
         }

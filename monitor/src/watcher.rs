@@ -63,6 +63,8 @@ pub struct Watcher {
     roster: Roster,
     /// Process of each role that was heard last, and when.
     heard: BTreeMap<Role, (u32, MonotonicNs)>,
+    /// Since when it listens.
+    began: Option<MonotonicNs>,
     shown: Option<MonotonicNs>,
 }
 
@@ -93,11 +95,13 @@ impl Watcher {
     /// A watcher who knows nothing yet.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        Self { robot, mission: None, roster: Roster::default(), heard: BTreeMap::new(), shown: None }
+        let (roster, heard) = (Roster::default(), BTreeMap::new());
+        Self { robot, mission: None, roster, heard, began: None, shown: None }
     }
 
     /// Takes note of `event` at `now` and says what is to be done.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
+        self.began.get_or_insert(now);
         match event {
             Event::Brief(brief) => self.brief(brief),
             Event::State(state) => return self.state(state, now),
@@ -343,7 +347,8 @@ impl Watcher {
             role,
             alive: self.roster.live(now).filter(|peer| peer.beat.role == role).count(),
             pid: heard.map(|&(pid, _)| pid),
-            silent_ms: heard.map_or(0, |&(_, heard)| now.since_ns(heard)) / 1_000_000,
+            silent_ms: heard.map(|&(_, heard)| heard).or(self.began).map_or(0, |since| now.since_ns(since))
+                / 1_000_000,
             silences: silence.count,
             longest_silence_ms: silence.longest_ns / 1_000_000,
         }

@@ -44,8 +44,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             }
         },
     };
-    let out = io::BufWriter::new(io::stdout().lock());
-    let written = if args.format == "csv" { as_csv(out, &rows) } else { as_json(out, &rows) };
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let written = match args.format.as_str() {
+        "csv" => as_csv(&rows).and_then(|table| out.write_all(&table).and_then(|()| out.flush())),
+        _ => as_json(out, &rows),
+    };
     match written {
         // The reader has seen enough.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Exit::Done),
@@ -133,17 +136,17 @@ fn as_json(mut out: impl Write, rows: &[Value]) -> io::Result<()> {
 
 /// Nested fields become columns joined by points, in the order of their names but for the decision, which comes
 /// first; lists become their length.
-fn as_csv(out: impl Write, rows: &[Value]) -> io::Result<()> {
+fn as_csv(rows: &[Value]) -> io::Result<Vec<u8>> {
     let flat: Vec<Map<String, Value>> = rows.iter().map(flat).collect();
     let mut columns: Vec<&String> =
         flat.iter().flat_map(Map::keys).collect::<BTreeSet<_>>().into_iter().collect();
     columns.sort_by_key(|name| *name != "decision");
-    let mut writer = csv::Writer::from_writer(out);
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(&columns)?;
     for row in &flat {
         writer.write_record(columns.iter().map(|name| row.get(*name).map_or_else(String::new, plain)))?;
     }
-    writer.flush()
+    writer.into_inner().map_err(|error| error.into_error())
 }
 
 fn plain(value: &Value) -> String {
@@ -184,8 +187,9 @@ mod tests {
     fn rows_with_other_fields_share_one_heading() {
         let rows =
             [json!({ "b": { "c": 1 }, "decision": 0 }), json!({ "decision": 1, "a": [1, 2], "b": null })];
-        let mut out = Vec::new();
-        as_csv(&mut out, &rows).unwrap();
-        assert_eq!(String::from_utf8(out).unwrap(), "decision,a.count,b,b.c\n0,,,1\n1,2,,\n");
+        assert_eq!(
+            String::from_utf8(as_csv(&rows).unwrap()).unwrap(),
+            "decision,a.count,b,b.c\n0,,,1\n1,2,,\n"
+        );
     }
 }

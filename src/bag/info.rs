@@ -191,7 +191,10 @@ impl Info {
             &format!("{status} after {} decisions, {} with records", self.decisions, self.records),
         );
         line("digest", &self.digest.map_or_else(|| "unknown".into(), |digest| digest.to_string()));
-        if self.gaps.is_empty() {
+        let unrecorded = self.decisions.saturating_sub(self.records);
+        if unrecorded > 0 {
+            line("missing", &format!("the records of {unrecorded} decisions"));
+        } else if self.gaps.is_empty() {
             line("missing", "nothing");
         }
         for (topic, (gaps, messages)) in self.missing() {

@@ -221,6 +221,9 @@ fn persist<T, E: fmt::Display>(
             Ok(value) => return Ok(value),
             Err(error) if started.elapsed() > PATIENCE => {
                 let (service, cause) = (service.into(), error.to_string());
+                if cause.contains("ExceedsMaxSupported") {
+                    return Err(NodeError::Full { service, what });
+                }
                 return Err(NodeError::Open { service, what, waited_s: PATIENCE.as_secs(), cause });
             }
             Err(error) => tracing::debug!(service, what, "trying again: {error}"),

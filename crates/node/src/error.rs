@@ -107,6 +107,17 @@ pub enum NodeError {
         /// The last error.
         cause: String,
     },
+    /// Every place of the service is taken.
+    #[error(
+        "service {service} needs a free place for {what}, but all are taken: end a process that has one, or name another \
+         --instance; `hopper doctor` tells who is there"
+    )]
+    Full {
+        /// The service.
+        service: String,
+        /// What was tried.
+        what: &'static str,
+    },
     /// A message has more cells than its writer was made for.
     #[error("service {service} needs at most {need} cells in a message, got {got}")]
     Oversize {
@@ -170,6 +181,7 @@ impl NodeError {
         match self {
             Self::InstanceName { .. } => Exit::Usage,
             Self::Held { .. }
+            | Self::Full { .. }
             | Self::Mismatch { .. }
             | Self::Collision { .. }
             | Self::Edition { .. }

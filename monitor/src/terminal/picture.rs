@@ -83,7 +83,7 @@ pub fn draw(frame: &mut Frame<'_>, account: &Chronicle, knobs: &Knobs, now: Mono
     let [head, body, foot] =
         Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]).areas(area);
     frame.render_widget(heading(account, knobs), head);
-    frame.render_widget(keys(knobs), foot);
+    frame.render_widget(keys(knobs, account), foot);
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(38)]).areas(body);
     let title = if knobs.follow { " ground, around the hopper " } else { " ground " };
     let block = Block::bordered().border_style(DIM).title(title);
@@ -125,9 +125,15 @@ fn heading(account: &Chronicle, knobs: &Knobs) -> Line<'static> {
     line.into()
 }
 
-fn keys(knobs: &Knobs) -> Line<'static> {
+fn keys(knobs: &Knobs, account: &Chronicle) -> Line<'static> {
     let view = " q quit  ←→ PgUp PgDn Home End  p policy  f follow";
-    let control = if knobs.control { "  space pause  s step  h hand" } else { "" };
+    let heeds = account.tempo().is_none_or(|tempo| tempo.heeds);
+    let control = match (knobs.control, heeds) {
+        (true, true) => "  space pause  s step  h hand",
+        // hopper-sim was started without --control; planners heed all the same.
+        (true, false) => "  h hand",
+        (false, _) => "",
+    };
     Line::styled(format!("{view}{control}"), DIM)
 }
 

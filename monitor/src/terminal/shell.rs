@@ -71,9 +71,13 @@ impl Terminal {
         let due = account.hops().map_or(Decision(0), |hops| hops.due());
         let tell = |order| self.knobs.control.then_some(Order::Tell(order));
         let paused = account.tempo().is_some_and(|tempo| tempo.paused);
+        let heeds = account.tempo().is_none_or(|tempo| tempo.heeds);
         match key.code {
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Order::Quit),
             KeyCode::Char('q') | KeyCode::Esc => return Some(Order::Quit),
+            KeyCode::Char(' ' | 's') if !heeds => {
+                tracing::warn!("hopper-sim heeds no orders: it was started without --control");
+            }
             KeyCode::Char(' ') => {
                 return tell(if paused { contract::Order::Resume } else { contract::Order::Pause });
             }
