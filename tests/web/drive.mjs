@@ -53,6 +53,7 @@ try {
   await shot("swapped");
 
   // Back in time by keyboard, and to the present again.
+  await until(() => Number(document.getElementById("moment").max) >= 11);
   await page.keyboard.press("Home");
   await until(() => document.getElementById("at").textContent.startsWith("hop 0 of"));
   await page.keyboard.press("Shift+ArrowRight");
