@@ -257,7 +257,10 @@ pub(crate) mod tests {
         assert_eq!(progress.changes_of_leader(), 0);
         progress.health[1].alive = 0;
         progress.health[1].silent_ms = 1300;
-        progress.health[2] = Health { alive: 0, pid: None, ..progress.health[2] };
+        // Who has listened for less than a second misses nobody yet.
+        progress.health[2] = Health { alive: 0, pid: None, silent_ms: 900, ..progress.health[2] };
+        assert!(!progress.to_string().contains("no planner"));
+        progress.health[2].silent_ms = 1000;
         progress.missing = 3;
         progress.vetoes = 2;
         progress.fallbacks.greedy = 1;

@@ -197,7 +197,7 @@ fn a_second_writer_of_a_single_writer_topic_is_refused_by_name() {
         let _first = a.state_writer(ROBOT).unwrap();
         let error = b.state_writer(ROBOT).unwrap_err();
         assert!(error.to_string().contains("hop/r0/state"), "{error}");
-        assert!(matches!(error, NodeError::Open { what: "publishing", .. }), "{error}");
+        assert!(matches!(error, NodeError::Full { what: "publishing", .. }), "{error}");
     }
     own.assert_gone();
 }
@@ -334,9 +334,9 @@ fn a_policy_takes_room_once_it_is_published_and_no_more_than_the_last_one_needs(
             }
             (used(&own) - before) / (side * side) as u64
         });
-        // Five slots of 16 bytes a cell, and not twice that.
+        // Seven slots of 16 bytes a cell, and not twice that.
         room.sort_unstable();
-        assert!(room[0] >= 80 && room[3] < 96, "{room:?} bytes a cell");
+        assert!(room[0] >= 112 && room[3] < 128, "{room:?} bytes a cell");
     }
     own.assert_gone();
 }
