@@ -1,4 +1,4 @@
-//! What it costs the stack to be watched: monitor, page and a client that reads everything, against none of it.
+//! What it costs the stack to be watched: monitor, recording, page and a client that reads everything, or none of it.
 //!
 //! `cargo bench --bench watching`. Each round flies the same missions both ways, in turn; ratios are taken within
 //! a round, so that the noise of a shared machine falls on both sides alike.
@@ -37,7 +37,7 @@ fn main() {
     println!("processor: {}", node::host::processor());
     println!("rounds: {ROUNDS}, each a mission on hard ground at {PACE_HZ} landings a second, both ways\n");
     print("landing to accepted, less planning, p50 of a round [us]: alone", &alone);
-    print("the same with monitor, page, and a client of both streams", &watched);
+    print("the same with monitor, recording, page, and a client of both streams", &watched);
     print("ratio within a round", &ratios);
     let cost = |ratio: f64| 100.0 * (ratio - 1.0);
     let (low, high) = interval(&ratios);
@@ -49,7 +49,7 @@ fn main() {
     );
 }
 
-/// Timings of a mission flown by three processes, or by four with a page and its client.
+/// Timings of a mission flown by three processes, or by four with a recording, a page and its client.
 fn fly(round: u64, with_page: bool) -> Vec<Timing> {
     let instance = format!("bench-watching-{}-{round}-{with_page}", std::process::id());
     let dir = tempfile::tempdir().expect("a folder");
@@ -62,7 +62,9 @@ fn fly(round: u64, with_page: bool) -> Vec<Timing> {
     let mut peers = vec![start(&["perception"], Stdio::null()), start(&["planner"], Stdio::null())];
     let mut clients = Vec::new();
     if with_page {
-        let mut monitor = start(&["monitor", "--web", "0"], Stdio::piped());
+        let recording = dir.path().join("watched.mcap");
+        let words = ["monitor", "--web", "0", "--record", &recording.to_string_lossy()];
+        let mut monitor = start(&words, Stdio::piped());
         clients = read_everything(&address(&mut monitor));
         peers.push(monitor);
     }
