@@ -5,13 +5,15 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 
-use std::path::Path;
+mod flown;
+
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use contract::{Brief, MonotonicNs, Record, RunId, Timing};
+use flown::{median, overhead_us, timings};
 use hopper::lockstep::{self, Crew};
-use hopper_sim::{History, Mission};
+use hopper_sim::Mission;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
 use perception::{Cartographer, Effect, Event};
@@ -134,19 +136,6 @@ fn fly(round: u64, pace: &str) -> Vec<Timing> {
     timings(&out.join("journal"))
 }
 
-fn timings(journal: &Path) -> Vec<Timing> {
-    let history = History::open(journal).expect("a journal");
-    // The first decision waits for processes to start, and says nothing of the pipeline.
-    history.records().skip(1).map(|record| record.expect("a sound record").timing).collect()
-}
-
-/// Landing to command accepted, less planning.
-fn overhead_us(timing: &Timing) -> f64 {
-    let reaction_ns = timing.accepted.since_ns(timing.landed);
-    let planning_ns = timing.planning_ended.since_ns(timing.planning_started);
-    (reaction_ns - planning_ns) as f64 / 1e3
-}
-
 fn rate_hz(timings: &[Timing]) -> f64 {
     let (first, last) = (timings.first().expect("hops"), timings.last().expect("hops"));
     timings.len() as f64 * 1e9 / last.committed.since_ns(first.landed) as f64
@@ -170,13 +159,6 @@ fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
     }
     let episodes_hz = EPISODES as f64 / started.elapsed().as_secs_f64();
     (median(planning_us.into_iter()), episodes_hz)
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    assert!(!values.is_empty(), "a median needs values");
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// Figures by name, in order of appearance.

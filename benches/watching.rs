@@ -5,14 +5,15 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 
+mod flown;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 
 use contract::Timing;
-use hopper_sim::History;
+use flown::{median, overhead_us, timings};
 
 /// Interleaved rounds.
 const ROUNDS: u64 = 51;
@@ -26,13 +27,13 @@ fn main() {
     for round in 0..ROUNDS {
         // Who goes first takes turns too.
         let order = if round % 2 == 0 { [false, true] } else { [true, false] };
-        let mut overhead_us = [0.0; 2];
+        let mut both_us = [0.0; 2];
         for with_page in order {
-            overhead_us[usize::from(with_page)] = median(fly(round, with_page).iter().map(overhead));
+            both_us[usize::from(with_page)] = median(fly(round, with_page).iter().map(overhead_us));
         }
-        ratios.push(overhead_us[1] / overhead_us[0]);
-        alone.push(overhead_us[0]);
-        watched.push(overhead_us[1]);
+        ratios.push(both_us[1] / both_us[0]);
+        alone.push(both_us[0]);
+        watched.push(both_us[1]);
     }
     println!("processor: {}", node::host::processor());
     println!("rounds: {ROUNDS}, each a mission on hard ground at {PACE_HZ} landings a second, both ways\n");
@@ -108,26 +109,6 @@ fn read_everything(address: &str) -> Vec<JoinHandle<usize>> {
         })
     };
     vec![client("/events"), client("/policy")]
-}
-
-fn timings(journal: &Path) -> Vec<Timing> {
-    let history = History::open(journal).expect("a journal");
-    // The first decision waits for processes to start, and says nothing of the pipeline.
-    history.records().skip(1).map(|record| record.expect("a sound record").timing).collect()
-}
-
-/// Landing to command accepted, less planning, microseconds.
-fn overhead(timing: &Timing) -> f64 {
-    let reaction_ns = timing.accepted.since_ns(timing.landed);
-    let planning_ns = timing.planning_ended.since_ns(timing.planning_started);
-    (reaction_ns - planning_ns) as f64 / 1e3
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    assert!(!values.is_empty(), "a median needs values");
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// The 95 % interval of a median by ranks, whatever the values are distributed like: on a busy machine single
