@@ -156,6 +156,11 @@ impl<'a> Recording<'a> {
     fn scan(&mut self) -> Result<(), String> {
         let (bytes, mut at, mut ended) = (self.bytes, MAGIC.len(), false);
         loop {
+            if at == bytes.len() {
+                return Err(format!(
+                    "it was never ended: what a recording ends with is missing from byte {at} on"
+                ));
+            }
             let record = layout::framed(bytes, at)?;
             let told = |what: &str| format!("{what} at byte {at}");
             match record.kind {
