@@ -12,7 +12,7 @@
 
 use crate::simd::{Simd, dispatch};
 use crate::skew::{HOPS, LANES, PARTS, Rim, Skew, chunk, own, part, shift};
-use crate::sweep::Planes;
+use crate::sweep::{Planes, split};
 use crate::world::Class;
 use crate::{Leaving, World};
 
@@ -21,9 +21,8 @@ impl Planes {
     /// corrections of 0.
     pub fn survey(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
         let stays = world.rules().leaving == Leaving::Stays;
-        let Self { worths, classes, unknown, shifts, .. } = self;
-        shifts.fit(HOPS * skew.len);
-        let (worths, unknown, shifts) = (worths.all_mut(), unknown.all_mut(), shifts.all_mut());
+        let Self { worths, classes, unknown, ground, .. } = self;
+        let (worths, unknown, (_, shifts)) = (worths.all_mut(), unknown.all_mut(), split(ground.all_mut()));
         for &Rim { at, beyond, .. } in &skew.rim {
             worths[beyond] = if stays { worths[at] } else { world.rules().loss };
             unknown[beyond] = 0.0;
@@ -68,9 +67,9 @@ impl Planes {
 }
 
 /// For each soil: g intended, g stuck, g sideways, and γλ; g the discount between departure and landing.
-type Soils = [[f64; 4]; World::SOILS_MAX];
+pub(crate) type Soils = [[f64; 4]; World::SOILS_MAX];
 
-fn soils(world: &World) -> Soils {
+pub(crate) fn soils(world: &World) -> Soils {
     let mut table = [[0.0; 4]; World::SOILS_MAX];
     let discount = world.rules().discount;
     for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
