@@ -3,7 +3,7 @@
 use crate::pages;
 
 /// Numbers whose first lies at a cache line, so that no chunk of a layout lies across two.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Plane<T> {
     numbers: Vec<T>,
     len: usize,
@@ -21,6 +21,13 @@ impl<T: Copy + Default> Plane<T> {
         self.len = len;
     }
 
+    /// Becomes `len` zeros if it is not of that length.
+    pub fn fit(&mut self, len: usize) {
+        if self.len != len {
+            self.reset(len);
+        }
+    }
+
     /// The numbers.
     pub fn all(&self) -> &[T] {
         let start = self.start();
@@ -35,5 +42,15 @@ impl<T: Copy + Default> Plane<T> {
 
     fn start(&self) -> usize {
         self.numbers.as_ptr().align_offset(LINE_BYTES).min(self.numbers.len() - self.len)
+    }
+}
+
+impl<T: Copy + Default> Clone for Plane<T> {
+    /// The numbers again, which begin elsewhere after the start of their memory.
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.reset(self.len);
+        copy.all_mut().copy_from_slice(self.all());
+        copy
     }
 }

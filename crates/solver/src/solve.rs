@@ -296,7 +296,7 @@ impl Solver {
             let settled = progress.take(largest(&change), change_max);
             let stalled = if first { progress.slow > 1 } else { progress.waves == WAVES };
             if settled || stalled || wave.sweeps == 0 {
-                planes.adopt(*simd);
+                planes.adopt(*simd, skew);
                 return (sweeps, settled && wave.sweeps > 0);
             }
         }
@@ -317,7 +317,7 @@ impl Solver {
         loop {
             let (more, change) = self.sweep_there_and_back(world, false, sweeps_max - sweeps);
             sweeps += more;
-            self.planes.adopt(self.simd);
+            self.planes.adopt(self.simd, &self.skew);
             self.turn(world);
             pulse();
             // Of the two kinds of diagonals each tells of its own quadrants.

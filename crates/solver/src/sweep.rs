@@ -31,7 +31,7 @@ use std::cell::Cell;
 use crate::pair::{Part, Progress, Shared};
 use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
-use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Skew, chunk, own, part, shift};
+use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Rim, Run, Skew, chunk, own, part, shift};
 use crate::wave::Wave;
 use crate::world::Class;
 use crate::{Leaving, Rules, World};
@@ -60,7 +60,7 @@ impl Planes {
         self.classes.reset(len);
         self.unknown.reset(len);
         self.ground.reset(PARTS * len);
-        self.shifts.reset(HOPS * len);
+        self.shifts.reset(0);
     }
 
     /// Begins a world in which every free node has the value `value`.
@@ -87,9 +87,9 @@ impl Planes {
     }
 
     /// Ends the sweeps: their worths are the worths now, where there was anything to decide.
-    pub fn adopt(&mut self, simd: Simd) {
+    pub fn adopt(&mut self, simd: Simd, skew: &Skew) {
         let Self { worths, unknown, ground, .. } = self;
-        adopt(simd, worths.all_mut(), unknown.all(), ground.all());
+        adopt(simd, worths.all_mut(), unknown.all(), ground.all(), skew);
     }
 
     /// Takes the values out, row-major: 0 at a goal, the loss where lost.
@@ -101,7 +101,7 @@ impl Planes {
     fn halo(&mut self, skew: &Skew, rules: &Rules) {
         let stays = rules.leaving == Leaving::Stays;
         let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
-        for (at, beyond, _) in skew.border() {
+        for &Rim { at, beyond, .. } in &skew.rim {
             unknown[beyond] = if stays { unknown[at] } else { rules.loss as f32 };
             ground[own(beyond)] = unknown[beyond];
         }
@@ -284,19 +284,21 @@ fn take_out_lanes(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]
 
 dispatch! {
     /// Takes over the worths of the nodes that are updated.
-    fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32]) = adopt_lanes
+    fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32], skew: &Skew) = adopt_lanes
 }
 
 #[inline(always)]
-fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32]) {
-    for at in (0..worths.len()).step_by(LANES) {
-        let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
-        let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
-        for lane in 0..LANES {
-            let updated = ahead[lane] + beside[lane] > 0.0;
-            landed[lane] = if updated { f64::from(single[lane]) } else { landed[lane] };
+fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32], skew: &Skew) {
+    for run in &skew.runs {
+        for at in (run.first..run.first + run.nodes).step_by(LANES) {
+            let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
+            let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
+            for lane in 0..LANES {
+                let updated = ahead[lane] + beside[lane] > 0.0;
+                landed[lane] = if updated { f64::from(single[lane]) } else { landed[lane] };
+            }
+            worths[at..at + LANES].copy_from_slice(&landed);
         }
-        worths[at..at + LANES].copy_from_slice(&landed);
     }
 }
 
@@ -323,55 +325,62 @@ fn relax_lanes<const SHIFTED: bool>(
 ) {
     let [worths, ground, shifts] = [planes.worths, planes.ground, planes.shifts].map(Shared::cells);
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let diagonals = skew.diagonals();
-    for step in 0..wave.steps(&diagonals) {
-        part.begin(step, diagonals.len());
-        for sweep in 0..wave.sweeps {
-            let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
-            let (first, nodes) = skew.run(diagonal);
-            let steps = skew.steps(diagonal);
-            let moved = relax_run::<SHIFTED>(worths, ground, shifts, first, nodes, steps);
-            if sweep + 1 == wave.sweeps {
-                for lane in 0..LANES {
-                    change[lane] = if moved[lane] > change[lane] { moved[lane] } else { change[lane] };
-                }
+    let diagonals = skew.runs.len();
+    for step in 0..wave.steps(diagonals) {
+        part.begin(step, diagonals);
+        for sweep in wave.at(diagonals, step) {
+            let run = &skew.runs[wave.diagonal(diagonals, step, sweep)];
+            if stays && step == 2 * sweep {
+                mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(run));
             }
-            if stays {
-                let last = first + nodes - 1;
-                for (at, step) in skew.rim(diagonal, first, last, steps) {
-                    if step != 0 {
-                        let beyond = at.wrapping_add_signed(step);
-                        worths[beyond].set(worths[at].get());
-                        // What stands beyond the rim is a constant to the chunk that it lies in.
-                        if SHIFTED {
-                            for index in 0..HOPS {
-                                shifts[shift(beyond, index)].set(worths[at].get());
-                            }
-                        } else {
-                            ground[own(beyond)].set(worths[at].get());
-                        }
-                    }
-                }
+            if sweep + 1 == wave.sweeps {
+                relax_run::<SHIFTED, true>(worths, ground, shifts, run, change);
+            } else {
+                relax_run::<SHIFTED, false>(worths, ground, shifts, run, change);
+            }
+            // A step ahead, so that nothing waits for what is written here.
+            if stays && step - 2 * sweep + 1 < diagonals {
+                let next = &skew.runs[wave.diagonal(diagonals, step + 1, sweep)];
+                mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(next));
             }
         }
         part.finish((step + 1).saturating_sub(2 * (wave.sweeps - 1)));
     }
 }
 
+/// Lays worths of the rim out beyond it.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "as above")]
-fn relax_run<const SHIFTED: bool>(
+fn mirror<const SHIFTED: bool>(
     worths: &[Cell<f32>],
     ground: &[Cell<f32>],
     shifts: &[Cell<f32>],
-    first: usize,
-    nodes: usize,
-    steps: [isize; 4],
-) -> Lanes {
-    let mut change = [0.0; LANES];
-    let around = Around::of(worths, first, nodes, steps);
-    let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
-    let shifts = if SHIFTED { &shifts[first * HOPS..(first + around.len()) * HOPS] } else { shifts };
+    rim: &[Rim],
+) {
+    for &Rim { at, beyond, .. } in rim {
+        worths[beyond].set(worths[at].get());
+        // What stands beyond the rim is a constant to the chunk that it lies in.
+        if SHIFTED {
+            for index in 0..HOPS {
+                shifts[shift(beyond, index)].set(worths[at].get());
+            }
+        } else {
+            ground[own(beyond)].set(worths[at].get());
+        }
+    }
+}
+
+/// Updates a diagonal; the largest change goes into `change` in the `LAST` sweep.
+#[inline(always)]
+fn relax_run<const SHIFTED: bool, const LAST: bool>(
+    worths: &[Cell<f32>],
+    ground: &[Cell<f32>],
+    shifts: &[Cell<f32>],
+    run: &Run,
+    change: &mut Lanes,
+) {
+    let around = Around::new(worths, run);
+    let ground = &ground[part(run.first, 0)..][..around.chunks() * PARTS * LANES];
+    let shifts = if SHIFTED { &shifts[run.first * HOPS..][..around.chunks() * LANES * HOPS] } else { shifts };
     for index in 0..around.chunks() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
         let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
@@ -409,13 +418,14 @@ fn relax_run<const SHIFTED: bool>(
             let best = if uphill > downhill { uphill } else { downhill };
             new[lane] = best + OVER * c * (best - old[lane]);
         }
-        for lane in 0..LANES {
-            let moved = (new[lane] - old[lane]).abs();
-            change[lane] = if moved > change[lane] { moved } else { change[lane] };
+        if LAST {
+            for lane in 0..LANES {
+                let moved = (new[lane] - old[lane]).abs();
+                change[lane] = if moved > change[lane] { moved } else { change[lane] };
+            }
         }
         around.set(index, &new);
     }
-    change
 }
 
 /// Share of what flows back outwards that is anticipated.
