@@ -68,6 +68,7 @@ impl Planes {
         let Krylov { residual, shadow, direction, image, preconditioned, image_half, halfway } = krylov;
         for plane in [&mut *residual, shadow, direction] {
             plane.clear();
+            let ground = &ground[..PARTS * solution.len()];
             plane.extend(ground.chunks_exact(PARTS * LANES).flat_map(|parts| &parts[..LANES]));
         }
         for plane in [&mut *image, preconditioned, image_half, halfway] {
@@ -120,13 +121,13 @@ impl Planes {
 /// Most passes of a linear solve.
 const PASSES_MAX: usize = 12;
 /// Sweeps a pass.
-const SWEEPS: usize = 4;
+const SWEEPS: usize = 3;
 /// Share of what flows back outwards that is anticipated.
-const OVER: f32 = 0.6;
+const OVER: f32 = 0.7;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
 const OUTER_MAX: f32 = 0.15;
 /// Reduction of the change at which a linear solve by sweeps ends.
-const REDUCTION: f32 = 1e-4;
+const REDUCTION: f32 = 1e-5;
 /// Reduction from pass to pass that counts as slow.
 const SLOW: f32 = 0.75;
 /// Most iterations of BiCGStab in one round.

@@ -127,8 +127,11 @@ fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Clas
 
 /// Fills the second row, which lies beyond the map's edge, beside the first.
 fn beyond(rules: &Rules, worths: &mut [Worths; ROWS], [edge, row]: [usize; 2], nodes: usize) {
-    for x in 0..nodes + 2 {
-        worths[row][x] = if rules.leaving == Leaving::Stays { worths[edge][x] } else { rules.loss };
+    let [edge, row] = worths.get_disjoint_mut([edge, row]).expect("two rows of four");
+    if rules.leaving == Leaving::Stays {
+        row[..nodes + 2].copy_from_slice(&edge[..nodes + 2]);
+    } else {
+        row[..nodes + 2].fill(rules.loss);
     }
 }
 

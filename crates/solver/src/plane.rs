@@ -21,13 +21,6 @@ impl<T: Copy + Default> Plane<T> {
         self.len = len;
     }
 
-    /// Becomes `len` zeros if it is not of that length.
-    pub fn fit(&mut self, len: usize) {
-        if self.len != len {
-            self.reset(len);
-        }
-    }
-
     /// The numbers.
     pub fn all(&self) -> &[T] {
         let start = self.start();

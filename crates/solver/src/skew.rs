@@ -29,6 +29,8 @@ pub(crate) struct Skew {
     pub flip: [bool; 2],
     /// The diagonals, that of the corner first.
     pub runs: Vec<Run>,
+    /// For each diagonal, the entry at which i would be 0: node (i, j) lies at `bases[i + j]` + i.
+    bases: Vec<usize>,
     /// The steps over the rim of the grid, diagonal by diagonal.
     pub rim: Vec<Rim>,
     /// Entries of a plane, padding included.
@@ -70,8 +72,9 @@ impl Skew {
         }
         (self.width, self.height) = (width, height);
         self.runs.clear();
+        self.bases.clear();
         self.rim.clear();
-        // Node (i, j) lies at the base of its diagonal + i; so does the halo, at −1 and beyond the last.
+        // So does the halo, at −1 and beyond the last.
         let base = |start: usize, i_first: usize| start as isize - i_first as isize;
         let mut before = base(2 * LANES, 0);
         let mut start = 3 * LANES;
@@ -95,6 +98,8 @@ impl Skew {
                     self.rim.push(Rim { at, beyond: at.wrapping_add_signed(steps[step]), step });
                 }
             }
+            // Each diagonal takes up more entries than i grows by.
+            self.bases.push(start - i_first);
             self.runs.push(Run { first: start, nodes, steps, rim: [begin, self.rim.len()] });
             (before, start) = (here, next);
         }
@@ -120,6 +125,26 @@ impl Skew {
         self.flip[1] = !self.flip[1];
     }
 
+    /// The grid's rows, cut into stretches of at most [`LANES`] nodes, in an order in which both they and the chunks
+    /// of the layout that their nodes lie in are near one another: in strips across the rows.
+    #[inline(always)]
+    pub fn stretches(&self) -> Stretches {
+        Stretches { width: self.width, height: self.height, strip: 0, x: 0, y: 0 }
+    }
+
+    /// The entries of a stretch's nodes; in the lanes beyond, that of the last.
+    #[inline(always)]
+    pub fn entries(&self, stretch: &Stretch) -> [usize; LANES] {
+        let mut entries = [0; LANES];
+        let j = if self.flip[1] { self.height - 1 - stretch.y } else { stretch.y };
+        for (lane, entry) in entries.iter_mut().enumerate() {
+            let x = stretch.x + lane.min(stretch.lanes - 1);
+            let i = if self.flip[0] { self.width - 1 - x } else { x };
+            *entry = self.bases[i + j] + i;
+        }
+        entries
+    }
+
     /// The chunks of the layout that hold nodes, in an order in which both the rows of the grid that they take
     /// from and the chunks themselves lie near one another: in strips across the diagonals.
     #[inline(always)]
@@ -143,6 +168,68 @@ impl Skew {
             node: y * self.width + x,
             stride: along + down * self.width as isize,
         }
+    }
+}
+
+/// Nodes side by side in a row of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    /// Column of the first.
+    pub x: usize,
+    /// Row.
+    pub y: usize,
+    /// Nodes.
+    pub lanes: usize,
+}
+
+/// [`Skew::stretches`], the next of which begins here.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretches {
+    width: usize,
+    height: usize,
+    strip: usize,
+    x: usize,
+    y: usize,
+}
+
+/// Columns of a strip: what its rows touch of the layout stays in the nearest cache from row to row.
+const COLUMNS: usize = 4 * LANES;
+
+impl Iterator for Stretches {
+    type Item = Stretch;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Stretch> {
+        let end = self.width.min(self.strip + COLUMNS);
+        if self.x >= end {
+            self.x = self.strip;
+            self.y += 1;
+        }
+        if self.y >= self.height {
+            self.strip += COLUMNS;
+            (self.x, self.y) = (self.strip, 0);
+        }
+        if self.strip >= self.width {
+            return None;
+        }
+        let end = self.width.min(self.strip + COLUMNS);
+        let stretch = Stretch { x: self.x, y: self.y, lanes: LANES.min(end - self.x) };
+        self.x += LANES;
+        Some(stretch)
+    }
+}
+
+impl Stretch {
+    /// What `of`, row-major over a grid of that width, has for its nodes; in the lanes beyond, the default.
+    #[inline(always)]
+    pub fn read<T: Copy + Default>(&self, of: &[T], width: usize) -> [T; LANES] {
+        let of = &of[self.y * width + self.x..][..self.lanes];
+        if let Some(whole) = of.first_chunk::<LANES>() {
+            return *whole;
+        }
+        let mut read = [T::default(); LANES];
+        read[..self.lanes].copy_from_slice(of);
+        read
     }
 }
 
@@ -195,28 +282,50 @@ impl Iterator for Blocks<'_> {
 }
 
 impl Block {
-    /// What `of` has for the block's nodes; in the lanes beyond, what it has for the last.
+    /// The world's numbers of the block's nodes; in the lanes beyond, that of the last.
     ///
     /// # Panics
-    /// If `of` does not have all of them.
+    /// If the world does not have as many nodes.
     #[inline(always)]
-    pub fn pick<T: Copy>(&self, of: &[T]) -> [T; LANES] {
+    pub fn nodes(&self, world_nodes: usize) -> Nodes {
         let last = self.lanes - 1;
-        let end = self.node.wrapping_add_signed(last as isize * self.stride);
-        assert!(self.node < of.len() && end < of.len(), "a block lies within its world");
-        let mut picked = [of[end]; LANES];
-        for (lane, picked) in picked.iter_mut().enumerate() {
-            // SAFETY: the node lies between the first and the last, both of which are asserted to be in range.
-            // A check of each is half of what picking costs.
-            *picked = *unsafe { of.get_unchecked(self.at(lane.min(last))) };
+        assert!(self.node < world_nodes && self.at(last) < world_nodes, "a block lies within its world");
+        let mut numbers = [0; LANES];
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            *number = self.at(lane.min(last));
         }
-        picked
+        Nodes { numbers, world_nodes }
     }
 
     /// The world's number of the node in a lane.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> usize {
         self.node.wrapping_add_signed(lane as isize * self.stride)
+    }
+}
+
+/// Nodes of a world of so many.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes {
+    numbers: [usize; LANES],
+    world_nodes: usize,
+}
+
+impl Nodes {
+    /// What `of` has for them.
+    ///
+    /// # Panics
+    /// If `of` does not have an entry for each node of the world.
+    #[inline(always)]
+    pub fn pick<T: Copy + Default>(&self, of: &[T]) -> [T; LANES] {
+        assert!(of.len() == self.world_nodes, "a number for each node");
+        let mut picked = [T::default(); LANES];
+        for (lane, picked) in picked.iter_mut().enumerate() {
+            // SAFETY: the numbers lie between that of a block's first node and that of its last, both of which are
+            // less than `world_nodes`. A check of each is half of what picking costs.
+            *picked = *unsafe { of.get_unchecked(self.numbers[lane]) };
+        }
+        picked
     }
 }
 
@@ -288,8 +397,9 @@ impl<'a> Around<'a> {
         let mut chunks = [[0.0; LANES]; 5];
         let rows = [self.low_i, self.low_j, self.high_i, self.high_j, self.here];
         for row in 0..5 {
+            let cells = &rows[row][index];
             for lane in 0..LANES {
-                chunks[row][lane] = rows[row][index][lane].get();
+                chunks[row][lane] = cells[lane].get();
             }
         }
         chunks
@@ -298,8 +408,8 @@ impl<'a> Around<'a> {
     /// Replaces a chunk of the nodes.
     #[inline(always)]
     pub fn set(&self, index: usize, new: &Lanes) {
-        for lane in 0..LANES {
-            self.here[index][lane].set(new[lane]);
+        for (cell, new) in self.here[index].iter().zip(new) {
+            cell.set(*new);
         }
     }
 }

@@ -34,7 +34,7 @@ use crate::simd::{Simd, dispatch};
 use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Rim, Run, Skew, chunk, own, part, shift};
 use crate::wave::Wave;
 use crate::world::Class;
-use crate::{Leaving, Rules, World};
+use crate::{Leaving, Rules, World, survey};
 
 /// What lies in the entries of a layout.
 #[derive(Clone, Debug, Default)]
@@ -47,10 +47,16 @@ pub(crate) struct Planes {
     pub classes: Plane<Class>,
     /// What is solved for in single precision: worths here, corrections in the linear solve.
     pub unknown: Plane<f32>,
-    /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]).
+    /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]); behind
+    /// it, where corrections are swept for, what each of the four kinds of hop is short of ([`shift`]). In one
+    /// plane, so that most of all memory is one piece, which allocators hand out again as it is.
     pub ground: Plane<f32>,
-    /// Where corrections are swept for, what each of the four kinds of hop is short of ([`Planes::shift`]).
-    pub shifts: Plane<f32>,
+}
+
+/// The ground, and the shifts behind it.
+pub(crate) fn split(ground: &mut [f32]) -> (&mut [f32], &mut [f32]) {
+    let entries = ground.len() / (PARTS + HOPS);
+    ground.split_at_mut(PARTS * entries)
 }
 
 impl Planes {
@@ -59,8 +65,7 @@ impl Planes {
         self.worths.reset(len);
         self.classes.reset(len);
         self.unknown.reset(len);
-        self.ground.reset(PARTS * len);
-        self.shifts.reset(0);
+        self.ground.reset((PARTS + HOPS) * len);
     }
 
     /// Begins a world in which every free node has the value `value`.
@@ -119,9 +124,9 @@ impl Planes {
         change: &mut Lanes,
     ) {
         let stays = leaving == Leaving::Stays;
-        let Self { threads, unknown, ground, shifts, .. } = self;
-        let [worths, ground, shifts] =
-            [unknown.all_mut(), ground.all_mut(), shifts.all_mut()].map(Shared::new);
+        let Self { threads, unknown, ground, .. } = self;
+        let (ground, shifts) = split(ground.all_mut());
+        let [worths, ground, shifts] = [unknown.all_mut(), ground, shifts].map(Shared::new);
         let planes = Swept { worths, ground, shifts };
         let sweep = move |wave, part: Part<'_>, change: &mut Lanes| {
             let relax = if shifted { relax_shifted } else { relax };
@@ -167,19 +172,10 @@ const PAIR_NODES_MIN: usize = 10_000;
 type Soils = [[f32; 3]; World::SOILS_MAX];
 
 fn soils(world: &World) -> Soils {
-    let mut table = [[0.0; 3]; World::SOILS_MAX];
-    let discount = world.rules().discount;
-    for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
-        let landing = soil.discount(discount);
-        let moves = 1.0 - landing * soil.stuck;
-        *entry = [
-            (1.0 + discount * soil.wait) / moves,
-            landing * soil.intended / moves,
-            landing * soil.sideways / moves,
-        ]
-        .map(|number| number as f32);
-    }
-    table
+    survey::soils(world).map(|[intended, stuck, sideways, wait]| {
+        let moves = 1.0 - stuck;
+        [(1.0 + wait) / moves, intended / moves, sideways / moves].map(|number| number as f32)
+    })
 }
 
 dispatch! {
@@ -202,34 +198,34 @@ fn load_lanes(
     soils: &Soils,
     from: From<'_>,
 ) {
-    let loss = world.rules().loss;
-    let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
-    for block in skew.blocks() {
-        let at = block.entry;
-        let payoffs = block.pick(world.payoffs().0);
-        let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
-        let mut parts = [[0.0_f32; LANES]; PARTS];
-        let mut landed = chunk(worths, at);
+    let (loss, width) = (world.rules().loss, world.width());
+    let flip_i = if skew.flip[0] { -1.0 } else { 1.0 };
+    let flip_j = if skew.flip[1] { -1.0 } else { 1.0 };
+    let ((payoffs, classes), [slopes_i, slopes_j]) = (world.payoffs(), world.slopes());
+    for stretch in skew.stretches() {
+        let entries = skew.entries(&stretch);
+        let (payoffs, classes) = (stretch.read(payoffs, width), stretch.read(classes, width));
+        let (slopes_i, slopes_j) = (stretch.read(slopes_i, width), stretch.read(slopes_j, width));
+        let mut landed = [0.0_f64; LANES];
         match from {
-            From::Kept => {}
+            From::Kept => {
+                for lane in 0..LANES {
+                    landed[lane] = worths[entries[lane]];
+                }
+            }
             From::Same(value) => {
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + value;
                 }
             }
             From::Values(values) => {
-                let values = block.pick(values);
+                let values = stretch.read(values, width);
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + values[lane];
                 }
             }
         }
-        if !matches!(from, From::Kept) {
-            let picked = block.pick(world.payoffs().1);
-            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
-        }
-        let mut classes = [Class::LOST; LANES];
-        classes.copy_from_slice(&all_classes[at..at + LANES]);
+        let mut parts = [[0.0_f32; LANES]; PARTS];
         for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
             let [per_payoff, a, c] = *soil;
             for lane in 0..LANES {
@@ -239,27 +235,25 @@ fn load_lanes(
                 parts[2][lane] = if this { c } else { parts[2][lane] };
             }
         }
+        let mut single = [0.0_f32; LANES];
         for lane in 0..LANES {
             let free = classes[lane].is_free();
             let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
             landed[lane] = if free { landed[lane] } else { ends };
-            parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
-            parts[3][lane] = (slopes_i[lane] * flip[0]) as f32;
-            parts[4][lane] = (slopes_j[lane] * flip[1]) as f32;
+            single[lane] = landed[lane] as f32;
+            parts[0][lane] = if free { parts[0][lane] } else { single[lane] };
+            parts[3][lane] = (slopes_i[lane] * flip_i) as f32;
+            parts[4][lane] = (slopes_j[lane] * flip_j) as f32;
         }
-        for lane in block.lanes..LANES {
-            landed[lane] = 0.0;
-            parts[0][lane] = 0.0;
-            parts[1][lane] = 0.0;
-            parts[2][lane] = 0.0;
-        }
-        worths[at..at + LANES].copy_from_slice(&landed);
-        for lane in 0..LANES {
-            unknown[at + lane] = landed[lane] as f32;
-        }
-        for (index, values) in parts.iter().enumerate() {
-            let part = part(at, index);
-            ground[part..part + LANES].copy_from_slice(values);
+        for lane in 0..stretch.lanes {
+            let at = entries[lane];
+            worths[at] = landed[lane];
+            unknown[at] = single[lane];
+            all_classes[at] = classes[lane];
+            let own = &mut ground[own(at)..][..(PARTS - 1) * LANES + 1];
+            for index in 0..PARTS {
+                own[index * LANES] = parts[index][lane];
+            }
         }
     }
 }
