@@ -35,6 +35,7 @@ const GROWTH_MAX_BYTES: u64 = 2 << 20;
 
 /// Arguments of `hopper endure`.
 #[derive(clap::Args, Clone, Debug)]
+#[command(mut_arg("scenario", |arg| arg.help("Scenario, a patrol: built in or a TOML file [default: patrol]")))]
 pub struct Args {
     #[command(flatten)]
     mission: MissionArgs,
@@ -253,7 +254,8 @@ impl Crew {
                     return Err(Failure::run(format!("{} ended by itself: {ended}", child.role)));
                 }
             }
-            if due.0 >= every * (samples.len() as u64 + 1) {
+            // A sample without a decision would tell of none that took no time.
+            if latency.decisions() > 0 && due.0 >= every * (samples.len() as u64 + 1) {
                 samples.push(self.sample(due, &latency)?);
                 latency = Latency::new(u64::MAX);
             }

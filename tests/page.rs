@@ -18,6 +18,7 @@ use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;
 use monitor::{Chronicle, News, Watcher};
 use perception::{Cartographer, Event};
+use scenario::{Scenario, World};
 use serde_json::Value;
 
 const ROBOT: RobotId = RobotId(0);
@@ -32,7 +33,10 @@ struct Flown {
 }
 
 fn flown(scenario: &str) -> Flown {
-    let world = scenario::load(scenario).unwrap().resolve().unwrap();
+    flown_in(scenario::load(scenario).unwrap().resolve().unwrap())
+}
+
+fn flown_in(world: World) -> Flown {
     let mut brief = Brief { run: RunId(77), ..world.brief };
     if let Some(patrol) = &mut brief.patrol {
         patrol.hops_max = 60;
@@ -107,7 +111,31 @@ fn content(frames: &[Frame]) -> (Vec<Value>, BTreeMap<i64, (i64, i64)>) {
 /// P-WEB-ACCOUNT: whoever watches from the start, reads slowly, or comes late has the same account.
 #[test]
 fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
-    let flown = flown("treasures");
+    the_account_is_the_same_for_all(&flown("treasures"));
+    // Divided by 0.7 m, a hop of three such cells is a little less than three.
+    let rounded = Scenario::parse(ROUNDED, "rounded").unwrap().resolve().unwrap();
+    the_account_is_the_same_for_all(&flown_in(rounded));
+}
+
+/// Hops of three cells of 0.7 m over ground so flat that the sensor sees no further than one of them.
+const ROUNDED: &str = r#"
+[truth.terrain.random_hills]
+width_cells = 31
+height_cells = 31
+cell_size_m = 0.7
+seed = 7
+hills = 5
+sigma_m = [0.7, 2.0]
+amplitude_m = [0.005, 0.02]
+reach_sigma = 6.0
+[brief]
+start = [0, 0]
+goal = [30, 30]
+[robot]
+hop_distance_m = 2.1
+"#;
+
+fn the_account_is_the_same_for_all(flown: &Flown) {
     let mut live = Chronicle::new(ROBOT);
     live.on(News::Brief(&flown.brief), MonotonicNs(0));
     let (mut quick, mut frames) = (Cursor::default(), Vec::new());

@@ -21,6 +21,9 @@ fn a_patrol_under_kills_has_the_digest_of_lockstep_and_leaves_nothing_behind() {
         "10",
         "--seed",
         "5",
+        // A sample is due every 0.6 s, whatever the machine does meanwhile.
+        "--pace",
+        "500",
         "--format",
         "json",
     ];

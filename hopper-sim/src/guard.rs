@@ -1,8 +1,8 @@
 //! Run-time assurance: what stands between any planner and a hop that no hopper should be told to make.
 //!
 //! The guard depends on no planner, no map and no message, only on what the hopper's own sensor shows from
-//! where it stands: the closed disc around its pose, in which every landing of every hop lies, since a
-//! sensing radius is at least one hop. So it knows less than a planner, never more; two truths that agree
+//! where it stands: the closed disc around its pose, in which every landing of every hop lies, since it
+//! reaches at least one hop ([`contract::SensorParameters::reach_cells`]). So it knows less than a planner, never more; two truths that agree
 //! on what has been observed get the same vetoes. It is a pure function of brief, disc and action: a
 //! hopper-sim that was killed and resumed vetoes the same.
 //!
@@ -100,8 +100,8 @@ impl<'a> Guard<'a> {
 
     /// The ground of `cell`, if the sensor sees it from here.
     fn seen(&self, cell: Cell) -> Option<&'a Ground> {
-        let radius_cells = self.brief.sensor.radius_m(self.pose.height_m) / self.brief.grid.cell_size_m;
-        self.terrain.ground(cell).filter(|_| cell.distance_cells(self.pose.cell) <= radius_cells)
+        let reach_cells = self.brief.sensor.reach_cells(&self.brief.grid, self.pose.height_m);
+        self.terrain.ground(cell).filter(|_| cell.distance_cells(self.pose.cell) <= reach_cells)
     }
 
     /// The ground under the hopper as the observed map has it: its neighbours are seen, so the gradient is

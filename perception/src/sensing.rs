@@ -1,20 +1,20 @@
-//! Which cells a sensor sees: the closed disc of radius gain · (h + offset), P23 section IV.
+//! Which cells a sensor sees: the closed disc of [`SensorParameters::reach_cells`].
 
 use contract::{Cell, Grid, Pose, SensorParameters};
 
 /// The cells of `grid` whose centres lie within the closed disc around `pose`, in index order. A pose
 /// outside the grid sees nothing.
 pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<Item = Cell> {
-    let radius_cells = sensor.radius_m(pose.height_m) / grid.cell_size_m;
+    let reach_cells = sensor.reach_cells(&grid, pose.height_m);
     let centre = pose.cell;
     // Clipped before it is walked: a sensor may see further than any grid is wide.
     let clip = |at: i32, side: u32| {
-        let reach = if grid.contains(centre) { radius_cells as i32 } else { -1 };
+        let reach = if grid.contains(centre) { reach_cells as i32 } else { -1 };
         at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
     };
     let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));
     rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
-        .filter(move |cell| cell.distance_cells(centre) <= radius_cells)
+        .filter(move |cell| cell.distance_cells(centre) <= reach_cells)
 }
 
 #[cfg(test)]
@@ -54,5 +54,24 @@ mod tests {
         let far = SensorParameters { radius_max_m: 1e6, gain: 1e6, ..sensor() };
         let pose = Pose { cell: Cell::new(3, 4), height_m: 0.0 };
         assert_eq!(disc(Grid::new(1000, 1000, 1.0, 1).unwrap(), &far, pose).count(), 1_000_000);
+    }
+
+    /// P-GUARD-REACH.
+    #[test]
+    fn every_landing_of_every_hop_lies_in_the_smallest_disc_whatever_the_rounding() {
+        for hop_cells in 1..=12 {
+            for cell_size_m in (1..=40).map(|step| f64::from(step) / 20.0) {
+                let side = 2 * hop_cells + 1;
+                let grid = Grid::new(side, side, cell_size_m, hop_cells).unwrap();
+                let cell = Cell::new(hop_cells as i32, hop_cells as i32);
+                let hop_m = grid.hop_distance_m();
+                let least =
+                    SensorParameters { gain: 0.0, radius_min_m: hop_m, radius_max_m: hop_m, ..sensor() };
+                let seen: Vec<Cell> = disc(grid, &least, Pose { cell, height_m: 0.0 }).collect();
+                for landing in contract::Direction::ALL.map(|direction| grid.hop(cell, direction)) {
+                    assert!(seen.contains(&landing), "{landing}: {hop_cells} cells of {cell_size_m} m");
+                }
+            }
+        }
     }
 }

@@ -174,6 +174,13 @@ impl SensorParameters {
     pub fn radius_m(&self, height_m: f64) -> f64 {
         (self.gain * (height_m + self.offset_m)).clamp(self.radius_min_m, self.radius_max_m)
     }
+
+    /// How far it sees from `height_m` above the datum, in cells of `grid`: the sensing radius, and one hop at
+    /// least, whatever the rounding. Three cells of 0.7 m divided by 0.7 m are a little less than three.
+    #[must_use]
+    pub fn reach_cells(&self, grid: &Grid, height_m: f64) -> f64 {
+        (self.radius_m(height_m) / grid.cell_size_m).max(f64::from(grid.hop_cells))
+    }
 }
 
 /// When the mission is over, and how long a decision may take.

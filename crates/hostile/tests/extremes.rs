@@ -190,6 +190,9 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     assert!(Record::try_from(&RecordV3::from(&records[0])).is_ok());
 }
 
+/// What a plan may take: sweeps, expansions.
+const WORK_MAX: u64 = 200_000;
+
 /// P-EXTREMES-PLAN: for whatever brief passes the checks of the wire, every planner decides within its budget.
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
@@ -208,8 +211,9 @@ fn every_planner_decides_under_every_brief_that_passes() {
         for name in planner::ALGORITHMS {
             let mut planner = algorithm(name).unwrap();
             let situation = Situation { brief: &brief, map: observation.map(), state: &state };
-            let plan = planner.plan(&situation, &Budget::of(Some(200_000)));
+            let plan = planner.plan(&situation, &Budget::of(Some(WORK_MAX)));
             assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
+            assert!(plan.work <= WORK_MAX, "{name}: work {} under {brief:?}", plan.work);
             planned += 1;
         }
     }

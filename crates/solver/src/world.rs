@@ -206,19 +206,6 @@ impl World {
         &self.rules
     }
 
-    /// Replaces the rules; the nodes stay.
-    ///
-    /// # Errors
-    /// If a rule is out of its range, or there are fewer soils than before.
-    pub fn set_rules(&mut self, rules: Rules) -> Result<(), Error> {
-        check(&rules)?;
-        if rules.soils.len() < self.rules.soils.len() {
-            return Err(Error::Soils { got: rules.soils.len(), soils_max: Self::SOILS_MAX });
-        }
-        self.rules = normalised(rules);
-        Ok(())
-    }
-
     /// Replaces what being lost is worth.
     ///
     /// # Errors

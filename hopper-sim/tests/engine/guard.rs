@@ -1,8 +1,8 @@
 //! What the guard lets pass, what it vetoes, and what is done when nobody commands.
 
 use contract::{
-    Action, Cell, Decision, Direction, GradientSource, Leader, MonotonicNs, Origin, Policy, PolicyCell, Pose,
-    Vetoed,
+    Action, Cell, Decision, Direction, GradientSource, Grid, Ground, Leader, MonotonicNs, Origin, Policy,
+    PolicyCell, Pose, SensorParameters, Vetoed,
 };
 use hopper_sim::{Arbiter, Effect, Event, Fallback, Guard, Mission, Pace, ROBOT};
 
@@ -87,6 +87,30 @@ fn what_cannot_be_seen_from_here_changes_no_hazard() {
         }
         assert_eq!(hazards(&mission, here), hazards(&other, here), "at {here}");
     }
+}
+
+/// P-GUARD-REACH.
+#[test]
+fn a_rock_one_hop_ahead_is_seen_at_the_smallest_radius_whatever_the_rounding() {
+    let mut rounded = 0;
+    for hop_cells in 1..=12 {
+        for cell_size_m in (1..=40).map(|step| f64::from(step) / 20.0) {
+            let side = 2 * hop_cells + 1;
+            let (here, rock) = (Cell::new(hop_cells as i32, 0), Cell::new(2 * hop_cells as i32, 0));
+            let mut mission = guarded(here, &[], 0.0, 0);
+            let grid = Grid::new(side, side, cell_size_m, hop_cells).unwrap();
+            (mission.brief.grid, mission.terrain.grid) = (grid, grid);
+            mission.brief.sensor =
+                SensorParameters { gain: 0.0, radius_min_m: grid.hop_distance_m(), ..mission.brief.sensor };
+            let ground = |cell| Ground { passable: cell != rock, ..Ground::FLAT };
+            mission.terrain.cells = grid.iter().map(ground).collect();
+            mission.brief.sensor.radius_max_m = 1e3;
+            let east = hazards(&mission, here)[2];
+            assert!(east >= 0.9, "{hop_cells} cells of {cell_size_m} m: {east}");
+            rounded += u32::from(grid.hop_distance_m() / cell_size_m < f64::from(hop_cells));
+        }
+    }
+    assert!(rounded > 10, "{rounded} cases in point");
 }
 
 /// P-GUARD.

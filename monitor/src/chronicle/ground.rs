@@ -82,13 +82,6 @@ impl Ground {
         &self.treasures
     }
 
-    /// Sensing radius at `height_m`, metres (P23 section IV).
-    #[must_use]
-    pub fn radius_m(&self, height_m: f64) -> f64 {
-        let SensorParameters { gain, offset_m, radius_min_m, radius_max_m, .. } = self.sensor;
-        (gain * (height_m + offset_m)).clamp(radius_min_m, radius_max_m)
-    }
-
     /// The log from `position` on, with the edition that positions are of.
     pub(super) fn log(&self, position: usize) -> (u64, &[u32]) {
         (self.edition, &self.log[position.min(self.log.len())..])
@@ -151,15 +144,15 @@ impl Ground {
                 return;
             }
             let Some((cell, height_m)) = self.pose(hops, decision) else { continue };
-            let radius_cells = self.radius_m(height_m) / self.grid.cell_size_m;
-            let reach = radius_cells as i32;
+            let reach_cells = self.sensor.reach_cells(&self.grid, height_m);
+            let reach = reach_cells as i32;
             let clip = |at: i32, side: u32| {
                 at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
             };
             for y in clip(cell.y, self.grid.height) {
                 for x in clip(cell.x, self.grid.width) {
                     let at = Cell::new(x, y);
-                    if at.distance_cells(cell) <= radius_cells {
+                    if at.distance_cells(cell) <= reach_cells {
                         pending -= usize::from(self.stamp(at, decision));
                     }
                 }

@@ -371,7 +371,7 @@ fn mission(account: &Chronicle, at: Decision, lines: &mut Vec<Line<'static>>) {
     let stray = hops.from(hops.first()).take(flown).filter(strays).count();
     let treasures = hop_before(account, at).map_or(0, |hop| hop.collected.count());
     lines.push(Line::raw(format!("{distance_m:.1} m to go · {seen:.0} % seen · {stray} stray")));
-    let radius_m = ground.radius_m(height_m);
+    let radius_m = brief.sensor.radius_m(height_m);
     lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
 }
 

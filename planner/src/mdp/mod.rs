@@ -28,7 +28,8 @@ use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 /// and the action is to hold: what is known cannot become passable again, and standing still is safe.
 ///
 /// What the guard has vetoed where the hopper stands is not chosen again: the next best hop is, from values
-/// solved from nothing. The values themselves know of no guard; where leaving the map and impassable ground
+/// solved from nothing by the session's canonical procedure, struck-out hops aside. So a veto of what the
+/// session would not choose changes nothing, and costs nothing. The values themselves know of no guard; where leaving the map and impassable ground
 /// are priced, as in profile `hopper`, there is little left to veto.
 ///
 /// Known treasures are planned for by [`treasures`], one model for each set of them, each from nothing.
@@ -56,9 +57,12 @@ impl Planner for Mdp {
         if here == situation.brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        let unbounded = budget.work_max.is_none() && situation.state.vetoed.is_empty();
-        if unbounded && situation.map.treasures().is_empty() {
-            return self.plan_in_session(situation, budget.pulse);
+        if budget.work_max.is_none() && situation.map.treasures().is_empty() {
+            let plan = self.plan_in_session(situation, budget.pulse);
+            if !situation.state.vetoed.has(plan.action) {
+                return plan;
+            }
+            self.in_session = false;
         }
         let mut model = Model::new(situation);
         self.treasures.rebuild(situation, &model);
@@ -68,8 +72,7 @@ impl Planner for Mdp {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
         let solution = self.treasures.solve(&mut model.world, &mut self.solver, budget);
-        let (values, tie) = (self.solver.values(), policy::tie_tolerance(&model.world));
-        let action = policy::allowed_action(&model.world, values, node, tie, situation.state.vetoed);
+        let action = policy::allowed_action(&model.world, self.solver.values(), node, situation.state.vetoed);
         self.model = Some(model);
         Plan {
             action,
@@ -84,7 +87,7 @@ impl Planner for Mdp {
             return self.session.borrow_mut().as_mut().map(Session::policy);
         }
         let Model { lattice, world } = self.model.as_ref()?;
-        let mut cells = policy::cells(world, lattice, self.solver.values(), policy::tie_tolerance(world));
+        let mut cells = policy::cells(world, lattice, self.solver.values());
         for (cell, policy) in lattice.grid.iter().zip(&mut cells) {
             let onward = lattice.node(cell).and_then(|node| self.treasures.onward(node));
             if let Some((action, value)) = onward {

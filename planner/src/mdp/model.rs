@@ -30,10 +30,6 @@ use crate::payoff::LandingPayoff;
 /// What losing the hopper costs beyond the worst life on the map, in units of payoff.
 pub const LOSS: f64 = -300.0;
 
-/// Residual below which values count as solved, in units of payoff. Where payoffs are so large that
-/// rounding alone would exceed it, [`tolerance`] is larger.
-pub const TOLERANCE: f64 = 1e-9;
-
 /// The process of one situation.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -55,12 +51,6 @@ impl Model {
         let world = world(brief, &lattice, |node| *belief.ground(lattice.cell(node)));
         Self { lattice, world }
     }
-}
-
-/// The tolerance for `world`: [`TOLERANCE`], or 64 units in the last place of the largest worth possible.
-#[must_use]
-pub fn tolerance(world: &World) -> f64 {
-    TOLERANCE.max(64.0 * f64::EPSILON * world.worth_max())
 }
 
 /// The process on ground as `ground` tells of each node.

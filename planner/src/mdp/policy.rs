@@ -1,20 +1,14 @@
 //! The policy that values imply, with a total order among equals.
+//!
+//! Actions whose values lie within [`TIE`] of the best count as equal, and the first of north, east, south,
+//! west is taken: [`solver::online::choice`], whatever the values were solved by.
 
 use contract::{Action, Direction, PolicyCell, Vetoed};
 use solver::online::choice::TIE;
 use solver::{Hop, World, action_values};
 
 use super::lattice::Lattice;
-use super::model::tolerance;
 use crate::tie::first_best_allowed;
-
-/// Actions whose values lie within δ of the best count as equal, and the first of north, east, south,
-/// west is taken. δ is the session's ([`TIE`]), and at least ten times the error tolerance / (1 − γ) that a
-/// solved value can have: 1e-6 at γ = 0.99.
-#[must_use]
-pub fn tie_tolerance(world: &World) -> f64 {
-    TIE.max(10.0 * tolerance(world) / (1.0 - world.rules().discount))
-}
 
 /// The contract's name of a hop.
 #[must_use]
@@ -27,25 +21,25 @@ pub fn named(hop: Hop) -> Action {
     })
 }
 
-/// The action at a node, values within `tie` being equal: hold wherever nothing is left to decide.
+/// The action at a node: hold wherever nothing is left to decide.
 #[must_use]
-pub fn action(world: &World, values: &[f64], node: usize, tie: f64) -> Action {
-    solver::policy::hop(world, values, node, tie).map_or(Action::Hold, named)
+pub fn action(world: &World, values: &[f64], node: usize) -> Action {
+    solver::policy::hop(world, values, node, TIE).map_or(Action::Hold, named)
 }
 
 /// The best action at the hopper's node among those that are not `vetoed`.
 #[must_use]
-pub fn allowed_action(world: &World, values: &[f64], node: usize, tie: f64, vetoed: Vetoed) -> Action {
+pub fn allowed_action(world: &World, values: &[f64], node: usize, vetoed: Vetoed) -> Action {
     // The solver's hops are in the order of the contract's directions.
     let values = action_values(world, values, node).map(Some);
-    first_best_allowed(values, tie, vetoed).map_or(Action::Hold, Action::Hop)
+    first_best_allowed(values, TIE, vetoed).map_or(Action::Hold, Action::Hop)
 }
 
 /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
 #[must_use]
-pub fn cells(world: &World, lattice: &Lattice, values: &[f64], tie: f64) -> Vec<PolicyCell> {
+pub fn cells(world: &World, lattice: &Lattice, values: &[f64]) -> Vec<PolicyCell> {
     let policy_cell = |cell| match lattice.node(cell) {
-        Some(node) => PolicyCell { action: action(world, values, node, tie), value: values[node] },
+        Some(node) => PolicyCell { action: action(world, values, node), value: values[node] },
         None => PolicyCell { action: Action::Hold, value: 0.0 },
     };
     lattice.grid.iter().map(policy_cell).collect()

@@ -9,7 +9,7 @@
 //! once, the session starts anew.
 
 use contract::{Brief, Cell, Ground, ObservedMap, PolicyCell};
-use solver::online::{Decision, Online, choice};
+use solver::online::{Decision, Online};
 
 use super::lattice::Lattice;
 use super::{model, policy};
@@ -116,6 +116,6 @@ impl Session {
     /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
     pub fn policy(&mut self) -> Vec<PolicyCell> {
         let values = self.online.values().0.to_vec();
-        policy::cells(self.online.world(), &self.lattice, &values, choice::TIE)
+        policy::cells(self.online.world(), &self.lattice, &values)
     }
 }

@@ -11,9 +11,10 @@
 //! one of those is collected.
 
 use contract::{Action, Cell};
+use solver::online::choice::CANONICAL_ERROR;
 use solver::{Effort, Kind, Site, Solver, Status, World};
 
-use super::model::{Model, tolerance};
+use super::model::Model;
 use super::policy;
 use crate::{Budget, Situation};
 
@@ -44,7 +45,7 @@ pub struct Solution {
     /// Bound |V − V*| on the values of the last world, in units of payoff: its own, and on top that of the worlds
     /// whose values its treasures pay, since a process's values err by no more than its payoffs do.
     pub error_bound: f64,
-    /// Whether every world is solved to the tolerance.
+    /// Whether every world is solved.
     pub converged: bool,
 }
 
@@ -68,8 +69,9 @@ impl Treasures {
         self.onward.resize(self.nodes.len(), Action::Hold);
     }
 
-    /// Solves the worlds of all sets within `budget`, counted in sweeps, for all of them together. `world` is
-    /// that without treasures, and ends as that of all of them, with `solver` holding its values.
+    /// Solves the worlds of all sets within `budget`, counted in sweeps, for all of them together, each to
+    /// [`CANONICAL_ERROR`] or the limit of floating point. `world` is that without treasures, and ends as that
+    /// of all of them, with `solver` holding its values.
     pub fn solve(&mut self, world: &mut World, solver: &mut Solver, budget: &Budget) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
         let mut total = Solution { sweeps: 0, error_bound: 0.0, converged: true };
@@ -77,9 +79,8 @@ impl Treasures {
         for set in 0..=all {
             self.place(world, set);
             let sweeps_max = budget.work_max.map_or(u64::MAX, |most| most - total.sweeps);
-            let error_max = tolerance(world) / (1.0 - world.rules().discount);
-            let solution =
-                solver.solve_with(world, &Effort { error_max, sweeps_max }, &|| budget.pulse.beat());
+            let effort = Effort { error_max: CANONICAL_ERROR, sweeps_max };
+            let solution = solver.solve_with(world, &effort, &|| budget.pulse.beat());
             total.sweeps += solution.sweeps;
             let smaller = (0..self.nodes.len()).filter(|number| set & (1 << number) != 0);
             let passed_on = smaller.map(|number| bounds[set & !(1 << number)]).fold(0.0, f64::max);
@@ -90,7 +91,7 @@ impl Treasures {
             self.after.push(self.nodes.iter().map(|&node| values[node]).collect());
             for (number, &node) in self.nodes.iter().enumerate() {
                 if set == all & !(1 << number) {
-                    self.onward[number] = policy::action(world, values, node, policy::tie_tolerance(world));
+                    self.onward[number] = policy::action(world, values, node);
                 }
             }
         }

@@ -5,7 +5,7 @@ use motion::{Domain, Draw, landing, transition};
 use nalgebra::{DMatrix, DVector};
 use planner::belief::Belief;
 use planner::mdp::Mdp;
-use planner::mdp::model::{Model, tolerance};
+use planner::mdp::model::Model;
 use planner::payoff::LandingPayoff;
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
 
@@ -149,13 +149,36 @@ fn ground_without_slips_is_planned_on_in_a_session_and_from_nothing() {
 }
 
 #[test]
+fn a_session_and_a_solve_from_nothing_choose_the_same_hop_however_far_out_the_discount() {
+    let mut compared = 0;
+    for seed in 0..24 {
+        let world = World::doubtful(seed);
+        let mut session = Mdp::default();
+        for share in [0.3, 0.7, 1.0] {
+            let map = partly_seen(&world, seed, share);
+            for cell in world.brief.grid.iter().filter(|cell| *cell != world.brief.goal) {
+                let [warm, cold] = [None, Some(u64::MAX)].map(|work_max| {
+                    let mut novice = Mdp::default();
+                    let mdp = if work_max.is_none() { &mut session } else { &mut novice };
+                    world.plan_within(mdp, &map, cell, &Budget::of(work_max)).action
+                });
+                assert_eq!(warm, cold, "{cell}, seed {seed}, {share} seen");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 1_000, "{compared}");
+}
+
+#[test]
 fn what_absorbs_pays_once_and_loosens_no_tolerance_for_ever() {
     let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
     world.brief.payoff.goal = 1.0e6;
-    let (map, state) = (world.seen(), world.state(world.brief.start, Decision(0), 0));
-    let model = Model::new(&Situation { brief: &world.brief, map: &map, state: &state });
-    let once = 64.0 * f64::EPSILON * 1.0e6;
-    assert_eq!(tolerance(&model.world), once);
+    let cold = Budget::of(Some(u64::MAX));
+    let plan = world.plan_within(&mut Mdp::default(), &world.seen(), world.brief.start, &cold);
+    // The limit of floating point for the largest worth there is, not for a goal's payoff at every step.
+    let limit = 64.0 * f64::EPSILON * 1.0e6 / (1.0 - world.brief.payoff.discount);
+    assert!(plan.status == PlanStatus::Solved && plan.error_bound <= limit, "{plan:?}, limit {limit:e}");
 }
 
 #[test]
