@@ -104,10 +104,19 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert!(std::fs::read_to_string(mission.path("a.hgrm")).unwrap().contains("Total count"));
     assert_eq!(report(&["a.mcap", "--budget", "1ns"]).status.code(), Some(3));
     let beside = json(&report(&["--compare", "a.mcap", "b.mcap", "--format", "json"]));
+    assert_eq!(beside["differs"].as_array().unwrap().len(), 0, "{beside}");
     assert_eq!(beside["comparison"]["pairs"], summary["decisions"]);
     let p = beside["comparison"]["p"].as_f64().unwrap();
     assert!((0.0..=1.0).contains(&p), "{beside}");
     assert_eq!(report(&["nothing.mcap"]).status.code(), Some(2));
+    flown(&mission, "c.mcap", &["--seed", "4", "--planner", "greedy"]);
+    let unlike = report(&["--compare", "a.mcap", "c.mcap"]);
+    let told = String::from_utf8(unlike.stdout).unwrap();
+    for what in
+        ["Warning: the seed of the first is 3, of the second 4", "Warning: the planner of the first is mdp"]
+    {
+        assert!(told.contains(what), "{told}");
+    }
 
     let slow = mission.start_slow_sim("3");
     let peers = mission.start_peers();
