@@ -138,7 +138,7 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
 fn a_killed_recording_is_recovered_and_python_reads_both() {
     let mission = Mission::new("killed");
     let slow = mission.start("sim", &["--seed", "5", "--pace", "20", "--scenario", "patrol"]);
-    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    let peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
     let mut monitor = mission.start("monitor", &["--record", "killed.mcap", "--record-note", "seed=5"]);
     harness::eventually("records in the recording", || {
         // The file may not be there yet, or have no head yet.
@@ -146,7 +146,8 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
         matches!(output.status.code(), Some(0 | 1)) && count(&json(&output)["records"]) >= 10
     });
     monitor.kill();
-    drop(slow);
+    // The next mission here is flown by its own.
+    drop((slow, peers));
     let (cut, code) = info(&mission, "killed.mcap");
     assert_eq!((code, &cut["whole"], &cut["digest_at_end"]), (Some(1), &false.into(), &Value::Null), "{cut}");
     let refused = bag(&mission, &["recover", "killed.mcap"], "killed.mcap");
@@ -180,17 +181,27 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
     assert!(told["metadata"]["recovered"]["fault"].as_str().is_some_and(|fault| !fault.is_empty()), "{told}");
 }
 
-/// P-BAG-STALL: a recorder that is stopped holds up no hop.
+/// P-BAG-STALL: a recorder that is stopped in mid-mission holds up no hop.
 #[test]
 fn a_stopped_recorder_holds_up_no_hop() {
     let mission = Mission::new("stalled");
-    let mut sim = mission.start("sim", &["--seed", "9", "--pace", "50"]);
-    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    let mut sim = mission.start("sim", &["--seed", "9", "--pace", "10"]);
     let monitor = mission.start("monitor", &["--record", "a.mcap"]);
+    monitor.await_log("joined");
+    // No hop before it has begun to record.
+    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
     mission.await_decisions(3);
     monitor.signal(rustix::process::Signal::STOP);
+    let stopped_at = mission.decisions();
     assert_eq!(sim.code(), 0, "{}", sim.log());
-    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "9"])["digest"]);
+    let flown = sim.json();
+    assert!(stopped_at + 3 < count(&flown["decisions"]), "stopped at {stopped_at}: {flown}");
+    let recorded = count(&info(&mission, "a.mcap").0["decisions"]);
+    assert!(
+        recorded <= stopped_at,
+        "{recorded} decisions by a recorder that stood still from {stopped_at} on"
+    );
+    assert_eq!(flown["digest"], lockstep(&["--seed", "9"])["digest"]);
 }
 
 /// P-BAG-FILE: nothing is written over, and what cannot be recorded is refused.
