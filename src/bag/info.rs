@@ -131,11 +131,9 @@ impl Info {
             topic.bytes += entry.data.len() as u64;
             topic.schema = entry.known.map_or("of others", recording::Topic::schema).into();
             match entry.message()? {
-                Some(Message::Brief(told)) => {
-                    if mission.brief.is_none_or(|known| known.run != told.run) {
-                        runs += 1;
-                        mission = Mission { brief: Some(told), ..Mission::default() };
-                    }
+                Some(Message::Brief(told)) if !mission.is(told.run) => {
+                    runs += 1;
+                    mission = Mission { brief: Some(told), ..Mission::default() };
                 }
                 Some(Message::State(told)) if mission.is(told.run) => mission.state = Some(told),
                 Some(Message::Past(page)) if mission.is(page.run) => {

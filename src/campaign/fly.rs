@@ -172,7 +172,9 @@ fn fly_all(
     let worlds: Arc<[World]> = worlds.into();
     let due = shard.len(plan.trials());
     let mut progress = Progress::begin(due, store.done(), Node::now());
-    tracing::info!("{} of {due} trials are there, the others fly on {jobs} threads", store.done());
+    if store.done() < due {
+        tracing::info!("{} of {due} trials are there; the others fly, {jobs} at a time", store.done());
+    }
     let (landed, flown) = mpsc::channel();
     let (mut begun, mut early) = (store.done(), BTreeMap::new());
     let (mut flushed, mut paper_s) = (Node::now(), 0.0);
