@@ -5,10 +5,10 @@
 //! over, preconditioned from the right by a sweep outwards and one back: lingering makes one eigenvalue
 //! near 1 for every place that is lingered at, all close together, which a Krylov method removes at once.
 
-use std::ops::Range;
+use std::cell::Cell;
 
 use crate::simd::{Simd, dispatch};
-use crate::skew::{Around, LANES, Lanes, PARTS, Skew, chunk, part};
+use crate::skew::{Around, LANES, Lanes, PARTS, Run, Skew, chunk, part};
 use crate::sweep::Planes;
 use crate::wave::{Wave, largest};
 
@@ -68,6 +68,7 @@ impl Planes {
         let Krylov { residual, shadow, direction, image, preconditioned, image_half, halfway } = krylov;
         for plane in [&mut *residual, shadow, direction] {
             plane.clear();
+            let ground = &ground[..PARTS * solution.len()];
             plane.extend(ground.chunks_exact(PARTS * LANES).flat_map(|parts| &parts[..LANES]));
         }
         for plane in [&mut *image, preconditioned, image_half, halfway] {
@@ -120,13 +121,13 @@ impl Planes {
 /// Most passes of a linear solve.
 const PASSES_MAX: usize = 12;
 /// Sweeps a pass.
-const SWEEPS: usize = 4;
+const SWEEPS: usize = 3;
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.6;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
 const OUTER_MAX: f32 = 0.15;
 /// Reduction of the change at which a linear solve by sweeps ends.
-const REDUCTION: f32 = 1e-4;
+const REDUCTION: f32 = 1e-5;
 /// Reduction from pass to pass that counts as slow.
 const SLOW: f32 = 0.75;
 /// Most iterations of BiCGStab in one round.
@@ -141,27 +142,25 @@ dispatch! {
 
 #[inline(always)]
 fn correct_lanes(unknown: &mut [f32], ground: &[f32], skew: &Skew, wave: Wave, change: &mut Lanes) {
-    let diagonals = skew.diagonals();
-    for step in 0..wave.steps(&diagonals) {
-        for sweep in 0..wave.sweeps {
-            let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
-            let (first, nodes) = skew.run(diagonal);
-            let steps = skew.steps(diagonal);
-            let moved = correct_run(unknown, ground, first, nodes, steps);
+    let unknown = Cell::from_mut(unknown).as_slice_of_cells();
+    let diagonals = skew.runs.len();
+    for step in 0..wave.steps(diagonals) {
+        for sweep in wave.at(diagonals, step) {
+            let run = &skew.runs[wave.diagonal(diagonals, step, sweep)];
             if sweep + 1 == wave.sweeps {
-                for lane in 0..LANES {
-                    change[lane] = if moved[lane] > change[lane] { moved[lane] } else { change[lane] };
-                }
+                correct_run::<true>(unknown, ground, run, change);
+            } else {
+                correct_run::<false>(unknown, ground, run, change);
             }
         }
     }
 }
 
+/// Updates a diagonal; the largest change goes into `change` in the `LAST` sweep.
 #[inline(always)]
-fn correct_run(unknown: &mut [f32], ground: &[f32], first: usize, nodes: usize, steps: [isize; 4]) -> Lanes {
-    let mut change = [0.0; LANES];
-    let around = Around::new(unknown, first, nodes, steps);
-    let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
+fn correct_run<const LAST: bool>(unknown: &[Cell<f32>], ground: &[f32], run: &Run, change: &mut Lanes) {
+    let around = Around::new(unknown, run);
+    let ground = &ground[part(run.first, 0)..][..around.chunks() * PARTS * LANES];
     for index in 0..around.chunks() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
         let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
@@ -178,13 +177,14 @@ fn correct_run(unknown: &mut [f32], ground: &[f32], first: usize, nodes: usize, 
             let anticipated = if outer < OUTER_MAX { outer } else { OUTER_MAX };
             next[lane] = new[lane] + OVER * anticipated * (new[lane] - old[lane]);
         }
-        for lane in 0..LANES {
-            let moved = (new[lane] - old[lane]).abs();
-            change[lane] = if moved > change[lane] { moved } else { change[lane] };
+        if LAST {
+            for lane in 0..LANES {
+                let moved = (new[lane] - old[lane]).abs();
+                change[lane] = if moved > change[lane] { moved } else { change[lane] };
+            }
         }
         around.set(index, &next);
     }
-    change
 }
 
 dispatch! {
@@ -194,9 +194,7 @@ dispatch! {
 
 #[inline(always)]
 fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[f32], skew: &Skew) {
-    for diagonal in skew.diagonals() {
-        let (first, nodes) = skew.run(diagonal);
-        let [low_i, low_j, _, _] = skew.steps(diagonal);
+    for &Run { first, nodes, steps: [low_i, low_j, _, _], .. } in &skew.runs {
         for at in (first..first + nodes).step_by(LANES) {
             let p = chunk(p, at);
             let inner = halves(e, at, [low_i, low_j], ground, 1);
@@ -217,13 +215,11 @@ dispatch! {
 
 #[inline(always)]
 fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew: &Skew) {
-    let Range { start, end } = skew.diagonals();
-    for index in 0..=end - start {
+    let runs = &skew.runs;
+    for known in (0..=runs.len()).rev() {
         // At the end there is nothing left to know, but one image to take.
-        if index < end - start {
-            let diagonal = end - 1 - index;
-            let (first, nodes) = skew.run(diagonal);
-            let [_, _, high_i, high_j] = skew.steps(diagonal);
+        if known > 0 {
+            let Run { first, nodes, steps: [_, _, high_i, high_j], .. } = runs[known - 1];
             for at in (first..first + nodes).step_by(LANES) {
                 let e = chunk(e, at);
                 let outer = halves(f, at, [high_i, high_j], ground, 3);
@@ -234,10 +230,8 @@ fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew:
                 f[at..at + LANES].copy_from_slice(&new);
             }
         }
-        if index > 0 {
-            let diagonal = end - index;
-            let (first, nodes) = skew.run(diagonal);
-            let [low_i, low_j, _, _] = skew.steps(diagonal);
+        if known < runs.len() {
+            let Run { first, nodes, steps: [low_i, low_j, _, _], .. } = runs[known];
             for at in (first..first + nodes).step_by(LANES) {
                 let e = chunk(e, at);
                 let inner = halves(f, at, [low_i, low_j], ground, 1);

@@ -12,8 +12,11 @@ use crate::{Leaving, Rules, World};
 /// Lanes of a chunk in double precision.
 const LANES: usize = 8;
 
-/// Nodes of a panel: rows are measured in panels, so that the worths of three of its rows stay at hand.
+/// Nodes of a panel: rows are measured in panels, so that the worths of a few of its rows stay at hand.
 const PANEL: usize = 512;
+
+/// Rows at hand: the one that is measured, the two beside it, and the next.
+const ROWS: usize = 4;
 
 /// Worths along one row of a panel, from the node before it to the node after it.
 type Worths = [f64; PANEL + 2];
@@ -31,19 +34,23 @@ pub(crate) struct Findings {
 pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
     let (width, height) = (world.width(), world.height());
     let rules = world.rules();
-    let mut findings = Findings { residual: 0.0, worth_max: rules.loss.abs() };
+    let mut seen = Seen::default();
     for start in (0..width).step_by(PANEL) {
         let columns = start..width.min(start + PANEL);
-        let mut worths = [[0.0; PANEL + 2]; 3];
+        let mut worths = [[0.0; PANEL + 2]; ROWS];
         worths_of(simd, world, values, &columns, 0, &mut worths[1]);
-        worths[0] = beyond(rules, &worths[1]);
+        beyond(rules, &mut worths, [1, 0], columns.len());
+        if height > 1 {
+            worths_of(simd, world, values, &columns, 1, &mut worths[2]);
+        }
         for y in 0..height {
-            if y + 1 < height {
-                worths_of(simd, world, values, &columns, y + 1, &mut worths[(y + 2) % 3]);
-            } else {
-                worths[(y + 2) % 3] = beyond(rules, &worths[(y + 1) % 3]);
+            // A row ahead, so that nothing waits for what is written here.
+            if y + 2 < height {
+                worths_of(simd, world, values, &columns, y + 2, &mut worths[(y + 3) % ROWS]);
+            } else if y + 1 == height {
+                beyond(rules, &mut worths, [(y + 1) % ROWS, (y + 2) % ROWS], columns.len());
             }
-            let [south, here, north] = [y % 3, (y + 1) % 3, (y + 2) % 3].map(|row| &worths[row]);
+            let [south, here, north] = [0, 1, 2].map(|row| &worths[(y + row) % ROWS]);
             let (payoffs, east, north_up, classes) = world.row(y);
             let inputs = Inputs {
                 values: &values[y * width..][columns.clone()],
@@ -52,12 +59,29 @@ pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
                 slopes_north: &north_up[columns.clone()],
                 classes: &classes[columns.clone()],
             };
-            let [residual, worth_max] = measure(simd, rules, south, here, north, &inputs);
-            findings.residual = findings.residual.max(residual);
-            findings.worth_max = findings.worth_max.max(worth_max);
+            measure(simd, rules, south, here, north, &inputs, &mut seen);
         }
     }
-    findings
+    let Seen { residual, worth_max, unsound } = seen;
+    Findings {
+        residual: if unsound == [0.0; LANES] { largest(residual) } else { f64::INFINITY },
+        worth_max: largest(worth_max).max(rules.loss.abs()),
+    }
+}
+
+fn largest(lanes: [f64; LANES]) -> f64 {
+    lanes.into_iter().fold(0.0, f64::max)
+}
+
+/// What was met so far, lane by lane.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    /// The largest deviation.
+    residual: [f64; LANES],
+    /// The largest |r| + |V|.
+    worth_max: [f64; LANES],
+    /// Not 0 if some deviation was no number.
+    unsound: [f64; LANES],
 }
 
 /// What is read along one row of a panel.
@@ -101,16 +125,21 @@ fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Clas
     }
 }
 
-/// The row beyond the map's edge, beside the row `edge`.
-fn beyond(rules: &Rules, edge: &Worths) -> Worths {
-    if rules.leaving == Leaving::Stays { *edge } else { [rules.loss; PANEL + 2] }
+/// Fills the second row, which lies beyond the map's edge, beside the first.
+fn beyond(rules: &Rules, worths: &mut [Worths; ROWS], [edge, row]: [usize; 2], nodes: usize) {
+    let [edge, row] = worths.get_disjoint_mut([edge, row]).expect("two rows of four");
+    if rules.leaving == Leaving::Stays {
+        row[..nodes + 2].copy_from_slice(&edge[..nodes + 2]);
+    } else {
+        row[..nodes + 2].fill(rules.loss);
+    }
 }
 
 dispatch! {
-    /// The largest deviation along one row, and the largest |r| + |V|.
+    /// Measures one row.
     fn measure(
-        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs,
-    ) -> [f64; 2] = measure_lanes
+        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs<'_>, seen: &mut Seen,
+    ) = measure_lanes
 }
 
 /// Eight from `at` on; `beyond` past the end.
@@ -136,13 +165,12 @@ fn measure_lanes(
     souths: &Worths,
     heres: &Worths,
     norths: &Worths,
-    inputs: &Inputs,
-) -> [f64; 2] {
+    inputs: &Inputs<'_>,
+    seen: &mut Seen,
+) {
     // No closures in here: they would be compiled without the vector instructions, and be called.
     let discount = rules.discount;
-    let mut residual = [0.0_f64; LANES];
-    let mut worth_max = [0.0_f64; LANES];
-    let mut unsound = [0.0_f64; LANES];
+    let Seen { mut residual, mut worth_max, mut unsound } = *seen;
     for start in (0..inputs.values.len()).step_by(LANES) {
         // What is left at the end is measured together with what was measured before it.
         let at = start.min(inputs.values.len().saturating_sub(LANES));
@@ -205,7 +233,5 @@ fn measure_lanes(
             worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
         }
     }
-    let residual =
-        if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
-    [residual, worth_max.into_iter().fold(0.0, f64::max)]
+    *seen = Seen { residual, worth_max, unsound };
 }

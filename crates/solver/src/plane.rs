@@ -3,7 +3,7 @@
 use crate::pages;
 
 /// Numbers whose first lies at a cache line, so that no chunk of a layout lies across two.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Plane<T> {
     numbers: Vec<T>,
     len: usize,
@@ -35,5 +35,15 @@ impl<T: Copy + Default> Plane<T> {
 
     fn start(&self) -> usize {
         self.numbers.as_ptr().align_offset(LINE_BYTES).min(self.numbers.len() - self.len)
+    }
+}
+
+impl<T: Copy + Default> Clone for Plane<T> {
+    /// The numbers again, which begin elsewhere after the start of their memory.
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.reset(self.len);
+        copy.all_mut().copy_from_slice(self.all());
+        copy
     }
 }

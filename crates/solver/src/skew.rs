@@ -7,15 +7,15 @@
 //! one node, and each diagonal is padded to whole chunks of [`LANES`].
 
 use std::cell::Cell;
-use std::ops::Range;
 
 use crate::World;
 
 /// Lanes of a chunk.
 pub(crate) const LANES: usize = 16;
 
-/// Which of [`Skew::steps`] the places of [`Skew::rim`] step over the rim by.
-const RIM_STEPS: [usize; 4] = [0, 3, 1, 2];
+/// Nodes of a diagonal that is so short that a chunk of its own keeps it apart from the next: what overhangs
+/// would otherwise wait for the next one's update, which a processor does not take out of the chunk it is writing.
+const SHORT: usize = 4 * LANES;
 
 /// Entries of a diagonal that are gathered together.
 const STRIP: usize = 8 * LANES;
@@ -27,10 +27,38 @@ pub(crate) struct Skew {
     pub height: usize,
     /// Whether i counts from the last column, and j from the last row.
     pub flip: [bool; 2],
-    /// Node (i, j) of diagonal d = i + j + 2, the halo being i = −1 and j = −1, lies at `base[d]` + i + 1.
-    pub base: Vec<usize>,
+    /// The diagonals, that of the corner first.
+    pub runs: Vec<Run>,
+    /// For each diagonal, the entry at which i would be 0: node (i, j) lies at `bases[i + j]` + i.
+    bases: Vec<usize>,
+    /// The steps over the rim of the grid, diagonal by diagonal.
+    pub rim: Vec<Rim>,
     /// Entries of a plane, padding included.
     pub len: usize,
+}
+
+/// Where a diagonal lies in a plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Run {
+    /// Entry of the first node, a multiple of [`LANES`].
+    pub first: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Distances from an entry to its neighbours: at i − 1, j − 1, i + 1, j + 1.
+    pub steps: [isize; 4],
+    /// Where its steps over the rim begin and end.
+    rim: [usize; 2],
+}
+
+/// A step over the rim of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rim {
+    /// Entry of the node on the rim.
+    pub at: usize,
+    /// The halo's entry beyond.
+    pub beyond: usize,
+    /// Which of [`Run::steps`] leads there.
+    pub step: usize,
 }
 
 impl Skew {
@@ -43,19 +71,53 @@ impl Skew {
             return false;
         }
         (self.width, self.height) = (width, height);
-        self.base.clear();
-        let mut start = 2 * LANES;
-        for diagonal in 0..=width + height + 2 {
-            // The first interior node of the diagonal stands at a multiple of LANES.
-            let first = diagonal.saturating_sub(height).max(1);
-            let last = (diagonal.saturating_sub(1)).min(width);
-            let nodes = (last + 1).saturating_sub(first);
-            self.base.push(start - first);
+        self.runs.clear();
+        self.bases.clear();
+        self.rim.clear();
+        // So does the halo, at −1 and beyond the last.
+        let base = |start: usize, i_first: usize| start as isize - i_first as isize;
+        let mut before = base(2 * LANES, 0);
+        let mut start = 3 * LANES;
+        for diagonal in 0..width + height - 1 {
+            let (i_first, nodes) = self.span(diagonal);
+            let here = base(start, i_first);
             // Before the first lies a halo node, in the padding of the diagonal before; after the last, another.
-            start += (nodes + 2).next_multiple_of(LANES);
+            let gap = if nodes < SHORT { LANES } else { 0 };
+            let next = start + (nodes + 2).next_multiple_of(LANES) + gap;
+            let after = base(next, self.span(diagonal + 1).0);
+            let steps = [before - here - 1, before - here, after - here + 1, after - here];
+            let (last, i_last) = (start + nodes - 1, i_first + nodes - 1);
+            let begin = self.rim.len();
+            for (at, step, over) in [
+                (start, 0, i_first == 0),
+                (start, 3, diagonal - i_first + 1 == height),
+                (last, 1, i_last == diagonal),
+                (last, 2, i_last + 1 == width),
+            ] {
+                if over {
+                    self.rim.push(Rim { at, beyond: at.wrapping_add_signed(steps[step]), step });
+                }
+            }
+            // Each diagonal takes up more entries than i grows by.
+            self.bases.push(start - i_first);
+            self.runs.push(Run { first: start, nodes, steps, rim: [begin, self.rim.len()] });
+            (before, start) = (here, next);
         }
-        self.len = start + 2 * LANES;
+        self.len = start + 3 * LANES;
         true
+    }
+
+    /// The i of a diagonal's first node, and its nodes.
+    #[inline(always)]
+    fn span(&self, diagonal: usize) -> (usize, usize) {
+        let first = (diagonal + 1).saturating_sub(self.height);
+        (first, (diagonal + 1).min(self.width).saturating_sub(first))
+    }
+
+    /// The steps over the rim from a diagonal.
+    #[inline(always)]
+    pub fn rim_of(&self, run: &Run) -> &[Rim] {
+        &self.rim[run.rim[0]..run.rim[1]]
     }
 
     /// Lays the diagonals across: j counts from the other side. Entries stay where they are; nodes do not.
@@ -63,76 +125,111 @@ impl Skew {
         self.flip[1] = !self.flip[1];
     }
 
-    /// The diagonals that hold nodes of the grid.
-    pub fn diagonals(&self) -> Range<usize> {
-        2..self.width + self.height + 1
+    /// The grid's rows, cut into stretches of at most [`LANES`] nodes, in an order in which both they and the chunks
+    /// of the layout that their nodes lie in are near one another: in strips across the rows.
+    #[inline(always)]
+    pub fn stretches(&self) -> Stretches {
+        Stretches { width: self.width, height: self.height, strip: 0, x: 0, y: 0 }
     }
 
-    /// Entry of the first node of a diagonal, and nodes on it.
+    /// The entries of a stretch's nodes; in the lanes beyond, that of the last.
     #[inline(always)]
-    pub fn run(&self, diagonal: usize) -> (usize, usize) {
-        let first = diagonal.saturating_sub(self.height).max(1);
-        let last = (diagonal - 1).min(self.width);
-        (self.base[diagonal] + first, last + 1 - first)
+    pub fn entries(&self, stretch: &Stretch) -> [usize; LANES] {
+        let mut entries = [0; LANES];
+        let j = if self.flip[1] { self.height - 1 - stretch.y } else { stretch.y };
+        for (lane, entry) in entries.iter_mut().enumerate() {
+            let x = stretch.x + lane.min(stretch.lanes - 1);
+            let i = if self.flip[0] { self.width - 1 - x } else { x };
+            *entry = self.bases[i + j] + i;
+        }
+        entries
     }
 
     /// The chunks of the layout that hold nodes, in an order in which both the rows of the grid that they take
     /// from and the chunks themselves lie near one another: in strips across the diagonals.
     #[inline(always)]
     pub fn blocks(&self) -> Blocks<'_> {
-        Blocks { skew: self, strip: 0, diagonal: 2, before: 0 }
+        Blocks { skew: self, strip: 0, diagonal: 0, before: 0 }
     }
 
     /// The chunk of a diagonal with so many nodes before it.
     #[inline(always)]
     fn block(&self, diagonal: usize, before: usize) -> Block {
-        let (first, nodes) = self.run(diagonal);
-        let i = first - self.base[diagonal] + before;
+        let run = &self.runs[diagonal];
+        let i = self.span(diagonal).0 + before;
         let j = diagonal - i;
-        let x = if self.flip[0] { self.width - i } else { i - 1 };
-        let y = if self.flip[1] { self.height - j } else { j - 1 };
+        let x = if self.flip[0] { self.width - 1 - i } else { i };
+        let y = if self.flip[1] { self.height - 1 - j } else { j };
         let (along, down) = (if self.flip[0] { -1 } else { 1 }, if self.flip[1] { 1 } else { -1 });
         Block {
-            entry: first + before,
-            steps: self.steps(diagonal),
-            lanes: (nodes - before).min(LANES),
+            entry: run.first + before,
+            steps: run.steps,
+            lanes: (run.nodes - before).min(LANES),
             node: y * self.width + x,
             stride: along + down * self.width as isize,
         }
     }
+}
 
-    /// The four places where a diagonal, from entry `first` to `last`, may touch the rim of the grid: an entry
-    /// on it, and the step from there into the halo, or 0 where it does not.
+/// Nodes side by side in a row of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    /// Column of the first.
+    pub x: usize,
+    /// Row.
+    pub y: usize,
+    /// Nodes.
+    pub lanes: usize,
+}
+
+/// [`Skew::stretches`], the next of which begins here.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretches {
+    width: usize,
+    height: usize,
+    strip: usize,
+    x: usize,
+    y: usize,
+}
+
+/// Columns of a strip: what its rows touch of the layout stays in the nearest cache from row to row.
+const COLUMNS: usize = 4 * LANES;
+
+impl Iterator for Stretches {
+    type Item = Stretch;
+
     #[inline(always)]
-    pub fn rim(&self, diagonal: usize, first: usize, last: usize, steps: [isize; 4]) -> [(usize, isize); 4] {
-        let (i_first, i_last) = (first - self.base[diagonal], last - self.base[diagonal]);
-        let [before_i, before_j, after_i, after_j] = steps;
-        [
-            (first, if i_first == 1 { before_i } else { 0 }),
-            (first, if diagonal - i_first == self.height { after_j } else { 0 }),
-            (last, if diagonal - i_last == 1 { before_j } else { 0 }),
-            (last, if i_last == self.width { after_i } else { 0 }),
-        ]
+    fn next(&mut self) -> Option<Stretch> {
+        let end = self.width.min(self.strip + COLUMNS);
+        if self.x >= end {
+            self.x = self.strip;
+            self.y += 1;
+        }
+        if self.y >= self.height {
+            self.strip += COLUMNS;
+            (self.x, self.y) = (self.strip, 0);
+        }
+        if self.strip >= self.width {
+            return None;
+        }
+        let end = self.width.min(self.strip + COLUMNS);
+        let stretch = Stretch { x: self.x, y: self.y, lanes: LANES.min(end - self.x) };
+        self.x += LANES;
+        Some(stretch)
     }
+}
 
-    /// Every step over the rim: an entry on it, the halo's entry beyond, and the index of the step among
-    /// [`Skew::steps`].
-    pub fn border(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
-        self.diagonals().flat_map(|diagonal| {
-            let (first, nodes) = self.run(diagonal);
-            let rim = self.rim(diagonal, first, first + nodes - 1, self.steps(diagonal));
-            let over = rim.into_iter().zip(RIM_STEPS).filter(|((_, step), _)| *step != 0);
-            over.map(|((at, step), index)| (at, at.wrapping_add_signed(step), index))
-        })
-    }
-
-    /// Distances from an entry of `diagonal` to its neighbours: at i − 1, j − 1, i + 1, j + 1.
+impl Stretch {
+    /// What `of`, row-major over a grid of that width, has for its nodes; in the lanes beyond, the default.
     #[inline(always)]
-    pub fn steps(&self, diagonal: usize) -> [isize; 4] {
-        let here = self.base[diagonal] as isize;
-        let before = self.base[diagonal - 1] as isize - here;
-        let after = self.base[diagonal + 1] as isize - here;
-        [before - 1, before, after + 1, after]
+    pub fn read<T: Copy + Default>(&self, of: &[T], width: usize) -> [T; LANES] {
+        let of = &of[self.y * width + self.x..][..self.lanes];
+        if let Some(whole) = of.first_chunk::<LANES>() {
+            return *whole;
+        }
+        let mut read = [T::default(); LANES];
+        read[..self.lanes].copy_from_slice(of);
+        read
     }
 }
 
@@ -141,7 +238,7 @@ impl Skew {
 pub(crate) struct Block {
     /// Entry of the first.
     pub entry: usize,
-    /// Distances to the neighbours, as [`Skew::steps`] has them.
+    /// Distances to the neighbours, as [`Run::steps`] has them.
     pub steps: [isize; 4],
     /// Nodes.
     pub lanes: usize,
@@ -171,12 +268,12 @@ impl Iterator for Blocks<'_> {
         }
         let block = skew.block(self.diagonal, self.before);
         self.before += LANES;
-        if self.before >= skew.run(self.diagonal).1.min(self.strip + STRIP) {
+        if self.before >= skew.runs[self.diagonal].nodes.min(self.strip + STRIP) {
             self.diagonal += 1;
             // Diagonals of more nodes than lie before the strip.
-            if self.diagonal > skew.width + skew.height - self.strip {
+            if self.diagonal + self.strip + 1 >= skew.width + skew.height {
                 self.strip += STRIP;
-                self.diagonal = 2 + self.strip;
+                self.diagonal = self.strip;
             }
             self.before = self.strip;
         }
@@ -195,16 +292,10 @@ impl Block {
         let end = self.node.wrapping_add_signed(last as isize * self.stride);
         assert!(self.node < of.len() && end < of.len(), "a block lies within its world");
         let mut picked = [of[end]; LANES];
-        if last + 1 == LANES {
-            for (lane, picked) in picked.iter_mut().enumerate() {
-                // SAFETY: the node lies between the first and the last, both of which are asserted to be in range.
-                // A check of each is half of what picking costs.
-                *picked = *unsafe { of.get_unchecked(self.at(lane)) };
-            }
-        } else {
-            for (lane, picked) in picked[..last].iter_mut().enumerate() {
-                *picked = of[self.at(lane)];
-            }
+        for (lane, picked) in picked.iter_mut().enumerate() {
+            // SAFETY: the node lies between the first and the last, both of which are asserted to be in range.
+            // A check of each is half of what picking costs.
+            *picked = *unsafe { of.get_unchecked(self.at(lane.min(last))) };
         }
         picked
     }
@@ -244,47 +335,38 @@ pub(crate) fn shift(entry: usize, hop: usize) -> usize {
 /// A number of each lane.
 pub(crate) type Lanes = [f32; LANES];
 
+/// A chunk of a plane that is shared.
+type Cells = [Cell<f32>; LANES];
+
 /// A diagonal of a plane with its neighbours, all in whole chunks: what overlaps may be read and written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Around<'a> {
-    low_i: &'a [Cell<f32>],
-    low_j: &'a [Cell<f32>],
-    high_i: &'a [Cell<f32>],
-    high_j: &'a [Cell<f32>],
-    here: &'a [Cell<f32>],
+    low_i: &'a [Cells],
+    low_j: &'a [Cells],
+    high_i: &'a [Cells],
+    high_j: &'a [Cells],
+    here: &'a [Cells],
 }
 
 impl<'a> Around<'a> {
-    /// The run of `nodes` nodes from entry `first` on, `steps` away from its neighbours.
+    /// A diagonal's.
     #[inline(always)]
-    pub fn new(plane: &'a mut [f32], first: usize, nodes: usize, steps: [isize; 4]) -> Self {
-        Self::of(Cell::from_mut(plane).as_slice_of_cells(), first, nodes, steps)
-    }
-
-    /// The same in a plane that is shared.
-    #[inline(always)]
-    pub fn of(cells: &'a [Cell<f32>], first: usize, nodes: usize, steps: [isize; 4]) -> Self {
-        let len = nodes.next_multiple_of(LANES);
-        let [low_i, low_j, high_i, high_j] = steps.map(|step| first.wrapping_add_signed(step));
+    pub fn new(cells: &'a [Cell<f32>], run: &Run) -> Self {
+        let Run { first, nodes, steps: [low_i, low_j, high_i, high_j], .. } = *run;
+        let chunks = nodes.div_ceil(LANES);
         Self {
-            low_i: &cells[low_i..low_i + len],
-            low_j: &cells[low_j..low_j + len],
-            high_i: &cells[high_i..high_i + len],
-            high_j: &cells[high_j..high_j + len],
-            here: &cells[first..first + len],
+            low_i: row(cells, first.wrapping_add_signed(low_i), chunks),
+            low_j: row(cells, first.wrapping_add_signed(low_j), chunks),
+            high_i: row(cells, first.wrapping_add_signed(high_i), chunks),
+            high_j: row(cells, first.wrapping_add_signed(high_j), chunks),
+            here: row(cells, first, chunks),
         }
-    }
-
-    /// Entries of the run, padding included.
-    #[inline(always)]
-    pub fn len(&self) -> usize {
-        self.here.len()
     }
 
     /// Chunks of the run.
     #[inline(always)]
     pub fn chunks(&self) -> usize {
-        self.here.len() / LANES
+        self.here.len()
     }
 
     /// Neighbours at i − 1, j − 1, i + 1, j + 1, and the nodes themselves, of a chunk.
@@ -293,7 +375,7 @@ impl<'a> Around<'a> {
         let mut chunks = [[0.0; LANES]; 5];
         let rows = [self.low_i, self.low_j, self.high_i, self.high_j, self.here];
         for row in 0..5 {
-            let cells = &rows[row][index * LANES..][..LANES];
+            let cells = &rows[row][index];
             for lane in 0..LANES {
                 chunks[row][lane] = cells[lane].get();
             }
@@ -304,11 +386,16 @@ impl<'a> Around<'a> {
     /// Replaces a chunk of the nodes.
     #[inline(always)]
     pub fn set(&self, index: usize, new: &Lanes) {
-        let cells = &self.here[index * LANES..][..LANES];
-        for lane in 0..LANES {
-            cells[lane].set(new[lane]);
+        for (cell, new) in self.here[index].iter().zip(new) {
+            cell.set(*new);
         }
     }
+}
+
+/// So many chunks from an entry on.
+#[inline(always)]
+fn row(cells: &[Cell<f32>], at: usize, chunks: usize) -> &[Cells] {
+    &cells[at..].as_chunks::<LANES>().0[..chunks]
 }
 
 /// The chunk of a plane at an entry.

@@ -85,24 +85,35 @@ const PLAIN_SWEEPS: u64 = 8;
 /// Change of a worth, relative to the largest worth there may be, at which sweeps of worths end: some 250 units
 /// in the last place, so that corrections are small enough for single precision to hold them to the bound.
 const SINGLE: f64 = 1.5e-5;
+/// The same on small worlds without places to linger at, where the linear equation of the best hops takes over.
+const SINGLE_SMALL: f64 = 1e-4;
 /// Residuals above so many times that are swept down before they are corrected.
 const ROUGH: f64 = 10.0;
 /// A correction that settles, from a residual of at most so many times that, is expected to be the last.
-const EXPECTED: f64 = 100.0;
+const EXPECTED: f64 = 1e4;
 /// Change, relative to the residual asked for, at which a correction has settled.
-const SETTLED: f64 = 0.2;
+const SETTLED: f64 = 0.5;
 /// Reduction of the change from pass to pass below which sweeping no longer pays.
 const STALL: f32 = 0.7;
 /// Waves between two surveys where there is somewhere to linger, every other one back towards the goal.
 const WAVES: usize = 8;
-/// Sweeps of the first wave.
-const FIRST: u64 = 12;
-/// Sweeps of each wave after it, where memory is what they wait for.
-const NEXT: u64 = 8;
-/// Sweeps of each wave after the first on worlds of at most [`SMALL`] nodes, which lie in the nearest caches.
-const NEXT_SMALL: u64 = 4;
-/// Sweeps of each wave around a goal inside the grid.
-const AROUND: u64 = 12;
+/// How many sweeps a wave has.
+struct Waves {
+    /// The first.
+    first: u64,
+    /// Each after it.
+    next: u64,
+    /// Each after it where there is somewhere to linger.
+    slow: u64,
+    /// Each around a goal inside the grid.
+    around: u64,
+}
+/// Where memory is what they wait for.
+const WAVES_LARGE: Waves = Waves { first: 12, next: 8, slow: 8, around: 12 };
+/// On small worlds, which lie in the nearest caches.
+const WAVES_SMALL: Waves = Waves { first: 12, next: 2, slow: 4, around: 4 };
+/// Nodes between a goal and the corners nearest to it from which on the goal counts as inside.
+const INSIDE: usize = 12;
 /// Reduction of the residual over two turns above which there is somewhere to linger.
 const SLOW_TURNS: f64 = 0.1;
 /// Nodes of a small world.
@@ -153,7 +164,7 @@ impl Solver {
         let residual_max = error_max * (1.0 - discount) - rounding(2.0 * worth_max);
         let nodes = world.nodes() as u64;
         let updates_max = effort.sweeps_max.saturating_mul(nodes);
-        let single = (SINGLE * worth_max).max(residual_max);
+        let small = world.nodes() <= SMALL;
 
         if self.skew.fit(world, extent.best_goal) {
             self.planes.reset(self.skew.len);
@@ -180,6 +191,8 @@ impl Solver {
         // Change of the last turn.
         let mut turned = f32::INFINITY;
         loop {
+            let single = if small && !lingers { SINGLE_SMALL } else { SINGLE };
+            let single = (single * worth_max).max(residual_max);
             pulse();
             if !plain && !expected && residual > ROUGH * single {
                 let left = updates_max.saturating_sub(updates) / nodes;
@@ -198,7 +211,7 @@ impl Solver {
             let mut measured = f64::INFINITY;
             if !plain && !expected && !out {
                 let Self { planes, skew, simd, .. } = self;
-                let best = lingers || (surveys == 0 && world.nodes() <= SMALL);
+                let best = lingers || (surveys == 0 && small);
                 if linear && !best {
                     planes.resume(*simd, skew, world);
                 }
@@ -234,9 +247,11 @@ impl Solver {
             plain |= surveys >= SURVEYS_MAX;
             let change_max = (SETTLED * residual_max) as f32;
             let Self { planes, skew, krylov, values, simd } = self;
-            if plain || stalls >= STALLS_MAX {
+            if plain || stalls >= STALLS_MAX || !measured.is_finite() {
                 let sweeps = PLAIN_SWEEPS.min(left / nodes);
                 planes.take_out(*simd, skew, world, values);
+                // From what is no number nothing contracts.
+                values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = worst);
                 for sweep in 0..sweeps {
                     sweep_plainly(world, values, sweep % 2 == 1);
                     pulse();
@@ -283,9 +298,9 @@ impl Solver {
             let wanted = if back {
                 1
             } else if progress.waves == 0 {
-                FIRST
+                waves(world).first
             } else {
-                next(world)
+                if first { waves(world).next } else { waves(world).slow }
             };
             let wave = Wave { sweeps: wanted.min(sweeps_max - sweeps) as usize, back };
             let mut change = [0.0_f32; LANES];
@@ -296,7 +311,7 @@ impl Solver {
             let settled = progress.take(largest(&change), change_max);
             let stalled = if first { progress.slow > 1 } else { progress.waves == WAVES };
             if settled || stalled || wave.sweeps == 0 {
-                planes.adopt(*simd);
+                planes.adopt(*simd, skew);
                 return (sweeps, settled && wave.sweeps > 0);
             }
         }
@@ -317,7 +332,7 @@ impl Solver {
         loop {
             let (more, change) = self.sweep_there_and_back(world, false, sweeps_max - sweeps);
             sweeps += more;
-            self.planes.adopt(self.simd);
+            self.planes.adopt(self.simd, &self.skew);
             self.turn(world);
             pulse();
             // Of the two kinds of diagonals each tells of its own quadrants.
@@ -332,7 +347,7 @@ impl Solver {
     /// A wave there and one back, for the correction where `shifted`; sweeps made, and the change they ended with.
     fn sweep_there_and_back(&mut self, world: &World, shifted: bool, sweeps_max: u64) -> (u64, f32) {
         let Self { simd, skew, planes, .. } = self;
-        let sweeps = AROUND.min(sweeps_max / 2) as usize;
+        let sweeps = waves(world).around.min(sweeps_max / 2) as usize;
         let mut change = [0.0_f32; LANES];
         if sweeps > 0 {
             for back in [false, true] {
@@ -358,7 +373,7 @@ impl Solver {
         let mut progress = Progress::default();
         let mut sweeps = 0;
         loop {
-            let wave = Wave { sweeps: next(world).min(sweeps_max - sweeps) as usize, back: false };
+            let wave = Wave { sweeps: waves(world).next.min(sweeps_max - sweeps) as usize, back: false };
             if wave.sweeps == 0 {
                 return (sweeps, false);
             }
@@ -373,15 +388,15 @@ impl Solver {
     }
 }
 
-/// Whether a goal lies further from each corner than the first wave's sweeps carry its news to the sides.
+/// Whether a goal lies further from each corner than a first wave's sweeps carry its news to the sides.
 fn inner(world: &World, goal: usize) -> bool {
     let (x, y) = (goal % world.width(), goal / world.width());
-    x.min(world.width() - 1 - x).min(y.min(world.height() - 1 - y)) as u64 > FIRST
+    x.min(world.width() - 1 - x).min(y.min(world.height() - 1 - y)) > INSIDE
 }
 
-/// Sweeps of a wave after the first.
-fn next(world: &World) -> u64 {
-    if world.nodes() <= SMALL { NEXT_SMALL } else { NEXT }
+/// The waves over a world of that size.
+fn waves(world: &World) -> Waves {
+    if world.nodes() <= SMALL { WAVES_SMALL } else { WAVES_LARGE }
 }
 
 /// How sweeps come along.

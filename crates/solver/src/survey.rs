@@ -11,8 +11,8 @@
 //! sides, and what stays on the flat is common to all four.
 
 use crate::simd::{Simd, dispatch};
-use crate::skew::{HOPS, LANES, PARTS, Skew, chunk, own, part, shift};
-use crate::sweep::Planes;
+use crate::skew::{HOPS, LANES, PARTS, Rim, Skew, chunk, own, part, shift};
+use crate::sweep::{Planes, split};
 use crate::world::Class;
 use crate::{Leaving, World};
 
@@ -21,9 +21,9 @@ impl Planes {
     /// corrections of 0.
     pub fn survey(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
         let stays = world.rules().leaving == Leaving::Stays;
-        let Self { worths, classes, unknown, shifts, .. } = self;
-        let (worths, unknown, shifts) = (worths.all_mut(), unknown.all_mut(), shifts.all_mut());
-        for (at, beyond, _) in skew.border() {
+        let Self { worths, classes, unknown, ground, .. } = self;
+        let (worths, unknown, (_, shifts)) = (worths.all_mut(), unknown.all_mut(), split(ground.all_mut()));
+        for &Rim { at, beyond, .. } in &skew.rim {
             worths[beyond] = if stays { worths[at] } else { world.rules().loss };
             unknown[beyond] = 0.0;
             for hop in 0..HOPS {
@@ -34,13 +34,13 @@ impl Planes {
     }
 
     /// The same; leaves the equation of the best hops' correction instead, the four coefficients in the order
-    /// of [`Skew::steps`].
+    /// of [`Run::steps`](crate::skew::Run::steps).
     pub fn survey_best(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
         let rules = world.rules();
         let stays = rules.leaving == Leaving::Stays;
         let Self { worths, classes, unknown, ground, .. } = self;
         let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
-        for (at, beyond, _) in skew.border() {
+        for &Rim { at, beyond, .. } in &skew.rim {
             worths[beyond] = if stays { worths[at] } else { rules.loss };
             unknown[beyond] = 0.0;
             ground[own(beyond)] = 0.0;
@@ -48,11 +48,12 @@ impl Planes {
         let residual = survey_best(simd, worths, classes.all(), unknown, ground, skew, world, &soils(world));
         if stays {
             // What leaves the map stays: e = own + l e + … is e = (own + …) / (1 − l).
-            for (at, _, step) in skew.border() {
+            for &Rim { at, step, .. } in &skew.rim {
                 let own = own(at);
                 let leaves = std::mem::take(&mut ground[own + (1 + step) * LANES]);
+                let scale = 1.0 / (1.0 - leaves);
                 for index in 0..PARTS {
-                    ground[own + index * LANES] /= 1.0 - leaves;
+                    ground[own + index * LANES] *= scale;
                 }
             }
         }
@@ -66,9 +67,9 @@ impl Planes {
 }
 
 /// For each soil: g intended, g stuck, g sideways, and γλ; g the discount between departure and landing.
-type Soils = [[f64; 4]; World::SOILS_MAX];
+pub(crate) type Soils = [[f64; 4]; World::SOILS_MAX];
 
-fn soils(world: &World) -> Soils {
+pub(crate) fn soils(world: &World) -> Soils {
     let mut table = [[0.0; 4]; World::SOILS_MAX];
     let discount = world.rules().discount;
     for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {

@@ -31,10 +31,10 @@ use std::cell::Cell;
 use crate::pair::{Part, Progress, Shared};
 use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
-use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Skew, chunk, own, part, shift};
+use crate::skew::{Around, HOPS, LANES, Lanes, PARTS, Rim, Run, Skew, chunk, own, part, shift};
 use crate::wave::Wave;
 use crate::world::Class;
-use crate::{Leaving, Rules, World};
+use crate::{Leaving, Rules, World, survey};
 
 /// What lies in the entries of a layout.
 #[derive(Clone, Debug, Default)]
@@ -47,10 +47,16 @@ pub(crate) struct Planes {
     pub classes: Plane<Class>,
     /// What is solved for in single precision: worths here, corrections in the linear solve.
     pub unknown: Plane<f32>,
-    /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]).
+    /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]); behind
+    /// it, where corrections are swept for, what each of the four kinds of hop is short of ([`shift`]). In one
+    /// plane, so that most of all memory is one piece, which allocators hand out again as it is.
     pub ground: Plane<f32>,
-    /// Where corrections are swept for, what each of the four kinds of hop is short of ([`Planes::shift`]).
-    pub shifts: Plane<f32>,
+}
+
+/// The ground, and the shifts behind it.
+pub(crate) fn split(ground: &mut [f32]) -> (&mut [f32], &mut [f32]) {
+    let entries = ground.len() / (PARTS + HOPS);
+    ground.split_at_mut(PARTS * entries)
 }
 
 impl Planes {
@@ -59,8 +65,7 @@ impl Planes {
         self.worths.reset(len);
         self.classes.reset(len);
         self.unknown.reset(len);
-        self.ground.reset(PARTS * len);
-        self.shifts.reset(HOPS * len);
+        self.ground.reset((PARTS + HOPS) * len);
     }
 
     /// Begins a world in which every free node has the value `value`.
@@ -87,9 +92,9 @@ impl Planes {
     }
 
     /// Ends the sweeps: their worths are the worths now, where there was anything to decide.
-    pub fn adopt(&mut self, simd: Simd) {
+    pub fn adopt(&mut self, simd: Simd, skew: &Skew) {
         let Self { worths, unknown, ground, .. } = self;
-        adopt(simd, worths.all_mut(), unknown.all(), ground.all());
+        adopt(simd, worths.all_mut(), unknown.all(), ground.all(), skew);
     }
 
     /// Takes the values out, row-major: 0 at a goal, the loss where lost.
@@ -101,7 +106,7 @@ impl Planes {
     fn halo(&mut self, skew: &Skew, rules: &Rules) {
         let stays = rules.leaving == Leaving::Stays;
         let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
-        for (at, beyond, _) in skew.border() {
+        for &Rim { at, beyond, .. } in &skew.rim {
             unknown[beyond] = if stays { unknown[at] } else { rules.loss as f32 };
             ground[own(beyond)] = unknown[beyond];
         }
@@ -119,9 +124,9 @@ impl Planes {
         change: &mut Lanes,
     ) {
         let stays = leaving == Leaving::Stays;
-        let Self { threads, unknown, ground, shifts, .. } = self;
-        let [worths, ground, shifts] =
-            [unknown.all_mut(), ground.all_mut(), shifts.all_mut()].map(Shared::new);
+        let Self { threads, unknown, ground, .. } = self;
+        let (ground, shifts) = split(ground.all_mut());
+        let [worths, ground, shifts] = [unknown.all_mut(), ground, shifts].map(Shared::new);
         let planes = Swept { worths, ground, shifts };
         let sweep = move |wave, part: Part<'_>, change: &mut Lanes| {
             let relax = if shifted { relax_shifted } else { relax };
@@ -167,19 +172,10 @@ const PAIR_NODES_MIN: usize = 10_000;
 type Soils = [[f32; 3]; World::SOILS_MAX];
 
 fn soils(world: &World) -> Soils {
-    let mut table = [[0.0; 3]; World::SOILS_MAX];
-    let discount = world.rules().discount;
-    for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
-        let landing = soil.discount(discount);
-        let moves = 1.0 - landing * soil.stuck;
-        *entry = [
-            (1.0 + discount * soil.wait) / moves,
-            landing * soil.intended / moves,
-            landing * soil.sideways / moves,
-        ]
-        .map(|number| number as f32);
-    }
-    table
+    survey::soils(world).map(|[intended, stuck, sideways, wait]| {
+        let moves = 1.0 - stuck;
+        [(1.0 + wait) / moves, intended / moves, sideways / moves].map(|number| number as f32)
+    })
 }
 
 dispatch! {
@@ -202,34 +198,34 @@ fn load_lanes(
     soils: &Soils,
     from: From<'_>,
 ) {
-    let loss = world.rules().loss;
-    let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
-    for block in skew.blocks() {
-        let at = block.entry;
-        let payoffs = block.pick(world.payoffs().0);
-        let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
-        let mut parts = [[0.0_f32; LANES]; PARTS];
-        let mut landed = chunk(worths, at);
+    let (loss, width) = (world.rules().loss, world.width());
+    let flip_i = if skew.flip[0] { -1.0 } else { 1.0 };
+    let flip_j = if skew.flip[1] { -1.0 } else { 1.0 };
+    let ((payoffs, classes), [slopes_i, slopes_j]) = (world.payoffs(), world.slopes());
+    for stretch in skew.stretches() {
+        let entries = skew.entries(&stretch);
+        let (payoffs, classes) = (stretch.read(payoffs, width), stretch.read(classes, width));
+        let (slopes_i, slopes_j) = (stretch.read(slopes_i, width), stretch.read(slopes_j, width));
+        let mut landed = [0.0_f64; LANES];
         match from {
-            From::Kept => {}
+            From::Kept => {
+                for lane in 0..LANES {
+                    landed[lane] = worths[entries[lane]];
+                }
+            }
             From::Same(value) => {
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + value;
                 }
             }
             From::Values(values) => {
-                let values = block.pick(values);
+                let values = stretch.read(values, width);
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + values[lane];
                 }
             }
         }
-        if !matches!(from, From::Kept) {
-            let picked = block.pick(world.payoffs().1);
-            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
-        }
-        let mut classes = [Class::LOST; LANES];
-        classes.copy_from_slice(&all_classes[at..at + LANES]);
+        let mut parts = [[0.0_f32; LANES]; PARTS];
         for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
             let [per_payoff, a, c] = *soil;
             for lane in 0..LANES {
@@ -239,27 +235,25 @@ fn load_lanes(
                 parts[2][lane] = if this { c } else { parts[2][lane] };
             }
         }
+        let mut single = [0.0_f32; LANES];
         for lane in 0..LANES {
             let free = classes[lane].is_free();
             let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
             landed[lane] = if free { landed[lane] } else { ends };
-            parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
-            parts[3][lane] = (slopes_i[lane] * flip[0]) as f32;
-            parts[4][lane] = (slopes_j[lane] * flip[1]) as f32;
+            single[lane] = landed[lane] as f32;
+            parts[0][lane] = if free { parts[0][lane] } else { single[lane] };
+            parts[3][lane] = (slopes_i[lane] * flip_i) as f32;
+            parts[4][lane] = (slopes_j[lane] * flip_j) as f32;
         }
-        for lane in block.lanes..LANES {
-            landed[lane] = 0.0;
-            parts[0][lane] = 0.0;
-            parts[1][lane] = 0.0;
-            parts[2][lane] = 0.0;
-        }
-        worths[at..at + LANES].copy_from_slice(&landed);
-        for lane in 0..LANES {
-            unknown[at + lane] = landed[lane] as f32;
-        }
-        for (index, values) in parts.iter().enumerate() {
-            let part = part(at, index);
-            ground[part..part + LANES].copy_from_slice(values);
+        for lane in 0..stretch.lanes {
+            let at = entries[lane];
+            worths[at] = landed[lane];
+            unknown[at] = single[lane];
+            all_classes[at] = classes[lane];
+            let own = &mut ground[own(at)..][..(PARTS - 1) * LANES + 1];
+            for index in 0..PARTS {
+                own[index * LANES] = parts[index][lane];
+            }
         }
     }
 }
@@ -284,19 +278,21 @@ fn take_out_lanes(worths: &[f64], skew: &Skew, world: &World, values: &mut [f64]
 
 dispatch! {
     /// Takes over the worths of the nodes that are updated.
-    fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32]) = adopt_lanes
+    fn adopt(worths: &mut [f64], unknown: &[f32], ground: &[f32], skew: &Skew) = adopt_lanes
 }
 
 #[inline(always)]
-fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32]) {
-    for at in (0..worths.len()).step_by(LANES) {
-        let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
-        let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
-        for lane in 0..LANES {
-            let updated = ahead[lane] + beside[lane] > 0.0;
-            landed[lane] = if updated { f64::from(single[lane]) } else { landed[lane] };
+fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32], skew: &Skew) {
+    for run in &skew.runs {
+        for at in (run.first..run.first + run.nodes).step_by(LANES) {
+            let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
+            let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
+            for lane in 0..LANES {
+                let updated = ahead[lane] + beside[lane] > 0.0;
+                landed[lane] = if updated { f64::from(single[lane]) } else { landed[lane] };
+            }
+            worths[at..at + LANES].copy_from_slice(&landed);
         }
-        worths[at..at + LANES].copy_from_slice(&landed);
     }
 }
 
@@ -323,55 +319,62 @@ fn relax_lanes<const SHIFTED: bool>(
 ) {
     let [worths, ground, shifts] = [planes.worths, planes.ground, planes.shifts].map(Shared::cells);
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let diagonals = skew.diagonals();
-    for step in 0..wave.steps(&diagonals) {
-        part.begin(step, diagonals.len());
-        for sweep in 0..wave.sweeps {
-            let Some(diagonal) = wave.diagonal(&diagonals, step, sweep) else { continue };
-            let (first, nodes) = skew.run(diagonal);
-            let steps = skew.steps(diagonal);
-            let moved = relax_run::<SHIFTED>(worths, ground, shifts, first, nodes, steps);
-            if sweep + 1 == wave.sweeps {
-                for lane in 0..LANES {
-                    change[lane] = if moved[lane] > change[lane] { moved[lane] } else { change[lane] };
-                }
+    let diagonals = skew.runs.len();
+    for step in 0..wave.steps(diagonals) {
+        part.begin(step, diagonals);
+        for sweep in wave.at(diagonals, step) {
+            let run = &skew.runs[wave.diagonal(diagonals, step, sweep)];
+            if stays && step == 2 * sweep {
+                mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(run));
             }
-            if stays {
-                let last = first + nodes - 1;
-                for (at, step) in skew.rim(diagonal, first, last, steps) {
-                    if step != 0 {
-                        let beyond = at.wrapping_add_signed(step);
-                        worths[beyond].set(worths[at].get());
-                        // What stands beyond the rim is a constant to the chunk that it lies in.
-                        if SHIFTED {
-                            for index in 0..HOPS {
-                                shifts[shift(beyond, index)].set(worths[at].get());
-                            }
-                        } else {
-                            ground[own(beyond)].set(worths[at].get());
-                        }
-                    }
-                }
+            if sweep + 1 == wave.sweeps {
+                relax_run::<SHIFTED, true>(worths, ground, shifts, run, change);
+            } else {
+                relax_run::<SHIFTED, false>(worths, ground, shifts, run, change);
+            }
+            // A step ahead, so that nothing waits for what is written here.
+            if stays && step - 2 * sweep + 1 < diagonals {
+                let next = &skew.runs[wave.diagonal(diagonals, step + 1, sweep)];
+                mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(next));
             }
         }
         part.finish((step + 1).saturating_sub(2 * (wave.sweeps - 1)));
     }
 }
 
+/// Lays worths of the rim out beyond it.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "as above")]
-fn relax_run<const SHIFTED: bool>(
+fn mirror<const SHIFTED: bool>(
     worths: &[Cell<f32>],
     ground: &[Cell<f32>],
     shifts: &[Cell<f32>],
-    first: usize,
-    nodes: usize,
-    steps: [isize; 4],
-) -> Lanes {
-    let mut change = [0.0; LANES];
-    let around = Around::of(worths, first, nodes, steps);
-    let ground = &ground[part(first, 0)..part(first + around.len(), 0)];
-    let shifts = if SHIFTED { &shifts[first * HOPS..(first + around.len()) * HOPS] } else { shifts };
+    rim: &[Rim],
+) {
+    for &Rim { at, beyond, .. } in rim {
+        worths[beyond].set(worths[at].get());
+        // What stands beyond the rim is a constant to the chunk that it lies in.
+        if SHIFTED {
+            for index in 0..HOPS {
+                shifts[shift(beyond, index)].set(worths[at].get());
+            }
+        } else {
+            ground[own(beyond)].set(worths[at].get());
+        }
+    }
+}
+
+/// Updates a diagonal; the largest change goes into `change` in the `LAST` sweep.
+#[inline(always)]
+fn relax_run<const SHIFTED: bool, const LAST: bool>(
+    worths: &[Cell<f32>],
+    ground: &[Cell<f32>],
+    shifts: &[Cell<f32>],
+    run: &Run,
+    change: &mut Lanes,
+) {
+    let around = Around::new(worths, run);
+    let ground = &ground[part(run.first, 0)..][..around.chunks() * PARTS * LANES];
+    let shifts = if SHIFTED { &shifts[run.first * HOPS..][..around.chunks() * LANES * HOPS] } else { shifts };
     for index in 0..around.chunks() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
         let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
@@ -409,13 +412,14 @@ fn relax_run<const SHIFTED: bool>(
             let best = if uphill > downhill { uphill } else { downhill };
             new[lane] = best + OVER * c * (best - old[lane]);
         }
-        for lane in 0..LANES {
-            let moved = (new[lane] - old[lane]).abs();
-            change[lane] = if moved > change[lane] { moved } else { change[lane] };
+        if LAST {
+            for lane in 0..LANES {
+                let moved = (new[lane] - old[lane]).abs();
+                change[lane] = if moved > change[lane] { moved } else { change[lane] };
+            }
         }
         around.set(index, &new);
     }
-    change
 }
 
 /// Share of what flows back outwards that is anticipated.

@@ -17,23 +17,24 @@ pub(crate) struct Wave {
 }
 
 impl Wave {
-    /// Steps that it takes.
+    /// Steps that it takes over so many diagonals.
     #[inline(always)]
-    pub fn steps(self, diagonals: &Range<usize>) -> usize {
-        diagonals.len() + 2 * (self.sweeps - 1)
+    pub fn steps(self, diagonals: usize) -> usize {
+        diagonals + 2 * (self.sweeps - 1)
     }
 
-    /// The diagonal that a sweep of the wave updates at a step, if it is at one.
+    /// The sweeps that are at a diagonal at a step.
     #[inline(always)]
-    pub fn diagonal(self, diagonals: &Range<usize>, step: usize, sweep: usize) -> Option<usize> {
-        let index = step.wrapping_sub(2 * sweep);
-        if index >= diagonals.len() {
-            None
-        } else if self.back {
-            Some(diagonals.end - 1 - index)
-        } else {
-            Some(diagonals.start + index)
-        }
+    pub fn at(self, diagonals: usize, step: usize) -> Range<usize> {
+        let passed = (step + 1).saturating_sub(diagonals).div_ceil(2);
+        passed..self.sweeps.min(step / 2 + 1)
+    }
+
+    /// The diagonal that such a sweep updates.
+    #[inline(always)]
+    pub fn diagonal(self, diagonals: usize, step: usize, sweep: usize) -> usize {
+        let index = step - 2 * sweep;
+        if self.back { diagonals - 1 - index } else { index }
     }
 }
 

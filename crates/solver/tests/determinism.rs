@@ -66,7 +66,10 @@ fn what_was_solved_before_does_not_matter() {
     let mut used = Solver::new();
     for seed in 0..200 {
         for world in [random(seed), hills(seed), inside(seed)] {
-            assert!(solve(&mut used, &world) == solve(&mut Solver::new(), &world), "seed {seed}");
+            let mut copy = used.clone();
+            let fresh = solve(&mut Solver::new(), &world);
+            assert!(solve(&mut used, &world) == fresh, "seed {seed}");
+            assert!(solve(&mut copy, &world) == fresh, "a copy, seed {seed}");
         }
     }
     let [wide, tall] = [(30, 20), (20, 30)]

@@ -327,7 +327,8 @@ impl Online {
                 Kind::Lost => self.world.rules().loss,
             }));
         } else {
-            let solution = self.solver.solve(&self.world, &Effort::default());
+            let solution =
+                self.solver.solve(&self.world, &Effort { error_max: VALUE_ERROR, ..Effort::default() });
             self.values.clear();
             self.values.extend_from_slice(self.solver.values());
             certificate = certificate.or(Some(solution.certificate));

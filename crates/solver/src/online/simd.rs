@@ -14,19 +14,26 @@ pub(super) fn relax<const FIELDS: usize>(
 ) -> u64 {
     #[cfg(target_arch = "x86_64")]
     {
-        if is_x86_feature_detected!("avx512f")
+        if has_avx2()
+            && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && is_x86_feature_detected!("avx512dq")
         {
             // SAFETY: the processor has what the function is compiled for.
             return unsafe { relax_avx512(relaxation, field, limits) };
         }
-        if is_x86_feature_detected!("avx2") {
+        if has_avx2() {
             // SAFETY: the processor has what the function is compiled for.
             return unsafe { relax_avx2(relaxation, field, limits) };
         }
     }
     relaxation.relax(field, limits)
+}
+
+/// Whether the processor has all that [`relax_avx2`] is compiled for.
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2")
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -76,7 +83,7 @@ mod tests {
             let scalar = solved(&|relaxation| relaxation.relax(&field, &limits));
             assert!(scalar == solved(&|relaxation| relax(relaxation, &field, &limits)));
             #[cfg(target_arch = "x86_64")]
-            if is_x86_feature_detected!("avx2") {
+            if has_avx2() {
                 // SAFETY: the processor has what the function is compiled for.
                 assert!(scalar == solved(&|relaxation| unsafe { relax_avx2(relaxation, &field, &limits) }));
             }
