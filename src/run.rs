@@ -76,10 +76,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         None => (args.mission.world()?, args.mission.seed()),
     };
     let outbox = Outbox::open(args.out.clone(), &world, seed)?;
+    // A recording goes on beside files of others.
+    let others: Vec<PathBuf> = recordings(args, 1).collect();
     let flight = if args.lockstep {
         let summary = in_lockstep(&world, seed, &crew(args)?, &outbox)?;
         check_repetition(args, summary.digest)?;
-        Flight { summary: Some(summary), verdict: Ok(false) }
+        Flight { summary: Some(summary), verdict: Ok(false), watched: true }
     } else {
         supervisor::fly(args, &outbox)?
     };
@@ -93,12 +95,29 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         });
     };
     outbox.illustrate(&world, &mut summary)?;
-    if let Some(file) = args.record.record.as_ref().filter(|file| file.exists()) {
-        summary.artifacts.insert("recording".into(), file.clone());
+    let recorded = recordings(args, 0).filter(|file| !others.contains(file));
+    for (number, file) in (1..).zip(recorded) {
+        let name = if number == 1 { "recording".into() } else { format!("recording-{number}") };
+        summary.artifacts.insert(name, file);
     }
     outbox.keep(&summary)?;
     print_summary(&summary, args.format)?;
-    Ok(exit(&summary, args.strict_budget, flight.verdict?))
+    let interrupted = flight.verdict?;
+    if let Some(path) = args.record.record.as_ref().filter(|_| !flight.watched && !interrupted) {
+        let message = format!(
+            "--record {} needs a recording to the end, got one that is not whole: the log above says why; of the \
+             mission itself nothing is missing",
+            path.display()
+        );
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    Ok(exit(&summary, args.strict_budget, interrupted))
+}
+
+/// The recording that was asked for and those that go on from it, after `skipped`, as far as they are there.
+fn recordings(args: &Args, skipped: usize) -> impl Iterator<Item = PathBuf> {
+    let files = args.record.record.as_deref().map(monitor::recorder::files);
+    files.into_iter().flatten().skip(skipped).take_while(|file| file.exists())
 }
 
 /// The mission that a journal is of; whatever the command line says besides must agree with it.

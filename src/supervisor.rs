@@ -19,6 +19,9 @@ const HANG_NS: u64 = 10 * SILENCE_NS;
 /// How long children may take to end by themselves.
 const FAREWELL_NS: u64 = 3_000_000_000;
 
+/// How long a mission that is to be recorded waits for its recorder, nanoseconds.
+const RECORDER_NS: u64 = 5_000_000_000;
+
 /// How often the supervisor looks.
 const PERIOD: Duration = Duration::from_millis(20);
 
@@ -29,6 +32,8 @@ pub struct Flight {
     pub summary: Option<Summary>,
     /// Whether it was interrupted, or why it could not go on.
     pub verdict: Result<bool, Failure>,
+    /// Whether the monitor, and with it a recording that was asked for, ended well.
+    pub watched: bool,
 }
 
 /// Flies the mission with four processes.
@@ -41,6 +46,7 @@ pub fn fly(args: &Args, outbox: &Outbox) -> Result<Flight, Failure> {
     let mut supervisor = Supervisor::start(args, &instance, outbox)?;
     let verdict = supervisor.watch(args);
     supervisor.end()?;
+    let watched = supervisor.was_watched();
     let summary = match supervisor.summary() {
         Some(summary) => Some(summary),
         None => outbox.summary_of_journal()?,
@@ -48,7 +54,7 @@ pub fn fly(args: &Args, outbox: &Outbox) -> Result<Flight, Failure> {
     drop(supervisor);
     instance.clean()?;
     let verdict = verdict.map_err(|failure| outbox.with_resumption(failure));
-    Ok(Flight { summary, verdict })
+    Ok(Flight { summary, verdict, watched })
 }
 
 struct Supervisor {
@@ -62,11 +68,13 @@ struct Supervisor {
     woke: MonotonicNs,
     /// Since when the hopper holds for want of a process that was given up.
     holding: Option<MonotonicNs>,
+    /// Whether a life of the monitor said that it failed.
+    monitor_failed: bool,
 }
 
 impl Supervisor {
     fn start(args: &Args, instance: &Instance, outbox: &Outbox) -> Result<Self, Failure> {
-        let node = Node::visit(instance)?;
+        let mut node = Node::visit(instance)?;
         let texts = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
         let mut sim = texts(&["sim", "--instance", &args.instance, "--format", "json"]);
         sim.extend(texts(&[
@@ -92,6 +100,11 @@ impl Supervisor {
             arguments.extend(texts(&["--instance", &args.instance]));
             arguments
         };
+        let mut monitor = Supervised::start(Role::Monitor, monitor)?;
+        if args.record.record.is_some() {
+            // Recorded is what is published once it listens.
+            await_beat(&mut node, &mut monitor)?;
+        }
         Ok(Self {
             node,
             roster: Roster::default(),
@@ -99,11 +112,12 @@ impl Supervisor {
             peers: vec![
                 Supervised::start(Role::Perception, peer(&["perception"]))?,
                 Supervised::start(Role::Planner, peer(&["planner", "--algorithm", &args.planner]))?,
-                Supervised::start(Role::Monitor, monitor)?,
+                monitor,
             ],
             turned: Node::now(),
             woke: Node::now(),
             holding: None,
+            monitor_failed: false,
         })
     }
 
@@ -158,6 +172,7 @@ impl Supervisor {
             if finished {
                 continue;
             }
+            self.monitor_failed |= peer.role == Role::Monitor && failed(status);
             if peer.restarts < RESTARTS_MAX {
                 tracing::warn!("{} died ({status}): restarting it", peer.role);
                 peer.restart()?;
@@ -213,6 +228,16 @@ impl Supervisor {
         Ok(())
     }
 
+    /// Whether the monitor ended well: none of its lives said that it failed, nor was the last one killed.
+    fn was_watched(&mut self) -> bool {
+        let mut monitors = self.peers.iter_mut().filter(|peer| peer.role == Role::Monitor);
+        let last_ended_well = monitors.all(|monitor| {
+            let ended = monitor.ended().ok().flatten();
+            ended.is_some_and(|status| status.code().is_some() && !failed(status))
+        });
+        last_ended_well && !self.monitor_failed
+    }
+
     /// Lets all children end by themselves, and kills those that do not.
     fn end(&mut self) -> Result<(), Failure> {
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
@@ -255,6 +280,29 @@ impl Supervisor {
         summary.processes = own.chain(guests.copied()).collect();
         Some(summary)
     }
+}
+
+/// Waits until a child beats; not for ever, and not if it has ended or somebody wants to stop.
+fn await_beat(node: &mut Node, child: &mut Supervised) -> Result<(), Failure> {
+    let deadline = Node::now().plus_ns(RECORDER_NS);
+    let beats = |node: &mut Node, pid| node.heartbeats().iter().flatten().any(|beat| beat.pid == pid);
+    while !beats(node, child.pid()) {
+        if child.ended()?.is_some() || node.stop_requested().is_some() {
+            break;
+        }
+        if Node::now() >= deadline {
+            tracing::warn!("the recorder does not beat: what happens until it does may not be recorded");
+            break;
+        }
+        node.wait(PERIOD);
+    }
+    Ok(())
+}
+
+/// Whether a process said that it failed: neither all went as asked, nor was it told to end.
+fn failed(status: ExitStatus) -> bool {
+    let as_asked = [Exit::Done, Exit::Interrupted].map(|exit| i32::from(exit.code()));
+    status.code().is_some_and(|code| !as_asked.contains(&code))
 }
 
 /// What the monitor needs to know to record.

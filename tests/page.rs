@@ -147,6 +147,31 @@ fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
     assert!(content(&drain(&late, &mut Cursor::default())) == from_the_start, "the past tells the same");
 }
 
+/// What the terminal shows of a moment gone by, and the page by the same rule.
+#[test]
+fn looking_back_shows_the_treasures_of_that_moment() {
+    let flown = flown("treasures");
+    let mut account = Chronicle::new(ROBOT);
+    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let mut lying = Vec::new();
+    for (state, patches) in flown.states.iter().zip(&flown.patches) {
+        account.on(News::State(state), state.landed);
+        patches.iter().for_each(|patch| _ = account.on(News::Patch(patch.clone()), state.landed));
+        account.on(News::Tick, state.landed);
+        lying.push(sorted(account.treasures(state.decision)));
+    }
+    let collected = flown.states.last().unwrap().collected.count();
+    assert!(collected > 0, "the mission collects some, or nothing is told by this");
+    for (state, then) in flown.states.iter().zip(&lying) {
+        assert_eq!(&sorted(account.treasures(state.decision)), then, "at decision {}", state.decision);
+    }
+}
+
+fn sorted(mut cells: Vec<contract::Cell>) -> Vec<contract::Cell> {
+    cells.sort_unstable_by_key(|cell| (cell.y, cell.x));
+    cells
+}
+
 #[test]
 fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
     let flown = flown("patrol");

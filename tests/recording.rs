@@ -79,6 +79,10 @@ fn a_recording_has_every_decision_and_its_planner_decides_them_again() {
     assert_eq!(rows.lines().count() as u64, 1 + count(&summary["decisions"]));
     let states = bag(&mission, &["export", "--topic", "hop/r0/state"], "a.mcap");
     assert!(String::from_utf8_lossy(&states.stdout).lines().next().unwrap().contains("pose.cell.x"));
+    // The mission waits for its recorder, so that it begins with the first of all messages.
+    let states = bag(&mission, &["export", "--topic", "hop/r0/state", "--format", "json"], "a.mcap");
+    let first = String::from_utf8_lossy(&states.stdout).lines().next().map(str::to_owned).unwrap();
+    assert!(first.contains(r#""decision":0,"#), "{first}");
 }
 
 /// P-LATENCY: the report has the times of the journal, misses have exit code 3, and two recordings of one mission
@@ -179,6 +183,46 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
     assert_eq!(told["cells"]["all"], 400);
     let told = read(&python, &mission.path("whole.mcap"));
     assert!(told["metadata"]["recovered"]["fault"].as_str().is_some_and(|fault| !fault.is_empty()), "{told}");
+}
+
+/// P-BAG-END: a recording has its end, whatever ends the monitor but a kill.
+#[test]
+fn a_recording_has_an_end_though_the_mission_has_none() {
+    let mission = Mission::new("cut");
+    let mut slow = mission.start_slow_sim("6");
+    let _crew = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    mission.await_decisions(1);
+    let mut monitor = mission.start("monitor", &["--record", "a.mcap", "--wait", "3s"]);
+    harness::eventually("a record in the recording", || {
+        let output = bag(&mission, &["info", "--format", "json"], "a.mcap");
+        matches!(output.status.code(), Some(0 | 1)) && count(&json(&output)["records"]) >= 1
+    });
+    slow.kill();
+    assert_eq!(monitor.code(), 4, "{}", monitor.log());
+    let (told, code) = info(&mission, "a.mcap");
+    assert_eq!(
+        (code, &told["whole"], &told["status"]),
+        (Some(0), &true.into(), &"underway".into()),
+        "{told}"
+    );
+}
+
+/// P-BAG-CODE: a mission whose recording was given up has exit code 1, after its summary, and names every file.
+#[test]
+fn a_recording_that_is_not_whole_is_no_success() {
+    let mission = Mission::new("failing");
+    let mut run = mission.hopper(&["run", "--instance", &mission.name, "--out", "out", "--format", "json"]);
+    run.args(["--record", "a.mcap", "--seed", "7", "--pace", "10"]).env("HOPPER_CRASH", "monitor.joined");
+    let output = run.output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--record a.mcap needs a recording to the end"), "{}", stderr(&output));
+    let summary = json(&output);
+    assert_eq!(
+        (&summary["outcome"], &summary["digest"]),
+        (&"goal".into(), &lockstep(&["--seed", "7"])["digest"])
+    );
+    assert_eq!(summary["artifacts"]["recording"], "a.mcap");
+    assert_eq!(summary["artifacts"]["recording-2"], "a-2.mcap", "{summary}");
 }
 
 /// P-BAG-STALL: a recorder that is stopped in mid-mission holds up no hop.

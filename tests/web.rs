@@ -10,7 +10,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use harness::{Mission, PATIENCE, Process, eventually, json, lockstep};
+use node::Node;
 use rustix::process::Signal;
+
+const ROBOT: contract::RobotId = contract::RobotId(0);
 
 /// The last release that the page was driven with.
 const PLAYWRIGHT: &str = "playwright-core@1.65.1";
@@ -75,7 +78,7 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     let shots = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
     std::fs::create_dir_all(&shots).unwrap();
     let mission = Mission::new("browser");
-    let (mut run, url) = page_of(&mission, &["--control", "--seed", "5", "--pace", "2"]);
+    let (mut run, url) = page_of(&mission, &["--control", "--seed", "5", "--pace", "0.5"]);
     // Whoever comes first is in command: the stand-by comes when the other is.
     run.await_log("mdp term 1");
     let standby = mission.start("planner", &["--algorithm", "greedy"]);
@@ -92,6 +95,7 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
         seen["paused"].as_u64().unwrap() + 2,
         "two steps, two landings"
     );
+    assert_eq!(seen["streams"], serde_json::json!([2, 0, 2]), "seen, hidden, seen again");
     assert!(seen["bound"].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "a certificate: {seen}");
     assert_eq!(seen["reigns"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
     assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
@@ -204,7 +208,8 @@ fn a_hostile_request_gets_nothing_and_moves_nothing() {
     assert_eq!(run.json()["digest"], lockstep(&["--seed", "6"])["digest"]);
 }
 
-/// P-WEB-LEAVE: without --control every order is refused, and hopper-sim without it heeds none.
+/// P-WEB-LEAVE: without --control the page refuses every order, and so does a page that may, beside a hopper-sim
+/// that may not.
 #[test]
 fn without_leave_every_order_is_refused() {
     let mission = Mission::new("leave");
@@ -228,10 +233,65 @@ fn without_leave_every_order_is_refused() {
     eventually("the tempo to be known", || {
         let answer = post(address, &headers, r#"{"order":"pause"}"#);
         assert!(answer.starts_with("HTTP/1.1 409 "), "{answer}");
+        assert!(
+            ["has not been heard yet", "started with --control"].iter().any(|why| answer.contains(why)),
+            "{answer}"
+        );
         answer.contains("hopper-sim started with --control")
     });
     run.signal(Signal::TERM);
     assert_eq!(run.code(), 130, "{}", run.log());
+}
+
+/// P-WEB-BEHIND: a page that fell behind what the monitor keeps finds its hops by their numbers; and looking back it
+/// shows the treasures of that moment.
+#[test]
+fn a_page_that_fell_behind_finds_its_hops_by_their_numbers() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut node = Command::new("node");
+    let output = node
+        .arg(root.join("tests/web/account.mjs"))
+        .arg(root.join("monitor/src/web/page/account.js"))
+        .output()
+        .unwrap_or_else(|error| panic!("the page's test needs node on PATH, got: {error}"));
+    assert!(output.status.success(), "{}", harness::stderr(&output));
+}
+
+/// P-WEB-PLACE: a page for which no place is left to read policies goes on without, and has them once one is free.
+#[test]
+fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
+    let mission = Mission::new("place");
+    let slow = mission.start_slow_sim("8");
+    let mut crew =
+        ["perception", "planner"].map(|role| mission.start(role, &[])).into_iter().collect::<Vec<_>>();
+    mission.await_decisions(1);
+    let instance = mission.instance();
+    let visitor = Node::visit(&instance).unwrap();
+    let places = contract::service::policy(ROBOT).max_subscribers;
+    let readers: Vec<_> = (0..places).map(|_| visitor.policy_reader(ROBOT).unwrap()).collect();
+    let monitor = mission.start("monitor", &["--web", "127.0.0.1:0"]);
+    monitor.await_log("page at ");
+    let log = monitor.log();
+    let address = log.split("page at http://").nth(1).unwrap().split_whitespace().next().unwrap();
+    let address = address.trim_end_matches('/');
+    let mut policies = TcpStream::connect(address).unwrap();
+    policies.set_read_timeout(Some(PATIENCE)).unwrap();
+    write!(policies, "GET /policy HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    monitor.await_log("no policy is shown until");
+    drop(readers);
+    let (mut text, mut piece) = (String::new(), [0; 4096]);
+    while !text.contains("event: policy") {
+        let count = policies.read(&mut piece).unwrap();
+        assert!(count > 0, "the stream ended: {text}\n{}", monitor.log());
+        text += &String::from_utf8_lossy(&piece[..count]);
+    }
+    drop((policies, visitor));
+    crew.push(monitor);
+    let mut sim = mission.hurry(slow, "8");
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    for process in &mut crew {
+        assert_eq!(process.code(), 0, "{}", process.log());
+    }
 }
 
 /// P-WEB-ADDRESS: an address that cannot be had is a usage error that says so.

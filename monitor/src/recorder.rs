@@ -11,7 +11,7 @@ use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Decision, MonotonicNs, Refusal, RobotId, RunId, Status};
+use contract::{Decision, MonotonicNs, Refusal, RobotId, RunId};
 use node::host::{self, Load};
 use node::peer::refuse;
 use node::{
@@ -98,6 +98,8 @@ impl Recorder {
         let Some(path) = &args.record else { return Ok(None) };
         let context = context(notes, node, now)?;
         let engine = recording::Recorder::new(&context, now).map_err(Failure::run)?;
+        // The ports before the file: who cannot record leaves no file behind.
+        let ports = Ports::open(node, args.record_policies)?;
         let (mut file, path) = create(path, is_again)?;
         file.write_all(&engine.bytes()).map_err(|error| unwritten(&path, &error))?;
         tracing::info!("recording to {}", path.display());
@@ -105,7 +107,7 @@ impl Recorder {
             engine,
             file,
             path,
-            ports: Ports::open(node, args.record_policies)?,
+            ports,
             host: (host::load(), now),
             cores: host::cores(),
             period: PERIODS[0],
@@ -139,41 +141,44 @@ impl Recorder {
             };
             match more {
                 Ok(more) => wanted = wanted.or(more),
-                Err(error) => return self.fail(&error),
+                Err(error) => {
+                    self.fail(&error);
+                    return Ok(());
+                }
             }
         }
+        self.append();
         if let Some(request) = wanted.past {
             self.ports.past.request(&request)?;
         }
         if let Some(request) = wanted.map {
             self.ports.snapshots.request(&request)?;
         }
-        self.append()
+        Ok(())
     }
 
-    /// What was seen, for the heartbeat: the end is not seen before every decision is recorded, so that hopper-sim
-    /// stays to be asked.
+    /// Whether the record of every decision of `run` before `decision` is in the file, or never will be.
     #[must_use]
-    pub fn seen(&self, (run, decision, status): (RunId, Decision, Status)) -> (RunId, Decision, Status) {
-        let is_whole = self.failed || self.engine.is_whole();
-        (run, decision, if is_whole { status } else { Status::Underway })
+    pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
+        self.failed || self.engine.is_whole_until(run, decision)
     }
 
-    /// Ends the file at `now`, and says how it went; with `exit` if all went well.
+    /// Records what came since, ends the file at `now`, and says how it went.
     ///
     /// # Errors
     /// If the file could not be written.
-    pub fn finish(&mut self, exit: Exit, now: MonotonicNs) -> Result<Exit, Failure> {
-        self.turn(now)?;
+    pub fn finish(&mut self, now: MonotonicNs) -> Result<(), Failure> {
+        // What could not be asked for any more does not keep the file from its end.
+        let turned = self.turn(now);
         let last = self.host(now, 0);
         if !self.failed
             && let Err(error) = last
                 .map_or(Ok(Wanted::default()), |host| self.engine.on(host, now))
                 .and_then(|_| self.engine.finish(now))
         {
-            self.fail(&error)?;
+            self.fail(&error);
         }
-        self.append()?;
+        self.append();
         for (topic, missing) in self.engine.missing() {
             tracing::warn!("{missing} messages of {topic} did not reach the recording");
         }
@@ -181,24 +186,24 @@ impl Recorder {
             let message = format!("{} ends early: see above", self.path.display());
             return Err(Failure::new(Exit::Failed, message));
         }
-        Ok(exit)
+        turned
     }
 
-    fn append(&mut self) -> Result<(), Failure> {
+    fn append(&mut self) {
         let bytes = self.engine.bytes();
-        match self.file.write_all(&bytes) {
-            Err(error) if !self.failed => self.fail(&error),
-            _ => Ok(()),
+        if let Err(error) = self.file.write_all(&bytes)
+            && !self.failed
+        {
+            self.fail(&error);
         }
     }
 
-    fn fail(&mut self, error: &dyn std::fmt::Display) -> Result<(), Failure> {
+    fn fail(&mut self, error: &dyn std::fmt::Display) {
         self.failed = true;
         tracing::error!(
             "the recording ends here: {}: {error}; what is written can be had by `hopper bag recover`",
             self.path.display()
         );
-        Ok(())
     }
 
     /// How busy the machine was since the last look, if that is at least so long ago.
@@ -296,21 +301,22 @@ fn context(notes: &RecordNotes, node: &Node, now: MonotonicNs) -> Result<Context
     Ok(context)
 }
 
+/// FILE, FILE-2, FILE-3, …: where a recording goes, and where it goes on after each kill.
+pub fn files(path: &Path) -> impl Iterator<Item = PathBuf> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let extension = path.extension().map(|text| format!(".{}", text.to_string_lossy())).unwrap_or_default();
+    let first = path.to_owned();
+    let others = first.clone();
+    let numbered = (2..).map(move |number: u64| others.with_file_name(format!("{stem}-{number}{extension}")));
+    std::iter::once(first).chain(numbered)
+}
+
 /// A new file for its owner only, and its path.
 fn create(path: &Path, is_again: bool) -> Result<(File, PathBuf), Failure> {
-    let mut numbered = (2..).map(|number| {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let extension =
-            path.extension().map(|text| format!(".{}", text.to_string_lossy())).unwrap_or_default();
-        path.with_file_name(format!("{stem}-{number}{extension}"))
-    });
-    let mut path = path.to_owned();
-    loop {
+    for path in files(path) {
         match OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path) {
             Ok(file) => return Ok((file, path)),
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && is_again => {
-                path = numbered.next().expect("numbers do not end");
-            }
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && is_again => {}
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
                 let message = format!("--record {} is there already: name another file", path.display());
                 return Err(Failure::new(Exit::Usage, message));
@@ -321,6 +327,7 @@ fn create(path: &Path, is_again: bool) -> Result<(File, PathBuf), Failure> {
             }
         }
     }
+    unreachable!("numbers do not end")
 }
 
 fn unwritten(path: &Path, error: &std::io::Error) -> Failure {

@@ -8,7 +8,7 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use contract::{Control, MapPage, MonotonicNs, Name, Order, Policy, Refusal, RobotId, Role};
+use contract::{Control, MapPage, MonotonicNs, Name, Order, Policy, Refusal, RobotId, Role, Status, Tempo};
 use node::peer::{Attendance, PeerArgs, TICK, refuse};
 use node::{
     BriefReader, ControlWriter, Exit, Failure, Instance, MapReader, Node, NodeError, PastClient,
@@ -30,6 +30,9 @@ const PERIOD: Duration = Duration::from_millis(50);
 /// far as it must works out the rest for the eye, of 821 × 821 cells in a good part of a second.
 const POLICY_PERIOD_NS: u64 = 250_000_000;
 const POLICY_CELL_NS: u64 = 10_000;
+
+/// Pause before a place among the policy's readers is tried for again, nanoseconds.
+const POLICY_PLACE_NS: u64 = 2_000_000_000;
 
 /// Where the page is served unless an address is given.
 pub const PAGE_ADDRESS: &str = "127.0.0.1:8427";
@@ -86,29 +89,44 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut ports = Ports::open(&mut node, robot)?;
     let recording = (&args.record, &args.notes);
     let mut recorder = Recorder::open(recording, &mut node, args.peer.lifeline, Node::now())?;
-    let finish = |recorder: Option<Recorder>, exit| match recorder {
-        Some(mut recorder) => recorder.finish(exit, Node::now()),
-        None => Ok(exit),
-    };
     crash_point("monitor.joined");
     tracing::info!("joined instance {:?}", args.peer.instance);
 
-    let mut watcher = Watcher::new(robot);
-    let mut display = if args.tui { Display::default() } else { Display::on_stderr() };
     let mut attendance = Attendance::new(&args.peer, &instance);
+    let watched = watch(args, &mut node, &mut ports, view.as_mut(), recorder.as_mut(), &mut attendance);
+    // Whatever ended the watch, what was recorded has an end.
+    let recorded = recorder.map_or(Ok(()), |mut recorder| recorder.finish(Node::now()));
+    watched.and_then(|exit| recorded.map(|()| exit))
+}
+
+/// Turns the work loop until the mission ends, or whoever looks has had enough.
+fn watch(
+    args: &Args,
+    node: &mut Node,
+    ports: &mut Ports,
+    mut view: Option<&mut View>,
+    mut recorder: Option<&mut Recorder>,
+    attendance: &mut Attendance,
+) -> Result<Exit, Failure> {
+    let mut watcher = Watcher::new(RobotId(0));
+    let mut display = if args.tui { Display::default() } else { Display::on_stderr() };
+    // The end of the mission, for as long as the last records are waited for.
+    let mut over: Option<Status> = None;
     loop {
         let period = if ports.past.is_waiting() { TICK } else { PERIOD };
         node.wait(recorder.as_ref().map_or(period, |recorder| recorder.period().min(period)));
         if node.stop_requested().is_some() {
             display.finish();
-            return finish(recorder, Exit::Interrupted);
+            return Ok(Exit::Interrupted);
         }
         recorder.as_mut().map_or(Ok(()), |recorder| recorder.turn(Node::now()))?;
-        // The page first: with it come all patches published before it was made.
+        // The tempo first: whoever is told of a pause has been told of every landing before it. Then the page: with
+        // it come all patches published before it was made.
+        let tempo = view.as_mut().and_then(|view| view.tempos.newest()).and_then(known);
         let page = view.as_mut().and_then(|view| view.snapshots.receive()).and_then(known);
-        let events = ports.receive(&mut node, &mut attendance);
+        let events = ports.receive(node, attendance);
         if let Some(view) = &mut view {
-            view.take(&node, &events, page)?;
+            view.take(node, &events, tempo, page)?;
         }
         for event in events {
             for effect in watcher.on(event, Node::now()) {
@@ -123,7 +141,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     Effect::Finished(status) => {
                         display.finish();
                         print(&watcher, args.format)?;
-                        attendance.mission_ended(status);
+                        over = Some(status);
                     }
                 }
             }
@@ -131,11 +149,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         if let Some(view) = &mut view
             && view.show()?
         {
-            return finish(recorder, Exit::Done);
+            return Ok(Exit::Done);
         }
-        let seen = recorder.as_ref().map_or(watcher.seen(), |recorder| recorder.seen(watcher.seen()));
-        if attendance.close_turn(&mut node, seen, watcher.waits_for())? {
-            return finish(recorder, Exit::Done);
+        let (run, decision, mut status) = watcher.seen();
+        let is_whole = recorder.as_ref().is_none_or(|recorder| recorder.is_whole_until(run, decision));
+        let nobody_to_ask = || !watcher.roster().has(Role::HopperSim, Node::now());
+        if is_whole || (over.is_some() || status.is_over()) && nobody_to_ask() {
+            if let Some(status) = over.take() {
+                attendance.mission_ended(status);
+            }
+        } else {
+            // The end is not seen before every decision is recorded, so that hopper-sim stays to be asked.
+            status = Status::Underway;
+        }
+        if attendance.close_turn(node, (run, decision, status), watcher.waits_for())? {
+            return Ok(Exit::Done);
         }
     }
 }
@@ -195,6 +223,8 @@ struct View {
     policies: Option<PolicyReader>,
     /// When the next policy is to be looked at.
     look: MonotonicNs,
+    /// Whether it was told that no place is left to read policies.
+    placeless: bool,
 }
 
 impl View {
@@ -215,6 +245,7 @@ impl View {
             controls: control.then(|| node.control_writer(robot)).transpose()?,
             policies: None,
             look: MonotonicNs(0),
+            placeless: false,
             terminal: args.tui.then(|| Terminal::open(control)).transpose()?,
         }))
     }
@@ -224,9 +255,14 @@ impl View {
     }
 
     /// Adds to the account what came, asks perception for what is missing.
-    fn take(&mut self, node: &Node, events: &[Event], page: Option<MapPage>) -> Result<(), Failure> {
-        let policy = self.policy(node)?;
-        let tempo = self.tempos.newest().and_then(known).map(News::Tempo);
+    fn take(
+        &mut self,
+        node: &Node,
+        events: &[Event],
+        tempo: Option<Tempo>,
+        page: Option<MapPage>,
+    ) -> Result<(), Failure> {
+        let policy = self.policy(node);
         let mut request = None;
         let mut account = self.account();
         let mut add = |news: News<'_>| request = account.on(news, Node::now()).or(request);
@@ -240,7 +276,8 @@ impl View {
                 Event::Refused(_) | Event::Tick => {}
             }
         }
-        let late = [page.as_ref().map(News::Page), tempo, policy.map(News::Policy), Some(News::Tick)];
+        let (page, tempo) = (page.as_ref().map(News::Page), tempo.map(News::Tempo));
+        let late = [page, tempo, policy.map(News::Policy), Some(News::Tick)];
         late.into_iter().flatten().for_each(add);
         drop(account);
         request.map_or(Ok(()), |request| self.snapshots.request(&request))?;
@@ -280,20 +317,29 @@ impl View {
     }
 
     /// A policy, now and then, while somebody wants to see one.
-    fn policy(&mut self, node: &Node) -> Result<Option<Policy>, NodeError> {
+    fn policy(&mut self, node: &Node) -> Option<Policy> {
         let now = Node::now();
         if !self.wants_policy() || now < self.look {
             self.policies = None;
-            return Ok(None);
+            return None;
         }
         if self.policies.is_none() {
-            self.policies = Some(node.policy_reader(self.robot)?);
+            match node.try_policy_reader(self.robot) {
+                Ok(reader) => self.policies = Some(reader),
+                Err(error) => {
+                    if !std::mem::replace(&mut self.placeless, true) {
+                        tracing::warn!("no policy is shown until there is a place to read it from: {error}");
+                    }
+                    self.look = now.plus_ns(POLICY_PLACE_NS);
+                    return None;
+                }
+            }
         }
         let policy = self.policies.as_mut().and_then(|policies| policies.newest()).and_then(known);
         if let Some(policy) = &policy {
             self.look = now.plus_ns(POLICY_PERIOD_NS + POLICY_CELL_NS * policy.cells.len() as u64);
         }
-        Ok(policy)
+        policy
     }
 }
 

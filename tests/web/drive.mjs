@@ -17,6 +17,17 @@ page.on("console", (message) => message.type() === "error" && seen.errors.push(m
 page.on("pageerror", (error) => seen.errors.push(error.message));
 page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && seen.elsewhere.push(request.url()));
 page.setDefaultTimeout(60000);
+// Every stream that the page opens is remembered.
+await page.addInitScript(() => {
+  window.streams = [];
+  const Stream = window.EventSource;
+  window.EventSource = class extends Stream {
+    constructor(...words) {
+      super(...words);
+      window.streams.push(this);
+    }
+  };
+});
 
 const text = (selector) => page.locator(selector).innerText();
 const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`) });
@@ -34,10 +45,25 @@ try {
   await until(() => document.getElementById("status").textContent === "paused");
   seen.paused = await hop();
   await page.click("#step");
-  await until(([before]) => Number(document.getElementById("moment").max) === before + 1, seen.paused);
+  await until(([before]) => Number(document.getElementById("moment").max) >= before + 1, seen.paused);
   await page.keyboard.press("s");
-  await until(([before]) => Number(document.getElementById("moment").max) === before + 2, seen.paused);
+  await until(([before]) => Number(document.getElementById("moment").max) >= before + 2, seen.paused);
   seen.stepped = await hop();
+  // A page that nobody sees lets go of its streams, and is whole again as soon as it is seen.
+  const hide = (hidden) => page.evaluate((value) => {
+    Object.defineProperty(document, "hidden", { value, configurable: true });
+    document.dispatchEvent(new Event("visibilitychange"));
+  }, hidden);
+  const streams = () => page.evaluate(() => window.streams.filter((stream) => stream.readyState !== EventSource.CLOSED).length);
+  seen.streams = [await streams()];
+  await hide(true);
+  await until(() => document.getElementById("status").textContent === "connecting");
+  seen.streams.push(await streams());
+  await hide(false);
+  await until(([before]) => document.getElementById("status").textContent === "paused"
+    && Number(document.getElementById("moment").max) === before, seen.stepped);
+  seen.streams.push(await streams());
+
   // What the planner proves of its values stands beside it.
   await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#reigns tbody td:nth-child(5)").textContent));
   seen.bound = await text("#reigns tbody td:nth-child(5)");

@@ -4,6 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Decision, Incarnation, Name, Role, RunId, Status};
 
+/// Most beats at once: how far ahead of the last a beat may be without any time gone by.
+const LEAP_BEATS: u64 = 1_000;
+
+/// A process never beats more often than that, fifty times as often as it should.
+const BEAT_PERIOD_MIN_NS: u64 = 1_000_000;
+
 /// One beat. It counts only if [`Heartbeat::counter`] has advanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heartbeat {
@@ -25,4 +31,15 @@ pub struct Heartbeat {
     pub decision: Decision,
     /// Status it last saw.
     pub status: Status,
+}
+
+impl Heartbeat {
+    /// Whether it is the next sign of a life whose `last` beat was heard `since_ns` nanoseconds ago: its counter
+    /// neither stands still nor leaps. One that leaps is somebody else's forgery; taken at its word, it would
+    /// silence the life it names for ever.
+    #[must_use]
+    pub fn follows(&self, last: &Heartbeat, since_ns: u64) -> bool {
+        let ahead_max = LEAP_BEATS + since_ns / BEAT_PERIOD_MIN_NS;
+        (1..=ahead_max).contains(&self.counter.saturating_sub(last.counter))
+    }
 }

@@ -11,11 +11,6 @@ pub const SILENCE_NS: u64 = 1_000_000_000;
 /// How often a process beats.
 pub const BEAT_PERIOD_NS: u64 = 50_000_000;
 
-/// Most beats at once: how far ahead of the last a beat may be without any time gone by.
-const LEAP_BEATS: u64 = 1_000;
-/// A process never beats more often than that, fifty times as often as it should.
-const BEAT_PERIOD_MIN_NS: u64 = 1_000_000;
-
 /// One process as last heard of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Peer {
@@ -32,16 +27,12 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// Takes note of a beat heard at `now`, unless its counter stands still or leaps. Peers silent for ten times [`SILENCE_NS`] are forgotten; while
-    /// [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of lives neither takes memory nor
-    /// drives out who is known.
+    /// Takes note of a beat heard at `now`, unless its counter stands still or leaps. Peers silent for ten times
+    /// [`SILENCE_NS`] are forgotten; while [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of
+    /// lives neither takes memory nor drives out who is known.
     pub fn observe(&mut self, beat: Heartbeat, now: MonotonicNs) {
         let known = self.peers.get(&beat.incarnation);
-        let is_news = |peer: &Peer| {
-            // Somebody else's forgery: taken at its word, it would silence the life it names for ever.
-            let ahead_max = LEAP_BEATS + now.since_ns(peer.advanced) / BEAT_PERIOD_MIN_NS;
-            (1..=ahead_max).contains(&beat.counter.saturating_sub(peer.beat.counter))
-        };
+        let is_news = |peer: &Peer| beat.follows(&peer.beat, now.since_ns(peer.advanced));
         if known.is_some_and(|peer| !is_news(peer)) {
             // Nor is it forgotten by that: it would be taken for news.
             return;
@@ -127,6 +118,7 @@ mod tests {
         roster.observe(beat(2), MonotonicNs(SILENCE_NS + 1));
         assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 2)));
     }
+
     #[test]
     fn a_forged_leap_of_the_counter_silences_nobody() {
         let mut roster = Roster::default();

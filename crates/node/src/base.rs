@@ -28,7 +28,10 @@ use crate::{Instance, NodeError, room};
 pub(crate) type Ipc = ipc::Service;
 
 /// How long to try again what others may be in the middle of.
-const PATIENCE: Duration = Duration::from_secs(4);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(4);
+
+/// How long to try again for what can be done without: a few tries, with the dead freed in between.
+pub(crate) const GLIMPSE: Duration = Duration::from_millis(20);
 
 /// Longest pause between two tries.
 const PAUSE_MAX: Duration = Duration::from_millis(50);
@@ -66,8 +69,9 @@ impl Base {
         let name = NodeName::new(name).expect("a role or a command is a short name");
         let builder =
             NodeBuilder::new().name(&name).signal_handling_mode(SignalHandlingMode::Disabled).config(&config);
-        let node =
-            persist("node", "creating a node", &config, &scaffold, || builder.clone().create::<Ipc>())?;
+        let node = persist(PATIENCE, "node", "creating a node", &config, &scaffold, || {
+            builder.clone().create::<Ipc>()
+        })?;
         instance.close_to_others()?;
         free_the_dead(&config);
         Ok(Self { node, config, scaffold, instance: instance.clone(), _presence: presence })
@@ -83,13 +87,28 @@ impl Base {
         service: &str,
         pattern: MessagingPattern,
         need: &dyn fmt::Display,
+        open: impl FnMut() -> Result<T, E>,
+    ) -> Result<T, NodeError>
+    where
+        Trouble: for<'e> From<&'e E>,
+    {
+        self.open_within(PATIENCE, service, pattern, need, open)
+    }
+
+    /// As [`Base::open`], for as long as `patience` lasts.
+    pub(crate) fn open_within<T, E: fmt::Display>(
+        &self,
+        patience: Duration,
+        service: &str,
+        pattern: MessagingPattern,
+        need: &dyn fmt::Display,
         mut open: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError>
     where
         Trouble: for<'e> From<&'e E>,
     {
         let mut mismatch = false;
-        let opened = persist(service, "opening", &self.config, &self.scaffold, || match open() {
+        let opened = persist(patience, service, "opening", &self.config, &self.scaffold, || match open() {
             Err(error) if Trouble::from(&error) == Trouble::Mismatch => {
                 mismatch = true;
                 Ok(None)
@@ -113,7 +132,18 @@ impl Base {
         what: &'static str,
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
-        let port = persist(service, what, &self.config, &self.scaffold, create)?;
+        self.port_within(PATIENCE, service, what, create)
+    }
+
+    /// As [`Base::port`], for as long as `patience` lasts.
+    pub(crate) fn port_within<T, E: fmt::Display>(
+        &self,
+        patience: Duration,
+        service: &str,
+        what: &'static str,
+        create: impl FnMut() -> Result<T, E>,
+    ) -> Result<T, NodeError> {
+        let port = persist(patience, service, what, &self.config, &self.scaffold, create)?;
         room::reserve(&self.instance, &format!("service {service}"))?;
         Ok(port)
     }
@@ -203,9 +233,10 @@ pub(crate) fn describe(service: &StaticConfig) -> String {
     }
 }
 
-/// Tries until it works, each time as the only one of the instance that makes something, on ground cleared of
+/// Tries until it works or `patience` has run out, each time as the only one of the instance that makes something, on ground cleared of
 /// what the dead left unfinished; between tries, what they left behind is freed.
 fn persist<T, E: fmt::Display>(
+    patience: Duration,
     service: &str,
     what: &'static str,
     config: &Config,
@@ -215,16 +246,16 @@ fn persist<T, E: fmt::Display>(
     let started = Instant::now();
     let mut pause = Duration::from_millis(1);
     loop {
-        let hold = scaffold.hold()?;
+        let hold = scaffold.hold(patience)?;
         hold.clear_unfinished();
         match attempt() {
             Ok(value) => return Ok(value),
-            Err(error) if started.elapsed() > PATIENCE => {
+            Err(error) if started.elapsed() > patience => {
                 let (service, cause) = (service.into(), error.to_string());
                 if cause.contains("ExceedsMaxSupported") {
                     return Err(NodeError::Full { service, what });
                 }
-                return Err(NodeError::Open { service, what, waited_s: PATIENCE.as_secs(), cause });
+                return Err(NodeError::Open { service, what, waited_s: patience.as_secs_f64(), cause });
             }
             Err(error) => tracing::debug!(service, what, "trying again: {error}"),
         }

@@ -73,7 +73,7 @@ pub enum NodeError {
         /// The folder.
         root: PathBuf,
         /// How long we waited, seconds.
-        waited_s: u64,
+        waited_s: f64,
     },
     /// Somebody holds what only one process may hold.
     #[error("instance {instance:?} needs one {role}, and process {} is it", holder.map_or("unknown".into(), |pid| pid.to_string()))]
@@ -103,7 +103,7 @@ pub enum NodeError {
         /// What was tried.
         what: &'static str,
         /// How long it was tried, seconds.
-        waited_s: u64,
+        waited_s: f64,
         /// The last error.
         cause: String,
     },

@@ -334,6 +334,14 @@ impl Node {
         SheetReader::new(&self.base, &service::policy(robot))
     }
 
+    /// As [`Node::policy_reader`] for whoever can do without and must not wait, be all places taken.
+    ///
+    /// # Errors
+    /// See [`Node::brief_writer`]; they come within a fraction of a second.
+    pub fn try_policy_reader(&self, robot: RobotId) -> Result<PolicyReader, NodeError> {
+        SheetReader::glimpse(&self.base, &service::policy(robot))
+    }
+
     /// A reader of `hop/heartbeat` that hears us too; [`Node::heartbeats`] is what a work loop wants.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 
 use std::marker::PhantomData;
 use std::rc::Rc;
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 use contract::service::{NODES_MAX, Topic};
@@ -20,7 +21,7 @@ use iceoryx2::prelude::{AllocationStrategy, MessagingPattern};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
-use crate::base::{Base, Ipc, need, service_name};
+use crate::base::{Base, GLIMPSE, Ipc, PATIENCE, need, service_name};
 use crate::parcel::Parcel;
 use crate::room;
 use crate::{NodeError, Plain, Sheet};
@@ -273,8 +274,18 @@ impl<S: Sheet> SheetWriter<S> {
 
 impl<S: Sheet> SheetReader<S> {
     pub(crate) fn new(base: &Rc<Base>, topic: &Topic) -> Result<Self, NodeError> {
-        let factory = open_slices::<S>(base, topic)?;
-        let subscriber = base.port(&topic.name, "subscribing", || factory.subscriber_builder().create())?;
+        Self::within(PATIENCE, base, topic)
+    }
+
+    /// As [`SheetReader::new`], for whoever can do without and must not wait.
+    pub(crate) fn glimpse(base: &Rc<Base>, topic: &Topic) -> Result<Self, NodeError> {
+        Self::within(GLIMPSE, base, topic)
+    }
+
+    fn within(patience: Duration, base: &Rc<Base>, topic: &Topic) -> Result<Self, NodeError> {
+        let factory = open_slices_within::<S>(patience, base, topic)?;
+        let subscriber =
+            base.port_within(patience, &topic.name, "subscribing", || factory.subscriber_builder().create())?;
         settle(&topic.name, &subscriber);
         Ok(Self {
             subscriber,
@@ -378,8 +389,16 @@ pub(crate) fn open_single<W: Wire>(base: &Base, topic: &Topic) -> Result<Single<
 }
 
 pub(crate) fn open_slices<S: Sheet>(base: &Base, topic: &Topic) -> Result<Slices<S>, NodeError> {
+    open_slices_within::<S>(PATIENCE, base, topic)
+}
+
+fn open_slices_within<S: Sheet>(
+    patience: Duration,
+    base: &Base,
+    topic: &Topic,
+) -> Result<Slices<S>, NodeError> {
     let need = need(&slice_types::<S>(), topic);
-    base.open(&topic.name, MessagingPattern::PublishSubscribe, &need, || {
+    base.open_within(patience, &topic.name, MessagingPattern::PublishSubscribe, &need, || {
         base.node()
             .service_builder(&service_name(&topic.name))
             .publish_subscribe::<[Parcel<S::Cell>]>()

@@ -140,7 +140,7 @@ fn acquire(instance: &Instance, create: bool) -> Result<(File, bool), NodeError>
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    Err(NodeError::Busy { root: instance.root().into(), waited_s: PATIENCE.as_secs() })
+    Err(NodeError::Busy { root: instance.root().into(), waited_s: PATIENCE.as_secs_f64() })
 }
 
 fn make_root(instance: &Instance) -> Result<(), NodeError> {

@@ -25,9 +25,6 @@ use crate::{Instance, NodeError, SHARED_MEMORY};
 /// File whose lock is the right to make things.
 const LOCK: &str = "scaffold.lock";
 
-/// How long to wait for the right; making one thing takes milliseconds.
-const PATIENCE: Duration = Duration::from_secs(4);
-
 /// Mode of a service's description, or of a node's tag for a service or port, until it is complete.
 const STORAGE_UNFINISHED: u32 = 0o600;
 
@@ -64,15 +61,15 @@ impl Scaffold {
         Ok(Self { lock, root: instance.root().into(), prefix: instance.prefix() })
     }
 
-    /// Waits for the right.
-    pub(crate) fn hold(&self) -> Result<Hold<'_>, NodeError> {
+    /// Waits for the right, at most as long as `patience` lasts; making one thing takes milliseconds.
+    pub(crate) fn hold(&self, patience: Duration) -> Result<Hold<'_>, NodeError> {
         let started = Instant::now();
         loop {
             if let Some(hold) = self.try_hold()? {
                 return Ok(hold);
             }
-            if started.elapsed() > PATIENCE {
-                return Err(NodeError::Busy { root: self.root.clone(), waited_s: PATIENCE.as_secs() });
+            if started.elapsed() > patience {
+                return Err(NodeError::Busy { root: self.root.clone(), waited_s: patience.as_secs_f64() });
             }
             std::thread::sleep(Duration::from_micros(500));
         }

@@ -173,10 +173,10 @@ impl Recorder {
         Ok(Wanted { past: self.past_wanted(now), map: self.map.ask(now) })
     }
 
-    /// Whether the record of every decision is there that the last state tells to be executed.
+    /// Whether the record of every decision of `run` before `decision` is there.
     #[must_use]
-    pub fn is_whole(&self) -> bool {
-        self.state.is_none_or(|state| self.due >= state.decision)
+    pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
+        self.brief.is_some_and(|brief| brief.run == run) && self.due >= decision
     }
 
     /// Messages missing so far, by topic.
@@ -280,7 +280,8 @@ impl Recorder {
         if page.from == self.due {
             self.due = Decision(page.from.0 + page.records.len() as u64);
         }
-        if page.records.len() < PAST_PAGE_RECORDS || self.is_whole() {
+        let is_whole = self.state.is_none_or(|state| self.due >= state.decision);
+        if page.records.len() < PAST_PAGE_RECORDS || is_whole {
             return None;
         }
         self.asked = now;
@@ -320,7 +321,8 @@ impl Recorder {
 
     fn tell_gap(&mut self, gap: Option<Gap>, now: MonotonicNs) -> Result<(), RecordingError> {
         let Some(gap) = gap else { return Ok(()) };
-        *self.missing.entry(gap.topic.clone()).or_default() += gap.missing();
+        let missing = self.missing.entry(gap.topic.clone()).or_default();
+        *missing = missing.saturating_add(gap.missing());
         let words = format!("{} {} of {} did not reach the recorder", gap.missing(), gap.counted, gap.topic);
         self.write(&Message::Gap(gap), now)?;
         self.tell(Level::Warning, "recorder", words, now)

@@ -123,7 +123,7 @@ const PASSES_MAX: usize = 12;
 /// Sweeps a pass.
 const SWEEPS: usize = 3;
 /// Share of what flows back outwards that is anticipated.
-const OVER: f32 = 0.6;
+const OVER: f32 = 0.7;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
 const OUTER_MAX: f32 = 0.15;
 /// Reduction of the change at which a linear solve by sweeps ends.

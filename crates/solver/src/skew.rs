@@ -282,28 +282,50 @@ impl Iterator for Blocks<'_> {
 }
 
 impl Block {
-    /// What `of` has for the block's nodes; in the lanes beyond, what it has for the last.
+    /// The world's numbers of the block's nodes; in the lanes beyond, that of the last.
     ///
     /// # Panics
-    /// If `of` does not have all of them.
+    /// If the world does not have as many nodes.
     #[inline(always)]
-    pub fn pick<T: Copy>(&self, of: &[T]) -> [T; LANES] {
+    pub fn nodes(&self, world_nodes: usize) -> Nodes {
         let last = self.lanes - 1;
-        let end = self.node.wrapping_add_signed(last as isize * self.stride);
-        assert!(self.node < of.len() && end < of.len(), "a block lies within its world");
-        let mut picked = [of[end]; LANES];
-        for (lane, picked) in picked.iter_mut().enumerate() {
-            // SAFETY: the node lies between the first and the last, both of which are asserted to be in range.
-            // A check of each is half of what picking costs.
-            *picked = *unsafe { of.get_unchecked(self.at(lane.min(last))) };
+        assert!(self.node < world_nodes && self.at(last) < world_nodes, "a block lies within its world");
+        let mut numbers = [0; LANES];
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            *number = self.at(lane.min(last));
         }
-        picked
+        Nodes { numbers, world_nodes }
     }
 
     /// The world's number of the node in a lane.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> usize {
         self.node.wrapping_add_signed(lane as isize * self.stride)
+    }
+}
+
+/// Nodes of a world of so many.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes {
+    numbers: [usize; LANES],
+    world_nodes: usize,
+}
+
+impl Nodes {
+    /// What `of` has for them.
+    ///
+    /// # Panics
+    /// If `of` does not have an entry for each node of the world.
+    #[inline(always)]
+    pub fn pick<T: Copy + Default>(&self, of: &[T]) -> [T; LANES] {
+        assert!(of.len() == self.world_nodes, "a number for each node");
+        let mut picked = [T::default(); LANES];
+        for (lane, picked) in picked.iter_mut().enumerate() {
+            // SAFETY: the numbers lie between that of a block's first node and that of its last, both of which are
+            // less than `world_nodes`. A check of each is half of what picking costs.
+            *picked = *unsafe { of.get_unchecked(self.numbers[lane]) };
+        }
+        picked
     }
 }
 

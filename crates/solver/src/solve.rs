@@ -111,7 +111,9 @@ struct Waves {
 /// Where memory is what they wait for.
 const WAVES_LARGE: Waves = Waves { first: 12, next: 8, slow: 8, around: 12 };
 /// On small worlds, which lie in the nearest caches.
-const WAVES_SMALL: Waves = Waves { first: 12, next: 2, slow: 4, around: 4 };
+const WAVES_SMALL: Waves = Waves { first: 10, next: 2, slow: 4, around: 4 };
+/// Sweeps of the first wave where there is somewhere to linger.
+const FIRST_SLOW: u64 = 12;
 /// Nodes between a goal and the corners nearest to it from which on the goal counts as inside.
 const INSIDE: usize = 12;
 /// Reduction of the residual over two turns above which there is somewhere to linger.
@@ -297,10 +299,13 @@ impl Solver {
             let back = !first && progress.waves % 2 == 1;
             let wanted = if back {
                 1
-            } else if progress.waves == 0 {
-                waves(world).first
             } else {
-                if first { waves(world).next } else { waves(world).slow }
+                match (first, progress.waves) {
+                    (true, 0) => waves(world).first,
+                    (true, _) => waves(world).next,
+                    (false, 0) => FIRST_SLOW,
+                    (false, _) => waves(world).slow,
+                }
             };
             let wave = Wave { sweeps: wanted.min(sweeps_max - sweeps) as usize, back };
             let mut change = [0.0_f32; LANES];

@@ -113,8 +113,9 @@ fn survey_lanes<const BEST: bool>(
     let mut unsound = [0.0_f64; LANES];
     for block in skew.blocks() {
         let at = block.entry;
-        let payoffs = block.pick(world.payoffs().0);
-        let [slopes_i, slopes_j] = [block.pick(world.slopes()[0]), block.pick(world.slopes()[1])];
+        let nodes = block.nodes(world.nodes());
+        let payoffs = nodes.pick(world.payoffs().0);
+        let [slopes_i, slopes_j] = [nodes.pick(world.slopes()[0]), nodes.pick(world.slopes()[1])];
         let mut classes = [Class::LOST; LANES];
         classes.copy_from_slice(&all_classes[at..at + LANES]);
         let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0_f64; LANES]; 4];
@@ -166,26 +167,26 @@ fn survey_lanes<const BEST: bool>(
             unsound[lane] = if size < f64::INFINITY { unsound[lane] } else { 1.0 };
             residual[lane] = if size > residual[lane] { size } else { residual[lane] };
             if !BEST {
-                let scale = if free { 1.0 / (1.0 - q) } else { 0.0 };
-                hops[0][lane] = ((uphill_i + same) * scale) as f32;
-                hops[1][lane] = ((downhill_i + same) * scale) as f32;
-                hops[2][lane] = ((uphill_j + same) * scale) as f32;
-                hops[3][lane] = ((downhill_j + same) * scale) as f32;
+                let scale = if free { 1.0 / (1.0 - q as f32) } else { 0.0 };
+                hops[0][lane] = (uphill_i + same) as f32 * scale;
+                hops[1][lane] = (downhill_i + same) as f32 * scale;
+                hops[2][lane] = (uphill_j + same) as f32 * scale;
+                hops[3][lane] = (downhill_j + same) as f32 * scale;
                 continue;
             }
             let lost_i = if climbs_i { lost_i } else { 0.0 };
             let lost_j = if climbs_j { lost_j } else { 0.0 };
             let lost = if is_i { lost_i } else { lost_j };
-            let scale = 1.0 / (1.0 - q - lost);
-            let ahead = ((a - lost) * scale) as f32;
-            let side = c * scale;
-            let across = if is_i { t } else { s };
-            let (slip_low, slip_high) = ((side - side * across) as f32, (side + side * across) as f32);
+            let scale = 1.0 / (1.0 - q - lost) as f32;
+            let ahead = (a - lost) as f32 * scale;
+            let side = c as f32 * scale;
+            let across = if is_i { t } else { s } as f32;
+            let (slip_low, slip_high) = (side - side * across, side + side * across);
             let high_ahead_i = climbs_i == rises_i;
             let high_ahead_j = climbs_j == rises_j;
             let (ahead_low_i, ahead_high_i) = if high_ahead_i { (0.0, ahead) } else { (ahead, 0.0) };
             let (ahead_low_j, ahead_high_j) = if high_ahead_j { (0.0, ahead) } else { (ahead, 0.0) };
-            parts[0][lane] = if free { (deviation * scale) as f32 } else { 0.0 };
+            parts[0][lane] = if free { deviation as f32 * scale } else { 0.0 };
             parts[1][lane] = if is_i { ahead_low_i } else { slip_low };
             parts[2][lane] = if is_i { slip_low } else { ahead_low_j };
             parts[3][lane] = if is_i { ahead_high_i } else { slip_high };

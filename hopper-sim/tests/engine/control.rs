@@ -101,6 +101,7 @@ fn a_new_pace_counts_for_the_hop_in_the_air() {
     assert_eq!(host.arbiter.tempo().pace, Pace::Max);
 }
 
+/// P-WEB-LEAVE: whatever a page tells it, hopper-sim without leave heeds no order.
 #[test]
 fn without_leave_or_for_another_run_or_robot_or_in_a_flood_orders_are_refused_and_counted() {
     let mut deaf = Host::new(mission(), Vec::new(), Pace::Max);

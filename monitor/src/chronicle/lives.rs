@@ -66,10 +66,10 @@ pub struct Lives {
 }
 
 impl Lives {
-    /// Takes note of a beat at `now`; one whose counter stands still proves nothing.
+    /// Takes note of a beat at `now`; one whose counter stands still or leaps proves nothing.
     pub fn hear(&mut self, beat: &Heartbeat, decision: Decision, now: MonotonicNs) {
         let known = self.peers.get(&beat.incarnation).copied();
-        if known.is_some_and(|known| known.beat.counter >= beat.counter) {
+        if known.is_some_and(|known| !beat.follows(&known.beat, now.since_ns(known.heard))) {
             return;
         }
         match known {
@@ -135,5 +135,39 @@ impl Lives {
             self.gone += 1;
         }
         self.marks.push_back(mark);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::{Name, RunId, Status};
+
+    use super::*;
+
+    /// P-ROGUE-BEAT on the page: a life in whose name somebody else beats is not silent for that.
+    #[test]
+    fn a_forged_leap_of_the_counter_silences_no_life() {
+        let beat = |counter| Heartbeat {
+            role: Role::Planner,
+            incarnation: Incarnation(7),
+            pid: 1,
+            version: Name::NONE,
+            planner: Name::NONE,
+            counter,
+            run: RunId(0),
+            decision: Decision(0),
+            status: Status::Underway,
+        };
+        let mut lives = Lives::default();
+        lives.hear(&beat(1), Decision(0), MonotonicNs(0));
+        lives.hear(&beat(u64::MAX), Decision(0), MonotonicNs(1));
+        lives.hear(&beat(2), Decision(0), MonotonicNs(SILENCE_NS));
+        lives.listen(Decision(0), false, MonotonicNs(2 * SILENCE_NS));
+        assert!(lives.is_live_planner(Incarnation(7)));
+        assert_eq!(lives.marks().count(), 1, "it joined, and nothing else");
+        // The same beat again is no sign of life.
+        lives.hear(&beat(2), Decision(1), MonotonicNs(2 * SILENCE_NS));
+        lives.listen(Decision(1), false, MonotonicNs(2 * SILENCE_NS + 1));
+        assert!(!lives.is_live_planner(Incarnation(7)));
     }
 }

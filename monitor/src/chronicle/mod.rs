@@ -10,8 +10,8 @@ mod hops;
 mod lives;
 
 use contract::{
-    Brief, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage, Policy,
-    Replica, RobotId, State, Tempo,
+    Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
+    PastPage, Policy, Replica, RobotId, State, Tempo,
 };
 use report::Executed;
 
@@ -133,6 +133,26 @@ impl Chronicle {
     #[must_use]
     pub fn ground(&self) -> Option<&Ground> {
         self.story.as_ref().map(|story| &story.ground)
+    }
+
+    /// Treasures that had been seen when `at` was due, and not been collected.
+    #[must_use]
+    pub fn treasures(&self, at: Decision) -> Vec<Cell> {
+        let Some(Story { brief, hops, ground, .. }) = &self.story else { return Vec::new() };
+        let at = at.max(hops.first());
+        // Of what went before the first hop that is kept, nothing is known.
+        let known = at.0.checked_sub(1).map(|before| hops.get(Decision(before)).or_else(|| hops.get(at)));
+        let mut collected = known.flatten().map_or(Collected::default(), |hop| hop.collected);
+        let mut lying = ground.treasures().to_vec();
+        for hop in hops.from(at) {
+            if hop.collected != collected && !lying.contains(&hop.to) {
+                lying.push(hop.to);
+            }
+            collected = hop.collected;
+        }
+        let seen = |cell: &Cell| brief.grid.index(*cell).and_then(|index| ground.get(index));
+        lying.retain(|cell| seen(cell).is_some_and(|seen| u64::from(seen.at) <= at.0));
+        lying
     }
 
     /// The newest policy.

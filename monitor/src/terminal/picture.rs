@@ -228,7 +228,7 @@ impl<'a> View<'a> {
             }
         }
         put(brief.start, "S ", Color::White);
-        for &treasure in self.ground.treasures() {
+        for treasure in self.account.treasures(self.at) {
             put(treasure, "★ ", Color::Yellow);
         }
         for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {

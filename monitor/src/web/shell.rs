@@ -17,6 +17,9 @@ use crate::chronicle::{Cursor, Frame};
 /// Connections at once; whoever comes beyond is told so.
 pub const CONNECTIONS_MAX: usize = 32;
 
+/// Connections at once, those that are told so included; whoever comes beyond finds the door closed.
+const THREADS_MAX: usize = 2 * CONNECTIONS_MAX;
+
 /// Orders that wait for the next turn of the work loop.
 const ORDERS_MAX: usize = 16;
 
@@ -67,6 +70,23 @@ impl<'a> Counted<'a> {
 impl Drop for Counted<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// A connection's place among all, from its coming to the end of its thread.
+struct Place(Arc<Shared>);
+
+impl Place {
+    /// A place and its number, 1 for the only one.
+    fn take(shared: &Arc<Shared>) -> (Self, usize) {
+        let number = shared.connections.fetch_add(1, Ordering::SeqCst) + 1;
+        (Self(Arc::clone(shared)), number)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.connections.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
@@ -136,6 +156,8 @@ impl Page {
 impl Drop for Page {
     fn drop(&mut self) {
         self.shared.closing.store(true, Ordering::SeqCst);
+        // Whoever found it open still holds the account, or sleeps already and hears the bell.
+        drop(self.account());
         self.ring();
         let deadline = Node::now().plus_ns(FAREWELL_NS);
         while self.shared.connections.load(Ordering::SeqCst) > 0 && Node::now() < deadline {
@@ -157,14 +179,14 @@ impl Shared {
     /// An order goes to the work loop if there is anybody to carry it out.
     fn order(&self, order: Order) -> Result<(), Rejection> {
         let account = self.account();
-        let heeds = account.tempo().is_some_and(|tempo| tempo.heeds);
-        let refusal = match order {
-            Order::HandOver(life) if !account.lives().is_live_planner(life) => {
+        let heeds = account.tempo().map(|tempo| tempo.heeds);
+        let refusal = match (order, heeds) {
+            (Order::HandOver(life), _) if !account.lives().is_live_planner(life) => {
                 Some("a hand-over needs a planner that lives")
             }
-            Order::HandOver(_) => None,
-            _ if !heeds => Some("this order needs a hopper-sim started with --control"),
-            _ => None,
+            (Order::HandOver(_), _) | (_, Some(true)) => None,
+            (_, Some(false)) => Some("this order needs a hopper-sim started with --control"),
+            (_, None) => Some("hopper-sim has not been heard yet"),
         };
         drop(account);
         if let Some(reason) = refusal {
@@ -189,13 +211,14 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
             std::thread::sleep(Duration::from_millis(10));
             continue;
         };
-        let shared = Arc::clone(shared);
+        let (place, number) = Place::take(shared);
+        if number > THREADS_MAX {
+            continue;
+        }
         let serve = move || {
-            let counted = Counted::new(&shared.connections);
-            if let Err(error) = connection(&stream, &shared) {
+            if let Err(error) = connection(&stream, &place.0, number > CONNECTIONS_MAX) {
                 tracing::debug!("a client of the page is gone: {error}");
             }
-            drop(counted);
         };
         if let Err(error) = std::thread::Builder::new().name("client".into()).spawn(serve) {
             tracing::warn!("a client of the page is turned away: {error}");
@@ -203,10 +226,10 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     }
 }
 
-fn connection(mut stream: &TcpStream, shared: &Shared) -> std::io::Result<()> {
+/// Serves a client; one who comes when it is `full` is only told so.
+fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(STALL))?;
-    let full = shared.connections.load(Ordering::SeqCst) > CONNECTIONS_MAX;
     let answer = match full {
         true => Err(Rejection(503, format!("{CONNECTIONS_MAX} connections are open already"))),
         false => request(stream, &shared.gate),

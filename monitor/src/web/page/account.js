@@ -26,12 +26,15 @@ export class Account {
     this.first = 0;
     this.reigns = [];
     this.marks = [];
+    this.collections = [];
   }
 
   /** A mission begins, or this page begins to hear of it. */
   begin(mission) {
     const { width, height } = mission.grid;
     const cells = width * height;
+    // Of one run, bounds stay: only the newest policy is told again.
+    if (this.mission?.run !== mission.run) this.bounds = new Map();
     this.mission = mission;
     this.width = width;
     this.height = height;
@@ -46,15 +49,21 @@ export class Account {
     this.first = 0;
     this.reigns = [];
     this.marks = [];
+    this.collections = [];
     this.policy = null;
-    this.bounds = new Map();
     this.status = null;
   }
 
   addHops({ rows, reigns }) {
     for (const row of rows) {
       const next = hop(row);
-      if (this.hops.length === 0) this.first = next.decision;
+      if (this.hops.length === 0 || next.decision !== this.due) {
+        // Whoever fell behind what the monitor keeps goes on at what it has: hops are found by their number.
+        this.hops = [];
+        this.first = next.decision;
+      }
+      const before = this.hops.at(-1)?.treasures ?? (next.decision === 0 ? 0 : next.treasures);
+      if (next.treasures > before) this.collections.push({ cell: next.to, decision: next.decision });
       this.hops.push(next);
     }
     if (this.hops.length > 1.25 * HOPS_KEPT) {
@@ -133,6 +142,14 @@ export class Account {
   goal(at) {
     const { goals } = this.mission;
     return goals[this.visits(at) % goals.length];
+  }
+
+  /** Treasures that had been seen at a moment, and not been collected. */
+  treasures(at) {
+    const taken = ([x, y]) => this.collections.find(({ cell }) => cell[0] === x && cell[1] === y);
+    const lying = (this.status?.treasures ?? []).filter((cell) => !taken(cell));
+    const later = this.collections.filter(({ decision }) => decision >= at).map(({ cell }) => cell);
+    return [...lying, ...later].filter(([x, y]) => this.seenAt[y * this.width + x] <= at);
   }
 
   /** A policy came: the newest for the eye, its bound for the term that it was made under. */

@@ -45,6 +45,7 @@ const isLive = () => view.at === Infinity;
 function connect() {
   clearTimeout(retry);
   source?.close();
+  if (document.hidden) return;
   source = new EventSource("/events");
   const on = (event, take) => source.addEventListener(event, ({ data }) => {
     take(JSON.parse(data));
@@ -79,7 +80,7 @@ function connect() {
 
 /** Policies are a stream of their own, open while somebody looks at them: they cost the planner something. */
 function followPolicies() {
-  const wanted = map.options.policy || map.options.values;
+  const wanted = !document.hidden && (map.options.policy || map.options.values);
   if (wanted === Boolean(policies)) return;
   policies?.close();
   policies = wanted ? new EventSource("/policy") : null;
@@ -87,6 +88,14 @@ function followPolicies() {
     account.addPolicy(JSON.parse(data));
     view.dirty = true;
   });
+}
+
+/** A page that nobody sees lets go of both its streams: a browser has six for all pages of one address. */
+function attend() {
+  if (view.connected === "bye") return;
+  followPolicies();
+  Object.assign(view, { connected: "connecting", dirty: true });
+  connect();
 }
 
 function beginMission(mission) {
@@ -422,6 +431,7 @@ function listen() {
     act();
     view.dirty = true;
   });
+  document.addEventListener("visibilitychange", attend);
   new ResizeObserver(() => { view.dirty = true; }).observe(document.body);
   new ResizeObserver(() => { view.dirty = true; }).observe(by("map"));
 }

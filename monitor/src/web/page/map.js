@@ -403,7 +403,7 @@ export class MapView {
         context.lineTo(goalX, goalY - 1.1 * size);
       }, colour(other === goal ? "good" : "state"));
     }
-    for (const treasure of account.status?.treasures ?? []) {
+    for (const treasure of account.treasures(at)) {
       const [cx, cy] = this.spot(treasure, frame);
       outlined(() => {
         for (let n = 0; n < 10; n += 1) {
