@@ -2,6 +2,7 @@
 
 pub mod fly;
 pub mod merge;
+mod progress;
 mod regret;
 pub mod report;
 pub mod rerun;

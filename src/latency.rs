@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::limits::ASK_AGAIN_NS;
-use contract::{Brief, Decision, MonotonicNs, PastRequest, RobotId, Role, Roster};
+use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
+use contract::{Brief, Decision, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
 use node::peer::{Patience, TICK, accept};
 use node::{Exit, Failure, Instance, Node};
 use recording::steps;
 use report::steps::{compare, plot};
 use report::{Conditions, Format, Step, StepAccount};
+use serde::Serialize;
 
 use crate::bag::{at_fault, keep, load, open, print};
 
@@ -54,8 +55,17 @@ pub struct Args {
 struct Source {
     name: String,
     account: StepAccount,
-    budget_ns: u64,
+    brief: Brief,
+    seed: Option<String>,
     conditions: Conditions,
+}
+
+/// What two missions that are compared do not have in common, and should. The names are those of the JSON.
+#[derive(Debug, PartialEq, Serialize)]
+struct Differs {
+    what: &'static str,
+    first: String,
+    second: String,
 }
 
 /// Runs the command; exit code 3 if a decision missed its budget.
@@ -75,7 +85,8 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         },
         (None, None) => unreachable!("one of the sources is required"),
     };
-    let budget_ns = args.budget.map_or(source.budget_ns, |budget| budget.as_nanos() as u64);
+    let budget_ns =
+        args.budget.map_or(source.brief.limits.decision_budget_ns, |budget| budget.as_nanos() as u64);
     let report = source.account.report(budget_ns, source.conditions);
     if let Some(path) = &args.hgrm {
         keep(path, source.account.percentile_distribution().as_bytes())?;
@@ -92,16 +103,27 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 
 fn side_by_side(first: &Path, second: &Path, format: Format) -> Result<Exit, Failure> {
     let [first, second] = [recorded(first)?, recorded(second)?];
+    let differs = differences(&first, &second)?;
     let comparison = compare(&first.account, &second.account);
     match format {
-        Format::Text => print(&format!(
-            "first: {}\n{}\n\nsecond: {}\n{}\n\n{comparison}",
-            first.name, first.conditions, second.name, second.conditions
-        ))?,
+        Format::Text => {
+            let mut text = format!(
+                "first: {}\n{}\n\nsecond: {}\n{}\n\n{comparison}",
+                first.name, first.conditions, second.name, second.conditions
+            );
+            for Differs { what, first, second } in differs {
+                text += &format!(
+                    "Warning: the {what} of the first is {first}, of the second {second}: their decisions are not \
+                     the same, and the test says little.\n"
+                );
+            }
+            print(&text)?;
+        }
         Format::Json => {
             let value = serde_json::json!({
                 "first": { "name": first.name, "conditions": first.conditions },
                 "second": { "name": second.name, "conditions": second.conditions },
+                "differs": differs,
                 "test": "wilcoxon signed-rank, two-sided, normal approximation",
                 "comparison": comparison,
             });
@@ -109,6 +131,34 @@ fn side_by_side(first: &Path, second: &Path, format: Format) -> Result<Exit, Fai
         }
     }
     Ok(Exit::Done)
+}
+
+/// What should be the same of both and is not.
+///
+/// # Errors
+/// Exit code 2 if they are of different scenarios: then decision *n* of the one is nothing to that of the other.
+fn differences(first: &Source, second: &Source) -> Result<Vec<Differs>, Failure> {
+    let scenario = |source: &Source| {
+        let hash: String = source.brief.scenario_hash[..6].iter().map(|byte| format!("{byte:02x}")).collect();
+        format!("{} ({hash}) of {}", source.brief.scenario, source.name)
+    };
+    if first.brief.scenario_hash != second.brief.scenario_hash {
+        return Err(Failure::usage(format!(
+            "--compare needs two recordings of one scenario, got {} and {}",
+            scenario(first),
+            scenario(second)
+        )));
+    }
+    let seed = |source: &Source| source.seed.clone().unwrap_or_else(|| "not known".into());
+    let planners = |source: &Source| {
+        let mut names: Vec<_> =
+            source.account.steps().iter().map(|step| step.leader.planner.to_string()).collect();
+        names.dedup();
+        if names.is_empty() { "none".into() } else { names.join(", then ") }
+    };
+    let pairs = [("seed", seed(first), seed(second)), ("planner", planners(first), planners(second))];
+    let differs = pairs.into_iter().map(|(what, first, second)| Differs { what, first, second });
+    Ok(differs.filter(|differs| differs.first != differs.second).collect())
 }
 
 fn recorded(path: &Path) -> Result<Source, Failure> {
@@ -134,7 +184,8 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
     Ok(Source {
         name: path.display().to_string(),
         account: StepAccount::new(flown.steps, flown.happenings),
-        budget_ns: flown.brief.limits.decision_budget_ns,
+        brief: flown.brief,
+        seed: told("seed"),
         conditions,
     })
 }
@@ -147,15 +198,10 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let mut past = node.past_client()?;
     let mut patience = Patience::new(Some(wait), &instance);
     let mut roster = Roster::default();
-    let (mut brief, mut asked) = (None::<Brief>, MonotonicNs(0));
-    let mut all: Vec<Step> = Vec::new();
-    let mut ended = false;
-    while !ended {
-        let now = Node::now();
-        if let Some(known) = brief.filter(|_| now.since_ns(asked) >= ASK_AGAIN_NS) {
-            asked = now;
-            let from = Decision(all.len() as u64);
-            past.request(&PastRequest { run: known.run, robot: RobotId(0), from })?;
+    let mut gathered = Gathered::default();
+    let flown = loop {
+        if let Some(request) = gathered.ask(Node::now()) {
+            past.request(&request)?;
         }
         node.wait(TICK);
         if node.stop_requested().is_some() {
@@ -164,20 +210,17 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
         for beat in node.heartbeats().into_iter().flatten() {
             roster.observe(beat, Node::now());
         }
-        if let Some(told) = accept(briefs.newest()) {
-            (brief, asked) = (Some(told), MonotonicNs(0));
-            all.clear();
+        if let Some(brief) = accept(briefs.newest()) {
+            gathered.begin(brief);
         }
-        let page = accept(past.receive()).filter(|page| brief.is_some_and(|brief| brief.run == page.run));
-        if let Some(page) = page.filter(|page| page.from.0 == all.len() as u64) {
-            ended = page.records.len() < contract::limits::PAST_PAGE_RECORDS;
-            all.extend(page.records.iter().map(Step::from));
-            asked = MonotonicNs(0);
+        if let Some(flown) = accept(past.receive()).and_then(|page| gathered.page(&page)) {
+            break flown;
         }
-        let lacks = brief.is_none().then_some("hopper-sim: no brief yet");
+        let lacks = gathered.brief.is_none().then_some("hopper-sim: no brief yet");
         let silent = !roster.has(Role::HopperSim, Node::now());
         patience.check(lacks.or(silent.then_some("hopper-sim")), Node::now())?;
-    }
+    };
+    let (brief, steps) = flown;
     let load = node::host::load();
     let conditions = Conditions {
         clock: "CLOCK_MONOTONIC of this host; a commit is the moment at which its append was asked for"
@@ -189,8 +232,118 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     };
     Ok(Some(Source {
         name: format!("instance {name}"),
-        account: StepAccount::new(all, Vec::new()),
-        budget_ns: brief.map_or(0, |brief| brief.limits.decision_budget_ns),
+        account: StepAccount::new(steps, Vec::new()),
+        brief,
+        seed: None,
         conditions,
     }))
+}
+
+/// The executed decisions of a run, asked for page by page.
+#[derive(Default)]
+struct Gathered {
+    brief: Option<Brief>,
+    steps: Vec<Step>,
+    asked: Option<MonotonicNs>,
+}
+
+impl Gathered {
+    /// Of which run the decisions are wanted. A run that is announced once more, as to a newcomer, changes nothing.
+    fn begin(&mut self, brief: Brief) {
+        if self.brief.is_none_or(|known| known.run != brief.run) {
+            *self = Self { brief: Some(brief), ..Self::default() };
+        }
+    }
+
+    /// What to ask for at `now`.
+    fn ask(&mut self, now: MonotonicNs) -> Option<PastRequest> {
+        let run = self.brief?.run;
+        if self.asked.is_some_and(|asked| now.since_ns(asked) < ASK_AGAIN_NS) {
+            return None;
+        }
+        self.asked = Some(now);
+        Some(PastRequest { run, robot: RobotId(0), from: Decision(self.steps.len() as u64) })
+    }
+
+    /// Takes a page; the last one, which is not full, gives all there is.
+    fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<Step>)> {
+        let brief = self.brief.filter(|brief| brief.run == page.run)?;
+        if page.from.0 != self.steps.len() as u64 {
+            return None;
+        }
+        self.steps.extend(page.records.iter().map(Step::from));
+        self.asked = None;
+        let is_last = page.records.len() < PAST_PAGE_RECORDS;
+        is_last.then(|| (brief, std::mem::take(&mut self.steps)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::{Record, RunId};
+
+    use super::*;
+
+    fn page(run: RunId, from: u64, records: usize) -> PastPage {
+        let (flown, _) = hostile::specimen::flown();
+        let records: Vec<Record> = (0..records)
+            .map(|n| Record { decision: Decision(from + n as u64), ..flown[n % flown.len()] })
+            .collect();
+        PastPage { run, robot: RobotId(0), from: Decision(from), records }
+    }
+
+    /// P-LATENCY-ANNOUNCED: what was gathered of a run stays when that is announced once more, and goes when
+    /// another is.
+    #[test]
+    fn a_run_that_is_announced_again_loses_no_page() {
+        let brief = hostile::specimen::brief();
+        let mut gathered = Gathered::default();
+        assert_eq!(gathered.ask(MonotonicNs(1)), None);
+        gathered.begin(brief);
+        assert_eq!(gathered.ask(MonotonicNs(1)).unwrap().from, Decision(0));
+        assert_eq!(gathered.ask(MonotonicNs(2)), None, "nobody asks twice at once");
+        assert!(gathered.page(&page(brief.run, 0, PAST_PAGE_RECORDS)).is_none());
+        gathered.begin(brief);
+        let next = PAST_PAGE_RECORDS as u64;
+        assert_eq!(gathered.ask(MonotonicNs(3)).unwrap().from, Decision(next));
+        assert!(gathered.page(&page(brief.run, 0, 1)).is_none(), "a page come twice is none");
+        assert_eq!(gathered.page(&page(brief.run, next, 2)).unwrap().1.len(), PAST_PAGE_RECORDS + 2);
+
+        assert!(gathered.page(&page(brief.run, 0, PAST_PAGE_RECORDS)).is_none());
+        let other = Brief { run: RunId(brief.run.0 + 1), ..brief };
+        gathered.begin(other);
+        assert_eq!(gathered.ask(MonotonicNs(4)).unwrap().from, Decision(0));
+        assert!(gathered.page(&page(brief.run, 0, 1)).is_none());
+        assert_eq!(gathered.page(&page(other.run, 0, 1)).unwrap().1.len(), 1);
+    }
+
+    /// P-LATENCY-SAME
+    #[test]
+    fn missions_of_two_scenarios_are_not_compared_and_other_differences_are_told() {
+        let source = |brief: Brief, seed: Option<&str>, planner: &str| {
+            let (records, _) = hostile::specimen::flown();
+            let mut steps: Vec<Step> = records.iter().map(Step::from).collect();
+            for step in &mut steps {
+                step.leader.planner = planner.parse().unwrap();
+                step.timing.committed = MonotonicNs(u64::MAX);
+            }
+            Source {
+                name: "a.mcap".into(),
+                account: StepAccount::new(steps, Vec::new()),
+                brief,
+                seed: seed.map(str::to_owned),
+                conditions: Conditions::default(),
+            }
+        };
+        let brief = hostile::specimen::brief();
+        let first = source(brief, Some("3"), "mdp");
+        assert_eq!(differences(&first, &source(brief, Some("3"), "mdp")).unwrap(), []);
+        let other = differences(&first, &source(brief, None, "greedy")).unwrap();
+        let told: Vec<_> = other.iter().map(|d| (d.what, d.first.as_str(), d.second.as_str())).collect();
+        assert_eq!(told, [("seed", "3", "not known"), ("planner", "mdp", "greedy")]);
+        let elsewhere = source(Brief { scenario_hash: [7; 32], ..brief }, Some("3"), "mdp");
+        let failure = differences(&first, &elsewhere).unwrap_err();
+        assert_eq!(failure.exit, Exit::Usage);
+        assert!(failure.message.contains("one scenario, got") && failure.message.contains("070707070707"));
+    }
 }

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use contract::service;
-use contract::{Gathering, MonotonicNs, Refusal, RobotId, Role, Roster};
+use contract::{Gathering, MapPage, MapPatch, MonotonicNs, Policy, Refusal, RobotId, Role, Roster, Truth};
 use node::inspect::services;
 use node::peer::{Patience, TICK};
 use node::{Exit, Failure, Instance, Node, NodeError, Plain, Reader, Sheet, SheetReader, Stop, Vigil};
@@ -354,14 +354,8 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Tap, NodeError> {
         Kind::Control => plain(node.control_reader(robot)?),
         Kind::Tempo => plain(node.tempo_reader(robot)?),
         Kind::Heartbeat => plain(node.heartbeat_reader()?),
-        Kind::Map => sheet(node.map_reader(robot)?, move |patch| {
-            let count = patch.cells.len();
-            summary(&patch, full, [("cell_count", json!(count))])
-        }),
-        Kind::Policy => sheet(node.policy_reader(robot)?, move |policy| {
-            let count = policy.cells.len();
-            summary(&policy, full, [("cell_count", json!(count))])
-        }),
+        Kind::Map => sheet(node.map_reader(robot)?, move |patch| summary(patch, full)),
+        Kind::Policy => sheet(node.policy_reader(robot)?, move |policy| summary(policy, full)),
         Kind::Truth => gathered(node, full)?,
     })
 }
@@ -386,10 +380,7 @@ fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
         }
         while let Some(page) = client.receive() {
             match page.and_then(|page| gathering.page(&page)) {
-                Ok(Some(truth)) => {
-                    let count = truth.cells.len();
-                    return Some(Ok(summary(&truth, full, [("cell_count", json!(count))])));
-                }
+                Ok(Some(truth)) => return Some(Ok(summary(truth, full))),
                 Ok(None) => {}
                 Err(refusal) => return Some(Err(refusal)),
             }
@@ -403,15 +394,35 @@ fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
     }))
 }
 
-/// The message with what sums up its cells; the cells themselves only in full.
-fn summary<const N: usize>(message: &impl Serialize, full: bool, extra: [(&str, Value); N]) -> Value {
-    let mut value = json!(message);
+/// A message with cells.
+pub(crate) trait Cells: Serialize {
+    /// Leaves it without cells; how many it had.
+    fn strip(&mut self) -> usize;
+}
+
+macro_rules! cells {
+    ($($message:ty),*) => {
+        $(impl Cells for $message {
+            fn strip(&mut self) -> usize {
+                std::mem::take(&mut self.cells).len()
+            }
+        })*
+    };
+}
+
+cells!(MapPatch, MapPage, Policy, Truth);
+
+/// The message with the count of its cells; the cells themselves only in full, as they take a hundred times their
+/// memory as JSON.
+pub(crate) fn summary(mut message: impl Cells, full: bool) -> Value {
+    let whole = full.then(|| json!(message));
+    let count = message.strip();
+    let mut value = whole.unwrap_or_else(|| json!(message));
     if let Value::Object(fields) = &mut value {
-        let cells = fields.remove("cells");
-        fields.extend(extra.map(|(key, value)| (key.to_owned(), value)));
-        if let (true, Some(cells)) = (full, cells) {
-            fields.insert("cells".into(), cells);
+        if !full {
+            fields.remove("cells");
         }
+        fields.insert("cell_count".into(), json!(count));
     }
     value
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use ::campaign::seal::{seal, unseal};
-use harness::{eventually, hopper, json, stderr};
+use harness::{Process, eventually, hopper, json, stderr};
 use serde_json::Value;
 
 const TINY: &str = r#"
@@ -208,6 +208,31 @@ fn a_trial_flown_again_has_the_digest_of_its_row() {
         hopper(&["campaign", "rerun", "a", "--trial", "13", "--out", "t"]).current_dir(dir).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains(digest), "{}", stderr(&output));
+}
+
+/// P-CAMPAIGN-INTERRUPT: on Ctrl-C the rows flown so far are kept, which is said, and the run goes on from them.
+#[test]
+fn an_interrupted_campaign_says_what_it_keeps() {
+    // More than anybody would wait for.
+    let dir = folder(&TINY.replace("repetitions = 5", "repetitions = 1000000"));
+    let held = dir.path().join("cut/trials.jsonl");
+    let mut rows = 0;
+    for words in [&[][..], &["--resume"]] {
+        let mut command = hopper(&["campaign", "run", "c.toml", "--jobs", "2", "--out", "cut"]);
+        command.args(words).current_dir(dir.path());
+        let mut run = Process::spawn("campaign", command, dir.path());
+        run.await_log(&format!("{rows} of 4000000 trials are there"));
+        let before = fs::metadata(&held).map_or(0, |file| file.len());
+        eventually("more rows", || fs::metadata(&held).is_ok_and(|file| file.len() > before));
+        run.signal(rustix::process::Signal::INT);
+        assert_eq!(run.code(), 130, "{}", run.log());
+        let lines = fs::read_to_string(&held).unwrap();
+        assert!(lines.ends_with('\n') && lines.lines().count() > rows, "{rows} rows before");
+        rows = lines.lines().count();
+        let said = format!("interrupted: {rows} of 4000000 trials are kept in cut");
+        assert!(run.log().contains(&said) && run.log().contains("--resume"), "{said}: {}", run.log());
+        assert!(run.out().is_empty(), "{}", run.out());
+    }
 }
 
 /// P-CAMPAIGN-FILE

@@ -145,6 +145,26 @@ fn a_full_disk_under_the_log_ends_nobody() {
     );
 }
 
+/// P-BAG-FULL: on a full disk a recording that cannot be recovered leaves nothing behind, and is a run error.
+#[test]
+fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {
+    let mission = Mission::new("fullbag");
+    let recording = hostile::recording::seeds().remove(0);
+    std::fs::write(mission.path("cut.mcap"), &recording[..recording.len() - 100]).unwrap();
+    let script = "
+        $HOPPER bag recover cut.mcap /dev/shm/whole.mcap; echo full $? >&2
+        ls -A /dev/shm
+        $HOPPER bag recover cut.mcap /dev/shm/none/whole.mcap; echo nowhere $? >&2
+        mount -o remount,size=16m /dev/shm
+        $HOPPER bag recover cut.mcap /dev/shm/whole.mcap && $HOPPER bag info /dev/shm/whole.mcap >/dev/null";
+    let Some(output) = in_small_memory(&mission, "16k", script) else { return };
+    let told = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("full 1\n") && told.contains("nowhere 2\n"), "{told}");
+    assert!(told.contains("/dev/shm/whole.mcap cannot be written: No space left"), "{told}");
+    assert!(output.stdout.is_empty(), "left behind: {}", String::from_utf8_lossy(&output.stdout));
+}
+
 /// P-DEAF: a monitor that stops reading holds nobody up: the mission ends while it is stopped, more decisions
 /// later than its queue holds, no message lost to anybody else; woken, it learns of them all.
 #[test]

@@ -43,15 +43,27 @@ fn completions_and_manual_pages_know_every_command() {
     let page = told(&["man"]);
     let dir = tempfile::tempdir().unwrap();
     told(&["man", "--out", &dir.path().to_string_lossy()]);
-    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+    /// What a shell's completions say of a command.
+    type Form = fn(&str) -> String;
+    let forms: [(&str, Form); 5] = [
+        ("bash", |command| format!("hopper,{command})\n")),
+        ("zsh", |command| format!("\n'{command}:")),
+        ("fish", |command| format!("-n \"__fish_hopper_needs_command\" -f -a \"{command}\" ")),
+        ("elvish", |command| format!("&'hopper;{command}'= {{")),
+        ("powershell", |command| format!("'hopper;{command}' {{")),
+    ];
+    for (shell, form) in forms {
         let text = told(&["completions", shell]);
         for command in commands() {
-            assert!(text.contains(&command), "{shell} does not know {command}");
+            assert!(text.contains(&form(&command)), "{shell} does not know {command}");
         }
+        assert!(!text.contains(&form("no-such")), "{shell} knows anything");
     }
     for command in commands() {
-        assert!(page.contains(&command), "the manual does not know {command}");
-        assert!(dir.path().join(format!("hopper-{command}.1")).exists(), "{command} has no page");
+        // A hyphen of a manual page is written as \-.
+        assert!(page.contains(&format!("\nhopper\\-{command}(1)\n")), "the manual does not know {command}");
+        let own = std::fs::read_to_string(dir.path().join(format!("hopper-{command}.1"))).unwrap();
+        assert!(own.contains(&format!("\n.TH hopper-{command} 1")), "{command}: {own}");
     }
 }
 
@@ -75,17 +87,22 @@ fn every_command_of_the_tutorial_runs() {
     let path = format!("{}:{}", tools.display(), std::env::var("PATH").unwrap());
     let script =
         format!("set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n{}", blocks.join("\n"));
-    let mut bash = Command::new("bash");
-    bash.args(["-c", &script])
+    // A planner that comes after the mission waits for the next, and the tutorial for it: no longer than this.
+    let mut bash = Command::new("timeout");
+    bash.args(["--kill-after=10", "120", "bash", "-c", &script])
         .current_dir(mission.path(""))
         .env("PATH", path)
         .env("HOPPER_INSTANCE", &mission.name);
     let output = bash.output().unwrap();
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_ne!(output.status.code(), Some(124), "not over in 120 s: {told}\n{}", stderr(&output));
     assert!(output.status.success(), "{told}\n{}", stderr(&output));
     for promised in ["out/hard-1/mission.svg", "out/swap/hops.journal", "out/again/summary.json"] {
         assert!(mission.path(promised).exists(), "{promised} is missing: {told}\n{}", stderr(&output));
     }
+    // By the summary of the mission with the swap, and by that of its repetition.
+    let both = "scenario hard, planner mdp then greedy, profile hopper, seed 7";
+    assert_eq!(told.matches(both).count(), 2, "{told}");
     assert!(stderr(&output).contains("page at http://127.0.0.1:"), "{}", stderr(&output));
     assert!(stderr(&output).contains("is repeated, digest"), "{}", stderr(&output));
 }

@@ -108,10 +108,19 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert!(std::fs::read_to_string(mission.path("a.hgrm")).unwrap().contains("Total count"));
     assert_eq!(report(&["a.mcap", "--budget", "1ns"]).status.code(), Some(3));
     let beside = json(&report(&["--compare", "a.mcap", "b.mcap", "--format", "json"]));
+    assert_eq!(beside["differs"].as_array().unwrap().len(), 0, "{beside}");
     assert_eq!(beside["comparison"]["pairs"], summary["decisions"]);
     let p = beside["comparison"]["p"].as_f64().unwrap();
     assert!((0.0..=1.0).contains(&p), "{beside}");
     assert_eq!(report(&["nothing.mcap"]).status.code(), Some(2));
+    flown(&mission, "c.mcap", &["--seed", "4", "--planner", "greedy"]);
+    let unlike = report(&["--compare", "a.mcap", "c.mcap"]);
+    let told = String::from_utf8(unlike.stdout).unwrap();
+    for what in
+        ["Warning: the seed of the first is 3, of the second 4", "Warning: the planner of the first is mdp"]
+    {
+        assert!(told.contains(what), "{told}");
+    }
 
     let slow = mission.start_slow_sim("3");
     let peers = mission.start_peers();
@@ -133,7 +142,7 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
 fn a_killed_recording_is_recovered_and_python_reads_both() {
     let mission = Mission::new("killed");
     let slow = mission.start("sim", &["--seed", "5", "--pace", "20", "--scenario", "patrol"]);
-    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    let peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
     let mut monitor = mission.start("monitor", &["--record", "killed.mcap", "--record-note", "seed=5"]);
     harness::eventually("records in the recording", || {
         // The file may not be there yet, or have no head yet.
@@ -141,7 +150,8 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
         matches!(output.status.code(), Some(0 | 1)) && count(&json(&output)["records"]) >= 10
     });
     monitor.kill();
-    drop(slow);
+    // The next mission here is flown by its own.
+    drop((slow, peers));
     let (cut, code) = info(&mission, "killed.mcap");
     assert_eq!((code, &cut["whole"], &cut["digest_at_end"]), (Some(1), &false.into(), &Value::Null), "{cut}");
     let refused = bag(&mission, &["recover", "killed.mcap"], "killed.mcap");
@@ -215,17 +225,27 @@ fn a_recording_that_is_not_whole_is_no_success() {
     assert_eq!(summary["artifacts"]["recording-2"], "a-2.mcap", "{summary}");
 }
 
-/// P-BAG-STALL: a recorder that is stopped holds up no hop.
+/// P-BAG-STALL: a recorder that is stopped in mid-mission holds up no hop.
 #[test]
 fn a_stopped_recorder_holds_up_no_hop() {
     let mission = Mission::new("stalled");
-    let mut sim = mission.start("sim", &["--seed", "9", "--pace", "50"]);
-    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    let mut sim = mission.start("sim", &["--seed", "9", "--pace", "10"]);
     let monitor = mission.start("monitor", &["--record", "a.mcap"]);
+    monitor.await_log("joined");
+    // No hop before it has begun to record.
+    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
     mission.await_decisions(3);
     monitor.signal(rustix::process::Signal::STOP);
+    let stopped_at = mission.decisions();
     assert_eq!(sim.code(), 0, "{}", sim.log());
-    assert_eq!(sim.json()["digest"], lockstep(&["--seed", "9"])["digest"]);
+    let flown = sim.json();
+    assert!(stopped_at + 3 < count(&flown["decisions"]), "stopped at {stopped_at}: {flown}");
+    let recorded = count(&info(&mission, "a.mcap").0["decisions"]);
+    assert!(
+        recorded <= stopped_at,
+        "{recorded} decisions by a recorder that stood still from {stopped_at} on"
+    );
+    assert_eq!(flown["digest"], lockstep(&["--seed", "9"])["digest"]);
 }
 
 /// P-BAG-FILE: nothing is written over, and what cannot be recorded is refused.

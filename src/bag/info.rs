@@ -1,9 +1,9 @@
 //! `hopper bag info`: what is in a recording.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use contract::{Decision, Digest, RunId, Status};
+use contract::{Brief, Decision, Digest, RunId, State, Status};
 use node::{Exit, Failure};
 use recording::{Message, Recording, RecordingError};
 use report::{Format, table};
@@ -27,7 +27,8 @@ pub struct Args {
     scenario: bool,
 }
 
-/// What a recording holds. The names are those of the JSON.
+/// What a recording holds; of several missions, what is told of the mission is of the last. The names are those of
+/// the JSON.
 #[derive(Debug, Serialize)]
 struct Info {
     file: String,
@@ -43,7 +44,9 @@ struct Info {
     scenario: Option<String>,
     seed: Option<String>,
     version: Option<String>,
+    /// The last run, and how many there are.
     run: Option<RunId>,
+    runs: u64,
     /// Decisions told by the states; those whose record is there; the last state's status and digest.
     decisions: u64,
     records: u64,
@@ -54,6 +57,21 @@ struct Info {
     gaps: Vec<Missing>,
     topics: Vec<Topic>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
+}
+
+/// What is told of one run.
+#[derive(Default)]
+struct Mission {
+    brief: Option<Brief>,
+    state: Option<State>,
+    records: BTreeSet<Decision>,
+    gaps: Vec<Missing>,
+}
+
+impl Mission {
+    fn is(&self, run: RunId) -> bool {
+        self.brief.is_some_and(|brief| brief.run == run)
+    }
 }
 
 /// Messages that did not reach the recorder.
@@ -103,8 +121,8 @@ impl Info {
     fn of(recording: &Recording<'_>, file: &str, bytes: u64) -> Result<Self, RecordingError> {
         let mut topics = BTreeMap::<String, Topic>::new();
         let (mut first, mut last) = (None, None);
-        let (mut state, mut brief) = (None, None);
-        let (mut records, mut gaps) = (std::collections::BTreeSet::<Decision>::new(), Vec::new());
+        let mut runs = 0;
+        let mut mission = Mission::default();
         for entry in recording.entries() {
             first.get_or_insert(entry.logged);
             last = Some(entry.logged);
@@ -113,12 +131,15 @@ impl Info {
             topic.bytes += entry.data.len() as u64;
             topic.schema = entry.known.map_or("of others", recording::Topic::schema).into();
             match entry.message()? {
-                Some(Message::Brief(told)) => brief = Some(told),
-                Some(Message::State(told)) => state = Some(told),
-                Some(Message::Past(page)) => {
-                    records.extend(page.records.iter().map(|record| record.decision))
+                Some(Message::Brief(told)) if !mission.is(told.run) => {
+                    runs += 1;
+                    mission = Mission { brief: Some(told), ..Mission::default() };
                 }
-                Some(Message::Gap(gap)) => gaps.push(Missing {
+                Some(Message::State(told)) if mission.is(told.run) => mission.state = Some(told),
+                Some(Message::Past(page)) if mission.is(page.run) => {
+                    mission.records.extend(page.records.iter().map(|record| record.decision));
+                }
+                Some(Message::Gap(gap)) => mission.gaps.push(Missing {
                     topic: gap.topic,
                     counted: gap.counted,
                     from: gap.from,
@@ -134,6 +155,7 @@ impl Info {
             hz: if duration_s > 0.0 { topic.messages as f64 / duration_s } else { 0.0 },
             ..topic
         };
+        let Mission { brief, state, records, gaps } = mission;
         let mut metadata = recording.metadata.clone();
         metadata.remove("scenario");
         Ok(Self {
@@ -148,6 +170,7 @@ impl Info {
             seed: told("seed"),
             version: told("version"),
             run: brief.map(|brief| brief.run),
+            runs,
             decisions: state.map_or(0, |state| state.decision.0),
             records: records.len() as u64,
             status: state.map(|state| state.status),
@@ -183,7 +206,11 @@ impl Info {
         }
         line("scenario", &format!("{}, seed {}", or_unknown(&self.scenario), or_unknown(&self.seed)));
         line("version", &or_unknown(&self.version));
-        line("run", &self.run.map_or_else(|| "unknown".into(), |run| run.to_string()));
+        let run = self.run.map_or_else(|| "unknown".into(), |run| run.to_string());
+        match self.runs {
+            0 | 1 => line("run", &run),
+            runs => line("run", &format!("{run}, the last of {runs}; what follows is of this one")),
+        }
         line("time", &format!("{:.3} s", self.duration_s));
         let status = self.status.map_or("unknown", Status::as_str);
         line(
@@ -212,5 +239,86 @@ impl Info {
         };
         let rows: Vec<_> = self.topics.iter().map(row).collect();
         text + "\n" + &table(["topic", "schema", "messages", "a second", "bytes"], &rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::{MonotonicNs, RunId};
+    use recording::{Context, Recorder};
+
+    use super::*;
+
+    /// What `hopper bag info` says of a recording of `messages`.
+    fn told(messages: impl IntoIterator<Item = Message>) -> Info {
+        let mut now = MonotonicNs(1_000);
+        let mut recorder = Recorder::new(&Context::default(), now).unwrap();
+        for message in messages {
+            now = now.plus_ns(1_000);
+            recorder.on(message, now).unwrap();
+        }
+        recorder.finish(now).unwrap();
+        let bytes = recorder.bytes();
+        Info::of(&Recording::read(&bytes).unwrap(), "a.mcap", bytes.len() as u64).unwrap()
+    }
+
+    /// The messages of the specimen's mission, its own gap left out.
+    fn flown() -> impl Iterator<Item = Message> {
+        hostile::recording::messages().into_iter().filter(|message| !matches!(message, Message::Gap(_)))
+    }
+
+    /// The same as of another run.
+    fn of(run: RunId, message: Message) -> Message {
+        match message {
+            Message::Brief(brief) => Message::Brief(Brief { run, ..brief }),
+            Message::State(state) => Message::State(State { run, ..state }),
+            Message::Patch(patch) => Message::Patch(contract::MapPatch { run, ..patch }),
+            Message::Past(page) => Message::Past(contract::PastPage { run, ..page }),
+            other => other,
+        }
+    }
+
+    /// P-BAG-LATE: states and patches of before the recorder's time are missing, and told to be.
+    #[test]
+    fn a_recording_begun_late_tells_what_was_before_it() {
+        let whole = told(flown());
+        assert!(whole.gaps.is_empty() && whole.text().contains("missing     nothing"), "{}", whole.text());
+        let late = told(flown().filter(|message| match message {
+            Message::State(state) => state.decision >= Decision(2),
+            Message::Patch(patch) => patch.through >= Decision(2),
+            _ => true,
+        }));
+        let of = |topic: &str| {
+            let gaps = late.gaps.iter().filter(|gap| gap.topic == topic);
+            gaps.map(|gap| (gap.from, gap.through)).collect::<Vec<_>>()
+        };
+        assert_eq!((of("hop/r0/state"), of("hop/r0/map")), (vec![(0, 1)], vec![(1, 2)]));
+        assert_eq!((late.decisions, late.records), (whole.decisions, whole.records));
+        let text = late.text();
+        assert!(text.contains("2 messages of hop/r0/state") && !text.contains("nothing"), "{text}");
+    }
+
+    /// P-BAG-RUNS: of several missions the last is told of, and nothing of those before is counted to it.
+    #[test]
+    fn of_several_missions_the_last_is_told_of() {
+        let one = told(flown());
+        let run = RunId(one.run.unwrap().0 + 1);
+        // The second is cut short and has no records; a straggler of the first comes late.
+        let cut = flown().filter(|message| match message {
+            Message::State(state) => state.decision <= Decision(1),
+            Message::Patch(_) | Message::Past(_) => false,
+            _ => true,
+        });
+        let straggler = flown().filter(|message| matches!(message, Message::State(_))).last();
+        let missed = flown().filter(|message| !matches!(message, Message::State(s) if s.decision.0 == 1));
+        let two = told(missed.chain(cut.map(|message| of(run, message))).chain(straggler));
+        assert_eq!((one.runs, two.runs, two.run), (1, 2, Some(run)));
+        assert_eq!((two.decisions, two.records, two.status), (1, 0, Some(Status::Underway)));
+        assert!(two.gaps.is_empty(), "{:?}", two.gaps);
+        assert!(
+            two.text().contains("the last of 2") && two.text().contains("records of 1 decisions"),
+            "{}",
+            two.text()
+        );
     }
 }

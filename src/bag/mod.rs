@@ -79,15 +79,28 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a new file for its owner only.
+/// Writes a new file for its owner only: whole, or not at all.
 ///
 /// # Errors
-/// Exit code 2 if it is there already or cannot be made.
+/// Exit code 2 if it is there already or its folder cannot be written to, 1 if it cannot be written.
 pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    use std::os::unix::fs::OpenOptionsExt as _;
-    let made = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path);
-    made.and_then(|mut file| file.write_all(bytes))
-        .map_err(|error| Failure::new(Exit::Usage, format!("{} cannot be written: {error}", path.display())))
+    let there =
+        || Failure::new(Exit::Usage, format!("{} is there already: name another file", path.display()));
+    let failed =
+        |exit, error: io::Error| Failure::new(exit, format!("{} cannot be written: {error}", path.display()));
+    if path.symlink_metadata().is_ok() {
+        return Err(there());
+    }
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    // Under another name until it is whole; whatever stands there goes with `file`.
+    let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
+    let mut file = file.map_err(|error| failed(Exit::Usage, error.kind().into()))?;
+    file.as_file_mut().write_all(bytes).map_err(|error| failed(Exit::Failed, error))?;
+    match file.persist_noclobber(path) {
+        Ok(_) => Ok(()),
+        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Err(there()),
+        Err(error) => Err(failed(Exit::Failed, error.error)),
+    }
 }
 
 /// A recording on the command line.

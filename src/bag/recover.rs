@@ -20,7 +20,7 @@ pub struct Args {
 /// Recovers the recording.
 ///
 /// # Errors
-/// If it cannot be read or is none, or the new file cannot be made.
+/// If it cannot be read or is none, or the new file is there already or cannot be written: then none is made.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;

@@ -39,9 +39,13 @@ pub struct Args {
     format: Format,
 }
 
+/// Slowest and fastest multiple of the recorded pace. At the slowest, the longest span that 64 bits of nanoseconds
+/// hold is a duration still.
+const RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e6;
+
 fn rate(text: &str) -> Result<f64, String> {
-    let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
-    rate.ok_or_else(|| format!("a rate needs to be above 0, got {text:?}"))
+    let rate = text.parse().ok().filter(|rate| RATES.contains(rate));
+    rate.ok_or_else(|| format!("a rate needs to be 0.001 to 1000000, got {text:?}"))
 }
 
 /// What came of it. The names are those of the JSON.
@@ -150,10 +154,16 @@ struct Metronome {
 
 impl Metronome {
     fn wait(&mut self, landed: MonotonicNs) {
-        let Some(rate) = self.rate else { return };
+        if let Some(due) = self.due(landed) {
+            std::thread::sleep(due.saturating_sub(self.began.elapsed()));
+        }
+    }
+
+    /// When the decision of a landing is due, from the begin on.
+    fn due(&mut self, landed: MonotonicNs) -> Option<Duration> {
+        let rate = self.rate?;
         let first = *self.first.get_or_insert(landed);
-        let due = Duration::from_secs_f64(landed.since_ns(first) as f64 / 1e9 / rate);
-        std::thread::sleep(due.saturating_sub(self.began.elapsed()));
+        Some(Duration::from_secs_f64(landed.since_ns(first) as f64 / 1e9 / rate))
     }
 }
 
@@ -237,5 +247,28 @@ impl Replay {
             text += &format!("… and {} more: --format json has all\n", different.len() - SHOWN);
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_rate_and_no_span_make_a_duration_that_is_none() {
+        for refused in ["1e-300", "0", "-1", "nan", "inf", "1e7", "0.0009", "fast"] {
+            assert!(rate(refused).unwrap_err().contains("0.001 to 1000000"), "{refused}");
+        }
+        for (text, least_s) in [("0.001", 1e13), ("1e6", 1e4)] {
+            let mut metronome =
+                Metronome { rate: Some(rate(text).unwrap()), began: Instant::now(), first: None };
+            assert_eq!(metronome.due(MonotonicNs(0)), Some(Duration::ZERO));
+            let due = metronome.due(MonotonicNs(u64::MAX)).unwrap();
+            assert!(due.as_secs_f64() > least_s, "{due:?}");
+            assert!(
+                metronome.due(MonotonicNs(1)).unwrap() < due,
+                "a landing out of order is due in the past"
+            );
+        }
     }
 }

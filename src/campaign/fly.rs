@@ -1,25 +1,33 @@
 //! `hopper campaign run`: every trial of a shard in lockstep, rows in order.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use ::campaign::row::Ending;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
-use indicatif::{ProgressBar, ProgressStyle};
-use node::{Exit, Failure, Node};
-use rayon::prelude::*;
+use node::{Exit, Failure, Node, Vigil};
 use report::Format;
 use scenario::World;
 use scenario::text::{self, TEXT_BYTES_MAX};
 use serde::Serialize;
 
 use super::print;
+use super::progress::Progress;
 use super::store::{self, Manifest, Store, Times};
 use crate::lockstep::{self, Crew};
 
-/// Trials of one batch for each job: all that is ever held in memory, and all that a kill can lose.
-const BATCH_PER_JOB: u64 = 32;
+/// Trials for each job that may be flown ahead of a row that is still to come: all that is ever held in memory.
+const AHEAD_PER_JOB: u64 = 32;
+
+/// Pause between two writes to the files, nanoseconds: all that a kill can lose of rows whose turn had come.
+const FLUSH_NS: u64 = 500_000_000;
+
+/// Longest wait for a row before a look whether to stop.
+const TICK: Duration = Duration::from_millis(50);
 
 /// Arguments of `hopper campaign run`.
 #[derive(clap::Args, Clone, Debug)]
@@ -71,7 +79,7 @@ pub struct Run {
     pub processor: String,
 }
 
-/// Flies the campaign.
+/// Flies the campaign; exit code 130 if interrupted, with all rows kept whose turn had come.
 ///
 /// # Errors
 /// Exit code 2 if the campaign, a flag or the folder is at fault.
@@ -84,29 +92,18 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let out = args.out.clone().unwrap_or_else(|| default_folder(&plan, args.shard));
     let manifest = Manifest { shard: args.shard, plan };
     let mut store = Store::open(&out, &manifest, args.resume)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(Failure::run)?;
-
     let (shard, plan) = (args.shard, &manifest.plan);
     let due = shard.len(plan.trials());
     let held = store.done();
-    let bar = progress(due, held);
-    let (started, mut paper_s) = (Node::now(), 0.0);
-    while store.done() < due {
-        let last = due.min(store.done() + BATCH_PER_JOB * jobs as u64);
-        let batch: Vec<u64> = (store.done()..last).collect();
-        let flown: Result<Vec<_>, Failure> = pool.install(|| {
-            let numbers = batch.into_par_iter().with_max_len(1);
-            let trials = numbers.filter_map(|index| plan.trial(shard.nth(index, plan.trials())?));
-            trials.map(|trial| fly(plan, &worlds[trial.cell.number as usize], &trial)).collect()
-        });
-        for (row, times) in flown? {
-            paper_s += paper::episode_s(&row.scenario, &row.planner).unwrap_or(0.0);
-            store.append(&row, &times)?;
-        }
-        store.flush()?;
-        bar.set_position(store.done());
-    }
-    bar.finish_and_clear();
+    let started = Node::now();
+    let Some(paper_s) = fly_all(&manifest, worlds, jobs, &mut store)? else {
+        tracing::warn!(
+            "interrupted: {} of {due} trials are kept in {}; the same command with --resume goes on",
+            store.done(),
+            out.display()
+        );
+        return Ok(Exit::Interrupted);
+    };
 
     let wall_s = Node::now().since_ns(started) as f64 / 1e9;
     let flown = due - held;
@@ -154,6 +151,67 @@ impl Run {
 /// A duration in the unit that fits it.
 fn long(duration_s: f64) -> String {
     if duration_s < 100.0 { format!("{duration_s:.1} s") } else { format!("{:.1} h", duration_s / 3600.0) }
+}
+
+/// Flies what is missing in `store`, rows in order, and returns what the paper's machine would have needed, in
+/// seconds; `None` if interrupted. Trials under way are then left as they are: they end with the process.
+fn fly_all(
+    manifest: &Manifest,
+    worlds: Vec<World>,
+    jobs: usize,
+    store: &mut Store,
+) -> Result<Option<f64>, Failure> {
+    let vigil = Vigil::new()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs)
+        // What went wrong is told already; nobody would wait for that trial in vain.
+        .panic_handler(|_| std::process::exit(101))
+        .build()
+        .map_err(Failure::run)?;
+    let (shard, plan) = (manifest.shard, Arc::new(manifest.plan.clone()));
+    let worlds: Arc<[World]> = worlds.into();
+    let due = shard.len(plan.trials());
+    let mut progress = Progress::begin(due, store.done(), Node::now());
+    if store.done() < due {
+        tracing::info!("{} of {due} trials are there; the others fly, {jobs} at a time", store.done());
+    }
+    let (landed, flown) = mpsc::channel();
+    let (mut begun, mut early) = (store.done(), BTreeMap::new());
+    let (mut flushed, mut paper_s) = (Node::now(), 0.0);
+    while store.done() < due {
+        let last = due.min(store.done() + AHEAD_PER_JOB * jobs as u64);
+        for index in begun..last {
+            let (plan, worlds, landed) = (Arc::clone(&plan), Arc::clone(&worlds), landed.clone());
+            pool.spawn(move || {
+                let number = shard.nth(index, plan.trials());
+                let trial = number.and_then(|number| plan.trial(number)).expect("every index has a trial");
+                // Nobody listens any more after an interruption.
+                let _ = landed.send((index, fly(&plan, &worlds[trial.cell.number as usize], &trial)));
+            });
+        }
+        begun = last;
+        if let Ok((index, row)) = flown.recv_timeout(TICK) {
+            early.insert(index, row);
+        }
+        while let Some(row) = early.remove(&store.done()) {
+            let (row, times) = row?;
+            paper_s += paper::episode_s(&row.scenario, &row.planner).unwrap_or(0.0);
+            store.append(&row, &times)?;
+        }
+        let now = Node::now();
+        if now.since_ns(flushed) >= FLUSH_NS || store.done() == due {
+            flushed = now;
+            store.flush()?;
+        }
+        progress.show(store.done(), now);
+        if vigil.stop_requested().is_some() {
+            progress.end();
+            store.flush()?;
+            return Ok(None);
+        }
+    }
+    progress.end();
+    Ok(Some(paper_s))
 }
 
 /// The plan of a campaign file, planners checked.
@@ -206,14 +264,4 @@ fn default_folder(plan: &Plan, shard: Shard) -> PathBuf {
         format!("{}-{}-of-{}", plan.name, shard.number, shard.count)
     };
     Path::new("out").join(name)
-}
-
-/// A bar on standard error, on terminals only.
-fn progress(due: u64, held: u64) -> ProgressBar {
-    let bar = ProgressBar::new(due).with_position(held);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} trials, {per_sec}, {eta} left")
-    {
-        bar.set_style(style);
-    }
-    bar
 }

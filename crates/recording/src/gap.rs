@@ -30,47 +30,55 @@ impl Gap {
     }
 }
 
-/// Watches the numbers of states, patches and beats. Commands carry none: they are repeated until answered, so
-/// one that is lost is no loss.
-#[derive(Clone, Debug, Default)]
+/// Watches the numbers of one run's states and patches, and of beats. Commands carry none: they are repeated until
+/// answered, so one that is lost is no loss.
+#[derive(Clone, Debug)]
 pub struct Gaps {
-    decision: Option<Decision>,
-    sequence: Option<u64>,
+    /// What is due next: the first decision of a run is 0, its first patch 1.
+    decision: u64,
+    sequence: u64,
     beats: BTreeMap<Incarnation, u64>,
 }
 
+impl Default for Gaps {
+    fn default() -> Self {
+        Self { decision: 0, sequence: 1, beats: BTreeMap::new() }
+    }
+}
+
 impl Gaps {
-    /// What is missing before a state. A decision that was told before is a repetition, or a journal that has
-    /// lost its tail.
+    /// What is missing before a state; before the first one, what was before the recorder's time. A decision that
+    /// was told before is a repetition, or a journal that has lost its tail.
     pub fn state(&mut self, state: &State) -> Option<Gap> {
-        let last = self.decision.replace(state.decision)?;
-        gap(Topic::State, last.0, state.decision.0, "decisions")
+        let Decision(decision) = state.decision;
+        let due = std::mem::replace(&mut self.decision, decision.saturating_add(1));
+        gap(Topic::State, due, decision, "decisions")
     }
 
-    /// What is missing before a patch.
+    /// What is missing before a patch; before the first one, what was before the recorder's time.
     pub fn patch(&mut self, patch: &MapPatch) -> Option<Gap> {
-        let last = self.sequence.replace(patch.sequence)?;
-        gap(Topic::Map, last, patch.sequence, "patches")
+        let due = std::mem::replace(&mut self.sequence, patch.sequence.saturating_add(1));
+        gap(Topic::Map, due, patch.sequence, "patches")
     }
 
-    /// What is missing before a beat.
+    /// What is missing before a beat; a life that is heard for the first time may be of any age.
     pub fn beat(&mut self, beat: &Heartbeat) -> Option<Gap> {
         if self.beats.len() >= LIVES_MAX && !self.beats.contains_key(&beat.incarnation) {
             self.beats.pop_first();
         }
         let last = self.beats.insert(beat.incarnation, beat.counter)?;
         let counted = format!("beats of {} {}", beat.role, beat.incarnation);
-        gap(Topic::Heartbeat, last, beat.counter, &counted)
+        gap(Topic::Heartbeat, last.checked_add(1)?, beat.counter, &counted)
     }
 
     /// Begins anew: another run.
     pub fn begin(&mut self) {
-        (self.decision, self.sequence) = (None, None);
+        let beats = std::mem::take(&mut self.beats);
+        *self = Self { beats, ..Self::default() };
     }
 }
 
-fn gap(topic: Topic, last: u64, next: u64, counted: &str) -> Option<Gap> {
-    let due = last.checked_add(1)?;
+fn gap(topic: Topic, due: u64, next: u64, counted: &str) -> Option<Gap> {
     let missing = next > due;
     missing.then(|| Gap { topic: topic.name(), from: due, through: next - 1, counted: counted.into() })
 }

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
-    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PastPage, PastRequest, Replica, RunId,
-    State, Status, Vetoed,
+    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PastPage, PastRequest, Replica, RobotId,
+    RunId, State, Status, Vetoed,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -137,8 +137,10 @@ impl Recorder {
             Message::Brief(brief) => self.brief(brief, now)?,
             Message::State(state) => self.state(&state, now)?,
             Message::Patch(patch) => {
-                let gap = self.gaps.patch(&patch);
-                self.tell_gap(gap, now)?;
+                if self.is_of_run(patch.run, patch.robot) {
+                    let gap = self.gaps.patch(&patch);
+                    self.tell_gap(gap, now)?;
+                }
                 wanted.map = self.map.patch(patch, now);
             }
             Message::Page(page) => wanted.map = self.map.page(&page, now),
@@ -217,12 +219,17 @@ impl Recorder {
         self.tell(Level::Info, "hopper-sim", words, now)
     }
 
+    /// Whether a message is of the run that is recorded: only there do its numbers go on from one another.
+    fn is_of_run(&self, run: RunId, robot: RobotId) -> bool {
+        robot == ROBOT && self.brief.is_some_and(|brief| brief.run == run)
+    }
+
     fn state(&mut self, state: &State, now: MonotonicNs) -> Result<(), RecordingError> {
-        let gap = self.gaps.state(state);
-        self.tell_gap(gap, now)?;
-        let Some(brief) = self.brief.filter(|brief| brief.run == state.run && state.robot == ROBOT) else {
+        let Some(brief) = self.brief.filter(|_| self.is_of_run(state.run, state.robot)) else {
             return Ok(());
         };
+        let gap = self.gaps.state(state);
+        self.tell_gap(gap, now)?;
         let before = self.state.replace(*state);
         // A journal that has lost its tail hops those decisions again.
         self.due = self.due.min(state.decision);
@@ -267,7 +274,9 @@ impl Recorder {
 
     /// Takes note of executed decisions; what follows them, if they were a full page.
     fn past(&mut self, page: &PastPage, now: MonotonicNs) -> Option<PastRequest> {
-        self.brief.filter(|brief| brief.run == page.run && page.robot == ROBOT)?;
+        if !self.is_of_run(page.run, page.robot) {
+            return None;
+        }
         if page.from == self.due {
             self.due = Decision(page.from.0 + page.records.len() as u64);
         }

@@ -135,7 +135,7 @@ impl Survey {
     /// What Hopper will do with each property.
     fn plan(&self) -> Vec<String> {
         let Self { header, georeference, .. } = self;
-        let cell_m = georeference.cell_size_m;
+        let cell_m = significant(georeference.cell_size_m);
         let mut plan = Vec::new();
         let fits = self.surveyed_width.max(self.surveyed_height) <= GRID_SIDE_MAX
             && u64::from(self.surveyed_width) * u64::from(self.surveyed_height) <= u64::from(GRID_CELLS_MAX);
@@ -167,7 +167,8 @@ impl Survey {
             self.elevation_mean_m
         ));
         if (header.scale, header.offset) != (1.0, 0.0) {
-            plan.push(format!("stored values: times {} plus {} gives metres", header.scale, header.offset));
+            let (scale, offset) = (significant(header.scale), significant(header.offset));
+            plan.push(format!("stored values: times {scale} plus {offset} gives metres"));
         }
         plan.push(format!(
             "slope: by central differences; over {:.1} degrees is impassable, landing there loses the hopper",
@@ -175,7 +176,9 @@ impl Survey {
         ));
         plan.push(match (self.nodata_cells, header.nodata) {
             (0, _) => "nodata: none".into(),
-            (_, Some(value)) => format!("nodata: {value} and unbelievable heights are impassable"),
+            (_, Some(value)) => {
+                format!("nodata: {} and unbelievable heights are impassable", significant(value))
+            }
             (_, None) => "nodata: none declared; NaN and unbelievable heights are impassable".into(),
         });
         let Range { min, max } = self.elevation_m;
@@ -189,6 +192,20 @@ impl Survey {
         }
         plan
     }
+}
+
+/// A number as people write it: to twelve digits, so that what binary fractions leave behind them is gone and a hop
+/// still spans whole cells; very large ones, such as the nodata of 32-bit files, with their power of ten.
+fn significant(value: f64) -> String {
+    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
+    if rounded.abs() < 1e15 { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// A coordinate in metres to the micrometre: it may be the small difference of large ones.
+fn micrometres(metres: f64) -> String {
+    let rounded: f64 = format!("{metres:.6}").parse().unwrap_or(metres);
+    // No sign before a zero.
+    (rounded + 0.0).to_string()
 }
 
 /// Slopes of all cells that have one; without the bounds of a mission's grid.
@@ -243,9 +260,9 @@ impl fmt::Display for Survey {
         if (self.surveyed_width, self.surveyed_height) != (width, height) {
             line("surveyed", format!("{} x {} cells", self.surveyed_width, self.surveyed_height))?;
         }
-        line("resolution", format!("{cell_m} m"))?;
+        line("resolution", format!("{} m", significant(cell_m)))?;
         line("coordinate system", georeference.coordinate_system.clone())?;
-        let (west, south) = (georeference.west_m, georeference.south_m);
+        let [west, south] = [georeference.west_m, georeference.south_m].map(micrometres);
         line("south-west cell", format!("({west}, {south}) m at its middle"))?;
         let Range { min, max } = self.elevation_m;
         line("elevation", format!("{min:.2} to {max:.2} m, mean {:.2} m", self.elevation_mean_m))?;
@@ -260,7 +277,9 @@ impl fmt::Display for Survey {
             "over the limit",
             format!("{:.1} % over {:.1} degrees", 100.0 * slope.over_limit_share, slope.limit_deg),
         )?;
-        let declared = header.nodata.map_or("none declared".into(), |value| format!("declared as {value}"));
+        let declared = header
+            .nodata
+            .map_or("none declared".into(), |value| format!("declared as {}", significant(value)));
         line(
             "nodata",
             format!("{} cells ({:.1} %), {declared}", self.nodata_cells, 100.0 * self.nodata_share),
@@ -268,5 +287,46 @@ impl fmt::Display for Survey {
         line("impassable", format!("{:.1} %", 100.0 * self.impassable_share))?;
         writeln!(f, "what Hopper does")?;
         self.treatment.iter().try_for_each(|sentence| writeln!(f, "  {sentence}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_told_as_people_write_them() {
+        for (value, need) in [
+            (0.9960000000000001, "0.996"),
+            (2.0, "2"),
+            (4.98, "4.98"),
+            (1.0 / 3.0, "0.333333333333"),
+            (-9999.0, "-9999"),
+            (f64::from(f32::MIN), "-3.40282346639e38"),
+        ] {
+            assert_eq!(significant(value), need);
+        }
+        for (metres, need) in
+            [(1000.3 - 999.0, "1.3"), (-4.0e-9, "0"), (4_565_000.123_000_001, "4565000.123"), (-0.5, "-0.5")]
+        {
+            assert_eq!(micrometres(metres), need);
+        }
+    }
+
+    #[test]
+    fn a_survey_tells_a_resolution_that_a_hop_can_span() {
+        let text = "ncols 3\nnrows 2\nxllcorner 0.1\nyllcorner -0.498\ncellsize 0.9960000000000001\n\
+                    0 0 0\n0 0.9 0\n";
+        let raster = RasterFile::new(std::io::Cursor::new(text)).unwrap();
+        let survey = Survey::of(raster, "grid", None, 30.0).unwrap();
+        let told = survey.to_string();
+        for line in [
+            "resolution         0.996 m\n",
+            "south-west cell    (0.598, 0) m at its middle\n",
+            "hop_distance_m = 0.996 (or a multiple)",
+        ] {
+            assert!(told.contains(line), "{line:?} is not in {told}");
+        }
+        assert_eq!(crate::lattice::hop_cells(0.996, survey.georeference.cell_size_m).unwrap(), 1);
     }
 }

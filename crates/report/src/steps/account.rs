@@ -7,7 +7,7 @@ use contract::{Decision, Name, Stage, Term};
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use super::cause::causes;
+use super::cause::{Timeline, causes};
 use super::{Cause, Happening, Step};
 use crate::table;
 
@@ -44,7 +44,7 @@ pub struct Conditions {
 #[derive(Clone, Debug, Default)]
 pub struct StepAccount {
     steps: Vec<Step>,
-    happenings: Vec<Happening>,
+    timeline: Timeline,
 }
 
 /// Percentiles of one duration, microseconds.
@@ -129,7 +129,7 @@ impl StepAccount {
     #[must_use]
     pub fn new(steps: impl IntoIterator<Item = Step>, happenings: Vec<Happening>) -> Self {
         let steps = steps.into_iter().filter(|step| step.timing.committed.0 > 0).collect();
-        Self { steps, happenings }
+        Self { steps, timeline: Timeline::new(happenings) }
     }
 
     /// The decisions that were measured.
@@ -180,7 +180,7 @@ impl StepAccount {
         let mut told = Vec::with_capacity(self.steps.len());
         let mut before = None;
         for step in &self.steps {
-            let causes = causes(step, before, &self.happenings);
+            let causes = causes(step, before, &self.timeline);
             for cause in &causes {
                 let count = explained.entry(cause.to_string()).or_default();
                 *count = (count.0 + 1, count.1 + u64::from(is_miss(step)));
@@ -454,6 +454,36 @@ mod tests {
             text.contains("2 of 1000 took longer") && text.contains("first plan, planner restart"),
             "{text}"
         );
+    }
+
+    /// Against a look at every happening: long ones, short ones, and decisions whose clock began anew.
+    #[test]
+    fn every_happening_that_touches_a_decision_is_found() {
+        let roles = Role::ALL;
+        // A mixing of numbers, so that lengths and begins are in no order.
+        let mixed = |n: u64, below: u64| (n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) % below;
+        let happenings: Vec<Happening> = (0..400)
+            .map(|n| {
+                let from = MonotonicNs(1_000 * mixed(n, 120_000));
+                let length_us = if n % 50 == 0 { 30_000 } else { mixed(n + 7, 900) };
+                let cause = Cause::Restart(roles[n as usize % roles.len()]);
+                Happening { from, until: from.plus_ns(1_000 * length_us), cause }
+            })
+            .collect();
+        let timeline = Timeline::new(happenings.clone());
+        let mut touched = 0;
+        for n in 0..300_u64 {
+            // From 200 on the clock has begun anew.
+            let step = step(n, 500 * (n % 200), mixed(n, 700), 1, "mdp");
+            let moments = (step.timing.landed, step.timing.committed);
+            let all = happenings.iter().filter(|one| one.from <= moments.1 && one.until >= moments.0);
+            let mut need: Vec<Cause> = all.map(|happening| happening.cause).collect();
+            need.sort_unstable();
+            need.dedup();
+            touched += need.len();
+            assert_eq!(causes(&step, Some(&step), &timeline), need, "decision {n}");
+        }
+        assert!(touched > 300, "{touched}");
     }
 
     #[test]

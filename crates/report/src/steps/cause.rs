@@ -69,8 +69,36 @@ impl Happening {
     }
 }
 
+/// Happenings in the order of their begins, so that those which touch a decision are found without a look at all.
+/// Decisions may come in any order: a resumed mission has those of another boot of the machine, whose clock began anew.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Timeline {
+    happenings: Vec<Happening>,
+    /// The latest end up to each.
+    ended: Vec<MonotonicNs>,
+}
+
+impl Timeline {
+    pub(super) fn new(mut happenings: Vec<Happening>) -> Self {
+        happenings.sort_by_key(|happening| happening.from);
+        let latest = |end: &mut MonotonicNs, happening: &Happening| {
+            *end = happening.until.max(*end);
+            Some(*end)
+        };
+        let ended = happenings.iter().scan(MonotonicNs(0), latest).collect();
+        Self { happenings, ended }
+    }
+
+    fn touching(&self, step: &Step) -> impl Iterator<Item = &Happening> {
+        let begun = self.happenings.partition_point(|happening| happening.from <= step.timing.committed);
+        let before = self.happenings[..begun].iter().zip(&self.ended[..begun]).rev();
+        let open = before.take_while(|(_, ended)| **ended >= step.timing.landed);
+        open.map(|(happening, _)| happening).filter(|happening| happening.touches(step))
+    }
+}
+
 /// What explains `step`, which follows `before`: in order, each once.
-pub(super) fn causes(step: &Step, before: Option<&Step>, happenings: &[Happening]) -> Vec<Cause> {
+pub(super) fn causes(step: &Step, before: Option<&Step>, timeline: &Timeline) -> Vec<Cause> {
     let mut causes = Vec::new();
     let led = before.map(|before| before.leader);
     if led.is_none_or(|led| led.incarnation != step.leader.incarnation) && !step.origin.is_fallback() {
@@ -80,9 +108,7 @@ pub(super) fn causes(step: &Step, before: Option<&Step>, happenings: &[Happening
             causes.push(if same { Cause::PlannerRestart } else { Cause::Swap });
         }
     }
-    causes.extend(
-        happenings.iter().filter(|happening| happening.touches(step)).map(|happening| happening.cause),
-    );
+    causes.extend(timeline.touching(step).map(|happening| happening.cause));
     causes.extend((step.vetoes > 0).then_some(Cause::Veto));
     causes.extend(step.origin.is_fallback().then_some(Cause::Fallback));
     causes.extend(step.cut.then_some(Cause::Cut));
