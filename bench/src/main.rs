@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 use serde_json::json;
 use solver::specimen::Specimen;
-use solver::{Effort, Solver};
+use solver::{Effort, Solution, Solver};
 
 use crate::rows::Rows;
 
@@ -51,9 +51,12 @@ struct Order {
 struct Solve {
     #[command(flatten)]
     order: Order,
-    /// Threads, 1 or 2; the values of N > 1 go to hopper-N.f64.
-    #[arg(long, default_value_t = 1)]
+    /// Threads, 1 or 2; the values of 2 go to hopper-2.f64.
+    #[arg(long, default_value_t = 1, conflicts_with = "kept")]
     threads: usize,
+    /// Solve with one solver, which keeps its buffers; the values go to hopper-kept.f64.
+    #[arg(long)]
+    kept: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -112,13 +115,18 @@ fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
     let world = specimen(order).world()?;
     let peak_before = stopwatch::peak_bytes();
     let effort = Effort { error_max: order.error_max, ..Effort::default() };
-    let (times, (solver, solution)) = stopwatch::repeat(|| {
-        let mut solver = Solver::new().with_threads(task.threads);
+    let (times, (solver, solution)) = stopwatch::repeat(task.kept, |before: Option<(Solver, Solution)>| {
+        let new = || Solver::new().with_threads(task.threads);
+        let mut solver = before.map_or_else(new, |(solver, _)| solver);
         let solution = solver.solve(&world, &effort);
         (solver, solution)
     });
     let peak = stopwatch::peak_bytes();
-    let file = if task.threads == 1 { "hopper.f64".into() } else { format!("hopper-{}.f64", task.threads) };
+    let file = match (task.kept, task.threads) {
+        (true, _) => "hopper-kept.f64",
+        (false, 1) => "hopper.f64",
+        (false, _) => "hopper-2.f64",
+    };
     write_values(&order.folder.join(file), &Rows::of(&world), solver.values())?;
     print(&json!({
         "times": times,

@@ -19,10 +19,11 @@ pub struct Times {
     pub processor_s: Vec<f64>,
 }
 
-/// Runs `solve` once unmeasured if it is quick, then until half a second has passed or 101 times.
-pub fn repeat<T>(mut solve: impl FnMut() -> T) -> (Times, T) {
+/// Runs `solve` once unmeasured if it is quick, then until half a second has passed or 101 times. It is given what it
+/// left the last time if that is `kept`; otherwise that is let go before, unmeasured.
+pub fn repeat<T>(kept: bool, mut solve: impl FnMut(Option<T>) -> T) -> (Times, T) {
     let mut times = Times::default();
-    let (wall_s, processor_s, first) = measure(&mut solve);
+    let (wall_s, processor_s, first) = measure(|| solve(None));
     if wall_s >= LONG_ENOUGH.as_secs_f64() {
         times.wall_s.push(wall_s);
         times.processor_s.push(processor_s);
@@ -32,8 +33,8 @@ pub fn repeat<T>(mut solve: impl FnMut() -> T) -> (Times, T) {
     let mut last = Some(first);
     let begin = Instant::now();
     while times.wall_s.is_empty() || (begin.elapsed() < LONG_ENOUGH && times.wall_s.len() < SOLVES_MAX) {
-        drop(last.take());
-        let (wall_s, processor_s, result) = measure(&mut solve);
+        let before = last.take().filter(|_| kept);
+        let (wall_s, processor_s, result) = measure(|| solve(before));
         times.wall_s.push(wall_s);
         times.processor_s.push(processor_s);
         last = Some(result);
@@ -41,7 +42,7 @@ pub fn repeat<T>(mut solve: impl FnMut() -> T) -> (Times, T) {
     (times, last.expect("a solve at least"))
 }
 
-fn measure<T>(solve: &mut impl FnMut() -> T) -> (f64, f64, T) {
+fn measure<T>(solve: impl FnOnce() -> T) -> (f64, f64, T) {
     let (wall, processor) = (Instant::now(), processor_s());
     let result = solve();
     (wall.elapsed().as_secs_f64(), processor_s() - processor, result)
