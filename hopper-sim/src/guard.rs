@@ -2,9 +2,9 @@
 //!
 //! The guard depends on no planner, no map and no message, only on what the hopper's own sensor shows from
 //! where it stands: the closed disc around its pose, in which every landing of every hop lies, since it
-//! reaches at least one hop ([`contract::SensorParameters::reach_cells`]). So it knows less than a planner, never more; two truths that agree
-//! on what has been observed get the same vetoes. It is a pure function of brief, disc and action: a
-//! hopper-sim that was killed and resumed vetoes the same.
+//! reaches at least one hop ([`contract::SensorParameters::reach_cells`]). So it knows less than a planner, never
+//! more; two truths that agree on what has been observed get the same vetoes. It is a pure function of brief, disc
+//! and action: a hopper-sim that was killed and resumed vetoes the same.
 //!
 //! # What is vetoed
 //! An action's *hazard* is the probability, by the motion law (P23 section IV), of ending off the map or on

@@ -233,8 +233,8 @@ pub(crate) fn describe(service: &StaticConfig) -> String {
     }
 }
 
-/// Tries until it works or `patience` has run out, each time as the only one of the instance that makes something, on ground cleared of
-/// what the dead left unfinished; between tries, what they left behind is freed.
+/// Tries until it works or `patience` has run out, each time as the only one of the instance that makes
+/// something, on ground cleared of what the dead left unfinished; between tries, what they left behind is freed.
 fn persist<T, E: fmt::Display>(
     patience: Duration,
     service: &str,

@@ -29,8 +29,8 @@ use crate::{Budget, Plan, PlanStatus, Planner, Pulse, Situation, algorithm};
 ///
 /// What the guard has vetoed where the hopper stands is not chosen again: the next best hop is, from values
 /// solved from nothing by the session's canonical procedure, struck-out hops aside. So a veto of what the
-/// session would not choose changes nothing, and costs nothing. The values themselves know of no guard; where leaving the map and impassable ground
-/// are priced, as in profile `hopper`, there is little left to veto.
+/// session would not choose changes nothing, and costs nothing. The values themselves know of no guard; where
+/// leaving the map and impassable ground are priced, as in profile `hopper`, there is little left to veto.
 ///
 /// Known treasures are planned for by [`treasures`], one model for each set of them, each from nothing.
 #[derive(Clone, Debug, Default)]
