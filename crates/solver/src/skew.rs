@@ -29,8 +29,6 @@ pub(crate) struct Skew {
     pub flip: [bool; 2],
     /// The diagonals, that of the corner first.
     pub runs: Vec<Run>,
-    /// For each diagonal, the entry at which i would be 0: node (i, j) lies at `bases[i + j]` + i.
-    bases: Vec<usize>,
     /// The steps over the rim of the grid, diagonal by diagonal.
     pub rim: Vec<Rim>,
     /// Entries of a plane, padding included.
@@ -72,9 +70,8 @@ impl Skew {
         }
         (self.width, self.height) = (width, height);
         self.runs.clear();
-        self.bases.clear();
         self.rim.clear();
-        // So does the halo, at −1 and beyond the last.
+        // Node (i, j) lies at the base of its diagonal + i; so does the halo, at −1 and beyond the last.
         let base = |start: usize, i_first: usize| start as isize - i_first as isize;
         let mut before = base(2 * LANES, 0);
         let mut start = 3 * LANES;
@@ -98,8 +95,6 @@ impl Skew {
                     self.rim.push(Rim { at, beyond: at.wrapping_add_signed(steps[step]), step });
                 }
             }
-            // Each diagonal takes up more entries than i grows by.
-            self.bases.push(start - i_first);
             self.runs.push(Run { first: start, nodes, steps, rim: [begin, self.rim.len()] });
             (before, start) = (here, next);
         }
@@ -125,26 +120,6 @@ impl Skew {
         self.flip[1] = !self.flip[1];
     }
 
-    /// The grid's rows, cut into stretches of at most [`LANES`] nodes, in an order in which both they and the chunks
-    /// of the layout that their nodes lie in are near one another: in strips across the rows.
-    #[inline(always)]
-    pub fn stretches(&self) -> Stretches {
-        Stretches { width: self.width, height: self.height, strip: 0, x: 0, y: 0 }
-    }
-
-    /// The entries of a stretch's nodes; in the lanes beyond, that of the last.
-    #[inline(always)]
-    pub fn entries(&self, stretch: &Stretch) -> [usize; LANES] {
-        let mut entries = [0; LANES];
-        let j = if self.flip[1] { self.height - 1 - stretch.y } else { stretch.y };
-        for (lane, entry) in entries.iter_mut().enumerate() {
-            let x = stretch.x + lane.min(stretch.lanes - 1);
-            let i = if self.flip[0] { self.width - 1 - x } else { x };
-            *entry = self.bases[i + j] + i;
-        }
-        entries
-    }
-
     /// The chunks of the layout that hold nodes, in an order in which both the rows of the grid that they take
     /// from and the chunks themselves lie near one another: in strips across the diagonals.
     #[inline(always)]
@@ -168,68 +143,6 @@ impl Skew {
             node: y * self.width + x,
             stride: along + down * self.width as isize,
         }
-    }
-}
-
-/// Nodes side by side in a row of the grid.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch {
-    /// Column of the first.
-    pub x: usize,
-    /// Row.
-    pub y: usize,
-    /// Nodes.
-    pub lanes: usize,
-}
-
-/// [`Skew::stretches`], the next of which begins here.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretches {
-    width: usize,
-    height: usize,
-    strip: usize,
-    x: usize,
-    y: usize,
-}
-
-/// Columns of a strip: what its rows touch of the layout stays in the nearest cache from row to row.
-const COLUMNS: usize = 4 * LANES;
-
-impl Iterator for Stretches {
-    type Item = Stretch;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Stretch> {
-        let end = self.width.min(self.strip + COLUMNS);
-        if self.x >= end {
-            self.x = self.strip;
-            self.y += 1;
-        }
-        if self.y >= self.height {
-            self.strip += COLUMNS;
-            (self.x, self.y) = (self.strip, 0);
-        }
-        if self.strip >= self.width {
-            return None;
-        }
-        let end = self.width.min(self.strip + COLUMNS);
-        let stretch = Stretch { x: self.x, y: self.y, lanes: LANES.min(end - self.x) };
-        self.x += LANES;
-        Some(stretch)
-    }
-}
-
-impl Stretch {
-    /// What `of`, row-major over a grid of that width, has for its nodes; in the lanes beyond, the default.
-    #[inline(always)]
-    pub fn read<T: Copy + Default>(&self, of: &[T], width: usize) -> [T; LANES] {
-        let of = &of[self.y * width + self.x..][..self.lanes];
-        if let Some(whole) = of.first_chunk::<LANES>() {
-            return *whole;
-        }
-        let mut read = [T::default(); LANES];
-        read[..self.lanes].copy_from_slice(of);
-        read
     }
 }
 

@@ -198,33 +198,34 @@ fn load_lanes(
     soils: &Soils,
     from: From<'_>,
 ) {
-    let (loss, width) = (world.rules().loss, world.width());
+    let loss = world.rules().loss;
     let flip_i = if skew.flip[0] { -1.0 } else { 1.0 };
     let flip_j = if skew.flip[1] { -1.0 } else { 1.0 };
-    let ((payoffs, classes), [slopes_i, slopes_j]) = (world.payoffs(), world.slopes());
-    for stretch in skew.stretches() {
-        let entries = skew.entries(&stretch);
-        let (payoffs, classes) = (stretch.read(payoffs, width), stretch.read(classes, width));
-        let (slopes_i, slopes_j) = (stretch.read(slopes_i, width), stretch.read(slopes_j, width));
-        let mut landed = [0.0_f64; LANES];
+    for block in skew.blocks() {
+        let at = block.entry;
+        let nodes = block.nodes(world.nodes());
+        let payoffs = nodes.pick(world.payoffs().0);
+        let [slopes_i, slopes_j] = [nodes.pick(world.slopes()[0]), nodes.pick(world.slopes()[1])];
+        let mut landed = chunk(worths, at);
         match from {
-            From::Kept => {
-                for lane in 0..LANES {
-                    landed[lane] = worths[entries[lane]];
-                }
-            }
+            From::Kept => {}
             From::Same(value) => {
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + value;
                 }
             }
             From::Values(values) => {
-                let values = stretch.read(values, width);
+                let values = nodes.pick(values);
                 for lane in 0..LANES {
                     landed[lane] = payoffs[lane] + values[lane];
                 }
             }
         }
+        if !matches!(from, From::Kept) {
+            let picked = nodes.pick(world.payoffs().1);
+            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
+        }
+        let classes = chunk(all_classes, at);
         let mut parts = [[0.0_f32; LANES]; PARTS];
         for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
             let [per_payoff, a, c] = *soil;
@@ -235,25 +236,27 @@ fn load_lanes(
                 parts[2][lane] = if this { c } else { parts[2][lane] };
             }
         }
-        let mut single = [0.0_f32; LANES];
         for lane in 0..LANES {
             let free = classes[lane].is_free();
             let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
             landed[lane] = if free { landed[lane] } else { ends };
-            single[lane] = landed[lane] as f32;
-            parts[0][lane] = if free { parts[0][lane] } else { single[lane] };
+            parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
             parts[3][lane] = (slopes_i[lane] * flip_i) as f32;
             parts[4][lane] = (slopes_j[lane] * flip_j) as f32;
         }
-        for lane in 0..stretch.lanes {
-            let at = entries[lane];
-            worths[at] = landed[lane];
-            unknown[at] = single[lane];
-            all_classes[at] = classes[lane];
-            let own = &mut ground[own(at)..][..(PARTS - 1) * LANES + 1];
-            for index in 0..PARTS {
-                own[index * LANES] = parts[index][lane];
-            }
+        for lane in block.lanes..LANES {
+            landed[lane] = 0.0;
+            parts[0][lane] = 0.0;
+            parts[1][lane] = 0.0;
+            parts[2][lane] = 0.0;
+        }
+        worths[at..at + LANES].copy_from_slice(&landed);
+        for lane in 0..LANES {
+            unknown[at + lane] = landed[lane] as f32;
+        }
+        for (index, values) in parts.iter().enumerate() {
+            let part = part(at, index);
+            ground[part..part + LANES].copy_from_slice(values);
         }
     }
 }
