@@ -13,9 +13,10 @@ pub(crate) struct Shared<'a>(&'a [Cell<f32>]);
 
 // SAFETY: the cells are touched by two threads at most, the leader and the follower of one wave, and never the same
 // cell by both without a release and an acquire of `Progress` between. To update a diagonal takes reading and writing
-// entries of its own and of the two on either side, with paddings and halo; whole chunks that overhang reach one
-// diagonal further. So who is at diagonal n touches nothing beyond n - 3 and n + 3, and the follower waits until
-// the leader has finished the eighth diagonal after its own.
+// entries of its own and of the diagonals beside it, with paddings and halo, and laying out the rim of the next, whose
+// halo lies beside that; whole chunks that overhang reach one diagonal further. So who is at diagonal n touches
+// nothing beyond n - 3 and n + 3, and the follower waits until the leader has finished the eighth diagonal after its
+// own.
 unsafe impl Send for Shared<'_> {}
 
 impl<'a> Shared<'a> {

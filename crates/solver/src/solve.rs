@@ -97,6 +97,7 @@ const SETTLED: f64 = 0.5;
 const STALL: f32 = 0.7;
 /// Waves between two surveys where there is somewhere to linger, every other one back towards the goal.
 const WAVES: usize = 8;
+
 /// How many sweeps a wave has.
 struct Waves {
     /// The first.
@@ -108,13 +109,14 @@ struct Waves {
     /// Each around a goal inside the grid.
     around: u64,
 }
+
 /// Where memory is what they wait for.
 const WAVES_LARGE: Waves = Waves { first: 12, next: 8, slow: 8, around: 12 };
 /// On small worlds, which lie in the nearest caches.
 const WAVES_SMALL: Waves = Waves { first: 10, next: 2, slow: 4, around: 4 };
 /// Sweeps of the first wave where there is somewhere to linger.
 const FIRST_SLOW: u64 = 12;
-/// Nodes between a goal and the corners nearest to it from which on the goal counts as inside.
+/// Nodes between a goal and the nearest side of the grid beyond which it counts as inside.
 const INSIDE: usize = 12;
 /// Reduction of the residual over two turns above which there is somewhere to linger.
 const SLOW_TURNS: f64 = 0.1;
@@ -393,7 +395,7 @@ impl Solver {
     }
 }
 
-/// Whether a goal lies further from each corner than a first wave's sweeps carry its news to the sides.
+/// Whether a goal lies further from every side of the grid than a first wave's sweeps carry its news.
 fn inner(world: &World, goal: usize) -> bool {
     let (x, y) = (goal % world.width(), goal / world.width());
     x.min(world.width() - 1 - x).min(y.min(world.height() - 1 - y)) > INSIDE
