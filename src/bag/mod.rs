@@ -52,11 +52,11 @@ pub fn load(path: &Path) -> Result<Vec<u8>, Failure> {
 pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> {
     let recording = Recording::read(bytes).map_err(|error| at_fault(path, &error))?;
     if let Some(fault) = &recording.fault {
-        tracing::warn!(
-            "{} is not whole: {fault}; its last {} bytes are left out",
-            path.display(),
-            recording.lost_bytes()
-        );
+        let lost = match recording.lost_bytes() {
+            0 => String::new(),
+            bytes => format!("; its last {bytes} bytes are left out"),
+        };
+        tracing::warn!("{} is not whole: {fault}{lost}", path.display());
     }
     Ok(recording)
 }
