@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use super::kernel::{Ground, Scattered};
+use super::kernel::{Ground, Scattered, ScatteredLanes};
 use super::rings::{LANES, Rings, Seat};
 use crate::{Hop, Kind, Leaving, Site, World, pages};
 
 /// Class of a place that no backup may change.
 const FIXED: u8 = 7;
-/// Class of a block whose lanes differ.
-const MIXED: u8 = 8;
+/// Classes: soils, and fixed.
+const CLASSES: usize = 8;
 
 /// The world as streams, a number a place.
 #[derive(Clone, Debug)]
@@ -17,15 +17,15 @@ pub(super) struct Field {
     pub rings: Rings,
     /// Whether the rings lie around a goal.
     pub centred: bool,
-    base: Vec<f64>,
-    slope_u: Vec<f64>,
-    slope_v: Vec<f64>,
+    grounds: Vec<Ground>,
     /// Soil of each place, or fixed.
     classes: Vec<u8>,
-    /// Soil of each block, or mixed.
-    blocks: Vec<u8>,
-    soils: [Scattered; 8],
-    soils_len: usize,
+    soils: [Scattered; CLASSES],
+    /// Each block's row of `rows`.
+    row_of: Vec<u32>,
+    /// The soils of a block's lanes: a row for each class in all lanes, and one for each block that has been of
+    /// several.
+    rows: Vec<ScatteredLanes>,
     pub discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
@@ -41,7 +41,7 @@ impl Field {
         let rings = Rings::new(world.width(), world.height(), centre.unwrap_or(0));
         let places = rings.places;
         let rules = world.rules();
-        let mut soils = [Scattered::default(); 8];
+        let mut soils = [Scattered::STILL; CLASSES];
         let mut waits = [0.0; 8];
         for (index, soil) in rules.soils.iter().enumerate() {
             let d = soil.discount(rules.discount);
@@ -56,13 +56,11 @@ impl Field {
         let mut field = Self {
             rings,
             centred: centre.is_some(),
-            base: pages::filled(0.0, places),
-            slope_u: pages::filled(0.0, places),
-            slope_v: pages::filled(0.0, places),
+            grounds: pages::filled(Ground::default(), places / LANES),
             classes: vec![FIXED; places],
-            blocks: vec![FIXED; places / LANES],
             soils,
-            soils_len: rules.soils.len(),
+            row_of: vec![u32::from(FIXED); places / LANES],
+            rows: soils.iter().map(|soil| ScatteredLanes::each([soil; LANES])).collect(),
             discount: rules.discount,
             waits,
             loses: rules.leaving == Leaving::Loses,
@@ -103,45 +101,43 @@ impl Field {
             Hop::South => -site.slope_north,
         };
         let (u, v) = Rings::axes(quadrant);
-        let soil = usize::from(site.soil);
-        self.classes[place] = if site.kind == Kind::Free { site.soil } else { FIXED };
-        self.base[place] = site.payoff * (1.0 + self.discount * self.waits[soil]);
-        self.slope_u[place] = towards(u).clamp(-1.0, 1.0);
-        self.slope_v[place] = towards(v).clamp(-1.0, 1.0);
+        let is_free = site.kind == Kind::Free;
+        let wait = self.waits[usize::from(site.soil)];
+        let (ground, lane) = (&mut self.grounds[place / LANES], place % LANES);
+        self.classes[place] = if is_free { site.soil } else { FIXED };
+        ground.base[lane] = if is_free { site.payoff * (1.0 + self.discount * wait) } else { 0.0 };
+        ground.slope_u[lane] = towards(u).clamp(-1.0, 1.0);
+        ground.slope_v[lane] = towards(v).clamp(-1.0, 1.0);
     }
 
-    /// Finds out whether a block is of one soil.
+    /// Finds the row of the block that begins at `place`.
     fn sort(&mut self, place: usize) {
-        let lanes = &self.classes[place..place + LANES];
-        let same = lanes.iter().all(|class| *class == lanes[0]);
-        self.blocks[place / LANES] = if same { lanes[0] } else { MIXED };
+        let classes = lanes(&self.classes, place);
+        let row = &mut self.row_of[place / LANES];
+        let has_own = *row as usize >= CLASSES;
+        if !has_own && classes.iter().all(|class| *class == classes[0]) {
+            *row = u32::from(classes[0]);
+            return;
+        }
+        let soils = ScatteredLanes::each(classes.each_ref().map(|class| &self.soils[usize::from(*class)]));
+        if has_own {
+            self.rows[*row as usize] = soils;
+        } else {
+            *row = self.rows.len() as u32;
+            self.rows.push(soils);
+        }
     }
 
     /// The soils of a block's lanes.
     #[inline(always)]
-    pub fn soil(&self, place: usize) -> Result<&Scattered, &[u8; LANES]> {
-        let class = self.blocks[place / LANES];
-        if class == MIXED {
-            Err(lanes(&self.classes, place))
-        } else {
-            Ok(&self.soils[usize::from(class & 7)])
-        }
-    }
-
-    /// The soils there are.
-    #[inline(always)]
-    pub fn soils(&self) -> &[Scattered] {
-        &self.soils[..self.soils_len]
+    pub fn soils(&self, block: usize) -> &ScatteredLanes {
+        &self.rows[self.row_of[block] as usize]
     }
 
     /// The ground of a block.
     #[inline(always)]
-    pub fn ground(&self, place: usize) -> Ground<'_> {
-        Ground {
-            base: lanes(&self.base, place),
-            slope_u: lanes(&self.slope_u, place),
-            slope_v: lanes(&self.slope_v, place),
-        }
+    pub fn ground(&self, block: usize) -> &Ground {
+        &self.grounds[block]
     }
 
     /// Which of the places hold a free node.

@@ -6,19 +6,17 @@
 //!
 //! Σ p W = p (ahead + t (here − ahead)) + q here + s ((O + I) + slope (O − I)),
 //!
-//! O, I, slope being those of the other axis. The same operations in the same order on every processor,
-//! none of them fused: lanes differ in nothing but how many are worked on at once.
+//! O, I, slope being those of the other axis. Of the two hops along an axis the better is the one that leads
+//! to more, whatever p. The same operations in the same order on every processor, none of them fused: lanes
+//! differ in nothing but how many are worked on at once.
 
 use super::rings::LANES;
-
-/// By how much of what a node moves its outward neighbours follow it, about.
-const FOLLOW: f64 = 0.99;
 
 /// A number a lane.
 pub(super) type Lanes = [f64; LANES];
 
 /// What hops from one soil do, times the soil's discount d.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     /// d p: lands ahead on the flat.
     pub ahead: f64,
@@ -26,44 +24,37 @@ pub(super) struct Scattered {
     pub sideways: f64,
     /// d q: gets stuck.
     pub stuck: f64,
-    /// 1 / (1 − d q), or 0 to leave the node as it is.
+    /// 1 / (1 − d q), or 0 where nothing moves.
     pub gain: f64,
 }
 
+impl Scattered {
+    /// Leaves a node of base 0 as it is, whatever lies around it: TW = W to the bit.
+    pub const STILL: Self = Self { ahead: 0.0, sideways: 0.0, stuck: 1.0, gain: 0.0 };
+}
+
 /// The same, a lane each.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct ScatteredLanes {
-    pub ahead: Lanes,
-    pub sideways: Lanes,
-    pub stuck: Lanes,
-    pub gain: Lanes,
+    ahead: Lanes,
+    sideways: Lanes,
+    stuck: Lanes,
+    gain: Lanes,
+    /// d p / (1 − d q).
+    pull: Lanes,
 }
 
 impl ScatteredLanes {
-    /// One soil in all lanes.
-    #[inline(always)]
-    pub fn uniform(soil: &Scattered) -> Self {
+    /// The soil of each lane.
+    pub fn each(soils: [&Scattered; LANES]) -> Self {
         Self {
-            ahead: [soil.ahead; LANES],
-            sideways: [soil.sideways; LANES],
-            stuck: [soil.stuck; LANES],
-            gain: [soil.gain; LANES],
+            ahead: soils.map(|soil| soil.ahead),
+            sideways: soils.map(|soil| soil.sideways),
+            stuck: soils.map(|soil| soil.stuck),
+            gain: soils.map(|soil| soil.gain),
+            pull: soils.map(|soil| soil.ahead * soil.gain),
         }
-    }
-
-    /// The soil of each lane, by its index; no soil leaves a lane's node as it is.
-    #[inline(always)]
-    pub fn each(soils: &[Scattered], classes: &[u8; LANES]) -> Self {
-        let mut lanes = Self::uniform(&Scattered::default());
-        for (index, soil) in soils.iter().enumerate() {
-            for (lane, class) in classes.iter().enumerate() {
-                let is = usize::from(*class) == index;
-                lanes.ahead[lane] = if is { soil.ahead } else { lanes.ahead[lane] };
-                lanes.sideways[lane] = if is { soil.sideways } else { lanes.sideways[lane] };
-                lanes.stuck[lane] = if is { soil.stuck } else { lanes.stuck[lane] };
-                lanes.gain[lane] = if is { soil.gain } else { lanes.gain[lane] };
-            }
-        }
-        lanes
     }
 }
 
@@ -77,52 +68,70 @@ pub(super) struct Around<'a> {
 }
 
 /// What a block's nodes are.
-pub(super) struct Ground<'a> {
-    pub base: &'a Lanes,
-    pub slope_u: &'a Lanes,
-    pub slope_v: &'a Lanes,
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub(super) struct Ground {
+    pub base: Lanes,
+    pub slope_u: Lanes,
+    pub slope_v: Lanes,
 }
 
-/// Residual TW − W of each lane, and about how far W has to go to satisfy its equation. Both are 0 where
-/// the soil's gain is.
+/// Residual TW − W of each lane, and about how far W has to go to satisfy its equation: 0 where the residual
+/// is at most `tolerance`.
 ///
-/// A step d moves the node's own equation by what stays where it is, d q + d p t for the best hop, and soon
-/// by what slips outwards, since the nodes there lead inwards and follow. So the step is
-/// (TW − W) / (1 − d q − d p t − slip), the quotient by its series to y³: it need not be exact, for only the
-/// residual is believed.
+/// A step moves the node's own equation by what stays where it is, d q + d p t for the best hop, and soon by
+/// what slips outwards, since the node there leads inwards and follows: not this node, but the one beside it
+/// on the ring, on the side that the best hop leads away from. (From (u, v) a hop towards u slips to
+/// (u, v + 1); from there a hop towards u lands on (u − 1, v + 1), the next lane.) So the step is
+/// (TW − W) / (1 − d q − d p t), the quotient by its series to y³, and d s times as much of that lane's. It
+/// need not be exact, for only the residual is believed.
 #[inline(always)]
-pub(super) fn backup(soil: &ScatteredLanes, ground: &Ground<'_>, around: &Around<'_>) -> (Lanes, Lanes) {
+pub(super) fn backup(
+    soil: &ScatteredLanes,
+    ground: &Ground,
+    around: &Around<'_>,
+    tolerance: f64,
+) -> (Lanes, Lanes) {
     let mut residual = [0.0; LANES];
     let mut step = [0.0; LANES];
+    let mut follow = [0.0; LANES];
+    let mut towards_v = [false; LANES];
     for lane in 0..LANES {
         let here = around.here[lane];
-        let (in_u, out_u) = (around.in_u[lane], around.out_u[lane]);
-        let (in_v, out_v) = (around.in_v[lane], around.out_v[lane]);
-        let (slope_u, slope_v) = (ground.slope_u[lane], ground.slope_v[lane]);
         let (ahead, sideways) = (soil.ahead[lane], soil.sideways[lane]);
-        let beside_v = sideways * ((out_u + in_u) + slope_u * (out_u - in_u));
-        let beside_u = sideways * ((out_v + in_v) + slope_v * (out_v - in_v));
-        let up = |slope: f64| if slope > 0.0 { slope } else { 0.0 };
-        let hop = |to: f64, uphill: f64, beside: f64| ahead * (to + uphill * (here - to)) + beside;
-        let (up_u, down_u) = (up(slope_u), up(-slope_u));
-        let (up_v, down_v) = (up(slope_v), up(-slope_v));
-        let better = |a: (f64, f64), b: (f64, f64)| {
-            (if b.0 > a.0 { b.0 } else { a.0 }, if b.0 > a.0 { b.1 } else { a.1 })
+        // Along an axis: where the better hop lands, what of it is uphill, and what slips to either side.
+        let axis = |inwards: f64, outwards: f64, slope: f64| {
+            let up = if slope > 0.0 { slope } else { 0.0 };
+            let down = if slope < 0.0 { slope } else { 0.0 };
+            let inwards_lands = inwards - down * (here - inwards);
+            let outwards_lands = outwards + up * (here - outwards);
+            let is_outwards = outwards_lands > inwards_lands;
+            let lands = if is_outwards { outwards_lands } else { inwards_lands };
+            let uphill = if is_outwards { up } else { -down };
+            let slips = sideways * ((outwards + inwards) + slope * (outwards - inwards));
+            (lands, uphill, slips)
         };
-        // Beside each hop's worth, what comes back of a step: what stays, and what slips outwards.
-        let along_u = better((hop(in_u, down_u, beside_u), down_u), (hop(out_u, up_u, beside_u), up_u));
-        let along_v = better((hop(in_v, down_v, beside_v), down_v), (hop(out_v, up_v, beside_v), up_v));
-        let back = |(worth, uphill): (f64, f64), slope: f64| {
-            (worth, ahead * uphill + FOLLOW * (sideways * (1.0 + slope)))
-        };
-        let (best, back) = better(back(along_u, slope_v), back(along_v, slope_u));
-        let free = if soil.gain[lane] > 0.0 { 1.0 } else { 0.0 };
-        let short = free * ((ground.base[lane] + (best + soil.stuck[lane] * here)) - here);
-        // 1 / (1 − y) for y up to a half, by its series.
-        let y = back * soil.gain[lane];
-        let series = (1.0 + y) * (1.0 + y * y);
+        let (lands_u, uphill_u, slips_u) = axis(around.in_u[lane], around.out_u[lane], ground.slope_u[lane]);
+        let (lands_v, uphill_v, slips_v) = axis(around.in_v[lane], around.out_v[lane], ground.slope_v[lane]);
+        let (hop_u, hop_v) = (ahead * lands_u + slips_v, ahead * lands_v + slips_u);
+        let is_v = hop_v > hop_u;
+        let best = if is_v { hop_v } else { hop_u };
+        let uphill = if is_v { uphill_v } else { uphill_u };
+        let short = (ground.base[lane] + (best + soil.stuck[lane] * here)) - here;
+        // 1 / (1 − y) by its series.
+        let y = soil.pull[lane] * uphill;
+        let gain = soil.gain[lane] * ((1.0 + y) * (1.0 + y * y));
         residual[lane] = short;
-        step[lane] = short * (soil.gain[lane] * series);
+        step[lane] = if short.abs() > tolerance { short * gain } else { 0.0 };
+        follow[lane] = sideways * gain;
+        towards_v[lane] = is_v;
+    }
+    let above: Lanes = std::array::from_fn(|lane| step[(lane + 1).min(LANES - 1)]);
+    let below: Lanes = std::array::from_fn(|lane| step[lane.saturating_sub(1)]);
+    for lane in 0..LANES {
+        let beside = if towards_v[lane] { below[lane] } else { above[lane] };
+        let farther = step[lane] + follow[lane] * beside;
+        step[lane] = if residual[lane].abs() > tolerance { farther } else { 0.0 };
     }
     (residual, step)
 }

@@ -2,7 +2,8 @@
 //!
 //! A block is *marked* if its nodes' residuals |TW − W| are not known to be at most the tolerance. A visit
 //! measures them. Lanes above the tolerance take a step, and the blocks whose residuals that step touches
-//! are marked: this one, and those of the lanes' neighbours. If no lane steps, the block is at rest: its
+//! are marked: this one, and those of the lanes' neighbours. Marks are kept 64 to a word, a block at the same
+//! bit on every ring, so that a word's visits mark their neighbours at once. If no lane steps, the block is at rest: its
 //! residuals are known, and remain so until a neighbour or the ground changes, which marks it again. When
 //! nothing is marked, every node's residual is at most the tolerance, measured after the last change of
 //! any of its inputs: a proof as strong as a full sweep, whatever was visited.
@@ -15,8 +16,8 @@
 use std::ops::Range;
 
 use super::field::{Field, lanes};
-use super::kernel::{Around, Lanes, ScatteredLanes, backup};
-use super::rings::{LANES, Ring, Rings, Seat};
+use super::kernel::{Around, Lanes, backup};
+use super::rings::{LANES, Rings, Seat};
 
 /// Rings of a pass.
 const WINDOW: usize = 40;
@@ -72,7 +73,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     pub fn clear(&mut self, rings: &Rings) {
         for marks in [&mut self.marks, &mut self.rough] {
             marks.clear();
-            marks.resize(rings.words, 0);
+            marks.resize(rings.valid.len(), 0);
         }
         (self.levels, self.rough_levels, self.rough_at) = (NONE, NONE, 0.0);
     }
@@ -95,7 +96,9 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
 
     /// Marks a node's block and those of its neighbours: its worth has been changed, or its ground.
     pub fn touch(&mut self, field: &Field, seat: Seat, level: usize) {
-        self.touched(field, seat.ring, seat.block, 1 << (seat.place % LANES));
+        let at = |lane: usize| u64::from(seat.place % LANES == lane) << (seat.block % 64);
+        let moved = Moved { any: 1 << (seat.block % 64), first: at(0), last: at(LANES - 1) };
+        self.touched(field, seat.ring, seat.block / 64, &moved);
         self.levels = with(with(self.levels, level.saturating_sub(1)), level + 1);
     }
 
@@ -103,8 +106,8 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     pub fn touch_level(&mut self, rings: &Rings, level: usize) {
         for quadrant in rings.quadrants() {
             if let Some(ring) = rings.ring(quadrant, level) {
-                for block in rings.at(ring).blocks() {
-                    self.mark(rings.at(ring), block);
+                for word in rings.words(ring) {
+                    self.marks[word] = rings.valid[word];
                 }
                 self.levels = with(self.levels, level);
             }
@@ -120,7 +123,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     pub fn unmark_from(&mut self, rings: &Rings, level: usize) {
         for level in self.marked_from(level) {
             for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
-                self.marks[rings.at(ring).marks().0].fill(0);
+                self.marks[rings.words(ring)].fill(0);
             }
         }
         self.levels.1 = self.levels.1.min(level);
@@ -137,7 +140,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         let levels = self.rough_levels.0..self.rough_levels.1.min(frozen_from);
         for level in levels.clone() {
             for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
-                for word in rings.at(ring).marks().0 {
+                for word in rings.words(ring) {
                     self.marks[word] |= std::mem::take(&mut self.rough[word]);
                 }
             }
@@ -175,11 +178,12 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         for level in levels.start.max(self.levels.0)..levels.end.min(self.levels.1) {
             for quadrant in field.rings.quadrants() {
                 let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                let (words, first) = field.rings.at(ring).marks();
-                for (index, word) in words.enumerate() {
-                    for bit in (0..64).filter(|bit| self.marks[word] & (1 << bit) != 0) {
-                        let block = Block::new(field, ring, first + 64 * index + bit);
-                        let residuals = self.worths.each_ref().map(|worths| block.measure(field, worths).0);
+                for column in field.rings.at(ring).columns() {
+                    let word = field.rings.at(ring).word(column);
+                    let marks = self.marks[word] & field.rings.valid[word];
+                    for bit in (0..64).filter(|bit| marks & (1 << bit) != 0) {
+                        let block = Block::new(field, ring, 64 * column + bit);
+                        let residuals = self.worths.each_ref().map(|worths| block.measure(field, worths, 0.0).0);
                         let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
                         worst = (0..LANES).map(of_lane).fold(worst, f64::max);
                     }
@@ -212,23 +216,23 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             }
             for quadrant in 0..4 {
                 let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                let (words, first) = field.rings.at(ring).marks();
-                for (index, word) in words.enumerate() {
-                    let mut marks = std::mem::take(&mut self.marks[word]);
-                    while marks != 0 {
-                        let bit = marks.trailing_zeros();
-                        let block = first + 64 * index + bit as usize;
-                        marks &= marks - 1;
-                        visits += 1;
-                        let short = self.visit(field, ring, block, limits.tolerance);
-                        if short > limits.tolerance {
-                            left = with(with(left, level.saturating_sub(1)), level + 1);
-                            self.levels.1 = self.levels.1.max(level + 2);
-                        } else if short > limits.finest {
-                            self.rough[word] |= 1 << bit;
-                            self.rough_levels = with(self.rough_levels, level);
-                            self.rough_at = self.rough_at.max(limits.tolerance);
-                        }
+                for column in field.rings.at(ring).columns() {
+                    let word = field.rings.at(ring).word(column);
+                    let marks = std::mem::take(&mut self.marks[word]) & field.rings.valid[word];
+                    if marks == 0 {
+                        continue;
+                    }
+                    visits += u64::from(marks.count_ones());
+                    let (moved, rough) = self.visit(field, ring, column, marks, limits);
+                    if moved.any != 0 {
+                        self.touched(field, ring, column, &moved);
+                        left = with(with(left, level.saturating_sub(1)), level + 1);
+                        self.levels.1 = self.levels.1.max(level + 2);
+                    }
+                    if rough != 0 {
+                        self.rough[word] |= rough;
+                        self.rough_levels = with(self.rough_levels, level);
+                        self.rough_at = self.rough_at.max(limits.tolerance);
                     }
                 }
             }
@@ -242,82 +246,101 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         visits
     }
 
-    /// Visits a block: lanes whose residual is above the tolerance step. The largest residual, at least.
+    /// Visits the blocks of a column that are set in `marks`: lanes whose residual is above the tolerance step.
+    /// What moved, and the blocks that did not but are short of the finest tolerance.
     #[inline(always)]
-    fn visit(&mut self, field: &Field, ring: usize, block: usize, tolerance: f64) -> f64 {
-        let at = Block::new(field, ring, block);
+    fn visit(
+        &mut self,
+        field: &Field,
+        ring: usize,
+        column: usize,
+        marks: u64,
+        limits: &Limits,
+    ) -> (Moved, u64) {
+        let first = Block::new(field, ring, 64 * column);
         let magnitude = field.magnitude;
-        let mut changed = 0;
-        let mut short = 0.0_f64;
+        let mut all = Moved::default();
+        let mut rough = 0;
         for worths in &mut self.worths {
-            let (residual, step) = at.measure(field, worths);
-            let here = *lanes(worths, at.place);
-            let mut next = [0.0; LANES];
-            let mut moved = [0_u64; LANES];
-            for lane in 0..LANES {
-                let moves = residual[lane].abs() > tolerance;
-                let worth = here[lane] + step[lane];
-                let worth = if worth > magnitude { magnitude } else { worth };
-                let worth = if worth < -magnitude { -magnitude } else { worth };
-                next[lane] = if moves { worth } else { here[lane] };
-                moved[lane] = if moves { 1 << lane } else { 0 };
-            }
-            let mut most = residual.map(f64::abs);
-            for half in [8, 4, 2, 1] {
-                for lane in 0..half {
-                    let other = most[lane + half];
-                    most[lane] = if other > most[lane] { other } else { most[lane] };
+            let mut marks = marks;
+            while marks != 0 {
+                let bit = marks & marks.wrapping_neg();
+                let at = first.onwards(marks.trailing_zeros() as usize);
+                marks ^= bit;
+                let (residual, step) = at.measure(field, worths, limits.tolerance);
+                for (worth, step) in worths[at.place..at.place + LANES].iter_mut().zip(step) {
+                    let next = *worth + step;
+                    let next = if next > magnitude { magnitude } else { next };
+                    *worth = if next < -magnitude { -magnitude } else { next };
                 }
+                let moved = beyond(&residual, limits.tolerance);
+                let if_any = |lanes: u8| if lanes != 0 { bit } else { 0 };
+                all.any |= if_any(moved);
+                all.first |= if_any(moved & 1);
+                all.last |= if_any(moved >> (LANES - 1));
+                rough |= if_any(beyond(&residual, limits.finest));
             }
-            short = if most[0] > short { most[0] } else { short };
-            worths[at.place..at.place + LANES].copy_from_slice(&next);
-            changed |= moved.into_iter().fold(0, |all, lane| all | lane);
         }
-        if changed != 0 {
-            self.touched(field, ring, block, changed);
-        }
-        short
+        (all, rough & !all.any)
     }
 
+    /// Marks what reads the lanes that moved, and their blocks; brings their mirrors up to date.
     #[inline(always)]
-    fn mark(&mut self, ring: &Ring, block: usize) {
-        if let Some((word, bit)) = ring.mark(block) {
-            self.marks[word] |= 1 << bit;
-        }
-    }
-
-    /// Marks what reads the lanes of a block that are set in `changed`, and the block; brings their mirrors
-    /// up to date.
-    #[inline(always)]
-    fn touched(&mut self, field: &Field, ring: usize, block: usize, changed: u64) {
+    fn touched(&mut self, field: &Field, ring: usize, column: usize, moved: &Moved) {
         let rings = &field.rings;
-        let (inwards, here, outwards) = (rings.at(ring - 1), rings.at(ring), rings.at(ring + 1));
-        self.mark(here, block);
-        self.mark(inwards, block);
-        self.mark(outwards, block);
-        if changed & 1 != 0 {
-            self.mark(inwards, block - 1);
+        let word = |ring: usize| rings.at(ring).word(column);
+        let (inwards, here, outwards) = (word(ring - 1), word(ring), word(ring + 1));
+        self.marks[here] |= moved.any;
+        self.marks[inwards] |= moved.any | moved.first >> 1;
+        self.marks[outwards] |= moved.any | moved.last << 1;
+        // Neighbours in the columns beside this one.
+        if moved.first & 1 != 0 {
+            self.marks[inwards - 1] |= 1 << 63;
         }
-        if changed & (1 << (LANES - 1)) != 0 {
-            self.mark(outwards, block + 1);
+        if moved.last >> 63 != 0 {
+            self.marks[outwards + 1] |= 1;
         }
-        // Only the ends of a ring have mirrors.
-        if here.blocks().contains(&(block + 1)) && here.blocks().contains(&(block - 1)) {
-            return;
+        if moved.any & rings.mirrored[here] != 0 {
+            self.mirror(field, ring);
         }
-        let place = here.place(block);
-        for mirror in rings.mirrors(ring) {
-            let lane = mirror.from.wrapping_sub(place);
-            if lane < LANES && changed & (1 << lane) != 0 {
-                if !(mirror.rim && field.loses) {
-                    for worths in &mut self.worths {
-                        worths[mirror.to] = worths[mirror.from];
-                    }
-                }
-                self.mark(rings.at(mirror.reader.0), mirror.reader.1);
+    }
+
+    /// Brings the mirrors of a ring's nodes up to date, and marks who reads those that change.
+    fn mirror(&mut self, field: &Field, ring: usize) {
+        for mirror in field.rings.mirrors(ring) {
+            // What leaving the grid loses is worth the same whatever moves.
+            if mirror.rim && field.loses {
+                continue;
+            }
+            let mut changes = false;
+            for worths in &mut self.worths {
+                changes |= worths[mirror.to] != worths[mirror.from];
+                worths[mirror.to] = worths[mirror.from];
+            }
+            if changes {
+                let (ring, block) = mirror.reader;
+                self.marks[field.rings.at(ring).word(block / 64)] |= 1 << (block % 64);
             }
         }
     }
+}
+
+/// Blocks of a column in which lanes moved, a bit each: any lane, the first, the last.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moved {
+    any: u64,
+    first: u64,
+    last: u64,
+}
+
+/// The lanes whose magnitude is above `limit`, a bit each.
+#[inline(always)]
+fn beyond(lanes: &Lanes, limit: f64) -> u8 {
+    let mut set = 0;
+    for (lane, number) in lanes.iter().enumerate() {
+        set |= u8::from(number.abs() > limit) << lane;
+    }
+    set
 }
 
 /// A block and the places that its equations read.
@@ -338,9 +361,20 @@ impl Block {
         }
     }
 
+    /// The block so many blocks farther along the ring.
+    #[inline(always)]
+    fn onwards(&self, blocks: usize) -> Self {
+        let places = blocks * LANES;
+        Self {
+            place: self.place + places,
+            inwards: self.inwards + places,
+            outwards: self.outwards + places,
+        }
+    }
+
     /// Residuals and steps of one field.
     #[inline(always)]
-    fn measure(&self, field: &Field, worths: &[f64]) -> (Lanes, Lanes) {
+    fn measure(&self, field: &Field, worths: &[f64], tolerance: f64) -> (Lanes, Lanes) {
         let around = Around {
             here: lanes(worths, self.place),
             in_u: lanes(worths, self.inwards),
@@ -348,11 +382,7 @@ impl Block {
             out_u: lanes(worths, self.outwards),
             out_v: lanes(worths, self.outwards + 1),
         };
-        let ground = field.ground(self.place);
-        // Apart, so that where a block is of one soil its numbers stay in registers.
-        match field.soil(self.place) {
-            Ok(soil) => backup(&ScatteredLanes::uniform(soil), &ground, &around),
-            Err(classes) => backup(&ScatteredLanes::each(field.soils(), classes), &ground, &around),
-        }
+        let block = self.place / LANES;
+        backup(field.soils(block), field.ground(block), &around, tolerance)
     }
 }

@@ -17,7 +17,7 @@ use std::ops::{Range, RangeInclusive};
 use crate::Hop;
 
 /// Nodes worked on at a time, and what rings are aligned to.
-pub(super) const LANES: usize = 16;
+pub(super) const LANES: usize = 8;
 
 /// One ring of one quadrant.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ pub(super) struct Ring {
     last: i32,
     /// First and last block with a lane that is a node or its mirror, counted from the origin.
     blocks: (u32, u32),
-    /// Where the ring's words of marks begin.
+    /// Where the word of the ring's column 0 is, or would be.
     words: usize,
 }
 
@@ -40,18 +40,17 @@ impl Ring {
         self.origin + block * LANES
     }
 
-    /// Word and bit of a block's mark; `None` where the ring has no such block.
+    /// The word that holds what is noted of the blocks of a column: its bit b is block 64 `column` + b, on every
+    /// ring. The rings beside this one have words for all columns that its nodes' neighbours lie in.
     #[inline(always)]
-    pub fn mark(&self, block: usize) -> Option<(usize, u32)> {
-        let offset = (block as u32).wrapping_sub(self.blocks.0);
-        (offset <= self.blocks.1 - self.blocks.0).then(|| (self.words + offset as usize / 64, offset % 64))
+    pub fn word(&self, column: usize) -> usize {
+        self.words.wrapping_add(column)
     }
 
-    /// Words of marks, and the block of their first bit.
+    /// The columns, of 64 blocks each, that the ring has blocks in.
     #[inline(always)]
-    pub fn marks(&self) -> (Range<usize>, usize) {
-        let (first, last) = self.blocks;
-        (self.words..self.words + ((last - first + 1) as usize).div_ceil(64), first as usize)
+    pub fn columns(&self) -> RangeInclusive<usize> {
+        self.blocks.0 as usize / 64..=self.blocks.1 as usize / 64
     }
 
     /// The places of its nodes.
@@ -101,8 +100,10 @@ pub(super) struct Rings {
     mirrors_from: Vec<u32>,
     /// Places in all.
     pub places: usize,
-    /// Words of marks in all.
-    pub words: usize,
+    /// The blocks of each word that there are: a bit each.
+    pub valid: Vec<u64>,
+    /// Those with a node that has a mirror.
+    pub mirrored: Vec<u64>,
     /// Rings around the centre.
     pub levels: usize,
 }
@@ -133,7 +134,8 @@ impl Rings {
             mirrors: Vec::new(),
             mirrors_from: Vec::new(),
             places: 0,
-            words: 0,
+            valid: Vec::new(),
+            mirrored: Vec::new(),
             levels: 0,
         };
         // Room before the first ring: its neighbours are read, whatever they hold.
@@ -151,6 +153,7 @@ impl Rings {
             layout.levels = layout.levels.max((across + along - 1) as usize);
         }
         layout.places += margin;
+        layout.mirrored = vec![0; layout.valid.len()];
         layout.link();
         layout
     }
@@ -160,16 +163,21 @@ impl Rings {
         let lanes = LANES as i32;
         let block = |lane: i32| ((lane + lanes) / lanes) as u32;
         let blocks = (block(first - 1), block(last + 1));
+        // The rings on either side may begin or end a block farther.
+        let columns = (blocks.0.saturating_sub(1) as usize / 64, (blocks.1 + 1) as usize / 64);
         self.rings.push(Ring {
             origin: self.places - blocks.0 as usize * LANES,
             first,
             last: if k > across + along - 2 { first - 1 } else { last },
             blocks,
-            words: self.words,
+            words: self.valid.len().wrapping_sub(columns.0),
         });
         let count = (blocks.1 - blocks.0 + 1) as usize;
         self.places += count * LANES;
-        self.words += count.div_ceil(64);
+        for column in columns.0..=columns.1 {
+            let there = |bit: &usize| (blocks.0 as usize..=blocks.1 as usize).contains(&(64 * column + bit));
+            self.valid.push((0..64).filter(there).fold(0, |mask, bit| mask | 1 << bit));
+        }
     }
 
     /// Finds the mirrors of each ring's nodes.
@@ -212,6 +220,10 @@ impl Rings {
                 }
                 if last == along - 1 {
                     mirror((k - last, last), seat(k - last, along), seat(k - last, last), true);
+                }
+                for mirror in &found {
+                    let block = (mirror.from - self.rings[ring].origin) / LANES;
+                    self.mirrored[self.rings[ring].word(block / 64)] |= 1 << (block % 64);
                 }
                 self.mirrors.append(&mut found);
             }
@@ -290,6 +302,12 @@ impl Rings {
                 (self.node_at(quadrant, level as i32 - v, v), place)
             })
         })
+    }
+
+    /// The words of a ring's columns.
+    pub fn words(&self, ring: usize) -> Range<usize> {
+        let (first, last) = self.rings[ring].columns().into_inner();
+        self.rings[ring].word(first)..self.rings[ring].word(last) + 1
     }
 
     /// One ring, by its index.

@@ -33,11 +33,14 @@ pub(super) fn relax<const FIELDS: usize>(
 /// Whether the processor has all that [`relax_avx2`] is compiled for.
 #[cfg(target_arch = "x86_64")]
 fn has_avx2() -> bool {
-    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2")
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("popcnt")
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt")]
 fn relax_avx512<const FIELDS: usize>(
     relaxation: &mut Relaxation<FIELDS>,
     field: &Field,
@@ -47,7 +50,7 @@ fn relax_avx512<const FIELDS: usize>(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2")]
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
 fn relax_avx2<const FIELDS: usize>(
     relaxation: &mut Relaxation<FIELDS>,
     field: &Field,
