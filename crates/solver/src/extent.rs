@@ -2,7 +2,7 @@
 
 use crate::simd::{Simd, dispatch};
 use crate::world::Class;
-use crate::{Kind, Rules, World};
+use crate::{Kind, Leaving, Rules, World};
 
 /// What a world's payoffs range over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +47,13 @@ impl Extent {
     /// The largest |r + V*| possible under `rules`.
     pub fn worth_max(&self, rules: &Rules) -> f64 {
         (self.free_max / (1.0 - rules.discount)).max(self.goal_max).max(rules.loss.abs())
+    }
+
+    /// What no free node's value is below under `rules`.
+    pub fn value_min(&self, rules: &Rules) -> f64 {
+        let lingers = self.worst / (1.0 - rules.discount);
+        let may_lose = rules.leaving == Leaving::Loses || self.any_lost;
+        if may_lose { lingers.min(rules.loss) } else { lingers }
     }
 }
 

@@ -175,10 +175,7 @@ impl Solver {
             self.values = Vec::new();
             self.values = pages::filled(0.0, world.nodes());
         }
-        let mut worst = extent.worst / (1.0 - discount);
-        if rules.leaving == Leaving::Loses || extent.any_lost {
-            worst = worst.min(rules.loss);
-        }
+        let worst = extent.value_min(rules);
         self.planes.start(self.simd, &self.skew, world, worst);
         let (mut updates, mut surveys, mut stalls) = (0, 0, 0);
         let [mut residual, mut last] = [f64::INFINITY; 2];

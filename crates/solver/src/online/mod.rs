@@ -8,6 +8,9 @@
 //! - **warm** ([`How::Warm`]): all values are brought back to the certificate, from where they were;
 //! - **canonical** ([`How::Canonical`]): the world is solved from nothing.
 //!
+//! What it begins with are the values of the whole world, by the general solver or, on a map of which hardly
+//! anything has been seen, by the relaxation itself: see `unseen`.
+//!
 //! Which of the three it was shows in the [`Decision`], and in its work, never in its hop: see [`choice`].
 //!
 //! # Warm
@@ -60,6 +63,7 @@ mod kernel;
 mod relaxation;
 mod rings;
 mod simd;
+mod unseen;
 mod witness;
 
 use crate::certificate::rounding;
@@ -152,6 +156,8 @@ pub struct Online {
     enclosed: bool,
     /// Whether values, field and world belong together.
     laid_out: bool,
+    /// Whether field and world do, though there are no values yet.
+    fresh: bool,
     /// Nodes where the hopper is lost.
     lost: usize,
     witness: Witness,
@@ -172,6 +178,7 @@ impl Online {
             enclosure: Enclosure::default(),
             enclosed: false,
             laid_out: false,
+            fresh: true,
             lost,
             witness: Witness::default(),
             solver: Solver::new(),
@@ -195,6 +202,7 @@ impl Online {
             return;
         }
         self.world.set(node, site);
+        self.fresh = false;
         self.witness.changed(&self.world, node, old.kind);
         self.lost = self.lost + usize::from(site.kind == Kind::Lost) - usize::from(old.kind == Kind::Lost);
         // What a goal pays is all there is to it; of where the hopper is lost, that it is.
@@ -234,6 +242,7 @@ impl Online {
     pub fn set_loss(&mut self, loss: f64) -> Result<(), Error> {
         if loss != self.world.rules().loss {
             self.world.set_loss(loss)?;
+            self.fresh = false;
             let matters = self.lost > 0 || self.world.rules().leaving == Leaving::Loses;
             self.laid_out &= !matters;
         }
@@ -244,7 +253,7 @@ impl Online {
     pub fn replace(&mut self, world: World) {
         self.lost = lost(&world);
         self.world = world;
-        self.laid_out = false;
+        (self.laid_out, self.fresh) = (false, false);
         self.witness.forget();
     }
 
@@ -371,22 +380,29 @@ impl Online {
         if self.laid_out {
             return self.provable();
         }
-        self.field = Field::new(&self.world);
+        if !std::mem::take(&mut self.fresh) {
+            self.field = Field::new(&self.world);
+        }
         if !self.provable() {
             return false;
         }
-        let nodes = self.world.nodes() as u64;
-        let effort = Effort { error_max: VALUE_ERROR, sweeps_max: (work_max / nodes).max(1) };
-        let solution = self.solver.solve_with(&self.world, &effort, pulse);
-        *work += solution.sweeps * nodes;
-        self.field.worths(&self.world, self.solver.values(), &mut self.values_at.worths[0]);
-        self.values_at.clear(&self.field.rings);
-        for level in 0..self.field.rings.levels {
-            self.values_at.touch_level(&self.field.rings, level);
+        if !self.rest_unseen(work, work_max, pulse) {
+            self.solve_all(work, work_max, pulse);
         }
         self.enclosed = false;
         self.laid_out = true;
         true
+    }
+
+    /// Lays all values out as the solver finds them.
+    fn solve_all(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) {
+        let nodes = self.world.nodes() as u64;
+        let sweeps_max = (work_max.saturating_sub(*work) / nodes).max(1);
+        let effort = Effort { error_max: VALUE_ERROR, sweeps_max };
+        let solution = self.solver.solve_with(&self.world, &effort, pulse);
+        *work += solution.sweeps * nodes;
+        let Self { field, values_at, world, solver, .. } = self;
+        values_at.begin(field, world, solver.values());
     }
 
     /// Brings all values to rest; whether the work sufficed.

@@ -18,6 +18,7 @@ use std::ops::Range;
 use super::field::{Field, lanes};
 use super::kernel::{Around, Lanes, backup};
 use super::rings::{LANES, Rings, Seat};
+use crate::World;
 
 /// Rings of a pass.
 const WINDOW: usize = 40;
@@ -76,6 +77,17 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             marks.resize(rings.valid.len(), 0);
         }
         (self.levels, self.rough_levels, self.rough_at) = (NONE, NONE, 0.0);
+    }
+
+    /// Begins with the row-major values of `world` in every field, all marked.
+    pub fn begin(&mut self, field: &Field, world: &World, values: &[f64]) {
+        for worths in &mut self.worths {
+            field.worths(world, values, worths);
+        }
+        self.clear(&field.rings);
+        for level in 0..field.rings.levels {
+            self.touch_level(&field.rings, level);
+        }
     }
 
     /// Becomes what `other` is, each field its first.
@@ -183,7 +195,8 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                     let marks = self.marks[word] & field.rings.valid[word];
                     for bit in (0..64).filter(|bit| marks & (1 << bit) != 0) {
                         let block = Block::new(field, ring, 64 * column + bit);
-                        let residuals = self.worths.each_ref().map(|worths| block.measure(field, worths, 0.0).0);
+                        let residuals =
+                            self.worths.each_ref().map(|worths| block.measure(field, worths, 0.0).0);
                         let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
                         worst = (0..LANES).map(of_lane).fold(worst, f64::max);
                     }
@@ -365,11 +378,7 @@ impl Block {
     #[inline(always)]
     fn onwards(&self, blocks: usize) -> Self {
         let places = blocks * LANES;
-        Self {
-            place: self.place + places,
-            inwards: self.inwards + places,
-            outwards: self.outwards + places,
-        }
+        Self { place: self.place + places, inwards: self.inwards + places, outwards: self.outwards + places }
     }
 
     /// Residuals and steps of one field.
