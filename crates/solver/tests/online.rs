@@ -127,6 +127,10 @@ fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
         for (node, site) in flight.seen() {
             online.update(node, site);
         }
+        // Steeper ground than any seen so far makes being lost worse.
+        if hops % 7 == 4 {
+            online.set_loss(online.world().rules().loss - 3.0).expect("a finite loss");
+        }
         let decision = online.act(flight.here, None);
         tally.count(&decision);
         let expected = canonical(&mut solver, online.world(), flight.here);
@@ -331,6 +335,22 @@ fn the_slope_of_a_goal_is_no_news() {
     online.update(goal, Site { slope_east: 0.3, soil: 1, ..mission.unseen.site(goal) });
     let after = online.act(mission.start, None);
     assert_eq!((after.action, after.work), (before.action, 0));
+}
+
+#[test]
+fn another_loss_is_taken_in_from_where_values_are() {
+    let specimen = Specimen { leaving: Leaving::Loses, ..Specimen::plain(120, 5) };
+    let world = specimen.world().expect("a size in range");
+    let here = specimen.start();
+    let mut online = Online::new(world);
+    let first = online.act(here, None).work;
+    for change in [-1.0, -40.0, 25.0] {
+        online.set_loss(online.world().rules().loss + change).expect("a finite loss");
+        let decision = online.act(here, None);
+        let mut solver = Solver::new();
+        assert_eq!(decision.action, canonical(&mut solver, online.world(), here));
+        assert!(decision.work < first / 2, "{} backups, the first time {first}", decision.work);
+    }
 }
 
 #[test]

@@ -87,7 +87,7 @@ impl Session {
         if worst_left {
             self.worst_payoff = model::worst_payoff(self.online.world());
         }
-        // Where it makes a difference, the session starts anew: the loss is near every node of the rim.
+        // Where it makes a difference, all values are looked at again: the loss is near every node of the rim.
         let loss = model::loss(&self.brief, self.worst_payoff);
         self.online.set_loss(loss).expect("a loss of finite payoffs is finite");
     }

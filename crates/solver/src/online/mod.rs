@@ -244,7 +244,13 @@ impl Online {
             self.world.set_loss(loss)?;
             self.fresh = false;
             let matters = self.lost > 0 || self.world.rules().leaving == Leaving::Loses;
-            self.laid_out &= !matters;
+            if self.laid_out && matters {
+                // Near every node of the rim, and soon everywhere: all is looked at, from where it is.
+                self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
+                self.take_out();
+                self.values_at.begin(&self.field, &self.world, &self.values);
+                self.enclosed = false;
+            }
         }
         Ok(())
     }
@@ -326,15 +332,7 @@ impl Online {
             let discount = self.world.rules().discount;
             let residual = self.tolerance() + rounding(self.field.magnitude);
             certificate = Some(Certificate { residual, error_bound: residual / (1.0 - discount) });
-            self.values.clear();
-            self.values.extend((0..self.world.nodes()).map(|node| match self.world.kind(node) {
-                Kind::Free => {
-                    let seat = self.field.rings.seat(node).expect("a free node has a seat");
-                    self.values_at.worths[0][seat.place] - self.world.payoff(node)
-                }
-                Kind::Goal => 0.0,
-                Kind::Lost => self.world.rules().loss,
-            }));
+            self.take_out();
         } else {
             let solution =
                 self.solver.solve(&self.world, &Effort { error_max: VALUE_ERROR, ..Effort::default() });
@@ -343,6 +341,20 @@ impl Online {
             certificate = certificate.or(Some(solution.certificate));
         }
         (&self.values, certificate.expect("one of the two"))
+    }
+
+    /// Takes the values out, row-major.
+    fn take_out(&mut self) {
+        let Self { world, field, values_at, values, .. } = self;
+        values.clear();
+        values.extend((0..world.nodes()).map(|node| match world.kind(node) {
+            Kind::Free => {
+                let seat = field.rings.seat(node).expect("a free node has a seat");
+                values_at.worths[0][seat.place] - world.payoff(node)
+            }
+            Kind::Goal => 0.0,
+            Kind::Lost => world.rules().loss,
+        }));
     }
 
     /// Whether bounds can be proven on this world at all, and narrow enough to be of use: there is a goal
