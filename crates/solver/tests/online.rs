@@ -270,6 +270,41 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
     }
 }
 
+/// Marks are kept 64 blocks of 8 nodes to a word: here changes cross from word to word.
+#[test]
+fn news_crosses_long_rings() {
+    for (width, height) in [(5, 1_150), (1_150, 5), (90, 560)] {
+        let mut draw = Draw((width * height) as u64);
+        let rules =
+            Rules { discount: DISCOUNT, loss: -900.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };
+        let mut world = World::new(width, height, rules).expect("a world in range");
+        for node in 0..world.nodes() {
+            let soil = u8::from(draw.uniform() < 0.1);
+            let [east, north] = [(); 2].map(|()| draw.between(-0.2, 0.2));
+            let payoff = -draw.uniform();
+            world.set(node, Site { kind: Kind::Free, payoff, slope_east: east, slope_north: north, soil });
+        }
+        let goal = width * (height - 2) + width - 2;
+        world.set(goal, Site { kind: Kind::Goal, payoff: 100.0, ..world.site(goal) });
+        let mut online = Online::new(world);
+        for _ in 0..24 {
+            for _ in 0..4 {
+                let node = (draw.uniform() * (width * height) as f64) as usize;
+                let site = online.world().site(node);
+                if site.kind == Kind::Free {
+                    online.update(node, Site { payoff: site.payoff - 30.0 * draw.uniform(), ..site });
+                }
+            }
+            let world = online.world().clone();
+            let (values, certificate) = online.values();
+            for node in 0..world.nodes() {
+                let residual = bellman::deviation(&world, values, node);
+                assert!(residual <= certificate.residual, "{width} x {height}: {residual:e} at {node}");
+            }
+        }
+    }
+}
+
 #[test]
 fn values_after_focused_decisions_come_back_to_the_certificate() {
     let mission = survey(Specimen::plain(96, 2), 4.0);
