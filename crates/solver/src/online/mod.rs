@@ -98,9 +98,6 @@ const RETREATS: [usize; 2] = [8, 24];
 /// rest at. Most decisions are clear at the first.
 const STAGES: [f64; 5] = [1e4, 1e3, 1e2, 1e1, 1.0];
 
-/// On fewer nodes than these, bringing all values to rest takes no longer than two bounds.
-const NODES_MIN: usize = 8_000;
-
 /// Visits of a block between two pulses: some tens of milliseconds.
 const SLICE: u64 = 1 << 20;
 
@@ -438,8 +435,7 @@ impl Online {
     fn focused(&mut self, here: usize, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> Option<Decision> {
         let level = self.field.rings.level(here)?;
         if !self.enclosed {
-            let worthwhile =
-                self.world.nodes() >= NODES_MIN && level + DRAWN + STRIDE < self.field.rings.levels;
+            let worthwhile = level + DRAWN + STRIDE < self.field.rings.levels;
             (worthwhile && self.settle(work, work_max, pulse)).then_some(())?;
             self.enclosure.draw(&self.field, &self.values_at);
             self.enclosed = true;

@@ -7,10 +7,13 @@
 //! this is tried where most ground is flat, and given up after so many sweeps.
 
 use super::rings::LANES;
-use super::{NODES_MIN, Online, relax_with};
+use super::{Online, relax_with};
 use crate::World;
 use crate::extent::Extent;
 use crate::simd::Simd;
+
+/// On fewer nodes the general solver is as fast.
+const NODES_MIN: usize = 8_000;
 
 /// Sweeps after which it is given up: what they take is little beside a solve that needs as many more.
 const SWEEPS_MAX: u64 = 32;
