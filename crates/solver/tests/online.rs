@@ -9,7 +9,7 @@ use mission::Mission;
 use solver::online::choice::{CANONICAL_ERROR, TIE};
 use solver::online::{Decision, How, Online, Status};
 use solver::specimen::{DISCOUNT, Draw, HARD, SAND, Specimen};
-use solver::{Effort, Hop, Kind, Leaving, Reach, Rules, Site, Solver, World, bellman, policy};
+use solver::{Effort, Hop, Kind, Leaving, Reach, Rules, Site, Soil, Solver, World, bellman, policy};
 
 /// What a small world is like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -372,19 +372,127 @@ fn the_slope_of_a_goal_is_no_news() {
     assert_eq!((after.action, after.work), (before.action, 0));
 }
 
+/// Steps that foresee what follows them went round in circles here.
+#[test]
+fn a_relaxation_that_would_go_round_in_circles_comes_to_rest() {
+    let rules = Rules { discount: DISCOUNT, loss: -100.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };
+    let mut world = World::new(2, 3, rules).expect("a world in range");
+    let sites = [
+        (1.0, -1.0, 1.0, 0),
+        (-1.0, 1.0, 0.0, 0),
+        (4.0, 0.6, -0.6, 1),
+        (12.0, 0.4, -1.0, 0),
+        (-7.0, 1.0, -1.0, 0),
+        (10.0, 0.0, 0.0, 1),
+    ];
+    for (node, (payoff, slope_east, slope_north, soil)) in sites.into_iter().enumerate() {
+        let kind = if node == 5 { Kind::Goal } else { Kind::Free };
+        world.set(node, Site { kind, payoff, slope_east, slope_north, soil });
+    }
+    let mut online = Online::new(world);
+    online.act(0, None);
+    online.update(3, Site { payoff: 2.0, ..online.world().site(3) });
+    let decision = online.act(0, Some(1_000_000));
+    assert_eq!((decision.status, decision.how), (Status::Solved, How::Warm), "{decision:?}");
+    assert_eq!(decision.action, canonical(&mut Solver::new(), online.world(), 0));
+}
+
+#[test]
+fn every_relaxation_ends_on_steep_ground_too() {
+    for seed in 0..400 {
+        let mut draw = Draw(seed);
+        let mut pick = |from: usize, to: usize| draw.between(from as f64, to as f64) as usize;
+        let (width, height) = (pick(1, 9), pick(2, 9));
+        let leaving = if pick(0, 2) == 0 { Leaving::Stays } else { Leaving::Loses };
+        let discount = [0.95, 0.99, 0.999][pick(0, 3)];
+        let wild = Soil { intended: 0.0, stuck: 0.0, sideways: 0.5, wait: 0.0 };
+        let rules = Rules { discount, loss: -100.0, leaving, soils: vec![HARD, SAND, wild] };
+        let mut world = World::new(width, height, rules).expect("a world in range");
+        let nodes = world.nodes();
+        let soils = if seed % 4 == 0 { 3 } else { 2 };
+        let site = |draw: &mut Draw, node: usize| {
+            let uniform = [(); 4].map(|()| draw.uniform());
+            let slope = |uniform: f64| [-1.0, -0.4, 0.0, 0.4, 1.0][(5.0 * uniform) as usize];
+            Site {
+                kind: if node + 1 == nodes { Kind::Goal } else { Kind::Free },
+                payoff: 30.0 * (uniform[0] - 0.5),
+                slope_east: slope(uniform[1]),
+                slope_north: slope(uniform[2]),
+                soil: (f64::from(soils) * uniform[3]) as u8,
+            }
+        };
+        for node in 0..nodes {
+            world.set(node, site(&mut draw, node));
+        }
+        let mut online = Online::new(world);
+        for _ in 0..8 {
+            for _ in 0..3 {
+                let node = (draw.uniform() * (nodes - 1) as f64) as usize;
+                online.update(node, site(&mut draw, node));
+            }
+            let decision = online.act(0, Some(10_000_000));
+            assert_ne!(decision.status, Status::Cut, "seed {seed}, {decision:?}");
+            let world = online.world().clone();
+            let (values, certificate) = online.values();
+            for node in 0..nodes {
+                assert!(bellman::deviation(&world, values, node) <= certificate.residual, "seed {seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_lost_node_would_pay_is_without_meaning() {
+    let mut world = Specimen::plain(100, 1).unseen().expect("a size in range");
+    let lost = Site { kind: Kind::Lost, payoff: -1e307, ..world.site(5_050) };
+    world.set(5_050, lost);
+    let mut online = Online::new(world.clone());
+    let (values, certificate) = online.values();
+    assert!(certificate.error_bound <= 1e-6);
+    for node in 0..world.nodes() {
+        assert!(bellman::deviation(&world, values, node) <= certificate.residual, "{node}");
+    }
+}
+
+/// A large loss makes the canonical procedure coarser for everyone, whatever they saw before.
+#[test]
+fn a_loss_that_nobody_can_meet_is_no_reason_to_fail() {
+    let sure = Soil { intended: 1.0, stuck: 0.0, sideways: 0.0, wait: 0.0 };
+    let rules = Rules { discount: 0.9, loss: -1.0, leaving: Leaving::Stays, soils: vec![sure] };
+    let mut world = World::new(2, 2, rules).expect("a world in range");
+    for (node, payoff) in [(1, 1.0 + TIE / 0.9), (2, 1.0)] {
+        world.set(node, Site { kind: Kind::Goal, payoff, ..world.site(node) });
+    }
+    let mut online = Online::new(world);
+    online.act(0, None);
+    online.set_loss(-1e8).expect("a finite loss");
+    let novice = Online::new(online.world().clone()).act(0, None);
+    assert_eq!(online.act(0, None).action, novice.action);
+}
+
 #[test]
 fn another_loss_is_taken_in_from_where_values_are() {
-    let specimen = Specimen { leaving: Leaving::Loses, ..Specimen::plain(120, 5) };
-    let world = specimen.world().expect("a size in range");
-    let here = specimen.start();
-    let mut online = Online::new(world);
-    let first = online.act(here, None).work;
-    for change in [-1.0, -40.0, 25.0] {
-        online.set_loss(online.world().rules().loss + change).expect("a finite loss");
-        let decision = online.act(here, None);
-        let mut solver = Solver::new();
-        assert_eq!(decision.action, canonical(&mut solver, online.world(), here));
-        assert!(decision.work < first / 2, "{} backups, the first time {first}", decision.work);
+    for leaving in [Leaving::Loses, Leaving::Stays] {
+        let specimen = Specimen { leaving, ..Specimen::plain(120, 5) };
+        let mut world = specimen.world().expect("a size in range");
+        for node in [40 * 120 + 60, 80 * 120 + 30] {
+            world.set(node, Site { kind: Kind::Lost, ..world.site(node) });
+        }
+        let here = specimen.start();
+        let mut online = Online::new(world);
+        let first = online.act(here, None).work;
+        for change in [-1.0, -40.0, 25.0] {
+            online.set_loss(online.world().rules().loss + change).expect("a finite loss");
+            let decision = online.act(here, None);
+            let mut solver = Solver::new();
+            assert_eq!(decision.action, canonical(&mut solver, online.world(), here));
+            assert!(decision.work < first / 2, "{} backups, the first time {first}", decision.work);
+            let world = online.world().clone();
+            let (values, certificate) = online.values();
+            for node in 0..world.nodes() {
+                assert!(bellman::deviation(&world, values, node) <= certificate.residual, "{node}");
+            }
+        }
     }
 }
 

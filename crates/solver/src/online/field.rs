@@ -128,6 +128,12 @@ impl Field {
         }
     }
 
+    /// Blocks in all.
+    #[inline(always)]
+    pub fn blocks(&self) -> u64 {
+        self.grounds.len() as u64
+    }
+
     /// The soils of a block's lanes.
     #[inline(always)]
     pub fn soils(&self, block: usize) -> &ScatteredLanes {

@@ -29,7 +29,7 @@ pub(super) struct Scattered {
 }
 
 impl Scattered {
-    /// Leaves a node of base 0 as it is, whatever lies around it: TW = W to the bit.
+    /// Leaves a node of base 0 as it is: the residual is 0 whatever finite worths lie around it.
     pub const STILL: Self = Self { ahead: 0.0, sideways: 0.0, stuck: 1.0, gain: 0.0 };
 }
 
@@ -77,16 +77,21 @@ pub(super) struct Ground {
 }
 
 /// Residual TW − W of each lane, and about how far W has to go to satisfy its equation: 0 where the residual
-/// is at most `tolerance`.
+/// is at most `tolerance`. A step need not be exact, for only the residual is believed.
 ///
-/// A step moves the node's own equation by what stays where it is, d q + d p t for the best hop, and soon by
-/// what slips outwards, since the node there leads inwards and follows: not this node, but the one beside it
-/// on the ring, on the side that the best hop leads away from. (From (u, v) a hop towards u slips to
-/// (u, v + 1); from there a hop towards u lands on (u − 1, v + 1), the next lane.) So the step is
-/// (TW − W) / (1 − d q − d p t), the quotient by its series to y³, and d s times as much of that lane's. It
-/// need not be exact, for only the residual is believed.
+/// A step moves the node's own equation by what stays where it is, d q + d p t for the best hop: it is
+/// (TW − W) / (1 − d q − d p t), the quotient by its series to y³. And what slips outwards lands where nodes
+/// lead inwards and follow: not this node, but the one beside it on the ring. (A hop inwards along u from
+/// (u, v) slips to (u, v + 1), from where a hop inwards along u lands on (u − 1, v + 1), the next lane.) So
+/// d s / (1 − d q − d p t) of that lane's step is added, as on the flat; at either end of a block, of its own.
+///
+/// # Careful
+/// Such steps may go round in circles: the neighbour may not follow, and where a worth comes down another hop
+/// may take over on the way. `CAREFUL` steps cannot. A node's residual is convex in its worth, so that upwards
+/// the best hop's tangent ends at or below where it is 0; downwards the step is (TW − W) / (1 − d q), which is
+/// Gauss–Seidel with what gets stuck solved for, a contraction.
 #[inline(always)]
-pub(super) fn backup(
+pub(super) fn backup<const CAREFUL: bool>(
     soil: &ScatteredLanes,
     ground: &Ground,
     around: &Around<'_>,
@@ -120,11 +125,16 @@ pub(super) fn backup(
         let short = (ground.base[lane] + (best + soil.stuck[lane] * here)) - here;
         // 1 / (1 − y) by its series.
         let y = soil.pull[lane] * uphill;
-        let gain = soil.gain[lane] * ((1.0 + y) * (1.0 + y * y));
+        let series = (1.0 + y) * (1.0 + y * y);
+        let series = if CAREFUL && short < 0.0 { 1.0 } else { series };
+        let gain = soil.gain[lane] * series;
         residual[lane] = short;
         step[lane] = if short.abs() > tolerance { short * gain } else { 0.0 };
         follow[lane] = sideways * gain;
         towards_v[lane] = is_v;
+    }
+    if CAREFUL {
+        return (residual, step);
     }
     let above: Lanes = std::array::from_fn(|lane| step[(lane + 1).min(LANES - 1)]);
     let below: Lanes = std::array::from_fn(|lane| step[lane.saturating_sub(1)]);

@@ -17,7 +17,7 @@
 //! See `relaxation`: when nothing is marked any more, every residual |V − TV| is at most a tolerance τ, so
 //! |V − V*| ≤ τ / (1 − γ), as after a full sweep. Only what a change reaches is visited. That is the cone
 //! of nodes whose way leads through the change, on the far side of it as seen from the goal, and it may be
-//! most of the map.
+//! most of the map. Should rest be too far off, the canonical procedure decides, and the session begins anew.
 //!
 //! # Focused
 //! What lies behind hardly matters to the hopper: it comes back into play only through slips, each of
@@ -240,10 +240,11 @@ impl Online {
         if loss != self.world.rules().loss {
             self.world.set_loss(loss)?;
             self.fresh = false;
+            // What the canonical procedure can do hangs on it, even where nobody can be lost.
+            self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
             let matters = self.lost > 0 || self.world.rules().leaving == Leaving::Loses;
             if self.laid_out && matters {
                 // Near every node of the rim, and soon everywhere: all is looked at, from where it is.
-                self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
                 self.take_out();
                 self.values_at.begin(&self.field, &self.world, &self.values);
                 self.enclosed = false;
@@ -301,7 +302,10 @@ impl Online {
                 let margin = bounds.margin(hop);
                 Decision { action: Some(hop), margin, bound, status: Status::Solved, work, how: How::Warm }
             }
-            None if rested && work < work_max => self.canonical(here, work, work_max, pulse),
+            _ if rested && work < work_max || self.values_at.is_stuck(&self.field) => {
+                self.laid_out &= rested;
+                self.canonical(here, work, work_max, pulse)
+            }
             _ => {
                 let centre: [f64; 4] =
                     std::array::from_fn(|hop| 0.5 * (bounds.lower[hop] + bounds.upper[hop]));
@@ -323,21 +327,19 @@ impl Online {
 
     /// All values, row-major, brought to the certificate first.
     pub fn values(&mut self) -> (&[f64], Certificate) {
-        let mut certificate = None;
-        if self.lay_out(&mut 0, u64::MAX, &|| ()) {
-            self.settle(&mut 0, u64::MAX, &|| ());
-            let discount = self.world.rules().discount;
+        let rested = self.lay_out(&mut 0, u64::MAX, &|| ()) && self.settle(&mut 0, u64::MAX, &|| ());
+        let certificate = if rested {
             let residual = self.tolerance() + rounding(self.field.magnitude);
-            certificate = Some(Certificate { residual, error_bound: residual / (1.0 - discount) });
             self.take_out();
+            Certificate { residual, error_bound: residual / (1.0 - self.world.rules().discount) }
         } else {
             let solution =
                 self.solver.solve(&self.world, &Effort { error_max: VALUE_ERROR, ..Effort::default() });
             self.values.clear();
             self.values.extend_from_slice(self.solver.values());
-            certificate = certificate.or(Some(solution.certificate));
-        }
-        (&self.values, certificate.expect("one of the two"))
+            solution.certificate
+        };
+        (&self.values, certificate)
     }
 
     /// Takes the values out, row-major.
@@ -365,9 +367,10 @@ impl Online {
         self.field.centred && rounded <= CANONICAL_ERROR && rules.soils.iter().all(exact)
     }
 
-    /// Residual to come to rest at.
+    /// Residual to come to rest at: the same however large worths grow, as long as anything is provable, so
+    /// that what came to rest before remains so.
     fn tolerance(&self) -> f64 {
-        VALUE_ERROR * (1.0 - self.world.rules().discount) - 2.0 * rounding(self.field.magnitude)
+        (VALUE_ERROR - 0.5 * CANONICAL_ERROR) * (1.0 - self.world.rules().discount)
     }
 
     /// Error of values at rest.
@@ -532,7 +535,7 @@ impl Online {
     }
 }
 
-/// [`relax`] in slices, with a pulse after each; the visits.
+/// [`relax`] in slices, with a pulse after each, until rest, the visits' end, or stuck; the visits.
 fn relax_with<const FIELDS: usize>(
     relaxation: &mut Relaxation<FIELDS>,
     field: &Field,
@@ -540,7 +543,8 @@ fn relax_with<const FIELDS: usize>(
     pulse: &dyn Fn(),
 ) -> u64 {
     let mut visits = 0;
-    while !relaxation.at_rest(limits.frozen_from) && visits < limits.visits_max {
+    while !relaxation.at_rest(limits.frozen_from) && visits < limits.visits_max && !relaxation.is_stuck(field)
+    {
         let visits_max = (limits.visits_max - visits).min(SLICE);
         visits += relax(relaxation, field, &Limits { visits_max, ..*limits });
         pulse();

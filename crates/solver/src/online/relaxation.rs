@@ -2,8 +2,8 @@
 //!
 //! A block is *marked* if its nodes' residuals |TW − W| are not known to be at most the tolerance. A visit
 //! measures them. Lanes above the tolerance take a step, and the blocks whose residuals that step touches
-//! are marked: this one, and those of the lanes' neighbours. Marks are kept 64 to a word, a block at the same
-//! bit on every ring, so that a word's visits mark their neighbours at once. If no lane steps, the block is at rest: its
+//! are marked: this one, and those of the lanes' neighbours. Marks are kept 64 to a word, a block at the
+//! same bit on every ring, so that a word's visits mark their neighbours at once. If no lane steps, the block is at rest: its
 //! residuals are known, and remain so until a neighbour or the ground changes, which marks it again. When
 //! nothing is marked, every node's residual is at most the tolerance, measured after the last change of
 //! any of its inputs: a proof as strong as a full sweep, whatever was visited.
@@ -12,6 +12,10 @@
 //! that order leaves over are slips back towards the goal, one a pass; so a pass goes no further than
 //! [`WINDOW`] rings beyond the first marked one, lest far rings be visited again for every correction of
 //! near ones.
+//!
+//! On some steep worlds these steps go round in circles. After [`BOLD_SWEEPS`] without rest they are careful
+//! ones ([`backup`]), which come to rest, though slowly; after [`SWEEPS_MAX`] the relaxation is *stuck* and
+//! visits nothing more until it begins anew.
 
 use std::ops::Range;
 
@@ -22,6 +26,12 @@ use crate::World;
 
 /// Rings of a pass.
 const WINDOW: usize = 40;
+
+/// Sweeps without rest after which steps are careful.
+const BOLD_SWEEPS: u64 = 64;
+
+/// Sweeps without rest after which it is given up.
+const SWEEPS_MAX: u64 = 1024;
 
 /// One or several fields of worths on one world, and what is marked in them: a block if it is in any.
 #[derive(Clone, Debug)]
@@ -34,6 +44,8 @@ pub(super) struct Relaxation<const FIELDS: usize> {
     rough: Vec<u64>,
     rough_levels: (usize, usize),
     rough_at: f64,
+    /// Visits since the last rest.
+    restless: u64,
 }
 
 /// What a relaxation may do.
@@ -65,6 +77,7 @@ impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
             rough: Vec::new(),
             rough_levels: NONE,
             rough_at: 0.0,
+            restless: 0,
         }
     }
 }
@@ -77,6 +90,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             marks.resize(rings.valid.len(), 0);
         }
         (self.levels, self.rough_levels, self.rough_at) = (NONE, NONE, 0.0);
+        self.restless = 0;
     }
 
     /// Begins with the row-major values of `world` in every field, all marked.
@@ -99,11 +113,17 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         self.levels = other.levels;
         self.rough.clone_from(&other.rough);
         (self.rough_levels, self.rough_at) = (other.rough_levels, other.rough_at);
+        self.restless = other.restless;
     }
 
     /// Whether nothing is marked below `frozen_from`.
     pub fn at_rest(&self, frozen_from: usize) -> bool {
         self.levels.0 >= self.levels.1.min(frozen_from)
+    }
+
+    /// Whether it has been given up.
+    pub fn is_stuck(&self, field: &Field) -> bool {
+        self.restless > SWEEPS_MAX * field.blocks()
     }
 
     /// Marks a node's block and those of its neighbours: its worth has been changed, or its ground.
@@ -196,7 +216,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                     for bit in (0..64).filter(|bit| marks & (1 << bit) != 0) {
                         let block = Block::new(field, ring, 64 * column + bit);
                         let residuals =
-                            self.worths.each_ref().map(|worths| block.measure(field, worths, 0.0).0);
+                            self.worths.each_ref().map(|worths| block.measure::<false>(field, worths, 0.0).0);
                         let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
                         worst = (0..LANES).map(of_lane).fold(worst, f64::max);
                     }
@@ -206,12 +226,18 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         worst
     }
 
-    /// Relaxes until nothing is marked below `limits.frozen_from`, or the visits run out. Returns the visits.
+    /// Relaxes until nothing is marked below `limits.frozen_from`, the visits run out, or it is stuck. Returns
+    /// the visits.
     #[inline(always)]
     pub fn relax(&mut self, field: &Field, limits: &Limits) -> u64 {
         let mut visits = 0;
-        while !self.at_rest(limits.frozen_from) && visits < limits.visits_max {
-            visits += self.pass(field, limits, limits.visits_max - visits);
+        while !self.at_rest(limits.frozen_from) && visits < limits.visits_max && !self.is_stuck(field) {
+            let more = self.pass(field, limits, limits.visits_max - visits);
+            visits += more;
+            self.restless += more;
+        }
+        if self.at_rest(limits.frozen_from) {
+            self.restless = 0;
         }
         visits
     }
@@ -223,6 +249,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         let mut left = NONE;
         let mut level = self.levels.0;
         let window = level + WINDOW;
+        let careful = self.restless > BOLD_SWEEPS * field.blocks();
         while level < self.levels.1 && level < window && visits < visits_max {
             if level >= limits.frozen_from {
                 break;
@@ -236,7 +263,11 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                         continue;
                     }
                     visits += u64::from(marks.count_ones());
-                    let (moved, rough) = self.visit(field, ring, column, marks, limits);
+                    let (moved, rough) = if careful {
+                        self.visit_carefully(field, ring, column, marks, limits)
+                    } else {
+                        self.visit::<false>(field, ring, column, marks, limits)
+                    };
                     if moved.any != 0 {
                         self.touched(field, ring, column, &moved);
                         left = with(with(left, level.saturating_sub(1)), level + 1);
@@ -259,10 +290,23 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         visits
     }
 
+    /// The same with careful steps: seldom needed, and kept out of the way.
+    #[inline(never)]
+    fn visit_carefully(
+        &mut self,
+        field: &Field,
+        ring: usize,
+        column: usize,
+        marks: u64,
+        limits: &Limits,
+    ) -> (Moved, u64) {
+        self.visit::<true>(field, ring, column, marks, limits)
+    }
+
     /// Visits the blocks of a column that are set in `marks`: lanes whose residual is above the tolerance step.
     /// What moved, and the blocks that did not but are short of the finest tolerance.
     #[inline(always)]
-    fn visit(
+    fn visit<const CAREFUL: bool>(
         &mut self,
         field: &Field,
         ring: usize,
@@ -280,7 +324,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                 let bit = marks & marks.wrapping_neg();
                 let at = first.onwards(marks.trailing_zeros() as usize);
                 marks ^= bit;
-                let (residual, step) = at.measure(field, worths, limits.tolerance);
+                let (residual, step) = at.measure::<CAREFUL>(field, worths, limits.tolerance);
                 for (worth, step) in worths[at.place..at.place + LANES].iter_mut().zip(step) {
                     let next = *worth + step;
                     let next = if next > magnitude { magnitude } else { next };
@@ -307,7 +351,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         self.marks[inwards] |= moved.any | moved.first >> 1;
         self.marks[outwards] |= moved.any | moved.last << 1;
         // Neighbours in the columns beside this one.
-        if moved.first & 1 != 0 {
+        if moved.first & 1 != 0 && column > 0 {
             self.marks[inwards - 1] |= 1 << 63;
         }
         if moved.last >> 63 != 0 {
@@ -346,12 +390,13 @@ struct Moved {
     last: u64,
 }
 
-/// The lanes whose magnitude is above `limit`, a bit each.
+/// The lanes whose magnitude is above `limit` or no number, a bit each.
 #[inline(always)]
 fn beyond(lanes: &Lanes, limit: f64) -> u8 {
     let mut set = 0;
     for (lane, number) in lanes.iter().enumerate() {
-        set |= u8::from(number.abs() > limit) << lane;
+        let within = number.abs() <= limit;
+        set |= u8::from(!within) << lane;
     }
     set
 }
@@ -383,7 +428,7 @@ impl Block {
 
     /// Residuals and steps of one field.
     #[inline(always)]
-    fn measure(&self, field: &Field, worths: &[f64], tolerance: f64) -> (Lanes, Lanes) {
+    fn measure<const CAREFUL: bool>(&self, field: &Field, worths: &[f64], tolerance: f64) -> (Lanes, Lanes) {
         let around = Around {
             here: lanes(worths, self.place),
             in_u: lanes(worths, self.inwards),
@@ -392,6 +437,6 @@ impl Block {
             out_v: lanes(worths, self.outwards + 1),
         };
         let block = self.place / LANES;
-        backup(field.soils(block), field.ground(block), &around, tolerance)
+        backup::<CAREFUL>(field.soils(block), field.ground(block), &around, tolerance)
     }
 }

@@ -27,7 +27,7 @@ pub(super) struct Ring {
     /// First and last lane with a node; none if the first is greater.
     first: i32,
     last: i32,
-    /// First and last block with a lane that is a node or its mirror, counted from the origin.
+    /// First and last block with a node, or with a lane beside one, counted from the origin.
     blocks: (u32, u32),
     /// Where the word of the ring's column 0 is, or would be.
     words: usize,
@@ -40,8 +40,8 @@ impl Ring {
         self.origin + block * LANES
     }
 
-    /// The word that holds what is noted of the blocks of a column: its bit b is block 64 `column` + b, on every
-    /// ring. The rings beside this one have words for all columns that its nodes' neighbours lie in.
+    /// The word that holds what is noted of the blocks of a column: its bit b is block 64 `column` + b, on
+    /// every ring. The rings beside this one have words for all columns that its nodes' neighbours lie in.
     #[inline(always)]
     pub fn word(&self, column: usize) -> usize {
         self.words.wrapping_add(column)
@@ -100,9 +100,9 @@ pub(super) struct Rings {
     mirrors_from: Vec<u32>,
     /// Places in all.
     pub places: usize,
-    /// The blocks of each word that there are: a bit each.
+    /// Which bits of each word stand for a block of its ring.
     pub valid: Vec<u64>,
-    /// Those with a node that has a mirror.
+    /// Which of them for one with a node that has a mirror.
     pub mirrored: Vec<u64>,
     /// Rings around the centre.
     pub levels: usize,
