@@ -93,6 +93,17 @@ fn hops_wanted(quick: u64) -> u64 {
     std::env::var("ONLINE_HOPS").ok().and_then(|hops| hops.parse().ok()).unwrap_or(quick)
 }
 
+/// Brings all values to the certificate, and holds each of them to it.
+fn assert_certified(online: &mut Online, of: &dyn std::fmt::Debug) {
+    let world = online.world().clone();
+    let (values, certificate) = online.values();
+    assert!(certificate.error_bound <= 1e-6, "{of:?}: {certificate:?}");
+    for node in 0..world.nodes() {
+        let residual = bellman::deviation(&world, values, node);
+        assert!(residual <= certificate.residual, "{of:?}: {residual:e} at {node}, {certificate:?}");
+    }
+}
+
 /// How many decisions were proven in which way.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
@@ -252,16 +263,7 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
                     online.update(node, site);
                 }
                 let hop = online.act(flight.here, None).action;
-                let world = online.world().clone();
-                if !(0..world.nodes()).any(|node| world.kind(node) == Kind::Goal) {
-                    break;
-                }
-                let (values, certificate) = online.values();
-                assert!(certificate.error_bound <= 1e-6);
-                for node in 0..world.nodes() {
-                    let residual = bellman::deviation(&world, values, node);
-                    assert!(residual <= certificate.residual, "{land:?} {seed}: {residual:e} at {node}");
-                }
+                assert_certified(&mut online, &(land, seed));
                 if !flight.hop(hop.unwrap_or(Hop::North)) {
                     break;
                 }
@@ -295,12 +297,7 @@ fn news_crosses_long_rings() {
                     online.update(node, Site { payoff: site.payoff - 30.0 * draw.uniform(), ..site });
                 }
             }
-            let world = online.world().clone();
-            let (values, certificate) = online.values();
-            for node in 0..world.nodes() {
-                let residual = bellman::deviation(&world, values, node);
-                assert!(residual <= certificate.residual, "{width} x {height}: {residual:e} at {node}");
-            }
+            assert_certified(&mut online, &(width, height));
         }
     }
 }
@@ -318,11 +315,7 @@ fn values_after_focused_decisions_come_back_to_the_certificate() {
         let decision = online.act(flight.here, None);
         focused += u32::from(decision.how == How::Focused);
         if hops % 13 == 12 {
-            let world = online.world().clone();
-            let (values, certificate) = online.values();
-            for node in 0..world.nodes() {
-                assert!(bellman::deviation(&world, values, node) <= certificate.residual);
-            }
+            assert_certified(&mut online, &hops);
         }
         if !decision.action.is_some_and(|hop| flight.hop(hop)) {
             break;
@@ -432,11 +425,7 @@ fn every_relaxation_ends_on_steep_ground_too() {
             }
             let decision = online.act(0, Some(10_000_000));
             assert_ne!(decision.status, Status::Cut, "seed {seed}, {decision:?}");
-            let world = online.world().clone();
-            let (values, certificate) = online.values();
-            for node in 0..nodes {
-                assert!(bellman::deviation(&world, values, node) <= certificate.residual, "seed {seed}");
-            }
+            assert_certified(&mut online, &seed);
         }
     }
 }
@@ -446,12 +435,7 @@ fn what_a_lost_node_would_pay_is_without_meaning() {
     let mut world = Specimen::plain(100, 1).unseen().expect("a size in range");
     let lost = Site { kind: Kind::Lost, payoff: -1e307, ..world.site(5_050) };
     world.set(5_050, lost);
-    let mut online = Online::new(world.clone());
-    let (values, certificate) = online.values();
-    assert!(certificate.error_bound <= 1e-6);
-    for node in 0..world.nodes() {
-        assert!(bellman::deviation(&world, values, node) <= certificate.residual, "{node}");
-    }
+    assert_certified(&mut Online::new(world), &lost);
 }
 
 /// A large loss makes the canonical procedure coarser for everyone, whatever they saw before.
@@ -487,11 +471,7 @@ fn another_loss_is_taken_in_from_where_values_are() {
             let mut solver = Solver::new();
             assert_eq!(decision.action, canonical(&mut solver, online.world(), here));
             assert!(decision.work < first / 2, "{} backups, the first time {first}", decision.work);
-            let world = online.world().clone();
-            let (values, certificate) = online.values();
-            for node in 0..world.nodes() {
-                assert!(bellman::deviation(&world, values, node) <= certificate.residual, "{node}");
-            }
+            assert_certified(&mut online, &(leaving, change));
         }
     }
 }
