@@ -408,18 +408,19 @@ fn waves(world: &World) -> Waves {
 struct Progress {
     /// Waves made.
     waves: usize,
-    /// Change of the last wave's last sweep.
-    last: f32,
-    /// Slow waves in a row.
+    /// Least change that a wave's last sweep ended with.
+    least: f32,
+    /// Slow waves since: where sweeps go round in circles, changes grow and shrink for ever.
     slow: usize,
 }
 
 impl Progress {
     /// Takes in the change that another wave ended with; whether it is small enough.
     fn take(&mut self, change: f32, change_max: f32) -> bool {
-        self.slow = if self.waves > 0 && change > STALL * self.last { self.slow + 1 } else { 0 };
+        let is_slow = self.waves > 0 && !(change <= STALL * self.least);
+        self.slow = if is_slow { self.slow + 1 } else { 0 };
+        self.least = if self.waves > 0 { change.min(self.least) } else { change };
         self.waves += 1;
-        self.last = change;
         change <= change_max
     }
 }
@@ -459,4 +460,20 @@ fn backup(world: &World, values: &[f64], node: usize) -> f64 {
             / (1.0 - discount * stays)
     };
     Hop::ALL.into_iter().map(value).fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_that_grow_and_shrink_for_ever_count_as_slow() {
+        let mut progress = Progress::default();
+        for wave in 0..12 {
+            assert!(!progress.take([1.0, 0.5, 0.9, 0.45][wave % 4], 1e-9));
+        }
+        assert!(progress.slow > 2, "{progress:?}");
+        assert!(!progress.take(f32::NAN, 1e-9) && progress.slow > 3, "{progress:?}");
+        assert!(!progress.take(0.2, 1e-9) && progress.slow == 0, "{progress:?}");
+    }
 }

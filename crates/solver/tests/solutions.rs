@@ -264,3 +264,34 @@ fn evaluate(world: &World, policy: &[Hop]) -> Vec<f64> {
     }
     matrix.lu().solve(&side).expect("a discounted process has one solution").as_slice().to_vec()
 }
+
+/// Where hops mostly slip, sweeps that go beyond Bellman's worth have gone round in circles.
+#[test]
+fn every_solve_ends_where_hops_mostly_slip() {
+    let slips = Soil { intended: 0.18, stuck: 0.12, sideways: 0.35, wait: 0.0 };
+    let only = Soil { intended: 0.0, stuck: 0.0, sideways: 0.5, wait: 0.1 };
+    let stuck = Soil { intended: 0.0, stuck: 1.0, sideways: 0.0, wait: 0.3 };
+    // In the last ten they did.
+    let circles = [13_985, 78_723, 105_267, 133_370, 190_758, 209_154, 236_423, 243_842, 256_007, 281_103];
+    for seed in (0..1_000).chain(circles) {
+        let mut draw = Draw(seed);
+        let side = 2 + (18.0 * draw.uniform()) as usize;
+        let leaving = if seed % 2 == 0 { Leaving::Loses } else { Leaving::Stays };
+        let discount = [0.9, 0.99][(seed / 2 % 2) as usize];
+        let rules = Rules { discount, loss: 0.0, leaving, soils: vec![slips, only, stuck] };
+        let mut world = World::new(side, side, rules).expect("a world in range");
+        for node in 0..world.nodes() {
+            let slope =
+                |draw: &mut Draw| [-1.0, 1.0, 0.0, draw.between(-1.0, 1.0)][(4.0 * draw.uniform()) as usize];
+            let (slope_east, slope_north) = (slope(&mut draw), slope(&mut draw));
+            let soil = (3.0 * draw.uniform()) as u8;
+            let kind = if draw.uniform() < 0.05 { Kind::Lost } else { Kind::Free };
+            world.set(node, Site { kind, payoff: draw.between(-1.0, 1.0), slope_east, slope_north, soil });
+        }
+        let goal = (draw.uniform() * world.nodes() as f64) as usize;
+        world.set(goal, Site { kind: Kind::Goal, payoff: 5.0, ..world.site(goal) });
+        let effort = Effort { error_max: 1e-7, sweeps_max: 50_000 };
+        let solution = Solver::new().solve(&world, &effort);
+        assert_eq!(solution.status, Status::Solved, "seed {seed}, {solution:?}");
+    }
+}
