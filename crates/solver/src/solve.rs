@@ -417,8 +417,8 @@ struct Progress {
 impl Progress {
     /// Takes in the change that another wave ended with; whether it is small enough.
     fn take(&mut self, change: f32, change_max: f32) -> bool {
-        let is_slow = self.waves > 0 && !(change <= STALL * self.least);
-        self.slow = if is_slow { self.slow + 1 } else { 0 };
+        let falls = self.waves == 0 || change <= STALL * self.least;
+        self.slow = if falls { 0 } else { self.slow + 1 };
         self.least = if self.waves > 0 { change.min(self.least) } else { change };
         self.waves += 1;
         change <= change_max
