@@ -57,6 +57,7 @@
 //! nine in the sums. [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
 
 pub mod choice;
+mod decision;
 mod enclosure;
 mod field;
 mod kernel;
@@ -68,10 +69,11 @@ mod witness;
 
 use crate::certificate::rounding;
 use crate::{
-    Certificate, Effort, Error, Hop, Kind, Leaving, Site, Solver, Status as SolveStatus, World,
-    action_values, policy,
+    Certificate, Effort, Error, Kind, Leaving, Site, Solver, Status as SolveStatus, World, action_values,
+    policy,
 };
 use choice::{Bounds, CANONICAL_ERROR, TIE};
+pub use decision::{Decision, How, Status};
 use enclosure::Enclosure;
 use field::Field;
 use relaxation::{Limits, Relaxation};
@@ -101,44 +103,15 @@ const STAGES: [f64; 5] = [1e4, 1e3, 1e2, 1e1, 1.0];
 /// Visits of a block between two pulses: some tens of milliseconds.
 const SLICE: u64 = 1 << 20;
 
-/// How a decision was proven.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum How {
-    /// By bounds around the hopper.
-    Focused,
-    /// By values brought back to the certificate everywhere.
-    Warm,
-    /// By a solve from nothing.
-    Canonical,
-}
-
-/// What kind of answer a decision is.
+/// What of a session belongs to its world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// The canonical hop.
-    Solved,
-    /// The budget ran out: the best hop so far.
-    Cut,
-    /// No chain of hops leads from here to a goal: there is no hop to take.
-    Infeasible,
-}
-
-/// The answer to "where to?".
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Decision {
-    /// The hop; `None` at a goal, where lost, and where no goal can be reached.
-    pub action: Option<Hop>,
-    /// By how much it is certainly better than any other, in units of payoff. Negative if another may be
-    /// better by as much: at most [`choice::TIE`] where solved, but for the width of the bounds.
-    pub margin: f64,
-    /// Bound on the error of the values decided by, in units of payoff.
-    pub bound: f64,
-    /// What kind of answer it is.
-    pub status: Status,
-    /// Work done, in backups of a node.
-    pub work: u64,
-    /// How it was proven.
-    pub how: How,
+enum Layout {
+    /// Nothing: the field is another world's.
+    Stale,
+    /// The field.
+    Bare,
+    /// Field and values.
+    Full,
 }
 
 /// A session.
@@ -151,10 +124,7 @@ pub struct Online {
     /// Bounds on them, if there are any.
     enclosure: Enclosure,
     enclosed: bool,
-    /// Whether values, field and world belong together.
-    laid_out: bool,
-    /// Whether field and world do, though there are no values yet.
-    fresh: bool,
+    layout: Layout,
     /// Nodes where the hopper is lost.
     lost: usize,
     witness: Witness,
@@ -174,8 +144,7 @@ impl Online {
             values_at: Relaxation::default(),
             enclosure: Enclosure::default(),
             enclosed: false,
-            laid_out: false,
-            fresh: true,
+            layout: Layout::Bare,
             lost,
             witness: Witness::default(),
             solver: Solver::new(),
@@ -199,18 +168,21 @@ impl Online {
             return;
         }
         self.world.set(node, site);
-        self.fresh = false;
         self.witness.changed(&self.world, node, old.kind);
         self.lost = self.lost + usize::from(site.kind == Kind::Lost) - usize::from(old.kind == Kind::Lost);
         // What a goal pays is all there is to it; of where the hopper is lost, that it is.
         let is_lost = old.kind == Kind::Lost && site.kind == Kind::Lost;
         let is_goal = old.kind == Kind::Goal && site.kind == Kind::Goal;
-        if !self.laid_out || is_lost || is_goal && old.payoff == site.payoff {
+        if is_lost || is_goal && old.payoff == site.payoff {
+            return;
+        }
+        if self.layout != Layout::Full {
+            self.layout = Layout::Stale;
             return;
         }
         let centred = self.world.kind(node) == Kind::Goal || old.kind == Kind::Goal;
         let Some(seat) = self.field.set(node, &site).filter(|_| !centred) else {
-            self.laid_out = false;
+            self.layout = Layout::Stale;
             return;
         };
         let level = self.field.rings.level(node).expect("a node with a seat has a level");
@@ -239,11 +211,10 @@ impl Online {
     pub fn set_loss(&mut self, loss: f64) -> Result<(), Error> {
         if loss != self.world.rules().loss {
             self.world.set_loss(loss)?;
-            self.fresh = false;
             // What the canonical procedure can do hangs on it, even where nobody can be lost.
             self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
             let matters = self.lost > 0 || self.world.rules().leaving == Leaving::Loses;
-            if self.laid_out && matters {
+            if self.layout == Layout::Full && matters {
                 // Near every node of the rim, and soon everywhere: all is looked at, from where it is.
                 self.take_out();
                 self.values_at.begin(&self.field, &self.world, &self.values);
@@ -257,7 +228,7 @@ impl Online {
     pub fn replace(&mut self, world: World) {
         self.lost = lost(&world);
         self.world = world;
-        (self.laid_out, self.fresh) = (false, false);
+        self.layout = Layout::Stale;
         self.witness.forget();
     }
 
@@ -303,7 +274,9 @@ impl Online {
                 Decision { action: Some(hop), margin, bound, status: Status::Solved, work, how: How::Warm }
             }
             _ if rested && work < work_max || self.values_at.is_stuck(&self.field) => {
-                self.laid_out &= rested;
+                if !rested {
+                    self.layout = Layout::Bare;
+                }
                 self.canonical(here, work, work_max, pulse)
             }
             _ => {
@@ -389,11 +362,12 @@ impl Online {
 
     /// Lays the world out and solves it from nothing, unless that is done; whether bounds can be proven.
     fn lay_out(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
-        if self.laid_out {
+        if self.layout == Layout::Full {
             return self.provable();
         }
-        if !std::mem::take(&mut self.fresh) {
+        if self.layout == Layout::Stale {
             self.field = Field::new(&self.world);
+            self.layout = Layout::Bare;
         }
         if !self.provable() {
             return false;
@@ -402,7 +376,7 @@ impl Online {
             self.solve_all(work, work_max, pulse);
         }
         self.enclosed = false;
-        self.laid_out = true;
+        self.layout = Layout::Full;
         true
     }
 
