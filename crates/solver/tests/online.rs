@@ -272,7 +272,7 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
     }
 }
 
-/// Marks are kept 64 blocks of 8 nodes to a word: here changes cross from word to word.
+/// P-AT-REST. Marks are kept 64 blocks of 8 nodes to a word: here changes cross from word to word.
 #[test]
 fn news_crosses_long_rings() {
     for (width, height) in [(5, 1_150), (1_150, 5), (90, 560)] {
@@ -365,7 +365,7 @@ fn the_slope_of_a_goal_is_no_news() {
     assert_eq!((after.action, after.work), (before.action, 0));
 }
 
-/// Steps that foresee what follows them went round in circles here.
+/// P-ENDS. Steps that foresee what follows them went round in circles here.
 #[test]
 fn a_relaxation_that_would_go_round_in_circles_comes_to_rest() {
     let rules = Rules { discount: DISCOUNT, loss: -100.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };
@@ -390,6 +390,7 @@ fn a_relaxation_that_would_go_round_in_circles_comes_to_rest() {
     assert_eq!(decision.action, canonical(&mut Solver::new(), online.world(), 0));
 }
 
+/// P-ENDS.
 #[test]
 fn every_relaxation_ends_on_steep_ground_too() {
     for seed in 0..400 {

@@ -265,7 +265,7 @@ fn evaluate(world: &World, policy: &[Hop]) -> Vec<f64> {
     matrix.lu().solve(&side).expect("a discounted process has one solution").as_slice().to_vec()
 }
 
-/// Where hops mostly slip, sweeps that go beyond Bellman's worth have gone round in circles.
+/// P-ENDS. Where hops mostly slip, sweeps that go beyond Bellman's worth have gone round in circles.
 #[test]
 fn every_solve_ends_where_hops_mostly_slip() {
     let slips = Soil { intended: 0.18, stuck: 0.12, sideways: 0.35, wait: 0.0 };
