@@ -112,7 +112,7 @@ impl Enclosure {
             let limits = Limits { frozen_from: self.line, ..*limits };
             self.bounds.refine(&field.rings, limits.tolerance, limits.frozen_from);
             relax(&mut self.bounds, &limits);
-            if !self.bounds.at_rest(self.line) {
+            if !self.bounds.at_rest(&field.rings, self.line) {
                 return false;
             }
             let (wanted, level) = self.wanted(field, limits.finest, attempt > 0);
@@ -133,7 +133,7 @@ impl Enclosure {
     /// The reserve that the frozen blocks marked would need, and the level that needs it.
     fn wanted(&mut self, field: &Field, tolerance: f64, again: bool) -> (f64, usize) {
         let mut wanted = (0.0, self.line);
-        for level in self.bounds.marked_from(self.line) {
+        for level in self.bounds.marked_from(&field.rings, self.line) {
             for around in level.saturating_sub(1)..=level + 1 {
                 self.write(field, around);
             }

@@ -17,15 +17,15 @@ pub(super) struct Field {
     pub rings: Rings,
     /// Whether the rings lie around a goal.
     pub centred: bool,
-    grounds: Vec<Ground>,
+    pub grounds: Vec<Ground>,
     /// Soil of each place, or fixed.
     classes: Vec<u8>,
-    soils: [Scattered; CLASSES],
-    /// Each block's row of `rows`.
-    row_of: Vec<u32>,
-    /// The soils of a block's lanes: a row for each class in all lanes, and one for each block that has been of
+    scatters: [Scattered; CLASSES],
+    /// Which of `soils` each block has.
+    pub soils_of: Vec<u32>,
+    /// The soils of a block's lanes: one for each class in all lanes, and one for each block that has been of
     /// several.
-    rows: Vec<ScatteredLanes>,
+    pub soils: Vec<ScatteredLanes>,
     pub discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
@@ -41,11 +41,11 @@ impl Field {
         let rings = Rings::new(world.width(), world.height(), centre.unwrap_or(0));
         let places = rings.places;
         let rules = world.rules();
-        let mut soils = [Scattered::STILL; CLASSES];
+        let mut scatters = [Scattered::STILL; CLASSES];
         let mut waits = [0.0; 8];
         for (index, soil) in rules.soils.iter().enumerate() {
             let d = soil.discount(rules.discount);
-            soils[index] = Scattered {
+            scatters[index] = Scattered {
                 ahead: d * soil.intended,
                 sideways: d * (0.5 * (1.0 - soil.intended - soil.stuck)),
                 stuck: d * soil.stuck,
@@ -58,9 +58,9 @@ impl Field {
             centred: centre.is_some(),
             grounds: pages::filled(Ground::default(), places / LANES),
             classes: vec![FIXED; places],
-            soils,
-            row_of: vec![u32::from(FIXED); places / LANES],
-            rows: soils.iter().map(|soil| ScatteredLanes::each([soil; LANES])).collect(),
+            soils_of: vec![u32::from(FIXED); places / LANES],
+            soils: scatters.iter().map(|soil| ScatteredLanes::each([soil; LANES])).collect(),
+            scatters,
             discount: rules.discount,
             waits,
             loses: rules.leaving == Leaving::Loses,
@@ -110,40 +110,23 @@ impl Field {
         ground.slope_v[lane] = towards(v).clamp(-1.0, 1.0);
     }
 
-    /// Finds the row of the block that begins at `place`.
+    /// Finds the soils of the block that begins at `place`.
     fn sort(&mut self, place: usize) {
-        let classes = lanes(&self.classes, place);
-        let row = &mut self.row_of[place / LANES];
-        let has_own = *row as usize >= CLASSES;
+        let classes = &self.classes[place..place + LANES];
+        let of = &mut self.soils_of[place / LANES];
+        let has_own = *of as usize >= CLASSES;
         if !has_own && classes.iter().all(|class| *class == classes[0]) {
-            *row = u32::from(classes[0]);
+            *of = u32::from(classes[0]);
             return;
         }
-        let soils = ScatteredLanes::each(classes.each_ref().map(|class| &self.soils[usize::from(*class)]));
+        let soils =
+            ScatteredLanes::each(std::array::from_fn(|lane| &self.scatters[usize::from(classes[lane])]));
         if has_own {
-            self.rows[*row as usize] = soils;
+            self.soils[*of as usize] = soils;
         } else {
-            *row = self.rows.len() as u32;
-            self.rows.push(soils);
+            *of = self.soils.len() as u32;
+            self.soils.push(soils);
         }
-    }
-
-    /// Blocks in all.
-    #[inline(always)]
-    pub fn blocks(&self) -> u64 {
-        self.grounds.len() as u64
-    }
-
-    /// The soils of a block's lanes.
-    #[inline(always)]
-    pub fn soils(&self, block: usize) -> &ScatteredLanes {
-        &self.rows[self.row_of[block] as usize]
-    }
-
-    /// The ground of a block.
-    #[inline(always)]
-    pub fn ground(&self, block: usize) -> &Ground {
-        &self.grounds[block]
     }
 
     /// Which of the places hold a free node.
@@ -179,10 +162,4 @@ impl Field {
             }
         }
     }
-}
-
-/// The lanes of a stream that begin at `place`.
-#[inline(always)]
-pub(super) fn lanes<T>(stream: &[T], place: usize) -> &[T; LANES] {
-    stream[place..place + LANES].try_into().expect("as many lanes as there are")
 }

@@ -52,10 +52,12 @@
 //!
 //! # Rounding
 //! Worths and constants stay within a magnitude M, enforced. To first order in u = 2⁻⁵³ the kernel's
-//! residual carries at most 27 u M: six roundings of a product of probabilities and discount, seven of a
-//! landing's worth, three for its weight, eleven in the landings beside, weighted with at most one in all,
-//! nine in the sums. [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
+//! residual carries at most 24 u M: six from the products of probabilities and discount, one from d q − 1,
+//! three from the base, three from where a hop lands, three from the slips beside, weighted with at most one
+//! half, and two, three and three from the sums of base and what stays, of these and the slips, and of all.
+//! [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
 
+mod blocks;
 pub mod choice;
 mod decision;
 mod enclosure;
@@ -185,7 +187,6 @@ impl Online {
             self.layout = Layout::Stale;
             return;
         };
-        let level = self.field.rings.level(node).expect("a node with a seat has a level");
         let loss = self.world.rules().loss;
         self.field.magnitude = self.field.magnitude.max(4.0 * loss.abs());
         let change = |worths: &mut [f64]| {
@@ -197,10 +198,10 @@ impl Online {
             };
         };
         self.values_at.worths.iter_mut().for_each(|worths| change(worths));
-        self.values_at.touch(&self.field, seat, level);
+        self.values_at.touch(&self.field, seat);
         if self.enclosed {
             self.enclosure.bounds.worths.iter_mut().for_each(|worths| change(worths));
-            self.enclosure.bounds.touch(&self.field, seat, level);
+            self.enclosure.bounds.touch(&self.field, seat);
         }
     }
 
@@ -273,7 +274,7 @@ impl Online {
                 let margin = bounds.margin(hop);
                 Decision { action: Some(hop), margin, bound, status: Status::Solved, work, how: How::Warm }
             }
-            _ if rested && work < work_max || self.values_at.is_stuck(&self.field) => {
+            _ if rested && work < work_max || self.values_at.is_stuck(&self.field.rings) => {
                 if !rested {
                     self.layout = Layout::Bare;
                 }
@@ -395,7 +396,7 @@ impl Online {
     fn settle(&mut self, work: &mut u64, work_max: u64, pulse: &dyn Fn()) -> bool {
         let limits = self.limits(1.0, *work, work_max);
         *work += LANES as u64 * relax_with(&mut self.values_at, &self.field, &limits, pulse);
-        self.values_at.at_rest(usize::MAX)
+        self.values_at.at_rest(&self.field.rings, usize::MAX)
     }
 
     fn limits(&self, stage: f64, work: u64, work_max: u64) -> Limits {
@@ -517,7 +518,9 @@ fn relax_with<const FIELDS: usize>(
     pulse: &dyn Fn(),
 ) -> u64 {
     let mut visits = 0;
-    while !relaxation.at_rest(limits.frozen_from) && visits < limits.visits_max && !relaxation.is_stuck(field)
+    while !relaxation.at_rest(&field.rings, limits.frozen_from)
+        && visits < limits.visits_max
+        && !relaxation.is_stuck(&field.rings)
     {
         let visits_max = (limits.visits_max - visits).min(SLICE);
         visits += relax(relaxation, field, &Limits { visits_max, ..*limits });

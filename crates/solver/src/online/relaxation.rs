@@ -3,10 +3,11 @@
 //! A block is *marked* if its nodes' residuals |TW − W| are not known to be at most the tolerance. A visit
 //! measures them. Lanes above the tolerance take a step, and the blocks whose residuals that step touches
 //! are marked: this one, and those of the lanes' neighbours. Marks are kept 64 to a word, a block at the
-//! same bit on every ring, so that a word's visits mark their neighbours at once. If no lane steps, the block is at rest: its
-//! residuals are known, and remain so until a neighbour or the ground changes, which marks it again. When
-//! nothing is marked, every node's residual is at most the tolerance, measured after the last change of
-//! any of its inputs: a proof as strong as a full sweep, whatever was visited.
+//! same bit on every ring, so that a row's visits mark their neighbours at once; and words in the order of
+//! visits, so that a pass runs through them. If no lane steps, the block is at rest: its residuals are known,
+//! and remain so until a neighbour or the ground changes, which marks it again. When nothing is marked, every
+//! node's residual is at most the tolerance, measured after the last change of any of its inputs: a proof as
+//! strong as a full sweep, whatever was visited.
 //!
 //! Visits go outwards, the way news of the goal travels: a change crosses all it reaches in one pass. What
 //! that order leaves over are slips back towards the goal, one a pass; so a pass goes no further than
@@ -19,9 +20,10 @@
 
 use std::ops::Range;
 
-use super::field::{Field, lanes};
-use super::kernel::{Around, Lanes, backup};
-use super::rings::{LANES, Rings, Seat};
+use super::blocks::Blocks;
+use super::field::Field;
+use super::kernel::Lanes;
+use super::rings::{BLOCKS, LANES, Rings, Row, Seat};
 use crate::World;
 
 /// Rings of a pass.
@@ -38,11 +40,11 @@ const SWEEPS_MAX: u64 = 1024;
 pub(super) struct Relaxation<const FIELDS: usize> {
     pub worths: [Vec<f64>; FIELDS],
     marks: Vec<u64>,
-    /// Levels outside of which nothing is marked: from the first to before the second.
-    levels: (usize, usize),
+    /// Rows outside of which nothing is marked: from the first to before the second.
+    marked: (usize, usize),
     /// Blocks at rest at a tolerance, `rough_at` at most, that is not the finest.
     rough: Vec<u64>,
-    rough_levels: (usize, usize),
+    rough_rows: (usize, usize),
     rough_at: f64,
     /// Visits since the last rest.
     restless: u64,
@@ -57,15 +59,15 @@ pub(super) struct Limits {
     pub finest: f64,
     /// First level that stays as it is.
     pub frozen_from: usize,
-    /// Most blocks to visit, but for the ring that exceeds it.
+    /// Most blocks to visit, but for the row that exceeds it.
     pub visits_max: u64,
 }
 
-/// No level.
+/// No row.
 const NONE: (usize, usize) = (usize::MAX, 0);
 
-fn with(levels: (usize, usize), level: usize) -> (usize, usize) {
-    (levels.0.min(level), levels.1.max(level + 1))
+fn with(rows: (usize, usize), row: usize) -> (usize, usize) {
+    (rows.0.min(row), rows.1.max(row + 1))
 }
 
 impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
@@ -73,9 +75,9 @@ impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
         Self {
             worths: std::array::from_fn(|_| Vec::new()),
             marks: Vec::new(),
-            levels: NONE,
+            marked: NONE,
             rough: Vec::new(),
-            rough_levels: NONE,
+            rough_rows: NONE,
             rough_at: 0.0,
             restless: 0,
         }
@@ -87,9 +89,9 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     pub fn clear(&mut self, rings: &Rings) {
         for marks in [&mut self.marks, &mut self.rough] {
             marks.clear();
-            marks.resize(rings.valid.len(), 0);
+            marks.resize(rings.rows.len(), 0);
         }
-        (self.levels, self.rough_levels, self.rough_at) = (NONE, NONE, 0.0);
+        (self.marked, self.rough_rows, self.rough_at) = (NONE, NONE, 0.0);
         self.restless = 0;
     }
 
@@ -110,57 +112,58 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             worths.clone_from(&other.worths[0]);
         }
         self.marks.clone_from(&other.marks);
-        self.levels = other.levels;
+        self.marked = other.marked;
         self.rough.clone_from(&other.rough);
-        (self.rough_levels, self.rough_at) = (other.rough_levels, other.rough_at);
+        (self.rough_rows, self.rough_at) = (other.rough_rows, other.rough_at);
         self.restless = other.restless;
     }
 
     /// Whether nothing is marked below `frozen_from`.
-    pub fn at_rest(&self, frozen_from: usize) -> bool {
-        self.levels.0 >= self.levels.1.min(frozen_from)
+    pub fn at_rest(&self, rings: &Rings, frozen_from: usize) -> bool {
+        self.marked.0 >= self.marked.1.min(rings.rows_of(0..frozen_from).end)
     }
 
     /// Whether it has been given up.
-    pub fn is_stuck(&self, field: &Field) -> bool {
-        self.restless > SWEEPS_MAX * field.blocks()
+    pub fn is_stuck(&self, rings: &Rings) -> bool {
+        self.restless > SWEEPS_MAX * rings.blocks
     }
 
     /// Marks a node's block and those of its neighbours: its worth has been changed, or its ground.
-    pub fn touch(&mut self, field: &Field, seat: Seat, level: usize) {
-        let at = |lane: usize| u64::from(seat.place % LANES == lane) << (seat.block % 64);
-        let moved = Moved { any: 1 << (seat.block % 64), first: at(0), last: at(LANES - 1) };
-        self.touched(field, seat.ring, seat.block / 64, &moved);
-        self.levels = with(with(self.levels, level.saturating_sub(1)), level + 1);
+    pub fn touch(&mut self, field: &Field, seat: Seat) {
+        let row = field.rings.at(seat.ring).row(seat.block / BLOCKS);
+        let at = |lane: usize| u64::from(seat.place % LANES == lane) << (seat.block % BLOCKS);
+        let moved = Moved { any: 1 << (seat.block % BLOCKS), first: at(0), last: at(LANES - 1) };
+        let start = self.touched(field, row, &moved);
+        self.marked = with(self.marked, start);
     }
 
     /// Marks all of a level.
     pub fn touch_level(&mut self, rings: &Rings, level: usize) {
-        for quadrant in rings.quadrants() {
-            if let Some(ring) = rings.ring(quadrant, level) {
-                for word in rings.words(ring) {
-                    self.marks[word] = rings.valid[word];
-                }
-                self.levels = with(self.levels, level);
-            }
+        for row in rings.rows_of(level..level + 1) {
+            self.marks[row] = rings.rows[row].valid;
+            self.marked = with(self.marked, row);
         }
     }
 
     /// The levels from `level` on that may bear marks.
-    pub fn marked_from(&self, level: usize) -> Range<usize> {
-        level.max(self.levels.0)..self.levels.1.max(level)
+    pub fn marked_from(&self, rings: &Rings, level: usize) -> Range<usize> {
+        let rows = self.marked.0.max(rings.rows_of(0..level).end)..self.marked.1;
+        match rings.rows.get(rows) {
+            Some([first, .., last]) => first.level as usize..last.level as usize + 1,
+            Some([row]) => row.level as usize..row.level as usize + 1,
+            _ => level..level,
+        }
     }
 
     /// Unmarks all levels from `level` on.
     pub fn unmark_from(&mut self, rings: &Rings, level: usize) {
-        for level in self.marked_from(level) {
-            for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
-                self.marks[rings.words(ring)].fill(0);
-            }
+        let first = rings.rows_of(0..level).end;
+        if first < self.marked.1 {
+            self.marks[first.max(self.marked.0)..self.marked.1].fill(0);
+            self.marked.1 = first;
         }
-        self.levels.1 = self.levels.1.min(level);
-        if self.levels.0 >= self.levels.1 {
-            self.levels = NONE;
+        if self.marked.0 >= self.marked.1 {
+            self.marked = NONE;
         }
     }
 
@@ -169,18 +172,11 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         if self.rough_at <= tolerance {
             return;
         }
-        let levels = self.rough_levels.0..self.rough_levels.1.min(frozen_from);
-        for level in levels.clone() {
-            for ring in rings.quadrants().filter_map(|quadrant| rings.ring(quadrant, level)) {
-                for word in rings.words(ring) {
-                    self.marks[word] |= std::mem::take(&mut self.rough[word]);
-                }
-            }
+        for row in self.rough_rows.0..self.rough_rows.1.min(rings.rows_of(0..frozen_from).end) {
+            self.marks[row] |= std::mem::take(&mut self.rough[row]);
+            self.marked = with(self.marked, row);
         }
-        if !levels.is_empty() {
-            self.levels = with(with(self.levels, levels.start), levels.end - 1);
-        }
-        (self.rough_levels, self.rough_at) = (NONE, 0.0);
+        (self.rough_rows, self.rough_at) = (NONE, 0.0);
     }
 
     /// Adds each field's rise to its worths of a level's free nodes; marks nothing.
@@ -207,163 +203,173 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// least 0. Visits nothing, marks nothing.
     pub fn worst(&self, field: &Field, levels: Range<usize>, of: impl Fn([f64; FIELDS]) -> f64) -> f64 {
         let mut worst = 0.0_f64;
-        for level in levels.start.max(self.levels.0)..levels.end.min(self.levels.1) {
-            for quadrant in field.rings.quadrants() {
-                let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                for column in field.rings.at(ring).columns() {
-                    let word = field.rings.at(ring).word(column);
-                    let marks = self.marks[word] & field.rings.valid[word];
-                    for bit in (0..64).filter(|bit| marks & (1 << bit) != 0) {
-                        let block = Block::new(field, ring, 64 * column + bit);
-                        let residuals =
-                            self.worths.each_ref().map(|worths| block.measure::<false>(field, worths, 0.0).0);
-                        let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
-                        worst = (0..LANES).map(of_lane).fold(worst, f64::max);
-                    }
-                }
+        let rows = field.rings.rows_of(levels);
+        for row in rows.start.max(self.marked.0)..rows.end.min(self.marked.1) {
+            let blocks = Blocks::of(field, &field.rings.rows[row]);
+            let marks = self.marks[row] & field.rings.rows[row].valid;
+            for block in (0..BLOCKS).filter(|bit| marks & (1 << bit) != 0) {
+                let residuals =
+                    self.worths.each_ref().map(|worths| blocks.measure::<false>(worths, block, 0.0).0);
+                let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
+                worst = (0..LANES).map(of_lane).fold(worst, f64::max);
             }
         }
         worst
     }
 
-    /// Relaxes until nothing is marked below `limits.frozen_from`, the visits run out, or it is stuck. Returns
-    /// the visits.
+    /// Whether steps are to be careful ones.
+    pub fn is_restless(&self, rings: &Rings) -> bool {
+        self.restless > BOLD_SWEEPS * rings.blocks
+    }
+
+    /// Makes steps careful ones at once.
+    #[cfg(test)]
+    pub fn tire(&mut self, rings: &Rings) {
+        self.restless = BOLD_SWEEPS * rings.blocks + 1;
+    }
+
+    /// Relaxes until nothing is marked below `limits.frozen_from`, the visits run out, it is stuck, or steps are
+    /// no longer to be as careful as these. Returns the visits.
     #[inline(always)]
-    pub fn relax(&mut self, field: &Field, limits: &Limits) -> u64 {
+    pub fn relax<const CAREFUL: bool>(&mut self, field: &Field, limits: &Limits) -> u64 {
+        let rings = &field.rings;
+        let end = rings.rows_of(0..limits.frozen_from).end;
         let mut visits = 0;
-        while !self.at_rest(limits.frozen_from) && visits < limits.visits_max && !self.is_stuck(field) {
-            let more = self.pass(field, limits, limits.visits_max - visits);
+        loop {
+            self.tighten(rings);
+            if self.at_rest(rings, limits.frozen_from) {
+                self.restless = 0;
+                return visits;
+            }
+            if visits >= limits.visits_max || self.is_stuck(rings) || self.is_restless(rings) != CAREFUL {
+                return visits;
+            }
+            let visits_max = limits.visits_max - visits;
+            let more = if limits.tolerance > limits.finest {
+                self.pass::<CAREFUL, true>(field, limits, end, visits_max)
+            } else {
+                self.pass::<CAREFUL, false>(field, limits, end, visits_max)
+            };
             visits += more;
             self.restless += more;
         }
-        if self.at_rest(limits.frozen_from) {
-            self.restless = 0;
-        }
-        visits
     }
 
-    /// One pass outwards over what is marked.
+    /// Finds the first row that bears marks.
     #[inline(always)]
-    fn pass(&mut self, field: &Field, limits: &Limits, visits_max: u64) -> u64 {
+    fn tighten(&mut self, rings: &Rings) {
+        let (mut first, end) = self.marked;
+        while first < end && self.marks[first] & rings.rows[first].valid == 0 {
+            self.marks[first] = 0;
+            first += 1;
+        }
+        self.marked = if first < end { (first, end) } else { NONE };
+    }
+
+    /// One pass outwards over what is marked, up to before a row. `ROUGH` if the tolerance is not the finest.
+    #[inline(always)]
+    fn pass<const CAREFUL: bool, const ROUGH: bool>(
+        &mut self,
+        field: &Field,
+        limits: &Limits,
+        end: usize,
+        visits_max: u64,
+    ) -> u64 {
+        let rings = &field.rings;
         let mut visits = 0;
-        let mut left = NONE;
-        let mut level = self.levels.0;
-        let window = level + WINDOW;
-        let careful = self.restless > BOLD_SWEEPS * field.blocks();
-        while level < self.levels.1 && level < window && visits < visits_max {
-            if level >= limits.frozen_from {
-                break;
-            }
-            for quadrant in 0..4 {
-                let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                for column in field.rings.at(ring).columns() {
-                    let word = field.rings.at(ring).word(column);
-                    let marks = std::mem::take(&mut self.marks[word]) & field.rings.valid[word];
-                    if marks == 0 {
-                        continue;
-                    }
-                    visits += u64::from(marks.count_ones());
-                    let (moved, rough) = if careful {
-                        self.visit_carefully(field, ring, column, marks, limits)
-                    } else {
-                        self.visit::<false>(field, ring, column, marks, limits)
-                    };
-                    if moved.any != 0 {
-                        self.touched(field, ring, column, &moved);
-                        left = with(with(left, level.saturating_sub(1)), level + 1);
-                        self.levels.1 = self.levels.1.max(level + 2);
-                    }
-                    if rough != 0 {
-                        self.rough[word] |= rough;
-                        self.rough_levels = with(self.rough_levels, level);
-                        self.rough_at = self.rough_at.max(limits.tolerance);
-                    }
+        let mut row = self.marked.0;
+        let level = rings.rows[row].level as usize;
+        let end = end.min(rings.rows_of(0..level + WINDOW).end);
+        let mut left = usize::MAX;
+        while row < self.marked.1.min(end) && visits < visits_max {
+            let marks = std::mem::take(&mut self.marks[row]) & rings.rows[row].valid;
+            if marks != 0 {
+                visits += u64::from(marks.count_ones());
+                let (moved, rough) = self.visit::<CAREFUL, ROUGH>(field, row, marks, limits);
+                if moved.any != 0 {
+                    left = left.min(self.touched(field, row, &moved));
+                }
+                if rough != 0 {
+                    self.rough[row] |= rough;
+                    self.rough_rows = with(self.rough_rows, row);
+                    self.rough_at = self.rough_at.max(limits.tolerance);
                 }
             }
-            level += 1;
+            row += 1;
         }
         // What lies beyond has not been looked at; a ring of it may bear marks already.
-        if level < self.levels.1 {
-            left = (left.0.min(level), self.levels.1);
-        }
-        self.levels = left;
+        self.marked.0 = left.min(row);
         visits
     }
 
-    /// The same with careful steps: seldom needed, and kept out of the way.
-    #[inline(never)]
-    fn visit_carefully(
-        &mut self,
-        field: &Field,
-        ring: usize,
-        column: usize,
-        marks: u64,
-        limits: &Limits,
-    ) -> (Moved, u64) {
-        self.visit::<true>(field, ring, column, marks, limits)
-    }
-
-    /// Visits the blocks of a column that are set in `marks`: lanes whose residual is above the tolerance step.
+    /// Visits the blocks of a row that are set in `marks`: lanes whose residual is above the tolerance step.
     /// What moved, and the blocks that did not but are short of the finest tolerance.
     #[inline(always)]
-    fn visit<const CAREFUL: bool>(
+    fn visit<const CAREFUL: bool, const ROUGH: bool>(
         &mut self,
         field: &Field,
-        ring: usize,
-        column: usize,
+        row: usize,
         marks: u64,
         limits: &Limits,
     ) -> (Moved, u64) {
-        let first = Block::new(field, ring, 64 * column);
-        let magnitude = field.magnitude;
+        let blocks = Blocks::of(field, &field.rings.rows[row]);
         let mut all = Moved::default();
         let mut rough = 0;
         for worths in &mut self.worths {
+            let mut farthest = [0.0; LANES];
             let mut marks = marks;
             while marks != 0 {
                 let bit = marks & marks.wrapping_neg();
-                let at = first.onwards(marks.trailing_zeros() as usize);
+                let block = marks.trailing_zeros() as usize;
                 marks ^= bit;
-                let (residual, step) = at.measure::<CAREFUL>(field, worths, limits.tolerance);
-                for (worth, step) in worths[at.place..at.place + LANES].iter_mut().zip(step) {
-                    let next = *worth + step;
-                    let next = if next > magnitude { magnitude } else { next };
-                    *worth = if next < -magnitude { -magnitude } else { next };
+                let (residual, next) = blocks.measure::<CAREFUL>(worths, block, limits.tolerance);
+                blocks.write(worths, block, &next);
+                for (farthest, next) in farthest.iter_mut().zip(next) {
+                    *farthest = if next.abs() > *farthest { next.abs() } else { *farthest };
                 }
                 let moved = beyond(&residual, limits.tolerance);
                 let if_any = |lanes: u8| if lanes != 0 { bit } else { 0 };
                 all.any |= if_any(moved);
                 all.first |= if_any(moved & 1);
                 all.last |= if_any(moved >> (LANES - 1));
-                rough |= if_any(beyond(&residual, limits.finest));
+                if ROUGH {
+                    rough |= if_any(beyond(&residual, limits.finest));
+                }
+            }
+            // Nobody reads a row while it is visited, itself included.
+            if beyond(&farthest, field.magnitude) != 0 {
+                blocks.clamp(worths, field.magnitude);
             }
         }
         (all, rough & !all.any)
     }
 
-    /// Marks what reads the lanes that moved, and their blocks; brings their mirrors up to date.
+    /// Marks what reads the lanes that moved, and their blocks; brings their mirrors up to date. The first row
+    /// that may be marked now.
     #[inline(always)]
-    fn touched(&mut self, field: &Field, ring: usize, column: usize, moved: &Moved) {
-        let rings = &field.rings;
-        let word = |ring: usize| rings.at(ring).word(column);
-        let (inwards, here, outwards) = (word(ring - 1), word(ring), word(ring + 1));
-        self.marks[here] |= moved.any;
-        self.marks[inwards] |= moved.any | moved.first >> 1;
-        self.marks[outwards] |= moved.any | moved.last << 1;
+    fn touched(&mut self, field: &Field, row: usize, moved: &Moved) -> usize {
+        let Row { before, after, ring, column, mirrored, .. } = field.rings.rows[row];
+        let (mut first, mut last) = (before as usize, after as usize);
+        self.marks[row] |= moved.any;
+        self.marks[first] |= moved.any | moved.first >> 1;
+        self.marks[last] |= moved.any | moved.last << 1;
         // Neighbours in the columns beside this one.
         if moved.first & 1 != 0 && column > 0 {
-            self.marks[inwards - 1] |= 1 << 63;
+            first -= 1;
+            self.marks[first] |= 1 << (BLOCKS - 1);
         }
-        if moved.last >> 63 != 0 {
-            self.marks[outwards + 1] |= 1;
+        if moved.last >> (BLOCKS - 1) != 0 {
+            last += 1;
+            self.marks[last] |= 1;
         }
-        if moved.any & rings.mirrored[here] != 0 {
-            self.mirror(field, ring);
-        }
+        self.marked.1 = self.marked.1.max(last + 1);
+        if moved.any & mirrored != 0 { first.min(self.mirror(field, ring as usize)) } else { first }
     }
 
-    /// Brings the mirrors of a ring's nodes up to date, and marks who reads those that change.
-    fn mirror(&mut self, field: &Field, ring: usize) {
+    /// Brings the mirrors of a ring's nodes up to date, and marks who reads those that change; the first row
+    /// of these.
+    fn mirror(&mut self, field: &Field, ring: usize) -> usize {
+        let mut first = usize::MAX;
         for mirror in field.rings.mirrors(ring) {
             // What leaving the grid loses is worth the same whatever moves.
             if mirror.rim && field.loses {
@@ -375,14 +381,17 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                 worths[mirror.to] = worths[mirror.from];
             }
             if changes {
-                let (ring, block) = mirror.reader;
-                self.marks[field.rings.at(ring).word(block / 64)] |= 1 << (block % 64);
+                let (row, bit) = mirror.reader;
+                self.marks[row] |= 1 << bit;
+                self.marked.1 = self.marked.1.max(row + 1);
+                first = first.min(row);
             }
         }
+        first
     }
 }
 
-/// Blocks of a column in which lanes moved, a bit each: any lane, the first, the last.
+/// Blocks of a row in which lanes moved, a bit each: any lane, the first, the last.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moved {
     any: u64,
@@ -399,44 +408,4 @@ fn beyond(lanes: &Lanes, limit: f64) -> u8 {
         set |= u8::from(!within) << lane;
     }
     set
-}
-
-/// A block and the places that its equations read.
-struct Block {
-    place: usize,
-    inwards: usize,
-    outwards: usize,
-}
-
-impl Block {
-    #[inline(always)]
-    fn new(field: &Field, ring: usize, block: usize) -> Self {
-        let rings = &field.rings;
-        Self {
-            place: rings.at(ring).place(block),
-            inwards: rings.at(ring - 1).place(block),
-            outwards: rings.at(ring + 1).place(block),
-        }
-    }
-
-    /// The block so many blocks farther along the ring.
-    #[inline(always)]
-    fn onwards(&self, blocks: usize) -> Self {
-        let places = blocks * LANES;
-        Self { place: self.place + places, inwards: self.inwards + places, outwards: self.outwards + places }
-    }
-
-    /// Residuals and steps of one field.
-    #[inline(always)]
-    fn measure<const CAREFUL: bool>(&self, field: &Field, worths: &[f64], tolerance: f64) -> (Lanes, Lanes) {
-        let around = Around {
-            here: lanes(worths, self.place),
-            in_u: lanes(worths, self.inwards),
-            in_v: lanes(worths, self.inwards - 1),
-            out_u: lanes(worths, self.outwards),
-            out_v: lanes(worths, self.outwards + 1),
-        };
-        let block = self.place / LANES;
-        backup::<CAREFUL>(field.soils(block), field.ground(block), &around, tolerance)
-    }
 }

@@ -19,6 +19,9 @@ use crate::Hop;
 /// Nodes worked on at a time, and what rings are aligned to.
 pub(super) const LANES: usize = 8;
 
+/// Blocks of a row: bits of a word.
+pub(super) const BLOCKS: usize = 64;
+
 /// One ring of one quadrant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
@@ -29,8 +32,8 @@ pub(super) struct Ring {
     last: i32,
     /// First and last block with a node, or with a lane beside one, counted from the origin.
     blocks: (u32, u32),
-    /// Where the word of the ring's column 0 is, or would be.
-    words: usize,
+    /// Row of the ring's column 0, where it is or would be.
+    rows: usize,
 }
 
 impl Ring {
@@ -40,17 +43,24 @@ impl Ring {
         self.origin + block * LANES
     }
 
-    /// The word that holds what is noted of the blocks of a column: its bit b is block 64 `column` + b, on
-    /// every ring. The rings beside this one have words for all columns that its nodes' neighbours lie in.
-    #[inline(always)]
-    pub fn word(&self, column: usize) -> usize {
-        self.words.wrapping_add(column)
+    /// The row of a column. The rings beside this one have rows for all columns that its nodes' neighbours lie
+    /// in.
+    pub fn row(&self, column: usize) -> usize {
+        self.rows.wrapping_add(column)
     }
 
-    /// The columns, of 64 blocks each, that the ring has blocks in.
-    #[inline(always)]
-    pub fn columns(&self) -> RangeInclusive<usize> {
-        self.blocks.0 as usize / 64..=self.blocks.1 as usize / 64
+    /// The columns that it has rows for: those of its blocks, and where blocks of the rings beside it may lie that
+    /// begin or end a block farther.
+    fn columns(&self) -> RangeInclusive<usize> {
+        self.blocks.0.saturating_sub(1) as usize / BLOCKS..=(self.blocks.1 + 1) as usize / BLOCKS
+    }
+
+    /// Which bits of a column's row stand for a block of the ring.
+    fn valid(&self, column: usize) -> u64 {
+        let there = |bit: &usize| {
+            (self.blocks.0 as usize..=self.blocks.1 as usize).contains(&(BLOCKS * column + bit))
+        };
+        (0..BLOCKS).filter(there).fold(0, |mask, bit| mask | 1 << bit)
     }
 
     /// The places of its nodes.
@@ -66,6 +76,29 @@ impl Ring {
     }
 }
 
+/// [`BLOCKS`] blocks of a ring side by side. Rows are numbered from ring to ring outwards; those of one ring
+/// number, whatever their quadrant, are neighbours. The rows of one *column* hold the blocks of the same numbers
+/// on rings after one another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Place of its first block, and of that block on the rings inwards and outwards.
+    pub place: usize,
+    pub inwards: usize,
+    pub outwards: usize,
+    /// The blocks that there are, a bit each.
+    pub valid: u64,
+    /// Those with a node that has a mirror.
+    pub mirrored: u64,
+    /// The rows of its column on the rings inwards and outwards.
+    pub before: u32,
+    pub after: u32,
+    /// Which of the ring's blocks it holds: those from 64 `column` on.
+    pub column: u32,
+    /// Index and number of the ring.
+    pub ring: u32,
+    pub level: u32,
+}
+
 /// A place that repeats a node's worth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mirror {
@@ -73,7 +106,7 @@ pub(super) struct Mirror {
     pub from: usize,
     /// The place that repeats it.
     pub to: usize,
-    /// Ring and block of the node that reads it.
+    /// Row, and bit in it, of the block that reads it.
     pub reader: (usize, usize),
     /// Whether the mirror stands for leaving the grid.
     pub rim: bool,
@@ -100,12 +133,13 @@ pub(super) struct Rings {
     mirrors_from: Vec<u32>,
     /// Places in all.
     pub places: usize,
-    /// Which bits of each word stand for a block of its ring.
-    pub valid: Vec<u64>,
-    /// Which of them for one with a node that has a mirror.
-    pub mirrored: Vec<u64>,
+    /// Rows in order, and the first of each ring number from −1 on.
+    pub rows: Vec<Row>,
+    rows_from: Vec<usize>,
     /// Rings around the centre.
     pub levels: usize,
+    /// Blocks that there are.
+    pub blocks: u64,
 }
 
 /// What a place of the layout holds.
@@ -134,9 +168,10 @@ impl Rings {
             mirrors: Vec::new(),
             mirrors_from: Vec::new(),
             places: 0,
-            valid: Vec::new(),
-            mirrored: Vec::new(),
+            rows: Vec::new(),
+            rows_from: Vec::new(),
             levels: 0,
+            blocks: 0,
         };
         // Room before the first ring: its neighbours are read, whatever they hold.
         let margin = (width.max(height) / LANES + 4) * LANES;
@@ -152,8 +187,9 @@ impl Rings {
             }
             layout.levels = layout.levels.max((across + along - 1) as usize);
         }
-        layout.places += margin;
-        layout.mirrored = vec![0; layout.valid.len()];
+        // And behind the last, for all the blocks of a row.
+        layout.places += BLOCKS * LANES + margin;
+        layout.number();
         layout.link();
         layout
     }
@@ -163,20 +199,52 @@ impl Rings {
         let lanes = LANES as i32;
         let block = |lane: i32| ((lane + lanes) / lanes) as u32;
         let blocks = (block(first - 1), block(last + 1));
-        // The rings on either side may begin or end a block farther.
-        let columns = (blocks.0.saturating_sub(1) as usize / 64, (blocks.1 + 1) as usize / 64);
         self.rings.push(Ring {
             origin: self.places - blocks.0 as usize * LANES,
             first,
             last: if k > across + along - 2 { first - 1 } else { last },
             blocks,
-            words: self.valid.len().wrapping_sub(columns.0),
+            rows: 0,
         });
-        let count = (blocks.1 - blocks.0 + 1) as usize;
-        self.places += count * LANES;
-        for column in columns.0..=columns.1 {
-            let there = |bit: &usize| (blocks.0 as usize..=blocks.1 as usize).contains(&(64 * column + bit));
-            self.valid.push((0..64).filter(there).fold(0, |mask, bit| mask | 1 << bit));
+        self.places += (blocks.1 - blocks.0 + 1) as usize * LANES;
+    }
+
+    /// Numbers the rows.
+    fn number(&mut self) {
+        let ring_at = |quadrant: &Quadrant, k: usize| {
+            let &Quadrant { across, along, rings } = quadrant;
+            (across > 0 && k as i32 <= across + along).then(|| rings + k)
+        };
+        for k in 0..self.levels + 2 {
+            self.rows_from.push(self.rows.len());
+            for ring in self.quadrants.iter().filter_map(|quadrant| ring_at(quadrant, k)) {
+                let at = self.rings[ring];
+                self.rings[ring].rows = self.rows.len().wrapping_sub(*at.columns().start());
+                for column in at.columns() {
+                    let place = at.origin + BLOCKS * column * LANES;
+                    let row = self.rows.len() as u32;
+                    self.rows.push(Row {
+                        place,
+                        inwards: place,
+                        outwards: place,
+                        valid: if k == 0 || at.first > at.last { 0 } else { at.valid(column) },
+                        mirrored: 0,
+                        before: row,
+                        after: row,
+                        ring: ring as u32,
+                        level: (k as u32).saturating_sub(1),
+                        column: column as u32,
+                    });
+                }
+            }
+        }
+        self.rows_from.push(self.rows.len());
+        for row in self.rows.iter_mut().filter(|row| row.valid != 0) {
+            self.blocks += u64::from(row.valid.count_ones());
+            let (ring, column) = (row.ring as usize, row.column as usize);
+            let (before, after) = (&self.rings[ring - 1], &self.rings[ring + 1]);
+            (row.inwards, row.outwards) = (before.place(BLOCKS * column), after.place(BLOCKS * column));
+            (row.before, row.after) = (before.row(column) as u32, after.row(column) as u32);
         }
     }
 
@@ -198,7 +266,9 @@ impl Rings {
                 let mut found = Vec::new();
                 let mut mirror = |(u, v): (i32, i32), to: Seat, reader: Seat, rim: bool| {
                     let from = seat(u, v).place;
-                    found.push(Mirror { from, to: to.place, reader: (reader.ring, reader.block), rim });
+                    let row = self.rings[reader.ring].row(reader.block / BLOCKS);
+                    let reader = (row, reader.block % BLOCKS);
+                    found.push(Mirror { from, to: to.place, reader, rim });
                 };
                 let (next, before) = ((quadrant + 1) % 4, (quadrant + 3) % 4);
                 if first == 0 {
@@ -223,7 +293,8 @@ impl Rings {
                 }
                 for mirror in &found {
                     let block = (mirror.from - self.rings[ring].origin) / LANES;
-                    self.mirrored[self.rings[ring].word(block / 64)] |= 1 << (block % 64);
+                    let row = self.rings[ring].row(block / BLOCKS);
+                    self.rows[row].mirrored |= 1 << (block % BLOCKS);
                 }
                 self.mirrors.append(&mut found);
             }
@@ -304,10 +375,10 @@ impl Rings {
         })
     }
 
-    /// The words of a ring's columns.
-    pub fn words(&self, ring: usize) -> Range<usize> {
-        let (first, last) = self.rings[ring].columns().into_inner();
-        self.rings[ring].word(first)..self.rings[ring].word(last) + 1
+    /// The rows of some levels.
+    pub fn rows_of(&self, levels: Range<usize>) -> Range<usize> {
+        let from = |level: usize| self.rows_from[level.min(self.levels) + 1];
+        from(levels.start)..from(levels.end)
     }
 
     /// One ring, by its index.

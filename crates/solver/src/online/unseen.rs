@@ -32,7 +32,7 @@ impl Online {
         let sweeps = SWEEPS_MAX * self.world.nodes() as u64;
         let limits = self.limits(1.0, *work, work_max.min(work.saturating_add(sweeps)));
         *work += LANES as u64 * relax_with(&mut self.values_at, &self.field, &limits, pulse);
-        self.values_at.at_rest(usize::MAX)
+        self.values_at.at_rest(&self.field.rings, usize::MAX)
     }
 }
 
