@@ -94,7 +94,7 @@ pub(super) struct Ground {
 /// # Careful
 /// Such steps may go round in circles: the neighbour may not follow, and where a worth comes down another hop
 /// may take over on the way. `CAREFUL` steps cannot. A node's residual is convex in its worth, so that upwards
-/// the best hop's tangent ends at or below where it is 0, and g (1 + y) is less; downwards the step is
+/// the best hop's tangent ends at or below where it is 0, and g (1 + y + y² + y³) is less; downwards the step is
 /// (TW − W) / (1 − d q), which is Gauss–Seidel with what gets stuck solved for, a contraction.
 #[inline(always)]
 pub(super) fn backup<const CAREFUL: bool>(

@@ -55,7 +55,8 @@
 //! residual carries at most 24 u M: six from the products of probabilities and discount, one from d q − 1,
 //! three from the base, three from where a hop lands, three from the slips beside, weighted with at most one
 //! half, and two, three and three from the sums of base and what stays, of these and the slips, and of all.
-//! [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
+//! Where a soil's landings sum to 1 only to within rounding, the kernel's slips differ from those that were given:
+//! eight more at the very most. [`crate::certificate::rounding`] allows 32 u M, and is added to τ in every bound.
 
 mod blocks;
 pub mod choice;
@@ -194,7 +195,8 @@ impl Online {
                 (_, Kind::Lost) => loss,
                 // Ground where there was none: whatever, to begin with.
                 (Kind::Lost, _) => worths[seat.place].max(-self.field.magnitude),
-                _ => worths[seat.place] + (site.payoff - old.payoff),
+                _ => (worths[seat.place] + (site.payoff - old.payoff))
+                    .clamp(-self.field.magnitude, self.field.magnitude),
             };
         };
         self.values_at.worths.iter_mut().for_each(|worths| change(worths));

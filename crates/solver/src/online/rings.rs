@@ -78,7 +78,8 @@ impl Ring {
 
 /// [`BLOCKS`] blocks of a ring side by side. Rows are numbered from ring to ring outwards; those of one ring
 /// number, whatever their quadrant, are neighbours. The rows of one *column* hold the blocks of the same numbers
-/// on rings after one another.
+/// on rings after one another. Rows without blocks of nodes, such as ring −1's, are there to be written to, and
+/// lead nowhere but to themselves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     /// Place of its first block, and of that block on the rings inwards and outwards.
@@ -94,7 +95,7 @@ pub(super) struct Row {
     pub after: u32,
     /// Which of the ring's blocks it holds: those from 64 `column` on.
     pub column: u32,
-    /// Index and number of the ring.
+    /// Index of the ring, and its number, 0 for ring −1.
     pub ring: u32,
     pub level: u32,
 }
