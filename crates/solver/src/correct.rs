@@ -121,7 +121,7 @@ impl Planes {
 /// Most passes of a linear solve.
 const PASSES_MAX: usize = 12;
 /// Sweeps a pass.
-const SWEEPS: usize = 3;
+const SWEEPS: usize = 5;
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.7;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
@@ -143,10 +143,11 @@ dispatch! {
 #[inline(always)]
 fn correct_lanes(unknown: &mut [f32], ground: &[f32], skew: &Skew, wave: Wave, change: &mut Lanes) {
     let unknown = Cell::from_mut(unknown).as_slice_of_cells();
-    let diagonals = skew.runs.len();
+    let runs = skew.runs();
+    let diagonals = runs.len();
     for step in 0..wave.steps(diagonals) {
         for sweep in wave.at(diagonals, step) {
-            let run = &skew.runs[wave.diagonal(diagonals, step, sweep)];
+            let run = &runs[wave.diagonal(diagonals, step, sweep)];
             if sweep + 1 == wave.sweeps {
                 correct_run::<true>(unknown, ground, run, change);
             } else {
@@ -160,10 +161,9 @@ fn correct_lanes(unknown: &mut [f32], ground: &[f32], skew: &Skew, wave: Wave, c
 #[inline(always)]
 fn correct_run<const LAST: bool>(unknown: &[Cell<f32>], ground: &[f32], run: &Run, change: &mut Lanes) {
     let around = Around::new(unknown, run);
-    let ground = &ground[part(run.first, 0)..][..around.chunks() * PARTS * LANES];
-    for index in 0..around.chunks() {
+    let ground = &ground[part(run.first(), 0)..].as_chunks::<{ PARTS * LANES }>().0[..around.chunks()];
+    for (index, parts) in ground.iter().enumerate() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
-        let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
         let (own, c_low_i, c_low_j) = (chunk(parts, 0), chunk(parts, LANES), chunk(parts, 2 * LANES));
         let (c_i, c_j) = (chunk(parts, 3 * LANES), chunk(parts, 4 * LANES));
         let mut new = [0.0; LANES];
@@ -194,8 +194,9 @@ dispatch! {
 
 #[inline(always)]
 fn outwards_lanes(e: &mut [f32], p: &[f32], ground: &[f32], skew: &Skew) {
-    for &Run { first, nodes, steps: [low_i, low_j, _, _], .. } in &skew.runs {
-        for at in (first..first + nodes).step_by(LANES) {
+    for run in skew.runs() {
+        let [low_i, low_j, _, _] = run.steps();
+        for at in (run.first()..run.first() + run.nodes()).step_by(LANES) {
             let p = chunk(p, at);
             let inner = halves(e, at, [low_i, low_j], ground, 1);
             let mut new = [0.0_f32; LANES];
@@ -215,12 +216,13 @@ dispatch! {
 
 #[inline(always)]
 fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew: &Skew) {
-    let runs = &skew.runs;
+    let runs = skew.runs();
     for known in (0..=runs.len()).rev() {
         // At the end there is nothing left to know, but one image to take.
         if known > 0 {
-            let Run { first, nodes, steps: [_, _, high_i, high_j], .. } = runs[known - 1];
-            for at in (first..first + nodes).step_by(LANES) {
+            let run = &runs[known - 1];
+            let [_, _, high_i, high_j] = run.steps();
+            for at in (run.first()..run.first() + run.nodes()).step_by(LANES) {
                 let e = chunk(e, at);
                 let outer = halves(f, at, [high_i, high_j], ground, 3);
                 let mut new = [0.0_f32; LANES];
@@ -231,8 +233,9 @@ fn back_lanes(f: &mut [f32], image: &mut [f32], e: &[f32], ground: &[f32], skew:
             }
         }
         if known < runs.len() {
-            let Run { first, nodes, steps: [low_i, low_j, _, _], .. } = runs[known];
-            for at in (first..first + nodes).step_by(LANES) {
+            let run = &runs[known];
+            let [low_i, low_j, _, _] = run.steps();
+            for at in (run.first()..run.first() + run.nodes()).step_by(LANES) {
                 let e = chunk(e, at);
                 let inner = halves(f, at, [low_i, low_j], ground, 1);
                 let mut new = [0.0_f32; LANES];

@@ -39,6 +39,7 @@ pub mod certificate;
 mod correct;
 pub mod error;
 mod extent;
+mod gather;
 pub mod hop;
 mod measure;
 pub mod online;

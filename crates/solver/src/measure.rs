@@ -34,6 +34,7 @@ pub(crate) struct Findings {
 pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
     let (width, height) = (world.width(), world.height());
     let rules = world.rules();
+    let soils = soils(rules);
     let mut seen = Seen::default();
     for start in (0..width).step_by(PANEL) {
         let columns = start..width.min(start + PANEL);
@@ -59,7 +60,7 @@ pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
                 slopes_north: &north_up[columns.clone()],
                 classes: &classes[columns.clone()],
             };
-            measure(simd, rules, south, here, north, &inputs, &mut seen);
+            measure(simd, rules.discount, &soils, south, here, north, &inputs, &mut seen);
         }
     }
     let Seen { residual, worth_max, unsound } = seen;
@@ -67,6 +68,17 @@ pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
         residual: if unsound == [0.0; LANES] { largest(residual) } else { f64::INFINITY },
         worth_max: largest(worth_max).max(rules.loss.abs()),
     }
+}
+
+/// For each row of classes: the shares intended, stuck and sideways, and the wait, of its soil.
+type Soils = [[f64; 4]; Class::ROWS];
+
+fn soils(rules: &Rules) -> Soils {
+    let mut table = [[0.0; 4]; Class::ROWS];
+    for (row, soil) in table.iter_mut().zip(&rules.soils) {
+        *row = [soil.intended, soil.stuck, soil.sideways, soil.wait];
+    }
+    table
 }
 
 fn largest(lanes: [f64; LANES]) -> f64 {
@@ -138,7 +150,8 @@ fn beyond(rules: &Rules, worths: &mut [Worths; ROWS], [edge, row]: [usize; 2], n
 dispatch! {
     /// Measures one row.
     fn measure(
-        rules: &Rules, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs<'_>, seen: &mut Seen,
+        discount: f64, soils: &Soils, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs<'_>,
+        seen: &mut Seen,
     ) = measure_lanes
 }
 
@@ -161,7 +174,8 @@ fn chunk<T: Copy>(of: &[T], at: usize, beyond: T) -> [T; LANES] {
     reason = "a lane is a lane of many arrays, and closures are not inlined"
 )]
 fn measure_lanes(
-    rules: &Rules,
+    discount: f64,
+    soils: &Soils,
     souths: &Worths,
     heres: &Worths,
     norths: &Worths,
@@ -169,7 +183,6 @@ fn measure_lanes(
     seen: &mut Seen,
 ) {
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let discount = rules.discount;
     let Seen { mut residual, mut worth_max, mut unsound } = *seen;
     for start in (0..inputs.values.len()).step_by(LANES) {
         // What is left at the end is measured together with what was measured before it.
@@ -180,15 +193,12 @@ fn measure_lanes(
         let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
         // 1 where it is so, 0 elsewhere.
         let [mut is_free, mut is_lost] = [[0.0; LANES]; 2];
-        for index in 0..rules.soils.len() {
-            let soil = rules.soils[index];
-            for l in 0..LANES {
-                let this = classes[l].is_free_of(index);
-                intended[l] = if this { soil.intended } else { intended[l] };
-                stuck[l] = if this { soil.stuck } else { stuck[l] };
-                sideways[l] = if this { soil.sideways } else { sideways[l] };
-                waits[l] = if this { soil.wait } else { waits[l] };
-            }
+        for l in 0..LANES {
+            let soil = &soils[classes[l].row()];
+            intended[l] = soil[0];
+            stuck[l] = soil[1];
+            sideways[l] = soil[2];
+            waits[l] = soil[3];
         }
         for l in 0..LANES {
             is_free[l] = if classes[l].is_free() { 1.0 } else { 0.0 };

@@ -28,9 +28,9 @@ pub(crate) struct Skew {
     /// Whether i counts from the last column, and j from the last row.
     pub flip: [bool; 2],
     /// The diagonals, that of the corner first.
-    pub runs: Vec<Run>,
+    runs: Vec<Run>,
     /// The steps over the rim of the grid, diagonal by diagonal.
-    pub rim: Vec<Rim>,
+    rim: Vec<Rim>,
     /// Entries of a plane, padding included.
     pub len: usize,
 }
@@ -38,14 +38,41 @@ pub(crate) struct Skew {
 /// Where a diagonal lies in a plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
-    /// Entry of the first node, a multiple of [`LANES`].
-    pub first: usize,
-    /// Nodes.
-    pub nodes: usize,
-    /// Distances from an entry to its neighbours: at i − 1, j − 1, i + 1, j + 1.
-    pub steps: [isize; 4],
+    first: usize,
+    nodes: usize,
+    steps: [isize; 4],
     /// Where its steps over the rim begin and end.
     rim: [usize; 2],
+    /// Entries up to the end of the furthest chunk of it or of a neighbour; no chunk begins before entry 0.
+    reach: usize,
+}
+
+impl Run {
+    /// Of a diagonal whose first of so many nodes lies at an entry.
+    fn new(first: usize, nodes: usize, steps: [isize; 4], rim: [usize; 2]) -> Self {
+        let entries = nodes.next_multiple_of(LANES);
+        let begin = |step| first.checked_add_signed(step).expect("a plane holds a layout's neighbours");
+        let reach = steps.map(begin).into_iter().fold(first, usize::max) + entries;
+        Self { first, nodes, steps, rim, reach }
+    }
+
+    /// Entry of the first node, a multiple of [`LANES`].
+    #[inline(always)]
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
+    /// Nodes.
+    #[inline(always)]
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Distances from an entry to its neighbours: at i − 1, j − 1, i + 1, j + 1.
+    #[inline(always)]
+    pub fn steps(&self) -> [isize; 4] {
+        self.steps
+    }
 }
 
 /// A step over the rim of the grid.
@@ -69,13 +96,16 @@ impl Skew {
             return false;
         }
         (self.width, self.height) = (width, height);
+        let diagonals = width + height - 1;
         self.runs.clear();
+        self.runs.reserve(diagonals);
         self.rim.clear();
+        self.rim.reserve(2 * (width + height));
         // Node (i, j) lies at the base of its diagonal + i; so does the halo, at −1 and beyond the last.
         let base = |start: usize, i_first: usize| start as isize - i_first as isize;
         let mut before = base(2 * LANES, 0);
         let mut start = 3 * LANES;
-        for diagonal in 0..width + height - 1 {
+        for diagonal in 0..diagonals {
             let (i_first, nodes) = self.span(diagonal);
             let here = base(start, i_first);
             // Before the first lies a halo node, in the padding of the diagonal before; after the last, another.
@@ -95,7 +125,7 @@ impl Skew {
                     self.rim.push(Rim { at, beyond: at.wrapping_add_signed(steps[step]), step });
                 }
             }
-            self.runs.push(Run { first: start, nodes, steps, rim: [begin, self.rim.len()] });
+            self.runs.push(Run::new(start, nodes, steps, [begin, self.rim.len()]));
             (before, start) = (here, next);
         }
         self.len = start + 3 * LANES;
@@ -107,6 +137,17 @@ impl Skew {
     fn span(&self, diagonal: usize) -> (usize, usize) {
         let first = (diagonal + 1).saturating_sub(self.height);
         (first, (diagonal + 1).min(self.width).saturating_sub(first))
+    }
+
+    /// The diagonals, that of the corner first.
+    #[inline(always)]
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// The steps over the rim of the grid, diagonal by diagonal.
+    pub fn rim(&self) -> &[Rim] {
+        &self.rim
     }
 
     /// The steps over the rim from a diagonal.
@@ -147,7 +188,7 @@ impl Skew {
 }
 
 /// A chunk of the layout: where its nodes lie in the world.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Block {
     /// Entry of the first.
     pub entry: usize,
@@ -195,50 +236,10 @@ impl Iterator for Blocks<'_> {
 }
 
 impl Block {
-    /// The world's numbers of the block's nodes; in the lanes beyond, that of the last.
-    ///
-    /// # Panics
-    /// If the world does not have as many nodes.
-    #[inline(always)]
-    pub fn nodes(&self, world_nodes: usize) -> Nodes {
-        let last = self.lanes - 1;
-        assert!(self.node < world_nodes && self.at(last) < world_nodes, "a block lies within its world");
-        let mut numbers = [0; LANES];
-        for (lane, number) in numbers.iter_mut().enumerate() {
-            *number = self.at(lane.min(last));
-        }
-        Nodes { numbers, world_nodes }
-    }
-
     /// The world's number of the node in a lane.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> usize {
         self.node.wrapping_add_signed(lane as isize * self.stride)
-    }
-}
-
-/// Nodes of a world of so many.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Nodes {
-    numbers: [usize; LANES],
-    world_nodes: usize,
-}
-
-impl Nodes {
-    /// What `of` has for them.
-    ///
-    /// # Panics
-    /// If `of` does not have an entry for each node of the world.
-    #[inline(always)]
-    pub fn pick<T: Copy + Default>(&self, of: &[T]) -> [T; LANES] {
-        assert!(of.len() == self.world_nodes, "a number for each node");
-        let mut picked = [T::default(); LANES];
-        for (lane, picked) in picked.iter_mut().enumerate() {
-            // SAFETY: the numbers lie between that of a block's first node and that of its last, both of which are
-            // less than `world_nodes`. A check of each is half of what picking costs.
-            *picked = *unsafe { of.get_unchecked(self.numbers[lane]) };
-        }
-        picked
     }
 }
 
@@ -285,16 +286,25 @@ pub(crate) struct Around<'a> {
 
 impl<'a> Around<'a> {
     /// A diagonal's.
+    ///
+    /// # Panics
+    /// If the plane ends before the layout does.
     #[inline(always)]
     pub fn new(cells: &'a [Cell<f32>], run: &Run) -> Self {
-        let Run { first, nodes, steps: [low_i, low_j, high_i, high_j], .. } = *run;
+        let Run { first, nodes, steps: [low_i, low_j, high_i, high_j], reach, .. } = *run;
         let chunks = nodes.div_ceil(LANES);
-        Self {
-            low_i: row(cells, first.wrapping_add_signed(low_i), chunks),
-            low_j: row(cells, first.wrapping_add_signed(low_j), chunks),
-            high_i: row(cells, first.wrapping_add_signed(high_i), chunks),
-            high_j: row(cells, first.wrapping_add_signed(high_j), chunks),
-            here: row(cells, first, chunks),
+        assert!(reach <= cells.len(), "a plane ends where its layout does");
+        // SAFETY: a run's chunks and its neighbours' lie between entry 0 and its reach, as `Run::new`, the only
+        // place where one is made, saw to; and its reach lies in the plane. A short diagonal is a single chunk,
+        // and to check each of the five rows again takes an eighth of the time of its update.
+        unsafe {
+            Self {
+                low_i: row(cells, first.wrapping_add_signed(low_i), chunks),
+                low_j: row(cells, first.wrapping_add_signed(low_j), chunks),
+                high_i: row(cells, first.wrapping_add_signed(high_i), chunks),
+                high_j: row(cells, first.wrapping_add_signed(high_j), chunks),
+                here: row(cells, first, chunks),
+            }
         }
     }
 
@@ -328,9 +338,13 @@ impl<'a> Around<'a> {
 }
 
 /// So many chunks from an entry on.
+///
+/// # Safety
+/// They lie within `cells`.
 #[inline(always)]
-fn row(cells: &[Cell<f32>], at: usize, chunks: usize) -> &[Cells] {
-    &cells[at..].as_chunks::<LANES>().0[..chunks]
+unsafe fn row(cells: &[Cell<f32>], at: usize, chunks: usize) -> &[Cells] {
+    // SAFETY: by the condition above. Chunks are arrays of what the slice is of, for as long and as shared.
+    unsafe { std::slice::from_raw_parts(cells.as_ptr().add(at).cast(), chunks) }
 }
 
 /// The chunk of a plane at an entry.

@@ -86,7 +86,7 @@ const PLAIN_SWEEPS: u64 = 8;
 /// in the last place, so that corrections are small enough for single precision to hold them to the bound.
 const SINGLE: f64 = 1.5e-5;
 /// The same on small worlds without places to linger at, where the linear equation of the best hops takes over.
-const SINGLE_SMALL: f64 = 1e-4;
+const SINGLE_SMALL: f64 = 1.5e-4;
 /// Residuals above so many times that are swept down before they are corrected.
 const ROUGH: f64 = 10.0;
 /// A correction that settles, from a residual of at most so many times that, is expected to be the last.
@@ -113,7 +113,7 @@ struct Waves {
 /// Where memory is what they wait for.
 const WAVES_LARGE: Waves = Waves { first: 12, next: 8, slow: 8, around: 12 };
 /// On small worlds, which lie in the nearest caches.
-const WAVES_SMALL: Waves = Waves { first: 10, next: 2, slow: 4, around: 4 };
+const WAVES_SMALL: Waves = Waves { first: 10, next: 3, slow: 4, around: 5 };
 /// Sweeps of the first wave where there is somewhere to linger.
 const FIRST_SLOW: u64 = 12;
 /// Nodes between a goal and the nearest side of the grid beyond which it counts as inside.

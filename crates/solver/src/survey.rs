@@ -10,8 +10,9 @@
 //! The hops are compared in the form of [`crate::sweep`]: both hops along one axis share what slips to the
 //! sides, and what stays on the flat is common to all four.
 
+use crate::gather::{Gathered, Nodes};
 use crate::simd::{Simd, dispatch};
-use crate::skew::{HOPS, LANES, PARTS, Rim, Skew, chunk, own, part, shift};
+use crate::skew::{HOPS, LANES, PARTS, Rim, Skew, own, part, shift};
 use crate::sweep::{Planes, split};
 use crate::world::Class;
 use crate::{Leaving, World};
@@ -21,16 +22,16 @@ impl Planes {
     /// corrections of 0.
     pub fn survey(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
         let stays = world.rules().leaving == Leaving::Stays;
-        let Self { worths, classes, unknown, ground, .. } = self;
+        let Self { worths, unknown, ground, .. } = self;
         let (worths, unknown, (_, shifts)) = (worths.all_mut(), unknown.all_mut(), split(ground.all_mut()));
-        for &Rim { at, beyond, .. } in &skew.rim {
+        for &Rim { at, beyond, .. } in skew.rim() {
             worths[beyond] = if stays { worths[at] } else { world.rules().loss };
             unknown[beyond] = 0.0;
             for hop in 0..HOPS {
                 shifts[shift(beyond, hop)] = 0.0;
             }
         }
-        survey_hops(simd, worths, classes.all(), unknown, shifts, skew, world, &soils(world))
+        survey_hops(simd, worths, unknown, shifts, skew, world, &soils(world))
     }
 
     /// The same; leaves the equation of the best hops' correction instead, the four coefficients in the order
@@ -38,17 +39,17 @@ impl Planes {
     pub fn survey_best(&mut self, simd: Simd, skew: &Skew, world: &World) -> f64 {
         let rules = world.rules();
         let stays = rules.leaving == Leaving::Stays;
-        let Self { worths, classes, unknown, ground, .. } = self;
+        let Self { worths, unknown, ground, .. } = self;
         let (worths, unknown, ground) = (worths.all_mut(), unknown.all_mut(), ground.all_mut());
-        for &Rim { at, beyond, .. } in &skew.rim {
+        for &Rim { at, beyond, .. } in skew.rim() {
             worths[beyond] = if stays { worths[at] } else { rules.loss };
             unknown[beyond] = 0.0;
             ground[own(beyond)] = 0.0;
         }
-        let residual = survey_best(simd, worths, classes.all(), unknown, ground, skew, world, &soils(world));
+        let residual = survey_best(simd, worths, unknown, ground, skew, world, &soils(world));
         if stays {
             // What leaves the map stays: e = own + l e + … is e = (own + …) / (1 − l).
-            for &Rim { at, step, .. } in &skew.rim {
+            for &Rim { at, step, .. } in skew.rim() {
                 let own = own(at);
                 let leaves = std::mem::take(&mut ground[own + (1 + step) * LANES]);
                 let scale = 1.0 / (1.0 - leaves);
@@ -66,11 +67,12 @@ impl Planes {
     }
 }
 
-/// For each soil: g intended, g stuck, g sideways, and γλ; g the discount between departure and landing.
-pub(crate) type Soils = [[f64; 4]; World::SOILS_MAX];
+/// For each row of classes: g intended, g stuck, g sideways, and γλ of its soil; g the discount between departure
+/// and landing.
+pub(crate) type Soils = [[f64; 4]; Class::ROWS];
 
 pub(crate) fn soils(world: &World) -> Soils {
-    let mut table = [[0.0; 4]; World::SOILS_MAX];
+    let mut table = [[0.0; 4]; Class::ROWS];
     let discount = world.rules().discount;
     for (entry, soil) in table.iter_mut().zip(&world.rules().soils) {
         let landing = soil.discount(discount);
@@ -83,129 +85,162 @@ pub(crate) fn soils(world: &World) -> Soils {
 dispatch! {
     /// Surveys all nodes; the largest deviation. The shifts of all hops go into `stream`.
     fn survey_hops(
-        worths: &[f64], classes: &[Class], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World,
-        soils: &Soils,
+        worths: &[f64], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World, soils: &Soils,
     ) -> f64 = survey_lanes::<false>
 }
 
 dispatch! {
     /// Surveys all nodes; the largest deviation. The equation of the best hops goes into `stream`.
     fn survey_best(
-        worths: &[f64], classes: &[Class], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World,
-        soils: &Soils,
+        worths: &[f64], unknown: &mut [f32], stream: &mut [f32], skew: &Skew, world: &World, soils: &Soils,
     ) -> f64 = survey_lanes::<true>
 }
 
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn survey_lanes<const BEST: bool>(
     worths: &[f64],
-    all_classes: &[Class],
     unknown: &mut [f32],
     stream: &mut [f32],
     skew: &Skew,
     world: &World,
     soils: &Soils,
 ) -> f64 {
-    // No closures in here: they would be compiled without the vector instructions, and be called.
     let flip = skew.flip.map(|flip| if flip { -1.0 } else { 1.0 });
-    let mut residual = [0.0_f64; LANES];
-    let mut unsound = [0.0_f64; LANES];
-    for block in skew.blocks() {
-        let at = block.entry;
-        let nodes = block.nodes(world.nodes());
-        let payoffs = nodes.pick(world.payoffs().0);
-        let [slopes_i, slopes_j] = [nodes.pick(world.slopes()[0]), nodes.pick(world.slopes()[1])];
-        let mut classes = [Class::LOST; LANES];
-        classes.copy_from_slice(&all_classes[at..at + LANES]);
-        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0_f64; LANES]; 4];
-        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
-            let [a, q, c, wait] = *soil;
-            for lane in 0..LANES {
-                let this = classes[lane].is_free_of(index);
-                intended[lane] = if this { a } else { intended[lane] };
-                stuck[lane] = if this { q } else { stuck[lane] };
-                sideways[lane] = if this { c } else { sideways[lane] };
-                waits[lane] = if this { wait } else { waits[lane] };
-            }
+    let mut seen = Seen::default();
+    let mut blocks = skew.blocks();
+    let mut gathered = Gathered::new();
+    loop {
+        let chunks = gathered.next(&mut blocks, world);
+        if chunks == 0 {
+            break;
         }
-        let steps = block.steps;
-        let here = chunk(worths, at);
-        let low_i = chunk(worths, at.wrapping_add_signed(steps[0]));
-        let low_j = chunk(worths, at.wrapping_add_signed(steps[1]));
-        let high_i = chunk(worths, at.wrapping_add_signed(steps[2]));
-        let high_j = chunk(worths, at.wrapping_add_signed(steps[3]));
-        let mut parts = [[0.0_f32; LANES]; PARTS];
-        let mut hops = [[0.0_f32; LANES]; HOPS];
-        for lane in 0..LANES {
-            let (a, c, q) = (intended[lane], sideways[lane], stuck[lane]);
-            let (s, t) = (slopes_i[lane] * flip[0], slopes_j[lane] * flip[1]);
-            let along_i = c * ((low_j[lane] + high_j[lane]) + t * (high_j[lane] - low_j[lane]));
-            let along_j = c * ((low_i[lane] + high_i[lane]) + s * (high_i[lane] - low_i[lane]));
-            // As the sweeps see it.
-            let (rises_i, rises_j) = (s as f32 > 0.0, t as f32 > 0.0);
-            let (up_i, down_i) =
-                if rises_i { (high_i[lane], low_i[lane]) } else { (low_i[lane], high_i[lane]) };
-            let (up_j, down_j) =
-                if rises_j { (high_j[lane], low_j[lane]) } else { (low_j[lane], high_j[lane]) };
-            let (lost_i, lost_j) = (a * s.abs(), a * t.abs());
-            let uphill_i = along_i + ((a - lost_i) * up_i + lost_i * here[lane]);
-            let uphill_j = along_j + ((a - lost_j) * up_j + lost_j * here[lane]);
-            let downhill_i = along_i + a * down_i;
-            let downhill_j = along_j + a * down_j;
-            let climbs_i = uphill_i > downhill_i;
-            let climbs_j = uphill_j > downhill_j;
-            let best_i = if climbs_i { uphill_i } else { downhill_i };
-            let best_j = if climbs_j { uphill_j } else { downhill_j };
-            let is_i = best_i > best_j;
-            let best = if is_i { best_i } else { best_j };
-            let value = here[lane] - payoffs[lane];
-            let same = (q * here[lane] + waits[lane] * payoffs[lane]) - value;
-            let deviation = best + same;
-            let free = classes[lane].is_free();
-            let size = if free { deviation.abs() } else { 0.0 };
-            unsound[lane] = if size < f64::INFINITY { unsound[lane] } else { 1.0 };
-            residual[lane] = if size > residual[lane] { size } else { residual[lane] };
-            if !BEST {
-                let scale = if free { 1.0 / (1.0 - q as f32) } else { 0.0 };
-                hops[0][lane] = (uphill_i + same) as f32 * scale;
-                hops[1][lane] = (downhill_i + same) as f32 * scale;
-                hops[2][lane] = (uphill_j + same) as f32 * scale;
-                hops[3][lane] = (downhill_j + same) as f32 * scale;
-                continue;
+        for index in 0..chunks {
+            let nodes = gathered.nodes(index);
+            survey_half::<BEST>(worths, stream, nodes, 0, soils, flip, &mut seen);
+            // The last chunk of a diagonal often has no nodes there, and zeros since it was loaded.
+            if nodes.block.lanes > HALF {
+                survey_half::<BEST>(worths, stream, nodes, HALF, soils, flip, &mut seen);
             }
-            let lost_i = if climbs_i { lost_i } else { 0.0 };
-            let lost_j = if climbs_j { lost_j } else { 0.0 };
-            let lost = if is_i { lost_i } else { lost_j };
-            let scale = 1.0 / (1.0 - q - lost) as f32;
-            let ahead = (a - lost) as f32 * scale;
-            let side = c as f32 * scale;
-            let across = if is_i { t } else { s } as f32;
-            let (slip_low, slip_high) = (side - side * across, side + side * across);
-            let high_ahead_i = climbs_i == rises_i;
-            let high_ahead_j = climbs_j == rises_j;
-            let (ahead_low_i, ahead_high_i) = if high_ahead_i { (0.0, ahead) } else { (ahead, 0.0) };
-            let (ahead_low_j, ahead_high_j) = if high_ahead_j { (0.0, ahead) } else { (ahead, 0.0) };
-            parts[0][lane] = if free { deviation as f32 * scale } else { 0.0 };
-            parts[1][lane] = if is_i { ahead_low_i } else { slip_low };
-            parts[2][lane] = if is_i { slip_low } else { ahead_low_j };
-            parts[3][lane] = if is_i { ahead_high_i } else { slip_high };
-            parts[4][lane] = if is_i { slip_high } else { ahead_high_j };
+            unknown[nodes.block.entry..][..LANES].fill(0.0);
         }
-        if BEST {
-            for (index, values) in parts.iter().enumerate() {
-                let part = part(at, index);
-                stream[part..part + LANES].copy_from_slice(values);
-            }
-        } else {
-            for (hop, values) in hops.iter().enumerate() {
-                let shift = shift(at, hop);
-                stream[shift..shift + LANES].copy_from_slice(values);
-            }
-        }
-        unknown[at..at + LANES].fill(0.0);
     }
-    if unsound == [0.0; LANES] { residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
+    if seen.unsound == [0.0; HALF] { seen.residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
+}
+
+/// Lanes that are surveyed together: what a vector holds in double precision.
+const HALF: usize = LANES / 2;
+
+/// What was met so far, lane by lane.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    /// The largest deviation.
+    residual: [f64; HALF],
+    /// Not 0 if some deviation was no number.
+    unsound: [f64; HALF],
+}
+
+/// Surveys the nodes of a chunk from its lane `first` on.
+#[inline(always)]
+fn survey_half<const BEST: bool>(
+    worths: &[f64],
+    stream: &mut [f32],
+    nodes: Nodes<'_>,
+    first: usize,
+    soils: &Soils,
+    flip: [f64; 2],
+    seen: &mut Seen,
+) {
+    // No closures in here: they would be compiled without the vector instructions, and be called.
+    let (payoffs, classes) = (half(nodes.payoffs, first), half(nodes.classes, first));
+    let (slopes_i, slopes_j) = (half(&nodes.slopes[0], first), half(&nodes.slopes[1], first));
+    let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0_f64; HALF]; 4];
+    for lane in 0..HALF {
+        let soil = &soils[classes[lane].row()];
+        intended[lane] = soil[0];
+        stuck[lane] = soil[1];
+        sideways[lane] = soil[2];
+        waits[lane] = soil[3];
+    }
+    let (at, steps) = (nodes.block.entry + first, nodes.block.steps);
+    let here = half(worths, at);
+    let low_i = half(worths, at.wrapping_add_signed(steps[0]));
+    let low_j = half(worths, at.wrapping_add_signed(steps[1]));
+    let high_i = half(worths, at.wrapping_add_signed(steps[2]));
+    let high_j = half(worths, at.wrapping_add_signed(steps[3]));
+    let mut parts = [[0.0_f32; HALF]; PARTS];
+    let mut hops = [[0.0_f32; HALF]; HOPS];
+    for lane in 0..HALF {
+        let (a, c, q) = (intended[lane], sideways[lane], stuck[lane]);
+        let (s, t) = (slopes_i[lane] * flip[0], slopes_j[lane] * flip[1]);
+        let along_i = c * ((low_j[lane] + high_j[lane]) + t * (high_j[lane] - low_j[lane]));
+        let along_j = c * ((low_i[lane] + high_i[lane]) + s * (high_i[lane] - low_i[lane]));
+        // As the sweeps see it.
+        let (rises_i, rises_j) = (s as f32 > 0.0, t as f32 > 0.0);
+        let (up_i, down_i) = if rises_i { (high_i[lane], low_i[lane]) } else { (low_i[lane], high_i[lane]) };
+        let (up_j, down_j) = if rises_j { (high_j[lane], low_j[lane]) } else { (low_j[lane], high_j[lane]) };
+        let (lost_i, lost_j) = (a * s.abs(), a * t.abs());
+        let uphill_i = along_i + ((a - lost_i) * up_i + lost_i * here[lane]);
+        let uphill_j = along_j + ((a - lost_j) * up_j + lost_j * here[lane]);
+        let downhill_i = along_i + a * down_i;
+        let downhill_j = along_j + a * down_j;
+        let climbs_i = uphill_i > downhill_i;
+        let climbs_j = uphill_j > downhill_j;
+        let best_i = if climbs_i { uphill_i } else { downhill_i };
+        let best_j = if climbs_j { uphill_j } else { downhill_j };
+        let is_i = best_i > best_j;
+        let best = if is_i { best_i } else { best_j };
+        let value = here[lane] - payoffs[lane];
+        let same = (q * here[lane] + waits[lane] * payoffs[lane]) - value;
+        let deviation = best + same;
+        let free = classes[lane].is_free();
+        let size = if free { deviation.abs() } else { 0.0 };
+        seen.unsound[lane] = if size < f64::INFINITY { seen.unsound[lane] } else { 1.0 };
+        seen.residual[lane] = if size > seen.residual[lane] { size } else { seen.residual[lane] };
+        if !BEST {
+            let scale = if free { 1.0 / (1.0 - q as f32) } else { 0.0 };
+            hops[0][lane] = (uphill_i + same) as f32 * scale;
+            hops[1][lane] = (downhill_i + same) as f32 * scale;
+            hops[2][lane] = (uphill_j + same) as f32 * scale;
+            hops[3][lane] = (downhill_j + same) as f32 * scale;
+            continue;
+        }
+        let lost_i = if climbs_i { lost_i } else { 0.0 };
+        let lost_j = if climbs_j { lost_j } else { 0.0 };
+        let lost = if is_i { lost_i } else { lost_j };
+        let scale = 1.0 / (1.0 - q - lost) as f32;
+        let ahead = (a - lost) as f32 * scale;
+        let side = c as f32 * scale;
+        let across = if is_i { t } else { s } as f32;
+        let (slip_low, slip_high) = (side - side * across, side + side * across);
+        let high_ahead_i = climbs_i == rises_i;
+        let high_ahead_j = climbs_j == rises_j;
+        let (ahead_low_i, ahead_high_i) = if high_ahead_i { (0.0, ahead) } else { (ahead, 0.0) };
+        let (ahead_low_j, ahead_high_j) = if high_ahead_j { (0.0, ahead) } else { (ahead, 0.0) };
+        parts[0][lane] = if free { deviation as f32 * scale } else { 0.0 };
+        parts[1][lane] = if is_i { ahead_low_i } else { slip_low };
+        parts[2][lane] = if is_i { slip_low } else { ahead_low_j };
+        parts[3][lane] = if is_i { ahead_high_i } else { slip_high };
+        parts[4][lane] = if is_i { slip_high } else { ahead_high_j };
+    }
+    if BEST {
+        for (index, values) in parts.iter().enumerate() {
+            let part = part(nodes.block.entry, index) + first;
+            stream[part..part + HALF].copy_from_slice(values);
+        }
+    } else {
+        for (hop, values) in hops.iter().enumerate() {
+            let shift = shift(nodes.block.entry, hop) + first;
+            stream[shift..shift + HALF].copy_from_slice(values);
+        }
+    }
+}
+
+/// Half a chunk, from an entry on.
+#[inline(always)]
+fn half<T: Copy + Default>(of: &[T], at: usize) -> [T; HALF] {
+    let mut half = [T::default(); HALF];
+    half.copy_from_slice(&of[at..at + HALF]);
+    half
 }
 
 dispatch! {

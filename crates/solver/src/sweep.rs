@@ -28,6 +28,7 @@
 
 use std::cell::Cell;
 
+use crate::gather::{Gathered, Nodes};
 use crate::pair::{Part, Progress, Shared};
 use crate::plane::Plane;
 use crate::simd::{Simd, dispatch};
@@ -43,8 +44,6 @@ pub(crate) struct Planes {
     pub threads: usize,
     /// The worths that the next survey takes for true.
     pub worths: Plane<f64>,
-    /// Soil and kind of each node; lost beside the grid.
-    pub classes: Plane<Class>,
     /// What is solved for in single precision: worths here, corrections in the linear solve.
     pub unknown: Plane<f32>,
     /// What each node has of its own, here ρ, a, c and the slopes along i and j, chunk by chunk ([`part`]); behind
@@ -63,7 +62,6 @@ impl Planes {
     /// Planes of `len` entries, zeros. What lies beside the grid and its halo is never written after.
     pub fn reset(&mut self, len: usize) {
         self.worths.reset(len);
-        self.classes.reset(len);
         self.unknown.reset(len);
         self.ground.reset((PARTS + HOPS) * len);
     }
@@ -85,9 +83,8 @@ impl Planes {
 
     /// Lays the world out for sweeps.
     fn load(&mut self, simd: Simd, skew: &Skew, world: &World, from: From<'_>) {
-        let Self { worths, classes, unknown, ground, .. } = self;
-        let (worths, classes) = (worths.all_mut(), classes.all_mut());
-        load(simd, worths, classes, unknown.all_mut(), ground.all_mut(), skew, world, &soils(world), from);
+        let Self { worths, unknown, ground, .. } = self;
+        load(simd, worths.all_mut(), unknown.all_mut(), ground.all_mut(), skew, world, &soils(world), from);
         self.halo(skew, world.rules());
     }
 
@@ -106,7 +103,7 @@ impl Planes {
     fn halo(&mut self, skew: &Skew, rules: &Rules) {
         let stays = rules.leaving == Leaving::Stays;
         let (unknown, ground) = (self.unknown.all_mut(), self.ground.all_mut());
-        for &Rim { at, beyond, .. } in &skew.rim {
+        for &Rim { at, beyond, .. } in skew.rim() {
             unknown[beyond] = if stays { unknown[at] } else { rules.loss as f32 };
             ground[own(beyond)] = unknown[beyond];
         }
@@ -168,8 +165,8 @@ struct Swept<'a> {
 /// Nodes of a world that is worth a second thread.
 const PAIR_NODES_MIN: usize = 10_000;
 
-/// For each soil: ρ per payoff, a and c.
-type Soils = [[f32; 3]; World::SOILS_MAX];
+/// For each row of classes: ρ per payoff, a and c of its soil.
+type Soils = [[f32; 3]; Class::ROWS];
 
 fn soils(world: &World) -> Soils {
     survey::soils(world).map(|[intended, stuck, sideways, wait]| {
@@ -181,8 +178,8 @@ fn soils(world: &World) -> Soils {
 dispatch! {
     /// Lays the world out for sweeps.
     fn load(
-        worths: &mut [f64], classes: &mut [Class], unknown: &mut [f32], ground: &mut [f32], skew: &Skew,
-        world: &World, soils: &Soils, from: From<'_>,
+        worths: &mut [f64], unknown: &mut [f32], ground: &mut [f32], skew: &Skew, world: &World, soils: &Soils,
+        from: From<'_>,
     ) = load_lanes
 }
 
@@ -190,7 +187,6 @@ dispatch! {
 #[allow(clippy::too_many_arguments, reason = "a kernel takes its planes one by one")]
 fn load_lanes(
     worths: &mut [f64],
-    all_classes: &mut [Class],
     unknown: &mut [f32],
     ground: &mut [f32],
     skew: &Skew,
@@ -201,62 +197,59 @@ fn load_lanes(
     let loss = world.rules().loss;
     let flip_i = if skew.flip[0] { -1.0 } else { 1.0 };
     let flip_j = if skew.flip[1] { -1.0 } else { 1.0 };
-    for block in skew.blocks() {
-        let at = block.entry;
-        let nodes = block.nodes(world.nodes());
-        let payoffs = nodes.pick(world.payoffs().0);
-        let [slopes_i, slopes_j] = [nodes.pick(world.slopes()[0]), nodes.pick(world.slopes()[1])];
-        let mut landed = chunk(worths, at);
-        match from {
-            From::Kept => {}
-            From::Same(value) => {
-                for lane in 0..LANES {
-                    landed[lane] = payoffs[lane] + value;
+    let mut blocks = skew.blocks();
+    let mut gathered = Gathered::new();
+    loop {
+        let chunks = gathered.next(&mut blocks, world);
+        if chunks == 0 {
+            break;
+        }
+        for index in 0..chunks {
+            let Nodes { block, payoffs, slopes: [slopes_i, slopes_j], classes } = gathered.nodes(index);
+            let at = block.entry;
+            let mut landed = chunk(worths, at);
+            match from {
+                From::Kept => {}
+                From::Same(value) => {
+                    for lane in 0..LANES {
+                        landed[lane] = payoffs[lane] + value;
+                    }
+                }
+                From::Values(values) => {
+                    for lane in 0..block.lanes {
+                        landed[lane] = payoffs[lane] + values[block.at(lane)];
+                    }
                 }
             }
-            From::Values(values) => {
-                let values = nodes.pick(values);
-                for lane in 0..LANES {
-                    landed[lane] = payoffs[lane] + values[lane];
-                }
-            }
-        }
-        if !matches!(from, From::Kept) {
-            let picked = nodes.pick(world.payoffs().1);
-            all_classes[at..][..block.lanes].copy_from_slice(&picked[..block.lanes]);
-        }
-        let classes = chunk(all_classes, at);
-        let mut parts = [[0.0_f32; LANES]; PARTS];
-        for (index, soil) in soils[..world.rules().soils.len()].iter().enumerate() {
-            let [per_payoff, a, c] = *soil;
+            let mut parts = [[0.0_f32; LANES]; PARTS];
             for lane in 0..LANES {
-                let this = classes[lane].is_free_of(index);
-                parts[0][lane] = if this { payoffs[lane] as f32 * per_payoff } else { parts[0][lane] };
-                parts[1][lane] = if this { a } else { parts[1][lane] };
-                parts[2][lane] = if this { c } else { parts[2][lane] };
+                let [per_payoff, a, c] = soils[classes[lane].row()];
+                parts[0][lane] = payoffs[lane] as f32 * per_payoff;
+                parts[1][lane] = a;
+                parts[2][lane] = c;
             }
-        }
-        for lane in 0..LANES {
-            let free = classes[lane].is_free();
-            let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
-            landed[lane] = if free { landed[lane] } else { ends };
-            parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
-            parts[3][lane] = (slopes_i[lane] * flip_i) as f32;
-            parts[4][lane] = (slopes_j[lane] * flip_j) as f32;
-        }
-        for lane in block.lanes..LANES {
-            landed[lane] = 0.0;
-            parts[0][lane] = 0.0;
-            parts[1][lane] = 0.0;
-            parts[2][lane] = 0.0;
-        }
-        worths[at..at + LANES].copy_from_slice(&landed);
-        for lane in 0..LANES {
-            unknown[at + lane] = landed[lane] as f32;
-        }
-        for (index, values) in parts.iter().enumerate() {
-            let part = part(at, index);
-            ground[part..part + LANES].copy_from_slice(values);
+            for lane in 0..LANES {
+                let free = classes[lane].is_free();
+                let ends = if classes[lane].is_lost() { loss } else { payoffs[lane] };
+                landed[lane] = if free { landed[lane] } else { ends };
+                parts[0][lane] = if free { parts[0][lane] } else { ends as f32 };
+                parts[3][lane] = (slopes_i[lane] * flip_i) as f32;
+                parts[4][lane] = (slopes_j[lane] * flip_j) as f32;
+            }
+            for lane in block.lanes..LANES {
+                landed[lane] = 0.0;
+                for values in &mut parts {
+                    values[lane] = 0.0;
+                }
+            }
+            worths[at..at + LANES].copy_from_slice(&landed);
+            for lane in 0..LANES {
+                unknown[at + lane] = landed[lane] as f32;
+            }
+            for (index, values) in parts.iter().enumerate() {
+                let part = part(at, index);
+                ground[part..part + LANES].copy_from_slice(values);
+            }
         }
     }
 }
@@ -286,8 +279,8 @@ dispatch! {
 
 #[inline(always)]
 fn adopt_lanes(worths: &mut [f64], unknown: &[f32], ground: &[f32], skew: &Skew) {
-    for run in &skew.runs {
-        for at in (run.first..run.first + run.nodes).step_by(LANES) {
+    for run in skew.runs() {
+        for at in (run.first()..run.first() + run.nodes()).step_by(LANES) {
             let (ahead, beside) = (chunk(ground, part(at, 1)), chunk(ground, part(at, 2)));
             let (mut landed, single) = (chunk(worths, at), chunk(unknown, at));
             for lane in 0..LANES {
@@ -322,11 +315,12 @@ fn relax_lanes<const SHIFTED: bool>(
 ) {
     let [worths, ground, shifts] = [planes.worths, planes.ground, planes.shifts].map(Shared::cells);
     // No closures in here: they would be compiled without the vector instructions, and be called.
-    let diagonals = skew.runs.len();
+    let runs = skew.runs();
+    let diagonals = runs.len();
     for step in 0..wave.steps(diagonals) {
         part.begin(step, diagonals);
         for sweep in wave.at(diagonals, step) {
-            let run = &skew.runs[wave.diagonal(diagonals, step, sweep)];
+            let run = &runs[wave.diagonal(diagonals, step, sweep)];
             if stays && step == 2 * sweep {
                 mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(run));
             }
@@ -337,7 +331,7 @@ fn relax_lanes<const SHIFTED: bool>(
             }
             // A step ahead, so that nothing waits for what is written here.
             if stays && step - 2 * sweep + 1 < diagonals {
-                let next = &skew.runs[wave.diagonal(diagonals, step + 1, sweep)];
+                let next = &runs[wave.diagonal(diagonals, step + 1, sweep)];
                 mirror::<SHIFTED>(worths, ground, shifts, skew.rim_of(next));
             }
         }
@@ -376,16 +370,16 @@ fn relax_run<const SHIFTED: bool, const LAST: bool>(
     change: &mut Lanes,
 ) {
     let around = Around::new(worths, run);
-    let ground = &ground[part(run.first, 0)..][..around.chunks() * PARTS * LANES];
-    let shifts = if SHIFTED { &shifts[run.first * HOPS..][..around.chunks() * LANES * HOPS] } else { shifts };
-    for index in 0..around.chunks() {
+    let chunks = around.chunks();
+    let ground = &ground[part(run.first(), 0)..].as_chunks::<{ PARTS * LANES }>().0[..chunks];
+    let shifts = if SHIFTED { &shifts[shift(run.first(), 0)..].as_chunks().0[..chunks] } else { &[] };
+    for (index, parts) in ground.iter().enumerate() {
         let [low_i, low_j, high_i, high_j, old] = around.chunk(index);
-        let parts = &ground[index * PARTS * LANES..][..PARTS * LANES];
         let (ahead, beside) = (cells(parts, LANES), cells(parts, 2 * LANES));
         let (slope_i, slope_j) = (cells(parts, 3 * LANES), cells(parts, 4 * LANES));
         // Of the hops up and down along i, up and down along j.
         let owns = if SHIFTED {
-            let own = &shifts[index * HOPS * LANES..][..HOPS * LANES];
+            let own: &[Cell<f32>; HOPS * LANES] = &shifts[index];
             [cells(own, 0), cells(own, LANES), cells(own, 2 * LANES), cells(own, 3 * LANES)]
         } else {
             [cells(parts, 0); HOPS]

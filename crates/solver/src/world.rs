@@ -145,10 +145,13 @@ impl Class {
         self.0 >= Self::LOST_BIT
     }
 
-    /// Whether it is free ground of soil `index`.
+    /// Rows of a table over classes: one for free ground of each soil, and the last for all else.
+    pub(crate) const ROWS: usize = World::SOILS_MAX + 1;
+
+    /// Its row of such a table.
     #[inline(always)]
-    pub(crate) fn is_free_of(self, index: usize) -> bool {
-        usize::from(self.0) == index
+    pub(crate) fn row(self) -> usize {
+        usize::from(self.0).min(Self::ROWS - 1)
     }
 
     pub(crate) fn soil(self) -> usize {
