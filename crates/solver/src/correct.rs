@@ -1,9 +1,10 @@
 //! The correction e that a policy's linear equation asks for, in single precision.
 //!
-//! e = own + Σ c_k e_k over the four neighbours, solved by Gauss–Seidel sweeps in waves.
-//! Where those converge slowly, because the policy lingers somewhere, BiCGStab (van der Vorst 1992) takes
-//! over, preconditioned from the right by a sweep outwards and one back: lingering makes one eigenvalue
-//! near 1 for every place that is lingered at, all close together, which a Krylov method removes at once.
+//! e = own + Σ c_k e_k over the four neighbours, solved by Gauss–Seidel sweeps in waves: outwards from a goal in a
+//! corner, there and back where it lies elsewhere. Where those converge slowly, because the policy lingers somewhere,
+//! BiCGStab (van der Vorst 1992) takes over, preconditioned from the right by a sweep outwards and one back: lingering
+//! makes one eigenvalue near 1 for every place that is lingered at, all close together, which a Krylov method removes
+//! at once.
 
 use std::cell::Cell;
 
@@ -24,6 +25,35 @@ pub(crate) struct Krylov {
     halfway: Vec<f32>,
 }
 
+/// Where a linear solve's sweeps go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Course {
+    /// All the way from the corner that the goal is in.
+    Outwards,
+    /// There and back, to reach all that lies around a goal.
+    Around,
+}
+
+/// How long sweeps go on.
+struct Patience {
+    /// Sweeps a pass.
+    sweeps: usize,
+    /// Most passes.
+    passes_max: usize,
+    /// Most slow ones.
+    slow_max: usize,
+}
+
+impl Course {
+    fn patience(self) -> Patience {
+        match self {
+            Self::Outwards => Patience { sweeps: 5, passes_max: 12, slow_max: 0 },
+            // What has to turn corners takes some passes before any change gets smaller.
+            Self::Around => Patience { sweeps: 4, passes_max: 24, slow_max: 3 },
+        }
+    }
+}
+
 impl Planes {
     /// Solves for the correction until it changes by no more than `change_max` a sweep, or by no more than
     /// [`REDUCTION`] of its first change; work in updates of nodes, and whether the former was reached.
@@ -32,32 +62,40 @@ impl Planes {
         simd: Simd,
         skew: &Skew,
         krylov: &mut Krylov,
+        course: Course,
         change_max: f32,
         updates_max: u64,
     ) -> (u64, bool) {
         let nodes = (skew.width * skew.height) as u64;
-        let mut updates = 0;
+        let Patience { sweeps, passes_max, slow_max } = course.patience();
+        let around = course == Course::Around;
+        let (mut updates, mut slow) = (0, 0);
         let mut first = 0.0_f32;
-        let mut last = f32::INFINITY;
-        let wave = Wave { sweeps: SWEEPS, back: false };
-        for pass in 0..PASSES_MAX {
-            if updates_max - updates < nodes * wave.sweeps as u64 {
+        // Changes of the last two passes, the older one first.
+        let mut lasts = [f32::INFINITY; 2];
+        for pass in 0..passes_max {
+            if updates_max - updates < nodes * sweeps as u64 {
                 break;
             }
+            let wave = Wave { sweeps, back: around && pass % 2 == 1 };
             let mut change = [0.0_f32; LANES];
-            updates += nodes * wave.sweeps as u64;
+            updates += nodes * sweeps as u64;
             correct(simd, self.unknown.all_mut(), self.ground.all(), skew, wave, &mut change);
             let change = largest(&change);
             if pass == 0 {
                 first = change;
             }
-            if change <= change_max.max(first * REDUCTION) {
-                return (updates, change <= change_max);
+            let enough = change_max.max(first * REDUCTION);
+            // A pass in one direction tells nothing of the other.
+            let (before, both) = if around { (lasts[0], change.max(lasts[1])) } else { (lasts[1], change) };
+            if both <= enough {
+                return (updates, both <= change_max);
             }
-            if pass > 0 && change > SLOW * last {
+            slow += usize::from(change > SLOW * before);
+            if slow > slow_max {
                 return (updates + self.krylov(simd, skew, krylov, updates_max - updates), false);
             }
-            last = change;
+            lasts = [lasts[1], change];
         }
         (updates, false)
     }
@@ -118,17 +156,13 @@ impl Planes {
     }
 }
 
-/// Most passes of a linear solve.
-const PASSES_MAX: usize = 12;
-/// Sweeps a pass.
-const SWEEPS: usize = 5;
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.7;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.
 const OUTER_MAX: f32 = 0.15;
 /// Reduction of the change at which a linear solve by sweeps ends.
 const REDUCTION: f32 = 1e-5;
-/// Reduction from pass to pass that counts as slow.
+/// Reduction from pass to pass in one direction that counts as slow.
 const SLOW: f32 = 0.75;
 /// Most iterations of BiCGStab in one round.
 const ITERATIONS_MAX: usize = 30;

@@ -354,3 +354,32 @@ pub(crate) fn chunk<T: Copy + Default>(plane: &[T], at: usize) -> [T; LANES] {
     chunk.copy_from_slice(&plane[at..at + LANES]);
     chunk
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen::Specimen;
+
+    #[test]
+    fn every_node_has_a_place_and_every_chunk_lies_in_the_plane() {
+        let mut skew = Skew::default();
+        let sizes = (1..=40).flat_map(|width| (1..=40).map(move |height| (width, height)));
+        for (width, height) in sizes.chain([(1, 700), (700, 1), (90, 170)]) {
+            let world = Specimen { width, height, ..Specimen::plain(4, 1) }.world().expect("a sound world");
+            for corner in [0, width - 1, (height - 1) * width, height * width - 1] {
+                skew.fit(&world, Some(corner));
+                assert!(skew.runs.iter().all(|run| run.reach <= skew.len), "{width} x {height}");
+                let rim = skew.rim.iter().flat_map(|rim| [rim.at, rim.beyond]);
+                assert!(rim.max().is_none_or(|entry| entry < skew.len), "{width} x {height}");
+                let mut places: Vec<(usize, usize)> = skew
+                    .blocks()
+                    .flat_map(|block| (0..block.lanes).map(move |lane| (block.at(lane), block.entry + lane)))
+                    .collect();
+                places.sort_unstable();
+                assert!(places.iter().map(|(node, _)| *node).eq(0..width * height), "{width} x {height}");
+                places.sort_unstable_by_key(|(_, entry)| *entry);
+                assert!(places.is_sorted_by(|a, b| a.1 < b.1), "{width} x {height}: a place for each");
+            }
+        }
+    }
+}

@@ -18,7 +18,7 @@
 //! whatever happens, take over.
 
 use crate::certificate::rounding;
-use crate::correct::Krylov;
+use crate::correct::{Course, Krylov};
 use crate::extent::Extent;
 use crate::simd::Simd;
 use crate::skew::{LANES, Skew};
@@ -118,6 +118,8 @@ const WAVES_SMALL: Waves = Waves { first: 10, next: 3, slow: 4, around: 5 };
 const FIRST_SLOW: u64 = 12;
 /// Nodes between a goal and the nearest side of the grid beyond which it counts as inside.
 const INSIDE: usize = 12;
+/// Nodes between a goal and the sides of a corner that it counts as being in.
+const CORNER: usize = 3;
 /// Reduction of the residual over two turns above which there is somewhere to linger.
 const SLOW_TURNS: f64 = 0.1;
 /// Nodes of a small world.
@@ -189,6 +191,9 @@ impl Solver {
         let mut plain = worth_max > SINGLE_MAX;
         // Whether the goal lies so far inside that diagonals of one kind lead away from it in two quadrants only.
         let inner = extent.best_goal.is_some_and(|goal| inner(world, goal));
+        // Where the sweeps of a linear correction go.
+        let cornered = extent.best_goal.is_none_or(|goal| cornered(world, goal));
+        let course = if cornered { Course::Outwards } else { Course::Around };
         // Change of the last turn.
         let mut turned = f32::INFINITY;
         loop {
@@ -263,7 +268,7 @@ impl Solver {
                 stalls = 0;
             } else if linear {
                 let (corrected, settled) =
-                    planes.correct(*simd, skew, krylov, change_max, left.saturating_mul(4));
+                    planes.correct(*simd, skew, krylov, course, change_max, left.saturating_mul(4));
                 updates += corrected.div_ceil(4);
                 expected = settled && residual < EXPECTED * single;
                 planes.add(*simd);
@@ -390,6 +395,12 @@ impl Solver {
             }
         }
     }
+}
+
+/// Whether a goal lies in a corner of the grid, so that news of it travels one way.
+fn cornered(world: &World, goal: usize) -> bool {
+    let (x, y) = (goal % world.width(), goal / world.width());
+    x.min(world.width() - 1 - x).max(y.min(world.height() - 1 - y)) <= CORNER
 }
 
 /// Whether a goal lies further from every side of the grid than a first wave's sweeps carry its news.
