@@ -16,8 +16,8 @@ pub(super) struct Blocks<'a> {
     inwards: usize,
     outwards: usize,
     grounds: &'a [Ground; BLOCKS],
-    /// Which of the field's soils each has.
-    soils: &'a [u32; BLOCKS],
+    /// Which of the field's patterns of soils each has.
+    patterns: &'a [u32; BLOCKS],
     field: &'a Field,
 }
 
@@ -30,7 +30,7 @@ impl<'a> Blocks<'a> {
             inwards: row.inwards - 1,
             outwards: row.outwards,
             grounds: chunk(&field.grounds, block),
-            soils: chunk(&field.soils_of, block),
+            patterns: chunk(&field.patterns_of, block),
             field,
         }
     }
@@ -55,7 +55,7 @@ impl<'a> Blocks<'a> {
             out_u: chunk(outwards, place),
             out_v: chunk(outwards, place + 1),
         };
-        let soils = &self.field.soils[self.soils[block] as usize];
+        let soils = &self.field.patterns.soils()[self.patterns[block] as usize];
         backup::<CAREFUL>(soils, &self.grounds[block], &around, tolerance)
     }
 

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::kernel::{Ground, Scattered, ScatteredLanes};
+use super::kernel::{Ground, Scattered};
+use super::patterns::Patterns;
 use super::rings::{LANES, Rings, Seat};
 use crate::{Hop, Kind, Leaving, Site, World, pages};
 
@@ -20,12 +21,10 @@ pub(super) struct Field {
     pub grounds: Vec<Ground>,
     /// Soil of each place, or fixed.
     classes: Vec<u8>,
-    scatters: [Scattered; CLASSES],
-    /// Which of `soils` each block has.
-    pub soils_of: Vec<u32>,
-    /// The soils of a block's lanes: one for each class in all lanes, and one for each block that has been of
-    /// several.
-    pub soils: Vec<ScatteredLanes>,
+    /// Which of `patterns` each block has.
+    pub patterns_of: Vec<u32>,
+    /// The soils of blocks.
+    pub patterns: Patterns,
     pub discount: f64,
     waits: [f64; 8],
     /// Whether leaving the grid loses the hopper.
@@ -58,9 +57,8 @@ impl Field {
             centred: centre.is_some(),
             grounds: pages::filled(Ground::default(), places / LANES),
             classes: vec![FIXED; places],
-            soils_of: vec![u32::from(FIXED); places / LANES],
-            soils: scatters.iter().map(|soil| ScatteredLanes::each([soil; LANES])).collect(),
-            scatters,
+            patterns_of: vec![0; places / LANES],
+            patterns: Patterns::new(&scatters, [FIXED; LANES], places / LANES),
             discount: rules.discount,
             waits,
             loses: rules.leaving == Leaving::Loses,
@@ -112,21 +110,10 @@ impl Field {
 
     /// Finds the soils of the block that begins at `place`.
     fn sort(&mut self, place: usize) {
-        let classes = &self.classes[place..place + LANES];
-        let of = &mut self.soils_of[place / LANES];
-        let has_own = *of as usize >= CLASSES;
-        if !has_own && classes.iter().all(|class| *class == classes[0]) {
-            *of = u32::from(classes[0]);
-            return;
-        }
-        let soils =
-            ScatteredLanes::each(std::array::from_fn(|lane| &self.scatters[usize::from(classes[lane])]));
-        if has_own {
-            self.soils[*of as usize] = soils;
-        } else {
-            *of = self.soils.len() as u32;
-            self.soils.push(soils);
-        }
+        let mut pattern = [FIXED; LANES];
+        pattern.copy_from_slice(&self.classes[place..place + LANES]);
+        let of = &mut self.patterns_of[place / LANES];
+        *of = self.patterns.change(*of, pattern);
     }
 
     /// Which of the places hold a free node.

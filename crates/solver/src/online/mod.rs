@@ -64,6 +64,7 @@ mod decision;
 mod enclosure;
 mod field;
 mod kernel;
+mod patterns;
 mod relaxation;
 mod rings;
 mod simd;

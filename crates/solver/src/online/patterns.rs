@@ -1,0 +1,116 @@
+//! The soils of blocks, each pattern of them once.
+//!
+//! A visit reads the soils of its block's lanes, five cache lines of numbers. On a map of patches few patterns make up
+//! all blocks: one soil throughout, or an edge somewhere between two. Kept once each they stay in the nearest cache.
+
+use std::collections::HashMap;
+
+use super::kernel::{Scattered, ScatteredLanes};
+use super::rings::LANES;
+
+/// Classes of a block's lanes.
+pub(super) type Pattern = [u8; LANES];
+
+/// The patterns that blocks have, numbered. A number whose last block left is given to the next new pattern.
+#[derive(Clone, Debug)]
+pub(super) struct Patterns {
+    /// Soils of each class.
+    scatters: Vec<Scattered>,
+    numbers: HashMap<Pattern, u32>,
+    /// Of each number: its pattern, the soils of that, and how many blocks have it.
+    patterns: Vec<Pattern>,
+    soils: Vec<ScatteredLanes>,
+    blocks: Vec<u32>,
+    /// Numbers that no block has.
+    vacant: Vec<u32>,
+}
+
+impl Patterns {
+    /// All of so many blocks have one pattern, number 0, of classes whose soils are `scatters`.
+    pub fn new(scatters: &[Scattered], pattern: Pattern, blocks: usize) -> Self {
+        let mut patterns = Self {
+            scatters: scatters.to_vec(),
+            numbers: HashMap::new(),
+            patterns: Vec::new(),
+            soils: Vec::new(),
+            blocks: Vec::new(),
+            vacant: Vec::new(),
+        };
+        let first = patterns.number(pattern);
+        patterns.blocks[first as usize] = blocks as u32;
+        patterns
+    }
+
+    /// The soils of each number.
+    #[inline(always)]
+    pub fn soils(&self) -> &[ScatteredLanes] {
+        &self.soils
+    }
+
+    /// The number for a block of a pattern that had number `before`.
+    pub fn change(&mut self, before: u32, pattern: Pattern) -> u32 {
+        if self.patterns[before as usize] == pattern {
+            return before;
+        }
+        let left = &mut self.blocks[before as usize];
+        *left -= 1;
+        if *left == 0 {
+            self.numbers.remove(&self.patterns[before as usize]);
+            self.vacant.push(before);
+        }
+        let number = self.number(pattern);
+        self.blocks[number as usize] += 1;
+        number
+    }
+
+    /// The number of a pattern, a new one if it has none.
+    fn number(&mut self, pattern: Pattern) -> u32 {
+        if let Some(number) = self.numbers.get(&pattern) {
+            return *number;
+        }
+        let soils = ScatteredLanes::each(pattern.map(|class| &self.scatters[usize::from(class)]));
+        let number = match self.vacant.pop() {
+            Some(number) => {
+                (self.patterns[number as usize], self.soils[number as usize]) = (pattern, soils);
+                number
+            }
+            None => {
+                self.patterns.push(pattern);
+                self.soils.push(soils);
+                self.blocks.push(0);
+                self.soils.len() as u32 - 1
+            }
+        };
+        self.numbers.insert(pattern, number);
+        number
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen::Draw;
+
+    #[test]
+    fn blocks_share_numbers_with_their_likes_alone_and_no_number_is_kept_for_nobody() {
+        let scatter = |share: f64| Scattered { ahead: share, sideways: 0.0, stuck: 0.0, gain: 1.0 };
+        let scatters = [scatter(0.0), scatter(0.1), scatter(0.2)];
+        let mut blocks: Vec<(u32, Pattern)> = vec![(0, [2; LANES]); 12];
+        let mut patterns = Patterns::new(&scatters, [2; LANES], blocks.len());
+        let mut draw = Draw(1);
+        for step in 0..4_000 {
+            let at = (draw.uniform() * blocks.len() as f64) as usize;
+            let (before, mut pattern) = blocks[at];
+            let lane = (draw.uniform() * 3.0) as usize;
+            pattern[lane] = (draw.uniform() * 3.0) as u8;
+            blocks[at] = (patterns.change(before, pattern), pattern);
+            for (number, pattern) in &blocks {
+                assert_eq!(patterns.patterns[*number as usize], *pattern, "step {step}");
+                let alike = blocks.iter().filter(|other| other.1 == *pattern);
+                assert!(alike.clone().all(|other| other.0 == *number), "step {step}");
+                assert_eq!(alike.count(), patterns.blocks[*number as usize] as usize, "step {step}");
+            }
+            assert!(patterns.soils().len() <= blocks.len(), "step {step}");
+        }
+    }
+}
