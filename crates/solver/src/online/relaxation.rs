@@ -348,7 +348,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// that may be marked now.
     #[inline(always)]
     fn touched(&mut self, field: &Field, row: usize, moved: &Moved) -> usize {
-        let Row { before, after, ring, column, mirrored, .. } = field.rings.rows[row];
+        let Row { before, after, ring, column, mirrored, mirrored_first, .. } = field.rings.rows[row];
         let (mut first, mut last) = (before as usize, after as usize);
         self.marks[row] |= moved.any;
         self.marks[first] |= moved.any | moved.first >> 1;
@@ -363,11 +363,13 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             self.marks[last] |= 1;
         }
         self.marked.1 = self.marked.1.max(last + 1);
-        if moved.any & mirrored != 0 { first.min(self.mirror(field, ring as usize)) } else { first }
+        let has_moved = moved.any & mirrored | moved.first & mirrored_first;
+        if has_moved != 0 { first.min(self.mirror(field, ring as usize)) } else { first }
     }
 
     /// Brings the mirrors of a ring's nodes up to date, and marks who reads those that change; the first row
     /// of these.
+    #[inline(always)]
     fn mirror(&mut self, field: &Field, ring: usize) -> usize {
         let mut first = usize::MAX;
         for mirror in field.rings.mirrors(ring) {
@@ -380,12 +382,11 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                 changes |= worths[mirror.to] != worths[mirror.from];
                 worths[mirror.to] = worths[mirror.from];
             }
-            if changes {
-                let (row, bit) = mirror.reader;
-                self.marks[row] |= 1 << bit;
-                self.marked.1 = self.marked.1.max(row + 1);
-                first = first.min(row);
-            }
+            // Whether it does is anybody's guess, so there is no branch to guess at.
+            let (row, bit) = mirror.reader;
+            self.marks[row] |= u64::from(changes) << bit;
+            self.marked.1 = self.marked.1.max(row + 1);
+            first = if changes { first.min(row) } else { first };
         }
         first
     }

@@ -88,7 +88,8 @@ pub(super) struct Row {
     pub outwards: usize,
     /// The blocks that there are, a bit each.
     pub valid: u64,
-    /// Those with a node that has a mirror.
+    /// Those with a node that has a mirror, in their first lane or in another.
+    pub mirrored_first: u64,
     pub mirrored: u64,
     /// The rows of its column on the rings inwards and outwards.
     pub before: u32,
@@ -229,6 +230,7 @@ impl Rings {
                         inwards: place,
                         outwards: place,
                         valid: if k == 0 || at.first > at.last { 0 } else { at.valid(column) },
+                        mirrored_first: 0,
                         mirrored: 0,
                         before: row,
                         after: row,
@@ -293,9 +295,12 @@ impl Rings {
                     mirror((k - last, last), seat(k - last, along), seat(k - last, last), true);
                 }
                 for mirror in &found {
-                    let block = (mirror.from - self.rings[ring].origin) / LANES;
-                    let row = self.rings[ring].row(block / BLOCKS);
-                    self.rows[row].mirrored |= 1 << (block % BLOCKS);
+                    let lane = mirror.from - self.rings[ring].origin;
+                    let block = lane / LANES;
+                    let row = &mut self.rows[self.rings[ring].row(block / BLOCKS)];
+                    let mirrored =
+                        if lane.is_multiple_of(LANES) { &mut row.mirrored_first } else { &mut row.mirrored };
+                    *mirrored |= 1 << (block % BLOCKS);
                 }
                 self.mirrors.append(&mut found);
             }
