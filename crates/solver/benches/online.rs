@@ -3,9 +3,9 @@
 //! `cargo bench -p solver --bench online [-- SIDE...]`
 //!
 //! Times are of this thread's processor: what others do to the machine shows only in its caches. A decision's
-//! includes taking in what was seen. A flight's decisions come first; then a session of its own, alone as the one
-//! before, is shown the same and certifies the values of the whole map instead. `cold/p50` is the median cold solve
-//! over the median decision.
+//! includes taking in what was seen. A mission is flown once with cold solves in between; then one session decides
+//! again at each hop, and after it another certifies the values of the whole map, each with the caches to itself.
+//! `cold/p50` is the median cold solve over the median decision.
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 
@@ -52,46 +52,52 @@ fn run(side: usize, radius: f64) {
             start: specimen.start(),
             radius,
         };
-        let mut flight = mission.fly(seed);
-        let mut focused = Online::new(mission.unseen.clone());
-        focused.act(flight.here, None);
+        // What was seen, and from where, hop by hop.
         let mut news = Vec::new();
+        let mut flight = mission.fly(seed);
+        let mut pilot = Online::new(mission.unseen.clone());
         for hops in 0_u64.. {
             let mut seen = flight.seen();
-            seen.retain(|(node, site)| focused.world().site(*node) != *site);
-            let begun_us = now_us();
+            seen.retain(|(node, site)| pilot.world().site(*node) != *site);
             for (node, site) in &seen {
-                focused.update(*node, *site);
+                pilot.update(*node, *site);
             }
-            let decision = focused.act(flight.here, None);
-            let act = (decision.how, now_us() - begun_us, decision.work);
-            // Where nothing new was seen, there is nothing to solve: such hops would flatter the medians.
-            if !seen.is_empty() {
-                acts.push(act);
-                news.push(seen);
-            }
+            let decision = pilot.act(flight.here, None);
+            news.push((flight.here, seen));
             // A cold solve now and then: it is what takes the time.
             if side <= 50 || hops % (2 * side as u64 / 5) == 7 {
                 let begun_us = now_us();
-                solver.solve(focused.world(), &Effort::default());
+                solver.solve(pilot.world(), &Effort::default());
                 cold_us.push(now_us() - begun_us);
-                solver.solve(focused.world(), &Effort { error_max: CANONICAL_ERROR, ..Effort::default() });
+                solver.solve(pilot.world(), &Effort { error_max: CANONICAL_ERROR, ..Effort::default() });
                 checked += 1;
-                mismatches += u64::from(
-                    decision.action != policy::hop(focused.world(), solver.values(), flight.here, TIE),
-                );
+                let canonical = policy::hop(pilot.world(), solver.values(), flight.here, TIE);
+                mismatches += u64::from(decision.action != canonical);
             }
             let Some(hop) = decision.action else { break };
             if !flight.hop(hop) || hops > 4 * side as u64 {
                 break;
             }
         }
-        let mut warm = Online::new(mission.unseen.clone());
-        warm.values();
-        for seen in news {
+        // Where nothing new was seen, there is nothing to solve: such hops would flatter the medians.
+        let mut focused = Online::new(mission.unseen.clone());
+        focused.act(news[0].0, None);
+        for (here, seen) in &news {
             let begun_us = now_us();
             for (node, site) in seen {
-                warm.update(node, site);
+                focused.update(*node, *site);
+            }
+            let decision = focused.act(*here, None);
+            if !seen.is_empty() {
+                acts.push((decision.how, now_us() - begun_us, decision.work));
+            }
+        }
+        let mut warm = Online::new(mission.unseen.clone());
+        warm.values();
+        for (_, seen) in news.iter().filter(|(_, seen)| !seen.is_empty()) {
+            let begun_us = now_us();
+            for (node, site) in seen {
+                warm.update(*node, *site);
             }
             let work = warm.rest();
             warms.push((now_us() - begun_us, work));

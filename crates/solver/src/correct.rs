@@ -38,18 +38,16 @@ pub(crate) enum Course {
 struct Patience {
     /// Sweeps a pass.
     sweeps: usize,
-    /// Most passes.
-    passes_max: usize,
-    /// Most slow ones.
+    /// Slow passes, in all, before a Krylov method takes over.
     slow_max: usize,
 }
 
 impl Course {
     fn patience(self) -> Patience {
         match self {
-            Self::Outwards => Patience { sweeps: 5, passes_max: 12, slow_max: 0 },
+            Self::Outwards => Patience { sweeps: 5, slow_max: 0 },
             // What has to turn corners takes some passes before any change gets smaller.
-            Self::Around => Patience { sweeps: 4, passes_max: 24, slow_max: 3 },
+            Self::Around => Patience { sweeps: 4, slow_max: 3 },
         }
     }
 }
@@ -67,17 +65,19 @@ impl Planes {
         updates_max: u64,
     ) -> (u64, bool) {
         let nodes = (skew.width * skew.height) as u64;
-        let Patience { sweeps, passes_max, slow_max } = course.patience();
-        let around = course == Course::Around;
+        let Patience { sweeps, slow_max } = course.patience();
+        let there_and_back = course == Course::Around;
         let (mut updates, mut slow) = (0, 0);
         let mut first = 0.0_f32;
         // Changes of the last two passes, the older one first.
         let mut lasts = [f32::INFINITY; 2];
-        for pass in 0..passes_max {
-            if updates_max - updates < nodes * sweeps as u64 {
+        for pass in 0..PASSES_MAX {
+            // Fewer where the budget has no more.
+            let sweeps = sweeps.min(((updates_max - updates) / nodes) as usize);
+            if sweeps == 0 {
                 break;
             }
-            let wave = Wave { sweeps, back: around && pass % 2 == 1 };
+            let wave = Wave { sweeps, back: there_and_back && pass % 2 == 1 };
             let mut change = [0.0_f32; LANES];
             updates += nodes * sweeps as u64;
             correct(simd, self.unknown.all_mut(), self.ground.all(), skew, wave, &mut change);
@@ -87,7 +87,8 @@ impl Planes {
             }
             let enough = change_max.max(first * REDUCTION);
             // A pass in one direction tells nothing of the other.
-            let (before, both) = if around { (lasts[0], change.max(lasts[1])) } else { (lasts[1], change) };
+            let (before, both) =
+                if there_and_back { (lasts[0], change.max(lasts[1])) } else { (lasts[1], change) };
             if both <= enough {
                 return (updates, both <= change_max);
             }
@@ -156,6 +157,8 @@ impl Planes {
     }
 }
 
+/// Most passes of a linear solve.
+const PASSES_MAX: usize = 12;
 /// Share of what flows back outwards that is anticipated.
 const OVER: f32 = 0.7;
 /// What counts at most as flowing back outwards: where the best hop leads outwards, all of it would.

@@ -11,7 +11,7 @@ pub(crate) struct Extent {
     pub free_max: f64,
     /// Largest |r| of a goal, 0 without any.
     pub goal_max: f64,
-    /// The least payoff, 0 at most.
+    /// The least payoff but of nodes where the hopper is lost, 0 at most.
     pub worst: f64,
     /// Whether the hopper is lost at some node.
     pub any_lost: bool,
@@ -63,7 +63,7 @@ const SPAN: usize = 512;
 const LANES: usize = 16;
 
 dispatch! {
-    /// Largest |r| of free ground, least r, and all kinds in one.
+    /// Largest |r| of free ground, least r of what is not lost, and all kinds in one.
     fn span(payoffs: &[f64], classes: &[Class]) -> (f64, f64, Class) = span_lanes
 }
 
@@ -80,12 +80,13 @@ fn span_lanes(payoffs: &[f64], classes: &[Class]) -> (f64, f64, Class) {
         for lane in 0..LANES {
             let size = if classes[lane].is_free() { payoffs[lane].abs() } else { 0.0 };
             free_max[lane] = if size > free_max[lane] { size } else { free_max[lane] };
-            worst[lane] = if payoffs[lane] < worst[lane] { payoffs[lane] } else { worst[lane] };
+            let payoff = if classes[lane].is_lost() { 0.0 } else { payoffs[lane] };
+            worst[lane] = if payoff < worst[lane] { payoff } else { worst[lane] };
         }
     }
     for (payoff, class) in rest {
         free_max[0] = if class.is_free() { free_max[0].max(payoff.abs()) } else { free_max[0] };
-        worst[0] = worst[0].min(*payoff);
+        worst[0] = if class.is_lost() { worst[0] } else { worst[0].min(*payoff) };
     }
     (free_max.into_iter().fold(0.0, f64::max), worst.into_iter().fold(0.0, f64::min), kinds)
 }

@@ -19,7 +19,7 @@ pub(crate) struct Gathered {
     classes: [[Class; LANES]; CHUNKS],
 }
 
-/// A chunk's nodes. The lanes beyond its last are lost; their other numbers are those of some nodes before.
+/// A chunk's nodes. The lanes beyond its last are lost, whatever their other numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nodes<'a> {
     /// Where they lie.

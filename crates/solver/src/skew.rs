@@ -288,15 +288,15 @@ impl<'a> Around<'a> {
     /// A diagonal's.
     ///
     /// # Panics
-    /// If the plane ends before the layout does.
+    /// If the plane ends before what the diagonal's update reads.
     #[inline(always)]
     pub fn new(cells: &'a [Cell<f32>], run: &Run) -> Self {
         let Run { first, nodes, steps: [low_i, low_j, high_i, high_j], reach, .. } = *run;
         let chunks = nodes.div_ceil(LANES);
-        assert!(reach <= cells.len(), "a plane ends where its layout does");
+        assert!(reach <= cells.len(), "a plane holds what its diagonals read");
         // SAFETY: a run's chunks and its neighbours' lie between entry 0 and its reach, as `Run::new`, the only
-        // place where one is made, saw to; and its reach lies in the plane. A short diagonal is a single chunk,
-        // and to check each of the five rows again takes an eighth of the time of its update.
+        // place where one is made, saw to; and its reach lies in the plane. A diagonal of up to 16 nodes is a single
+        // chunk, and to check each of the five rows again takes an eighth of the time of its update.
         unsafe {
             Self {
                 low_i: row(cells, first.wrapping_add_signed(low_i), chunks),

@@ -9,8 +9,8 @@
 //! 3. **Survey** in double precision (`survey`): what each hop is short of at each node.
 //! 4. **Correct** the values in single precision, by sweeps of the same operator shifted to where they are; or,
 //!    where there is somewhere to linger, and first on small worlds, by the best hops' linear equation alone
-//!    (`correct`), which a Krylov method solves; then on to 3, or, while the residual is above what single
-//!    precision can tell, to 2.
+//!    (`correct`), which sweeps solve, there and back around a goal inside, and a Krylov method where they are slow;
+//!    then on to 3, or, while the residual is above what single precision can tell, to 2.
 //! 5. **Measure** (`measure`) the values as they are handed out, straight from the definition, whenever they are
 //!    expected to be good enough, or the budget ends: the certificate.
 //!

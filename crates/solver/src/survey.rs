@@ -117,7 +117,7 @@ fn survey_lanes<const BEST: bool>(
         for index in 0..chunks {
             let nodes = gathered.nodes(index);
             survey_half::<BEST>(worths, stream, nodes, 0, soils, flip, &mut seen);
-            // The last chunk of a diagonal often has no nodes there, and zeros since it was loaded.
+            // The last chunk of a diagonal often has no nodes there: what lies beside the nodes is zeros already.
             if nodes.block.lanes > HALF {
                 survey_half::<BEST>(worths, stream, nodes, HALF, soils, flip, &mut seen);
             }
@@ -127,7 +127,7 @@ fn survey_lanes<const BEST: bool>(
     if seen.unsound == [0.0; HALF] { seen.residual.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
 }
 
-/// Lanes that are surveyed together: what a vector holds in double precision.
+/// Lanes that are surveyed together: what the widest vector holds in double precision.
 const HALF: usize = LANES / 2;
 
 /// What was met so far, lane by lane.
@@ -197,11 +197,11 @@ fn survey_half<const BEST: bool>(
         seen.unsound[lane] = if size < f64::INFINITY { seen.unsound[lane] } else { 1.0 };
         seen.residual[lane] = if size > seen.residual[lane] { size } else { seen.residual[lane] };
         if !BEST {
-            let scale = if free { 1.0 / (1.0 - q as f32) } else { 0.0 };
-            hops[0][lane] = (uphill_i + same) as f32 * scale;
-            hops[1][lane] = (downhill_i + same) as f32 * scale;
-            hops[2][lane] = (uphill_j + same) as f32 * scale;
-            hops[3][lane] = (downhill_j + same) as f32 * scale;
+            let scale = 1.0 / (1.0 - q as f32);
+            hops[0][lane] = if free { (uphill_i + same) as f32 * scale } else { 0.0 };
+            hops[1][lane] = if free { (downhill_i + same) as f32 * scale } else { 0.0 };
+            hops[2][lane] = if free { (uphill_j + same) as f32 * scale } else { 0.0 };
+            hops[3][lane] = if free { (downhill_j + same) as f32 * scale } else { 0.0 };
             continue;
         }
         let lost_i = if climbs_i { lost_i } else { 0.0 };
@@ -252,5 +252,63 @@ dispatch! {
 fn add_lanes(y: &mut [f64], x: &[f32]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += f64::from(*x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correct::{Course, Krylov};
+    use crate::skew::Block;
+    use crate::specimen::{Draw, Specimen};
+    use crate::wave::Wave;
+
+    /// Half chunks without nodes are not surveyed, because what lies beside the nodes is zeros whatever came before.
+    #[test]
+    fn what_lies_beside_the_nodes_stays_zeros() {
+        let mut draw = Draw(1);
+        let (mut skew, mut planes, mut krylov) = (Skew::default(), Planes::default(), Krylov::default());
+        let simd = Simd::detect();
+        for seed in 0..60 {
+            let (width, height) = (1 + (seed as usize / 2 * 7) % 37, 1 + (seed as usize / 2 * 11) % 29);
+            let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
+            let specimen = Specimen { width, height, leaving, ..Specimen::trap(4, seed) };
+            let world = specimen.world().expect("a sound world");
+            if skew.fit(&world, Some(specimen.goal())) {
+                planes.reset(skew.len);
+            }
+            let mut is_node = vec![false; skew.len];
+            let lanes = |block: Block| (0..block.lanes).map(move |lane| block.entry + lane);
+            skew.blocks().flat_map(lanes).for_each(|entry| is_node[entry] = true);
+            let beside = || (0..skew.len).filter(|entry| !is_node[*entry]);
+            planes.start(simd, &skew, &world, draw.between(-500.0, 100.0));
+            let mut change = [0.0; LANES];
+            for step in 0..12 {
+                let wave = Wave { sweeps: 1 + step % 5, back: draw.uniform() < 0.5 };
+                planes.relax(simd, &skew, leaving, false, wave, &mut change);
+                planes.adopt(simd, &skew);
+                if draw.uniform() < 0.5 {
+                    planes.survey(simd, &skew, &world);
+                    let (_, shifts) = split(planes.ground.all_mut());
+                    let zeros = |entry| (0..HOPS).all(|hop| shifts[shift(entry, hop)] == 0.0);
+                    assert!(beside().all(zeros), "{width} x {height}, seed {seed}, step {step}");
+                    planes.relax(simd, &skew, leaving, true, wave, &mut change);
+                } else {
+                    planes.survey_best(simd, &skew, &world);
+                    let course = if draw.uniform() < 0.5 { Course::Outwards } else { Course::Around };
+                    planes.correct(simd, &skew, &mut krylov, course, 1e-3, u64::MAX);
+                    let (ground, _) = split(planes.ground.all_mut());
+                    let zeros = |entry| (0..PARTS).all(|part| ground[own(entry) + part * LANES] == 0.0);
+                    assert!(beside().all(zeros), "{width} x {height}, seed {seed}, step {step}");
+                    let unknown = planes.unknown.all();
+                    assert!(
+                        beside().all(|entry| unknown[entry] == 0.0),
+                        "{width} x {height}, seed {seed}, step {step}"
+                    );
+                }
+                planes.add(simd);
+                planes.resume(simd, &skew, &world);
+            }
+        }
     }
 }

@@ -59,7 +59,7 @@ pub(crate) fn split(ground: &mut [f32]) -> (&mut [f32], &mut [f32]) {
 }
 
 impl Planes {
-    /// Planes of `len` entries, zeros. What lies beside the grid and its halo is never written after.
+    /// Planes of `len` entries, zeros. What lies beside the grid and its halo is never anything else after.
     pub fn reset(&mut self, len: usize) {
         self.worths.reset(len);
         self.unknown.reset(len);

@@ -3,14 +3,12 @@
 use std::ops::Range;
 
 use super::kernel::{Ground, Scattered};
-use super::patterns::Patterns;
+use super::patterns::{CLASSES, Patterns};
 use super::rings::{LANES, Rings, Seat};
 use crate::{Hop, Kind, Leaving, Site, World, pages};
 
 /// Class of a place that no backup may change.
 const FIXED: u8 = 7;
-/// Classes: soils, and fixed.
-const CLASSES: usize = 8;
 
 /// The world as streams, a number a place.
 #[derive(Clone, Debug)]
@@ -58,7 +56,7 @@ impl Field {
             grounds: pages::filled(Ground::default(), places / LANES),
             classes: vec![FIXED; places],
             patterns_of: vec![0; places / LANES],
-            patterns: Patterns::new(&scatters, [FIXED; LANES], places / LANES),
+            patterns: Patterns::new(scatters, [FIXED; LANES], places / LANES),
             discount: rules.discount,
             waits,
             loses: rules.leaving == Leaving::Loses,

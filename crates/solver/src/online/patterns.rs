@@ -8,6 +8,9 @@ use std::collections::HashMap;
 use super::kernel::{Scattered, ScatteredLanes};
 use super::rings::LANES;
 
+/// Classes: soils, and what no backup may change.
+pub(super) const CLASSES: usize = 8;
+
 /// Classes of a block's lanes.
 pub(super) type Pattern = [u8; LANES];
 
@@ -15,7 +18,7 @@ pub(super) type Pattern = [u8; LANES];
 #[derive(Clone, Debug)]
 pub(super) struct Patterns {
     /// Soils of each class.
-    scatters: Vec<Scattered>,
+    scatters: [Scattered; CLASSES],
     numbers: HashMap<Pattern, u32>,
     /// Of each number: its pattern, the soils of that, and how many blocks have it.
     patterns: Vec<Pattern>,
@@ -27,9 +30,9 @@ pub(super) struct Patterns {
 
 impl Patterns {
     /// All of so many blocks have one pattern, number 0, of classes whose soils are `scatters`.
-    pub fn new(scatters: &[Scattered], pattern: Pattern, blocks: usize) -> Self {
+    pub fn new(scatters: [Scattered; CLASSES], pattern: Pattern, blocks: usize) -> Self {
         let mut patterns = Self {
-            scatters: scatters.to_vec(),
+            scatters,
             numbers: HashMap::new(),
             patterns: Vec::new(),
             soils: Vec::new(),
@@ -94,9 +97,9 @@ mod tests {
     #[test]
     fn blocks_share_numbers_with_their_likes_alone_and_no_number_is_kept_for_nobody() {
         let scatter = |share: f64| Scattered { ahead: share, sideways: 0.0, stuck: 0.0, gain: 1.0 };
-        let scatters = [scatter(0.0), scatter(0.1), scatter(0.2)];
+        let scatters = std::array::from_fn(|class| scatter(0.1 * class as f64));
         let mut blocks: Vec<(u32, Pattern)> = vec![(0, [2; LANES]); 12];
-        let mut patterns = Patterns::new(&scatters, [2; LANES], blocks.len());
+        let mut patterns = Patterns::new(scatters, [2; LANES], blocks.len());
         let mut draw = Draw(1);
         for step in 0..4_000 {
             let at = (draw.uniform() * blocks.len() as f64) as usize;
@@ -106,6 +109,9 @@ mod tests {
             blocks[at] = (patterns.change(before, pattern), pattern);
             for (number, pattern) in &blocks {
                 assert_eq!(patterns.patterns[*number as usize], *pattern, "step {step}");
+                let soils = ScatteredLanes::each(pattern.map(|class| &scatters[usize::from(class)]));
+                let shared = &patterns.soils()[*number as usize];
+                assert_eq!(format!("{shared:?}"), format!("{soils:?}"), "step {step}");
                 let alike = blocks.iter().filter(|other| other.1 == *pattern);
                 assert!(alike.clone().all(|other| other.0 == *number), "step {step}");
                 assert_eq!(alike.count(), patterns.blocks[*number as usize] as usize, "step {step}");
