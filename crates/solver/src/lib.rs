@@ -21,7 +21,8 @@
 //! [`solve`] is the order of events. The mathematics stand where they are used:
 //!
 //! - the kernel's form of Bellman's operator, one division a node: `sweep`;
-//! - the layout in which a diagonal of the grid is updated at once, as if node by node: `skew`;
+//! - the layout in which a diagonal of the grid is updated at once, as if node by node: `skew`; what the world has of
+//!   its nodes: `gather`;
 //! - the order of updates, many sweeps in one wave: `wave`; two threads in one wave: `pair`;
 //! - what large planes lie in: `pages`;
 //! - the survey in double precision, what each hop is short of: `survey`;
