@@ -3,7 +3,7 @@
 //! A visit reads the soils of its block's lanes, five cache lines of numbers. On a map of patches few patterns make up
 //! all blocks: one soil throughout, or an edge somewhere between two. Kept once each they stay in the nearest cache.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::kernel::{Scattered, ScatteredLanes};
 use super::rings::LANES;
@@ -19,7 +19,7 @@ pub(super) type Pattern = [u8; LANES];
 pub(super) struct Patterns {
     /// Soils of each class.
     scatters: [Scattered; CLASSES],
-    numbers: HashMap<Pattern, u32>,
+    numbers: BTreeMap<Pattern, u32>,
     /// Of each number: its pattern, the soils of that, and how many blocks have it.
     patterns: Vec<Pattern>,
     soils: Vec<ScatteredLanes>,
@@ -33,7 +33,7 @@ impl Patterns {
     pub fn new(scatters: [Scattered; CLASSES], pattern: Pattern, blocks: usize) -> Self {
         let mut patterns = Self {
             scatters,
-            numbers: HashMap::new(),
+            numbers: BTreeMap::new(),
             patterns: Vec::new(),
             soils: Vec::new(),
             blocks: Vec::new(),
