@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::kernel::{Ground, Scattered};
 use super::patterns::{CLASSES, Patterns};
 use super::rings::{LANES, Rings, Seat};
-use crate::{Hop, Kind, Leaving, Site, World, pages};
+use crate::{Hop, Kind, Site, World, pages};
 
 /// Class of a place that no backup may change.
 const FIXED: u8 = 7;
@@ -25,8 +25,6 @@ pub(super) struct Field {
     pub patterns: Patterns,
     pub discount: f64,
     waits: [f64; 8],
-    /// Whether leaving the grid loses the hopper.
-    pub loses: bool,
     /// No worth nor base exceeds this, nor ever needs to.
     pub magnitude: f64,
 }
@@ -34,10 +32,10 @@ pub(super) struct Field {
 impl Field {
     /// Lays out `world`, around its first goal.
     pub fn new(world: &World) -> Self {
-        let centre = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal);
-        let rings = Rings::new(world.width(), world.height(), centre.unwrap_or(0));
-        let places = rings.places;
         let rules = world.rules();
+        let centre = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal);
+        let rings = Rings::new(world.width(), world.height(), centre.unwrap_or(0), rules.leaving);
+        let places = rings.places;
         let mut scatters = [Scattered::STILL; CLASSES];
         let mut waits = [0.0; 8];
         for (index, soil) in rules.soils.iter().enumerate() {
@@ -59,15 +57,14 @@ impl Field {
             patterns: Patterns::new(scatters, [FIXED; LANES], places / LANES),
             discount: rules.discount,
             waits,
-            loses: rules.leaving == Leaving::Loses,
             magnitude: 4.0 * world.worth_max(),
         };
-        for quadrant in 0..4 {
+        for sector in 0..4 {
             for level in 0..field.rings.levels {
-                let Some(ring) = field.rings.ring(quadrant, level) else { continue };
-                let nodes: Vec<_> = field.rings.nodes(quadrant, level).collect();
+                let Some(ring) = field.rings.ring(sector, level) else { continue };
+                let nodes: Vec<_> = field.rings.nodes(sector, level).collect();
                 for (node, place) in nodes {
-                    field.put(quadrant, place, &world.site(node));
+                    field.put(sector, place, &world.site(node));
                 }
                 for block in field.rings.at(ring).blocks() {
                     field.sort(field.rings.at(ring).place(block));
@@ -77,11 +74,11 @@ impl Field {
         field
     }
 
-    /// Takes over one node of the world; `None` for the centre.
+    /// Takes over one node of the world; `None` where it has no seat.
     pub fn set(&mut self, node: usize, site: &Site) -> Option<Seat> {
         let seat = self.rings.seat(node)?;
-        let quadrant = self.rings.quadrant(node)?;
-        self.put(quadrant, seat.place, site);
+        let sector = self.rings.sector(node)?;
+        self.put(sector, seat.place, site);
         self.sort(seat.place / LANES * LANES);
         if site.kind == Kind::Free {
             self.magnitude = self.magnitude.max(4.0 * site.payoff.abs() / (1.0 - self.discount));
@@ -89,14 +86,14 @@ impl Field {
         Some(seat)
     }
 
-    fn put(&mut self, quadrant: usize, place: usize, site: &Site) {
+    fn put(&mut self, sector: usize, place: usize, site: &Site) {
         let towards = |hop: Hop| match hop {
             Hop::East => site.slope_east,
             Hop::North => site.slope_north,
             Hop::West => -site.slope_east,
             Hop::South => -site.slope_north,
         };
-        let (u, v) = Rings::axes(quadrant);
+        let (u, v) = Rings::axes(sector);
         let is_free = site.kind == Kind::Free;
         let wait = self.waits[usize::from(site.soil)];
         let (ground, lane) = (&mut self.grounds[place / LANES], place % LANES);
@@ -133,18 +130,16 @@ impl Field {
         for place in self.rings.centres() {
             worths[place] = centre.unwrap_or(0.0);
         }
-        self.mirror_all(world, worths);
-    }
-
-    fn mirror_all(&self, world: &World, worths: &mut [f64]) {
-        let loss = world.rules().loss;
-        for quadrant in self.rings.quadrants() {
+        for sector in self.rings.sectors() {
             for level in 0..self.rings.levels {
-                let Some(ring) = self.rings.ring(quadrant, level) else { continue };
+                let Some(ring) = self.rings.ring(sector, level) else { continue };
                 for mirror in self.rings.mirrors(ring) {
-                    worths[mirror.to] = if mirror.rim && self.loses { loss } else { worths[mirror.from] };
+                    worths[mirror.to] = worths[mirror.from];
                 }
             }
+        }
+        for &place in &self.rings.beyond {
+            worths[place] = world.rules().loss;
         }
     }
 }

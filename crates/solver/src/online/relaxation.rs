@@ -182,8 +182,8 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// Adds each field's rise to its worths of a level's free nodes; marks nothing.
     pub fn raise_level(&mut self, field: &Field, level: usize, rises: [f64; FIELDS]) {
         let rings = &field.rings;
-        for quadrant in rings.quadrants() {
-            let Some(ring) = rings.ring(quadrant, level) else { continue };
+        for sector in rings.sectors() {
+            let Some(ring) = rings.ring(sector, level) else { continue };
             let places = rings.at(ring).places();
             for (worths, rise) in self.worths.iter_mut().zip(rises) {
                 for (worth, free) in worths[places.clone()].iter_mut().zip(field.free(places.clone())) {
@@ -191,9 +191,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
                     *worth = if free { raised } else { *worth };
                 }
                 for mirror in rings.mirrors(ring) {
-                    if !(mirror.rim && field.loses) {
-                        worths[mirror.to] = worths[mirror.from];
-                    }
+                    worths[mirror.to] = worths[mirror.from];
                 }
             }
         }
@@ -348,7 +346,12 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     /// that may be marked now.
     #[inline(always)]
     fn touched(&mut self, field: &Field, row: usize, moved: &Moved) -> usize {
-        let Row { before, after, ring, column, mirrored, mirrored_first, .. } = field.rings.rows[row];
+        let Row { before, after, ring, column, mirrored, mirrored_first, rims, .. } = field.rings.rows[row];
+        for worths in &mut self.worths {
+            for (from, to) in rims {
+                worths[to as usize] = worths[from as usize];
+            }
+        }
         let (mut first, mut last) = (before as usize, after as usize);
         self.marks[row] |= moved.any;
         self.marks[first] |= moved.any | moved.first >> 1;
@@ -373,10 +376,6 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     fn mirror(&mut self, field: &Field, ring: usize) -> usize {
         let mut first = usize::MAX;
         for mirror in field.rings.mirrors(ring) {
-            // What leaving the grid loses is worth the same whatever moves.
-            if mirror.rim && field.loses {
-                continue;
-            }
             let mut changes = false;
             for worths in &mut self.worths {
                 changes |= worths[mirror.to] != worths[mirror.from];

@@ -1,20 +1,26 @@
 //! Where each node lies in memory: on rings around a goal, the nodes of a ring side by side.
 //!
-//! Round the centre the grid falls into four quadrants, each with one arm of the axes, so that a quarter
-//! turn maps each onto the next. Within a quadrant a node has coordinates (u, v), both from 0, growing
-//! away from the centre; v's direction is u's turned left. Its ring is k = u + v, one less than the number
+//! Round the centre the grid falls into four sectors, each with one arm of the axes, so that a quarter
+//! turn maps each onto the next. Within a sector a node has coordinates (u, v), growing away from the centre, which
+//! lies at (−1, 0); v's direction is u's turned left. Its ring is k = u + v, one less than the number
 //! of hops to the centre. Nodes of one ring are no neighbours: from (u, v) a hop leads inwards to
 //! (u − 1, v) and (u, v − 1) on ring k − 1, outwards to (u + 1, v) and (u, v + 1) on ring k + 1. So a ring
 //! is worked on many nodes at a time, and from ring to ring news of the centre travels outwards in one
 //! sweep.
 //!
-//! Rings lie in memory by quadrant, then by k, a node at lane v. Where a ring ends, a place beyond either
-//! end mirrors the node that lies there: one of the next quadrant, the centre, or what leaving the grid
+//! Where the centre lies at most [`THIN`] nodes from a side of the grid, sectors beyond it would be strips of short
+//! rings that cost as much as long ones. There u or v goes on below the centre to that side instead: rings are then
+//! straight across the strip, two sectors share the grid, or in a corner one has all of it, the centre too. In the
+//! strip some ways to the centre lead outwards first; but whatever the sectors, neighbours are on rings next to each
+//! other, and that is all that anybody relies on. A ring's *level* is its number counted from the innermost.
+//!
+//! Rings lie in memory by sector, then by k, a node at a lane. Where a ring ends, a place beyond either
+//! end mirrors the node that lies there: one of the next sector, the centre, or what leaving the grid
 //! is worth.
 
 use std::ops::{Range, RangeInclusive};
 
-use crate::Hop;
+use crate::{Hop, Leaving};
 
 /// Nodes worked on at a time, and what rings are aligned to.
 pub(super) const LANES: usize = 8;
@@ -22,7 +28,11 @@ pub(super) const LANES: usize = 8;
 /// Blocks of a row: bits of a word.
 pub(super) const BLOCKS: usize = 64;
 
-/// One ring of one quadrant.
+/// A centre no farther than this from a side has no sectors beyond. Strips of up to ten nodes gain something on
+/// 200 x 200 nodes; from wider ones the ways out take their toll.
+const THIN: i32 = 3;
+
+/// One ring of one sector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
     /// Place of lane −[`LANES`]; need not belong to the ring.
@@ -76,8 +86,8 @@ impl Ring {
     }
 }
 
-/// [`BLOCKS`] blocks of a ring side by side. Rows are numbered from ring to ring outwards; those of one ring
-/// number, whatever their quadrant, are neighbours. The rows of one *column* hold the blocks of the same numbers
+/// [`BLOCKS`] blocks of a ring side by side. Rows are numbered from level to level outwards; those of one
+/// level, whatever their sector, are neighbours. The rows of one *column* hold the blocks of the same numbers
 /// on rings after one another. Rows without blocks of nodes, such as ring −1's, are there to be written to, and
 /// lead nowhere but to themselves.
 #[derive(Clone, Copy, Debug)]
@@ -88,15 +98,17 @@ pub(super) struct Row {
     pub outwards: usize,
     /// The blocks that there are, a bit each.
     pub valid: u64,
-    /// Those with a node that has a mirror, in their first lane or in another.
+    /// Those with a node that another block sees in a mirror, in their first lane or in another.
     pub mirrored_first: u64,
     pub mirrored: u64,
+    /// Mirrors in which a node of the row sees itself beyond the rim, from and to; else a place as it is.
+    pub rims: [(u32, u32); 2],
     /// The rows of its column on the rings inwards and outwards.
     pub before: u32,
     pub after: u32,
     /// Which of the ring's blocks it holds: those from 64 `column` on.
     pub column: u32,
-    /// Index of the ring, and its number, 0 for ring −1.
+    /// Index of the ring, and its level, 0 as well before the first.
     pub ring: u32,
     pub level: u32,
 }
@@ -110,16 +122,21 @@ pub(super) struct Mirror {
     pub to: usize,
     /// Row, and bit in it, of the block that reads it.
     pub reader: (usize, usize),
-    /// Whether the mirror stands for leaving the grid.
-    pub rim: bool,
 }
 
-/// One quadrant: nodes with u < `across` and v < `along`.
+/// One sector: a quarter, half, or all of the grid.
 #[derive(Clone, Copy, Debug, Default)]
-struct Quadrant {
+struct Sector {
+    /// Nodes along u and along v; none if there is no such sector.
     across: i32,
     along: i32,
-    /// Index of ring −1, which has but a mirror.
+    /// How far u and v go on below the centre: the first node's, negated.
+    below: (i32, i32),
+    /// Whether the nodes before the first along u and v are other sectors', else there are none.
+    seams: (bool, bool),
+    /// Level of its first ring.
+    level: usize,
+    /// Index of the ring before that, which has but a mirror.
     rings: usize,
 }
 
@@ -128,17 +145,22 @@ struct Quadrant {
 pub(super) struct Rings {
     width: usize,
     centre: (i32, i32),
-    quadrants: [Quadrant; 4],
+    /// On which side of the centre every node of the grid counts as lying, by the signs of x and y, or 0 where each
+    /// counts as lying on its own.
+    sides: (i32, i32),
+    sectors: [Sector; 4],
     rings: Vec<Ring>,
     /// Mirrors of each ring's nodes, and where they begin.
     mirrors: Vec<Mirror>,
     mirrors_from: Vec<u32>,
+    /// Places that stand for being lost beyond the rim.
+    pub beyond: Vec<usize>,
     /// Places in all.
     pub places: usize,
-    /// Rows in order, and the first of each ring number from −1 on.
+    /// Rows in order, and the first of each level from −1 on.
     pub rows: Vec<Row>,
     rows_from: Vec<usize>,
-    /// Rings around the centre.
+    /// Levels that there are.
     pub levels: usize,
     /// Blocks that there are.
     pub blocks: u64,
@@ -157,45 +179,64 @@ pub(super) struct Seat {
 
 impl Rings {
     /// The layout of a grid around `centre`, a node.
-    pub fn new(width: usize, height: usize, centre: usize) -> Self {
+    pub fn new(width: usize, height: usize, centre: usize, leaving: Leaving) -> Self {
         let (x, y) = ((centre % width) as i32, (centre / width) as i32);
-        let (east, west) = (width as i32 - 1 - x, x);
-        let (north, south) = (height as i32 - 1 - y, y);
-        let sides = [(east, north), (north, west), (west, south), (south, east)];
+        // Nodes beyond the centre to the east, north, west and south.
+        let rooms = [width as i32 - 1 - x, height as i32 - 1 - y, x, y];
+        let side = |axis: usize| match (rooms[axis], rooms[axis + 2]) {
+            (ahead, behind) if ahead.min(behind) > THIN => 0,
+            (ahead, behind) if ahead >= behind => 1,
+            _ => -1,
+        };
+        let sides = [side(0), side(1), -side(0), -side(1)];
         let mut layout = Self {
             width,
             centre: (x, y),
-            quadrants: Default::default(),
+            sides: (sides[0], sides[1]),
+            sectors: Default::default(),
             rings: Vec::new(),
             mirrors: Vec::new(),
             mirrors_from: Vec::new(),
+            beyond: Vec::new(),
             places: 0,
             rows: Vec::new(),
             rows_from: Vec::new(),
             levels: 0,
             blocks: 0,
         };
+        for (index, sector) in layout.sectors.iter_mut().enumerate() {
+            let (u, v) = (index, (index + 1) % 4);
+            if sides[u] < 0 || sides[v] < 0 {
+                continue;
+            }
+            let below = |direction: usize| if sides[direction] == 0 { 0 } else { rooms[(direction + 2) % 4] };
+            sector.below = (below(u) + sides[u], below(v));
+            sector.seams = (sides[u] == 0, sides[v] == 0);
+            sector.across = rooms[u] + sector.below.0;
+            sector.along = rooms[v] + 1 + sector.below.1;
+        }
+        let depth = |sector: &Sector| sector.below.0 + sector.below.1;
+        let deepest = layout.sectors.iter().map(depth).max().unwrap_or(0);
         // Room before the first ring: its neighbours are read, whatever they hold.
         let margin = (width.max(height) / LANES + 4) * LANES;
         layout.places = margin;
-        for (quadrant, (across, beside)) in sides.into_iter().enumerate() {
-            let along = beside + 1;
-            layout.quadrants[quadrant] = Quadrant { across, along, rings: layout.rings.len() };
-            if across == 0 {
-                continue;
-            }
+        for index in layout.sectors() {
+            let Sector { across, along, .. } = layout.sectors[index];
+            let level = (deepest - depth(&layout.sectors[index])) as usize;
+            (layout.sectors[index].level, layout.sectors[index].rings) = (level, layout.rings.len());
             for k in -1..across + along {
                 layout.push_ring(k, across, along);
             }
-            layout.levels = layout.levels.max((across + along - 1) as usize);
+            layout.levels = layout.levels.max(level + (across + along - 1) as usize);
         }
         // And behind the last, for all the blocks of a row.
         layout.places += BLOCKS * LANES + margin;
         layout.number();
-        layout.link();
+        layout.link(leaving);
         layout
     }
 
+    /// Adds the ring of the nodes of a sector whose coordinates, counted from its first node, sum to `k`.
     fn push_ring(&mut self, k: i32, across: i32, along: i32) {
         let (first, last) = ((k - across + 1).max(0), k.min(along - 1));
         let lanes = LANES as i32;
@@ -213,13 +254,13 @@ impl Rings {
 
     /// Numbers the rows.
     fn number(&mut self) {
-        let ring_at = |quadrant: &Quadrant, k: usize| {
-            let &Quadrant { across, along, rings } = quadrant;
-            (across > 0 && k as i32 <= across + along).then(|| rings + k)
+        let ring_at = |sector: &Sector, k: usize| {
+            let k = k.checked_sub(sector.level)?;
+            (sector.across > 0 && k as i32 <= sector.across + sector.along).then(|| sector.rings + k)
         };
         for k in 0..self.levels + 2 {
             self.rows_from.push(self.rows.len());
-            for ring in self.quadrants.iter().filter_map(|quadrant| ring_at(quadrant, k)) {
+            for ring in self.sectors.iter().filter_map(|sector| ring_at(sector, k)) {
                 let at = self.rings[ring];
                 self.rings[ring].rows = self.rows.len().wrapping_sub(*at.columns().start());
                 for column in at.columns() {
@@ -229,9 +270,10 @@ impl Rings {
                         place,
                         inwards: place,
                         outwards: place,
-                        valid: if k == 0 || at.first > at.last { 0 } else { at.valid(column) },
+                        valid: if at.first > at.last { 0 } else { at.valid(column) },
                         mirrored_first: 0,
                         mirrored: 0,
+                        rims: [(place as u32, place as u32); 2],
                         before: row,
                         after: row,
                         ring: ring as u32,
@@ -252,12 +294,9 @@ impl Rings {
     }
 
     /// Finds the mirrors of each ring's nodes.
-    fn link(&mut self) {
-        for quadrant in 0..4 {
-            let Quadrant { across, along, rings } = self.quadrants[quadrant];
-            if across == 0 {
-                continue;
-            }
+    fn link(&mut self, leaving: Leaving) {
+        for sector in self.sectors() {
+            let Sector { across, along, below, seams, rings, .. } = self.sectors[sector];
             for k in -1..across + along {
                 let ring = rings + (k + 1) as usize;
                 self.mirrors_from.push(self.mirrors.len() as u32);
@@ -265,118 +304,133 @@ impl Rings {
                 if first > last {
                     continue;
                 }
-                let seat = |u: i32, v: i32| self.seat_at(quadrant, u, v);
+                let seat = |u: i32, v: i32| self.seat_at(sector, u, v);
+                // Who is seen, where, and by whom.
                 let mut found = Vec::new();
-                let mut mirror = |(u, v): (i32, i32), to: Seat, reader: Seat, rim: bool| {
-                    let from = seat(u, v).place;
-                    let row = self.rings[reader.ring].row(reader.block / BLOCKS);
-                    let reader = (row, reader.block % BLOCKS);
-                    found.push(Mirror { from, to: to.place, reader, rim });
-                };
-                let (next, before) = ((quadrant + 1) % 4, (quadrant + 3) % 4);
-                if first == 0 {
-                    // v = 0: seen from the quadrant before, or at the rim if there is none.
-                    if self.quadrants[before].across > 0 {
-                        let to = self.seat_at(before, -1, k + 1);
-                        mirror((k, 0), to, self.seat_at(before, 0, k + 1), false);
-                    } else {
-                        mirror((k, 0), seat(k, -1), seat(k, 0), true);
-                    }
+                if first == 0 && seams.1 {
+                    // v = 0: seen from the sector before.
+                    let before = (sector + 3) % 4;
+                    let v = k - below.0 + 1 + self.sectors[before].below.1;
+                    found.push((seat(k, 0), self.seat_at(before, -1, v), self.seat_at(before, 0, v)));
+                } else if first == 0 {
+                    found.push((seat(k, 0), seat(k, -1), seat(k, 0)));
                 }
-                if last == k && k > 0 && self.quadrants[next].across > 0 {
-                    // u = 0: seen from the quadrant after.
-                    let to = self.seat_at(next, k - 1, -1);
-                    mirror((0, k), to, self.seat_at(next, k - 1, 0), false);
+                if last == k && seams.0 {
+                    // u = 0: seen from the sector after, but for what only the centre would see.
+                    let after = (sector + 1) % 4;
+                    let u = k - below.1 - 1 + self.sectors[after].below.0;
+                    if u >= 0 {
+                        found.push((seat(0, k), self.seat_at(after, u, -1), self.seat_at(after, u, 0)));
+                    }
+                } else if last == k {
+                    found.push((seat(0, k), seat(-1, k), seat(0, k)));
                 }
                 if k - first == across - 1 {
-                    mirror((across - 1, first), seat(across, first), seat(across - 1, first), true);
+                    let node = seat(across - 1, first);
+                    found.push((node, seat(across, first), node));
                 }
                 if last == along - 1 {
-                    mirror((k - last, last), seat(k - last, along), seat(k - last, last), true);
+                    let node = seat(k - last, last);
+                    found.push((node, seat(k - last, along), node));
                 }
-                for mirror in &found {
-                    let lane = mirror.from - self.rings[ring].origin;
-                    let block = lane / LANES;
-                    let row = &mut self.rows[self.rings[ring].row(block / BLOCKS)];
-                    let mirrored =
-                        if lane.is_multiple_of(LANES) { &mut row.mirrored_first } else { &mut row.mirrored };
-                    *mirrored |= 1 << (block % BLOCKS);
+                for (node, to, reader) in found {
+                    if node == reader && leaving == Leaving::Loses {
+                        self.beyond.push(to.place);
+                        continue;
+                    }
+                    let row_of = |seat: &Seat| self.rings[seat.ring].row(seat.block / BLOCKS);
+                    let reader_at = (row_of(&reader), reader.block % BLOCKS);
+                    let row = &mut self.rows[row_of(&node)];
+                    let free = row.rims.iter_mut().find(|rim| node == reader && rim.0 == rim.1);
+                    if let Some(rim) = free {
+                        *rim = (node.place as u32, to.place as u32);
+                    } else {
+                        // Another's, or the second of a corner.
+                        let is_first = node.place.is_multiple_of(LANES);
+                        let mirrored = if is_first { &mut row.mirrored_first } else { &mut row.mirrored };
+                        *mirrored |= 1 << (node.block % BLOCKS);
+                    }
+                    self.mirrors.push(Mirror { from: node.place, to: to.place, reader: reader_at });
                 }
-                self.mirrors.append(&mut found);
             }
         }
         self.mirrors_from.push(self.mirrors.len() as u32);
     }
 
-    fn seat_at(&self, quadrant: usize, u: i32, v: i32) -> Seat {
-        let ring = self.quadrants[quadrant].rings + (u + v + 1) as usize;
+    fn seat_at(&self, sector: usize, u: i32, v: i32) -> Seat {
+        let ring = self.sectors[sector].rings + (u + v + 1) as usize;
         let lane = (v + LANES as i32) as usize;
         Seat { ring, block: lane / LANES, place: self.rings[ring].origin + lane }
     }
 
-    /// Where a node lies; `None` for the centre, which has a mirror in each quadrant and no seat.
+    /// Where a node lies; `None` for the centre of four sectors, which has a mirror in each and no seat.
     pub fn seat(&self, node: usize) -> Option<Seat> {
-        let (quadrant, u, v) = self.coordinates(node)?;
-        Some(self.seat_at(quadrant, u, v))
+        let (sector, u, v) = self.coordinates(node)?;
+        Some(self.seat_at(sector, u, v))
     }
 
-    /// The ring number of a node; `None` for the centre.
+    /// The level of a node; `None` where it has no seat.
     pub fn level(&self, node: usize) -> Option<usize> {
-        self.coordinates(node).map(|(_, u, v)| (u + v) as usize)
+        self.coordinates(node).map(|(sector, u, v)| self.sectors[sector].level + (u + v) as usize)
     }
 
-    /// The quadrant of a node; `None` for the centre.
-    pub fn quadrant(&self, node: usize) -> Option<usize> {
-        self.coordinates(node).map(|(quadrant, _, _)| quadrant)
+    /// The sector of a node; `None` where it has no seat.
+    pub fn sector(&self, node: usize) -> Option<usize> {
+        self.coordinates(node).map(|(sector, _, _)| sector)
     }
 
+    /// Sector and coordinates, counted from its first node.
     fn coordinates(&self, node: usize) -> Option<(usize, i32, i32)> {
         let (dx, dy) =
             ((node % self.width) as i32 - self.centre.0, (node / self.width) as i32 - self.centre.1);
-        match (dx, dy) {
-            (0, 0) => None,
-            _ if dx > 0 && dy >= 0 => Some((0, dx - 1, dy)),
-            _ if dy > 0 && dx <= 0 => Some((1, dy - 1, -dx)),
-            _ if dx < 0 && dy <= 0 => Some((2, -dx - 1, -dy)),
-            _ => Some((3, -dy - 1, dx)),
-        }
+        let lies = |side: i32, offset: i32| if side == 0 { offset } else { side };
+        let sector = match (lies(self.sides.0, dx), lies(self.sides.1, dy)) {
+            (0, 0) => return None,
+            (x, y) if x > 0 && y >= 0 => 0,
+            (x, y) if y > 0 && x <= 0 => 1,
+            (x, y) if x < 0 && y <= 0 => 2,
+            _ => 3,
+        };
+        let (u, v) = [(dx, dy), (dy, -dx), (-dx, -dy), (-dy, dx)][sector];
+        let (below_u, below_v) = self.sectors[sector].below;
+        Some((sector, u - 1 + below_u, v + below_v))
     }
 
-    /// The node of a quadrant's coordinates.
-    fn node_at(&self, quadrant: usize, u: i32, v: i32) -> usize {
-        let (dx, dy) = match quadrant {
-            0 => (u + 1, v),
-            1 => (-v, u + 1),
-            2 => (-u - 1, -v),
-            _ => (v, -u - 1),
-        };
+    /// The node of a sector's coordinates.
+    fn node_at(&self, sector: usize, u: i32, v: i32) -> usize {
+        let (below_u, below_v) = self.sectors[sector].below;
+        let (u, v) = (u + 1 - below_u, v - below_v);
+        let (dx, dy) = [(u, v), (-v, u), (-u, -v), (v, -u)][sector];
         ((self.centre.1 + dy) as usize) * self.width + (self.centre.0 + dx) as usize
     }
 
-    /// The quadrants that have nodes.
-    pub fn quadrants(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..4).filter(|&quadrant| self.quadrants[quadrant].across > 0)
+    /// The sectors that there are.
+    pub fn sectors(&self) -> impl Iterator<Item = usize> + use<> {
+        let there = self.sectors.map(|sector| sector.across > 0);
+        (0..4).filter(move |&sector| there[sector])
     }
 
-    /// The towards-u and towards-v hops of a quadrant.
-    pub fn axes(quadrant: usize) -> (Hop, Hop) {
-        let u = [Hop::East, Hop::North, Hop::West, Hop::South][quadrant];
+    /// The towards-u and towards-v hops of a sector.
+    pub fn axes(sector: usize) -> (Hop, Hop) {
+        let u = [Hop::East, Hop::North, Hop::West, Hop::South][sector];
         (u, u.left())
     }
 
-    /// Index of the ring at `level` of a quadrant, if it has nodes.
-    pub fn ring(&self, quadrant: usize, level: usize) -> Option<usize> {
-        let Quadrant { across, along, rings } = self.quadrants[quadrant];
-        (across > 0 && (level as i32) < across + along - 1).then(|| rings + level + 1)
+    /// Index of the ring at `level` of a sector, if it has nodes.
+    pub fn ring(&self, sector: usize, level: usize) -> Option<usize> {
+        let Sector { across, along, level: first, rings, .. } = self.sectors[sector];
+        let k = level.checked_sub(first)?;
+        (across > 0 && (k as i32) < across + along - 1).then(|| rings + k + 1)
     }
 
     /// The nodes of a ring: node and place.
-    pub fn nodes(&self, quadrant: usize, level: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let ring = self.ring(quadrant, level).map(|ring| self.rings[ring]);
+    pub fn nodes(&self, sector: usize, level: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let ring = self.ring(sector, level).map(|ring| self.rings[ring]);
+        let k = level as i32 - self.sectors[sector].level as i32;
         ring.into_iter().flat_map(move |ring| {
             (ring.first..=ring.last).map(move |v| {
                 let place = ring.origin + (v + LANES as i32) as usize;
-                (self.node_at(quadrant, level as i32 - v, v), place)
+                (self.node_at(sector, k - v, v), place)
             })
         })
     }
@@ -399,9 +453,10 @@ impl Rings {
         &self.mirrors[self.mirrors_from[ring] as usize..self.mirrors_from[ring + 1] as usize]
     }
 
-    /// The places that mirror the centre.
+    /// The places that mirror a centre without a seat.
     pub fn centres(&self) -> impl Iterator<Item = usize> + '_ {
-        self.quadrants().map(|quadrant| self.seat_at(quadrant, -1, 0).place)
+        let seatless = self.sides == (0, 0);
+        self.sectors().filter(move |_| seatless).map(|sector| self.seat_at(sector, -1, 0).place)
     }
 }
 
@@ -409,30 +464,106 @@ impl Rings {
 mod tests {
     use super::*;
 
+    /// Grids with the centre in a corner, at a side, and inside, and those that have no inside.
+    fn all_rings() -> impl Iterator<Item = (usize, usize, usize, Rings)> {
+        let grids = [(1, 1), (1, 7), (9, 1), (5, 6), (12, 8), (23, 40)];
+        grids.into_iter().flat_map(|(width, height)| {
+            (0..width * height).map(move |centre| {
+                let leaving = if centre % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
+                (width, height, centre, Rings::new(width, height, centre, leaving))
+            })
+        })
+    }
+
     #[test]
-    fn every_node_but_the_centre_has_a_seat_of_its_own_and_is_found_there() {
-        for (width, height) in [(1, 1), (1, 7), (9, 1), (5, 6), (23, 40)] {
-            for centre in 0..width * height {
-                let rings = Rings::new(width, height, centre);
-                let mut taken = vec![false; rings.places];
-                let mut nodes = 0;
-                for quadrant in rings.quadrants() {
-                    for level in 0..rings.levels {
-                        for (node, place) in rings.nodes(quadrant, level) {
-                            let seat = rings.seat(node).expect("not the centre");
-                            assert_eq!((seat.place, rings.level(node)), (place, Some(level)));
-                            assert_eq!(rings.at(seat.ring).place(seat.block), place / LANES * LANES);
-                            assert!(!std::mem::replace(&mut taken[place], true));
-                            nodes += 1;
-                        }
+    fn every_node_but_the_centre_of_four_sectors_has_a_seat_of_its_own_and_is_found_there() {
+        let mut seen = [0; 5];
+        for (width, height, centre, rings) in all_rings() {
+            let mut taken = vec![false; rings.places];
+            let mut nodes = 0;
+            for sector in rings.sectors() {
+                for level in 0..rings.levels {
+                    for (node, place) in rings.nodes(sector, level) {
+                        let seat = rings.seat(node).expect("a seat");
+                        let found = (seat.place, rings.level(node), rings.sector(node));
+                        assert_eq!(found, (place, Some(level), Some(sector)));
+                        assert_eq!(rings.at(seat.ring).place(seat.block), place / LANES * LANES);
+                        assert!(!std::mem::replace(&mut taken[place], true));
+                        nodes += 1;
                     }
                 }
-                assert_eq!((nodes, rings.seat(centre)), (width * height - 1, None));
-                for mirror in &rings.mirrors {
-                    assert!(taken[mirror.from] && !std::mem::replace(&mut taken[mirror.to], true));
+            }
+            let sectors = rings.sectors().count();
+            let seated = sectors < 4;
+            assert_eq!(
+                (nodes, rings.seat(centre).is_some()),
+                (width * height - usize::from(!seated), seated)
+            );
+            for mirror in &rings.mirrors {
+                assert!(taken[mirror.from] && !std::mem::replace(&mut taken[mirror.to], true));
+            }
+            for place in rings.centres().chain(rings.beyond.iter().copied()) {
+                assert!(!std::mem::replace(&mut taken[place], true));
+            }
+            seen[sectors] += 1;
+        }
+        assert!([1, 2, 4].into_iter().all(|sectors| seen[sectors] > 100), "{seen:?}");
+    }
+
+    #[test]
+    fn around_a_node_lie_its_neighbours_on_the_rings_beside_its_own() {
+        const BEYOND: usize = usize::MAX;
+        for (width, height, centre, rings) in all_rings() {
+            let mut held = vec![None; rings.places];
+            for node in (0..width * height).filter(|&node| rings.seat(node).is_some()) {
+                held[rings.seat(node).expect("a seat").place] = Some(node);
+            }
+            rings.mirrors.iter().for_each(|mirror| held[mirror.to] = held[mirror.from]);
+            rings.centres().for_each(|place| held[place] = Some(centre));
+            rings.beyond.iter().for_each(|&place| held[place] = Some(BEYOND));
+            let leaves_to = |node: usize| if centre % 2 == 0 { node } else { BEYOND };
+            for (node, seat) in (0..width * height).filter_map(|node| Some((node, rings.seat(node)?))) {
+                let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
+                let lane = seat.place - row.place;
+                let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
+                for (hop, place) in [
+                    (u.left().left(), row.inwards + lane),
+                    (v.left().left(), row.inwards + lane - 1),
+                    (u, row.outwards + lane),
+                    (v, row.outwards + lane + 1),
+                ] {
+                    let (x, y) = (node % width, node / width);
+                    let beside = match hop {
+                        Hop::East => (x + 1 < width).then(|| node + 1),
+                        Hop::North => (y + 1 < height).then(|| node + width),
+                        Hop::West => x.checked_sub(1).map(|_| node - 1),
+                        Hop::South => y.checked_sub(1).map(|_| node - width),
+                    };
+                    // Nothing is read beyond what has no seat, nor around the centre.
+                    if node != centre {
+                        let expected = beside.unwrap_or(leaves_to(node));
+                        assert_eq!(held[place], Some(expected), "{hop:?} of {node}, around {centre}");
+                    }
+                    if let Some((one, other)) = rings.level(node).zip(beside.and_then(|to| rings.level(to))) {
+                        assert_eq!(one.abs_diff(other), 1, "{hop:?} of {node}, around {centre}");
+                    }
                 }
-                for centre in rings.centres() {
-                    assert!(!taken[centre]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_knows_of_every_mirror_of_its_nodes() {
+        for (width, height, centre, rings) in all_rings() {
+            for node in 0..width * height {
+                let Some(seat) = rings.seat(node) else { continue };
+                let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
+                let is_first = seat.place % LANES == 0;
+                let mirrored = if is_first { row.mirrored_first } else { row.mirrored };
+                for mirror in rings.mirrors(seat.ring).iter().filter(|mirror| mirror.from == seat.place) {
+                    let rim = (mirror.from as u32, mirror.to as u32);
+                    let known = row.rims.contains(&rim) || mirrored & (1 << (seat.block % BLOCKS)) != 0;
+                    assert!(known, "{node} of {width} x {height} around {centre}");
                 }
             }
         }
