@@ -8,6 +8,17 @@
 
 use crate::{Error, Kind, Leaving, Rules, Site, Soil, World};
 
+/// Where a goal lies, the start being in the corner of the first node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// One node off the opposite corner.
+    Corner,
+    /// One node off the opposite side, at 3/5 of the width.
+    Side,
+    /// Well inside, at 3/5 of the width and 2/5 of the height.
+    Inside,
+}
+
 /// What world to make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specimen {
@@ -23,8 +34,8 @@ pub struct Specimen {
     pub information: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// Whether the goal lies well inside, rather than in the corner opposite the start.
-    pub inner: bool,
+    /// Where the goal lies.
+    pub place: Place,
 }
 
 /// Hard ground of the paper.
@@ -45,7 +56,8 @@ impl Specimen {
     #[must_use]
     pub fn plain(side: usize, seed: u64) -> Self {
         let leaving = Leaving::Stays;
-        Self { width: side, height: side, seed, safety: 0.5, information: 0.5, leaving, inner: false }
+        let (safety, information, place) = (0.5, 0.5, Place::Corner);
+        Self { width: side, height: side, seed, safety, information, leaving, place }
     }
 
     /// A square world in which lingering on a hill is worth more than the goal: w1 = 10, w2 = 30.
@@ -57,7 +69,7 @@ impl Specimen {
     /// A square world in which the goal is worth reaching and lies well inside.
     #[must_use]
     pub fn inner(side: usize, seed: u64) -> Self {
-        Self { inner: true, ..Self::plain(side, seed) }
+        Self { place: Place::Inside, ..Self::plain(side, seed) }
     }
 
     /// The node that a mission would start from.
@@ -66,13 +78,16 @@ impl Specimen {
         2.min(self.height - 1) * self.width + 1.min(self.width - 1)
     }
 
-    /// The goal: one node off the corner, or at 3/5 of the width and 2/5 of the height.
+    /// The goal.
     #[must_use]
     pub fn goal(&self) -> usize {
-        if self.inner {
-            return self.height * 2 / 5 * self.width + self.width * 3 / 5;
-        }
-        self.height.saturating_sub(2) * self.width + self.width.saturating_sub(2)
+        let (far_x, far_y) = (self.width.saturating_sub(2), self.height.saturating_sub(2));
+        let (x, y) = match self.place {
+            Place::Corner => (far_x, far_y),
+            Place::Side => (self.width * 3 / 5, far_y),
+            Place::Inside => (self.width * 3 / 5, self.height * 2 / 5),
+        };
+        y * self.width + x
     }
 
     /// Makes the world.

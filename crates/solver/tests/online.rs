@@ -8,7 +8,7 @@ mod mission;
 use mission::Mission;
 use solver::online::choice::{CANONICAL_ERROR, TIE};
 use solver::online::{Decision, How, Online, Status};
-use solver::specimen::{DISCOUNT, Draw, HARD, SAND, Specimen};
+use solver::specimen::{DISCOUNT, Draw, HARD, Place, SAND, Specimen};
 use solver::{Effort, Hop, Kind, Leaving, Reach, Rules, Site, Soil, Solver, World, bellman, policy};
 
 /// What a small world is like.
@@ -191,18 +191,17 @@ fn survey(specimen: Specimen, radius: f64) -> Mission {
 /// P-SAME-HOP.
 #[test]
 fn focused_decisions_are_the_canonical_ones() {
-    // With the goal in a corner, and well inside.
-    let mut tallies = [Tally::default(); 2];
+    let places = [Place::Corner, Place::Inside, Place::Side];
+    let mut tallies = [Tally::default(); 3];
     let mut solver = Solver::new();
     let wanted = hops_wanted(900);
     for seed in 0.. {
         let side = 92 + 8 * (seed % 3) as usize;
         let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
         let (safety, information) = [(0.5, 0.5), (1.0, 0.0), (2.0, 3.0)][(seed / 2 % 3) as usize];
-        let inner = seed / 2 % 2 == 1;
-        let specimen = Specimen { leaving, safety, information, inner, ..Specimen::plain(side, seed) };
-        let mission = survey(specimen, [2.5, 4.0, 6.0][(seed % 3) as usize]);
-        let tally = &mut tallies[usize::from(inner)];
+        let (place, tally) = (places[(seed % 3) as usize], &mut tallies[(seed % 3) as usize]);
+        let specimen = Specimen { leaving, safety, information, place, ..Specimen::plain(side, seed) };
+        let mission = survey(specimen, [2.5, 4.0, 6.0][(seed / 3 % 3) as usize]);
         let mut online = Online::new(mission.unseen.clone());
         let mut flight = mission.fly(seed);
         for _ in 0..3 * side {
@@ -275,7 +274,14 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
 /// P-AT-REST. Marks are kept 64 blocks of 8 nodes to a word: here changes cross from word to word.
 #[test]
 fn news_crosses_long_rings() {
-    for (width, height) in [(5, 1_150), (1_150, 5), (90, 560)] {
+    for (width, height, place) in [
+        (5, 1_150, Place::Corner),
+        (1_150, 5, Place::Corner),
+        (90, 560, Place::Corner),
+        (1_150, 24, Place::Inside),
+        (24, 1_150, Place::Inside),
+        (1_200, 9, Place::Side),
+    ] {
         let mut draw = Draw((width * height) as u64);
         let rules =
             Rules { discount: DISCOUNT, loss: -900.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };
@@ -286,7 +292,7 @@ fn news_crosses_long_rings() {
             let payoff = -draw.uniform();
             world.set(node, Site { kind: Kind::Free, payoff, slope_east: east, slope_north: north, soil });
         }
-        let goal = width * (height - 2) + width - 2;
+        let goal = Specimen { width, height, place, ..Specimen::plain(1, 1) }.goal();
         world.set(goal, Site { kind: Kind::Goal, payoff: 100.0, ..world.site(goal) });
         let mut online = Online::new(world);
         for _ in 0..24 {

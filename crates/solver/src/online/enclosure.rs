@@ -55,7 +55,7 @@ impl Enclosure {
     #[cfg(test)]
     pub fn around(&self, field: &Field, node: usize) -> [f64; 2] {
         let (seat, level) =
-            field.rings.seat(node).zip(field.rings.level(node)).expect("a node off the centre");
+            field.rings.seat(node).zip(field.rings.level(node)).expect("a free node has a seat");
         let unwritten = self.laid[level] - self.written[level];
         let [upper, lower] = self.bounds.worths.each_ref().map(|worths| worths[seat.place]);
         [upper + unwritten, lower - unwritten]

@@ -59,7 +59,7 @@ impl Field {
             waits,
             magnitude: 4.0 * world.worth_max(),
         };
-        for sector in 0..4 {
+        for sector in field.rings.sectors() {
             for level in 0..field.rings.levels {
                 let Some(ring) = field.rings.ring(sector, level) else { continue };
                 let nodes: Vec<_> = field.rings.nodes(sector, level).collect();

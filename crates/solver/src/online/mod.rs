@@ -26,14 +26,14 @@
 //! within τ, then L − τ/(1−γ) ≤ V* ≤ U + τ/(1−γ), since T(U + c) = TU + γc. So two fields are kept, and all
 //! that is to be shown is one inequality a node.
 //!
-//! A *line* is drawn behind the hopper: a ring ℓ. Nodes on rings from ℓ on are *frozen*; nearer ones are
+//! A *line* is drawn behind the hopper: a level ℓ of rings. Nodes on levels from ℓ on are *frozen*; nearer ones are
 //! *clear*. Drawing it raises U by a reserve S on **all** frozen nodes, and lowers L by as much:
 //!
 //! - at a frozen node whose neighbours are frozen, T(U + S) = TU + γS ≤ U + S;
-//! - at one of ring ℓ, with neighbours on the clear ring ℓ − 1, the more so, for those were not raised;
-//! - clear nodes are relaxed under what ring ℓ has become, until they are at rest again.
+//! - at one of level ℓ, with neighbours on the clear level ℓ − 1, the more so, for those were not raised;
+//! - clear nodes are relaxed under what level ℓ has become, until they are at rest again.
 //!
-//! So U stays super-harmonic everywhere, and only ring ℓ need be touched: beyond it the reserve stands in
+//! So U stays super-harmonic everywhere, and only level ℓ need be touched: beyond it the reserve stands in
 //! the proof, and level by level in a table; it is written where it is read. What the first line leaves
 //! over, (1 − γ) S a node, is room: for frozen nodes that were at rest at no more than a coarse tolerance
 //! when the line was drawn, and for news among them. A frozen node whose ground or neighbours have changed
@@ -88,16 +88,16 @@ use witness::Witness;
 /// Bound on the error of a session's values, in units of payoff: a little below the 1e-6 that is promised.
 pub const VALUE_ERROR: f64 = 0.99e-6;
 
-/// Rings between the hopper and the line, at least.
+/// Levels between the hopper and the line, at least.
 const DEPTH: usize = 4;
 
-/// Rings between them when the line is drawn.
+/// Levels between them when the line is drawn.
 const DRAWN: usize = 7;
 
-/// The line is drawn anew when the hopper has gone on by so many rings.
+/// The line is drawn anew when the hopper has gone on by so many levels.
 const STRIDE: usize = 9;
 
-/// Rings by which the line goes out where the bounds do not tell, one after the other.
+/// Levels by which the line goes out where the bounds do not tell, one after the other.
 const RETREATS: [usize; 2] = [8, 24];
 
 /// Tolerances at which the bounds are asked, one after the other, in units of the one that values come to
@@ -539,15 +539,17 @@ fn lost(world: &World) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::specimen::{Draw, Specimen};
+    use crate::specimen::{Draw, Place, Specimen};
 
     /// P-ENCLOSED.
     #[test]
     fn the_bounds_hold_at_every_node_frozen_or_clear_and_at_every_stage() {
         let mut solver = Solver::new();
         let mut drawn = 0;
-        for (seed, radius) in [(3, 5), (4, 2)] {
-            let specimen = Specimen::plain(92, seed);
+        for (seed, radius, place) in
+            [(3, 5, Place::Corner), (4, 2, Place::Corner), (5, 3, Place::Inside), (6, 4, Place::Side)]
+        {
+            let specimen = Specimen { place, ..Specimen::plain(92, seed) };
             let truth = specimen.world().expect("a size in range");
             let (width, height) = (truth.width(), truth.height());
             let mut online = Online::new(specimen.unseen().expect("a size in range"));

@@ -11,7 +11,7 @@
 //!
 //! Visits go outwards, the way news of the goal travels: a change crosses all it reaches in one pass. What
 //! that order leaves over are slips back towards the goal, one a pass; so a pass goes no further than
-//! [`WINDOW`] rings beyond the first marked one, lest far rings be visited again for every correction of
+//! [`WINDOW`] levels beyond the first marked one, lest far ones be visited again for every correction of
 //! near ones.
 //!
 //! On some steep worlds these steps go round in circles. After [`BOLD_SWEEPS`] without rest they are careful
@@ -26,7 +26,7 @@ use super::kernel::Lanes;
 use super::rings::{BLOCKS, LANES, Rings, Row, Seat};
 use crate::World;
 
-/// Rings of a pass.
+/// Levels of a pass.
 const WINDOW: usize = 40;
 
 /// Sweeps without rest after which steps are careful.
@@ -408,4 +408,123 @@ fn beyond(lanes: &Lanes, limit: f64) -> u8 {
         set |= u8::from(!within) << lane;
     }
     set
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::specimen::{DISCOUNT, Draw, HARD};
+    use crate::{Hop, Kind, Leaving, Rules, Site};
+
+    const LOSS: f64 = -900.0;
+
+    /// Grids around goals in corners, at sides and inside, some with rings of several rows.
+    fn worlds() -> impl Iterator<Item = (usize, World)> {
+        let small = [(1, 1), (1, 9), (9, 1), (4, 6), (12, 10)]
+            .into_iter()
+            .flat_map(|(width, height)| (0..width * height).map(move |goal| (width, height, goal)));
+        let large = [(600, 9), (9, 600), (530, 540)].into_iter().flat_map(|(width, height)| {
+            let middle = height / 2 * width + width / 2;
+            [0, width / 2, middle - width / 2, middle].map(|goal| (width, height, goal))
+        });
+        small.chain(large).flat_map(|(width, height, goal)| {
+            [Leaving::Stays, Leaving::Loses].map(|leaving| {
+                let rules = Rules { discount: DISCOUNT, loss: LOSS, leaving, soils: vec![HARD] };
+                let mut world = World::new(width, height, rules).expect("a world in range");
+                let site = |kind| Site { kind, payoff: 0.0, slope_east: 0.0, slope_north: 0.0, soil: 0 };
+                (0..world.nodes()).for_each(|node| world.set(node, site(Kind::Free)));
+                world.set(goal, site(Kind::Goal));
+                (goal, world)
+            })
+        })
+    }
+
+    /// What a node's equation reads along each hop.
+    fn read(field: &Field, worths: &[f64], node: usize) -> [(Hop, f64); 4] {
+        let rings = &field.rings;
+        let seat = rings.seat(node).expect("a seat");
+        let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
+        let lane = seat.place - row.place;
+        let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
+        let places = [
+            (u, row.outwards + lane),
+            (v, row.outwards + lane + 1),
+            (u.left().left(), row.inwards + lane),
+            (v.left().left(), row.inwards + lane - 1),
+        ];
+        places.map(|(hop, place)| (hop, worths[place]))
+    }
+
+    /// P-AT-REST.
+    #[test]
+    fn who_reads_a_node_that_has_moved_is_marked_and_reads_what_it_is_worth_now() {
+        let mut draw = Draw(1);
+        for (goal, world) in worlds() {
+            let field = Field::new(&world);
+            let rings = &field.rings;
+            let mut relaxation = Relaxation::<1>::default();
+            field.worths(&world, &vec![0.0; world.nodes()], &mut relaxation.worths[0]);
+            relaxation.clear(rings);
+            let stays = world.rules().leaving == Leaving::Stays;
+            for step in 0..world.nodes().min(500) {
+                let any = (draw.uniform() * world.nodes() as f64) as usize;
+                let node = if world.nodes() <= 500 { step } else { any };
+                let Some(seat) = rings.seat(node).filter(|_| node != goal) else { continue };
+                relaxation.marks.fill(0);
+                relaxation.marked = NONE;
+                relaxation.worths[0][seat.place] = 1.0 + step as f64;
+                relaxation.touch(&field, seat);
+                let beside = Hop::ALL.into_iter().filter_map(|hop| world.neighbour(node, hop));
+                for reader in beside.chain([node]).filter(|reader| *reader != goal) {
+                    let seat = rings.seat(reader).expect("a seat");
+                    let row = rings.at(seat.ring).row(seat.block / BLOCKS);
+                    let is_marked =
+                        relaxation.marks[row] & rings.rows[row].valid & 1 << (seat.block % BLOCKS);
+                    let within = (relaxation.marked.0..relaxation.marked.1).contains(&row);
+                    assert!(is_marked != 0 && within, "{reader} beside {node}, around {goal}");
+                    for (hop, worth) in read(&field, &relaxation.worths[0], reader) {
+                        let is_worth = |node: usize| match rings.seat(node) {
+                            Some(seat) => relaxation.worths[0][seat.place],
+                            None => 0.0,
+                        };
+                        let expected = match world.neighbour(reader, hop) {
+                            Some(to) => is_worth(to),
+                            None if stays => is_worth(reader),
+                            None => LOSS,
+                        };
+                        assert_eq!(worth, expected, "{hop:?} of {reader} beside {node}, around {goal}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// P-ENCLOSED.
+    #[test]
+    fn a_level_that_is_raised_is_read_as_such_from_everywhere() {
+        for (goal, world) in worlds().filter(|(_, world)| world.nodes() < 10_000) {
+            let field = Field::new(&world);
+            let mut relaxation = Relaxation::<2>::default();
+            for worths in &mut relaxation.worths {
+                field.worths(&world, &vec![0.0; world.nodes()], worths);
+            }
+            for level in (0..field.rings.levels).step_by(3) {
+                relaxation.raise_level(&field, level, [level as f64, -1.0]);
+            }
+            let raised = |node: usize| field.rings.level(node).filter(|level| level % 3 == 0 && node != goal);
+            for node in (0..world.nodes()).filter(|&node| node != goal) {
+                for (field_of, rise) in [(0, None), (1, Some(-1.0))] {
+                    for (hop, worth) in read(&field, &relaxation.worths[field_of], node) {
+                        let expected = match world.neighbour(node, hop) {
+                            None if world.rules().leaving == Leaving::Loses => LOSS,
+                            to => {
+                                raised(to.unwrap_or(node)).map_or(0.0, |level| rise.unwrap_or(level as f64))
+                            }
+                        };
+                        assert_eq!(worth, expected, "{hop:?} of {node}, around {goal}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -1,20 +1,21 @@
 //! Where each node lies in memory: on rings around a goal, the nodes of a ring side by side.
 //!
 //! Round the centre the grid falls into four sectors, each with one arm of the axes, so that a quarter
-//! turn maps each onto the next. Within a sector a node has coordinates (u, v), growing away from the centre, which
-//! lies at (−1, 0); v's direction is u's turned left. Its ring is k = u + v, one less than the number
+//! turn maps each onto the next. Within a sector a node has coordinates (u, v), both from 0, growing
+//! away from the centre; v's direction is u's turned left. Its ring is k = u + v, one less than the number
 //! of hops to the centre. Nodes of one ring are no neighbours: from (u, v) a hop leads inwards to
 //! (u − 1, v) and (u, v − 1) on ring k − 1, outwards to (u + 1, v) and (u, v + 1) on ring k + 1. So a ring
 //! is worked on many nodes at a time, and from ring to ring news of the centre travels outwards in one
 //! sweep.
 //!
 //! Where the centre lies at most [`THIN`] nodes from a side of the grid, sectors beyond it would be strips of short
-//! rings that cost as much as long ones. There u or v goes on below the centre to that side instead: rings are then
-//! straight across the strip, two sectors share the grid, or in a corner one has all of it, the centre too. In the
-//! strip some ways to the centre lead outwards first; but whatever the sectors, neighbours are on rings next to each
-//! other, and that is all that anybody relies on. A ring's *level* is its number counted from the innermost.
+//! rings that cost as much as long ones. There the sectors on this side have the strip as well: two share the grid, or
+//! in a corner one has all of it, the centre too. Their u or v begins at the grid's side, and rings are straight
+//! across the strip. So some of its ways to the centre lead outwards; but whatever the sectors, neighbours are on rings
+//! next to each other, and that is all that anybody relies on. Rings of one *level* are worked on together: k, counted
+//! on from sector to sector so that neighbours of two sectors lie on levels next to each other as well.
 //!
-//! Rings lie in memory by sector, then by k, a node at a lane. Where a ring ends, a place beyond either
+//! Rings lie in memory by sector, then by k, a node at lane v. Where a ring ends, a place beyond either
 //! end mirrors the node that lies there: one of the next sector, the centre, or what leaving the grid
 //! is worth.
 
@@ -28,8 +29,9 @@ pub(super) const LANES: usize = 8;
 /// Blocks of a row: bits of a word.
 pub(super) const BLOCKS: usize = 64;
 
-/// A centre no farther than this from a side has no sectors beyond. Strips of up to ten nodes gain something on
-/// 200 x 200 nodes; from wider ones the ways out take their toll.
+/// A centre no farther than this from a side has no sectors beyond. On 200 x 200 nodes strips of up to ten gain
+/// something, and wider ones lose where news has to travel far outwards; this few leave every kind of layout among
+/// the small worlds of tests.
 const THIN: i32 = 3;
 
 /// One ring of one sector.
@@ -98,17 +100,18 @@ pub(super) struct Row {
     pub outwards: usize,
     /// The blocks that there are, a bit each.
     pub valid: u64,
-    /// Those with a node that another block sees in a mirror, in their first lane or in another.
+    /// Those with a node in their first lane, or in another, of whose mirrors not all are among `rims`.
     pub mirrored_first: u64,
     pub mirrored: u64,
-    /// Mirrors in which a node of the row sees itself beyond the rim, from and to; else a place as it is.
+    /// Mirrors in which nodes of the row see themselves beyond the rim, from and to, the first two of four at most;
+    /// an unused one repeats a place onto itself.
     pub rims: [(u32, u32); 2],
     /// The rows of its column on the rings inwards and outwards.
     pub before: u32,
     pub after: u32,
     /// Which of the ring's blocks it holds: those from 64 `column` on.
     pub column: u32,
-    /// Index of the ring, and its level, 0 as well before the first.
+    /// Index of the ring, and its level, at least 0.
     pub ring: u32,
     pub level: u32,
 }
@@ -130,9 +133,9 @@ struct Sector {
     /// Nodes along u and along v; none if there is no such sector.
     across: i32,
     along: i32,
-    /// How far u and v go on below the centre: the first node's, negated.
+    /// The centre is at (below.0 − 1, below.1): how far the sector goes on beyond its axes.
     below: (i32, i32),
-    /// Whether the nodes before the first along u and v are other sectors', else there are none.
+    /// Whether what lies before u = 0 and before v = 0 belongs to other sectors; else there is nothing.
     seams: (bool, bool),
     /// Level of its first ring.
     level: usize,
@@ -231,12 +234,13 @@ impl Rings {
         }
         // And behind the last, for all the blocks of a row.
         layout.places += BLOCKS * LANES + margin;
+        debug_assert!(u32::try_from(layout.places).is_ok(), "{} places", layout.places);
         layout.number();
         layout.link(leaving);
         layout
     }
 
-    /// Adds the ring of the nodes of a sector whose coordinates, counted from its first node, sum to `k`.
+    /// Adds ring `k` of a sector.
     fn push_ring(&mut self, k: i32, across: i32, along: i32) {
         let (first, last) = ((k - across + 1).max(0), k.min(along - 1));
         let lanes = LANES as i32;
@@ -345,7 +349,7 @@ impl Rings {
                     if let Some(rim) = free {
                         *rim = (node.place as u32, to.place as u32);
                     } else {
-                        // Another's, or the second of a corner.
+                        // Another's, or a rim for which there is no room.
                         let is_first = node.place.is_multiple_of(LANES);
                         let mirrored = if is_first { &mut row.mirrored_first } else { &mut row.mirrored };
                         *mirrored |= 1 << (node.block % BLOCKS);
@@ -379,7 +383,7 @@ impl Rings {
         self.coordinates(node).map(|(sector, _, _)| sector)
     }
 
-    /// Sector and coordinates, counted from its first node.
+    /// Sector and coordinates.
     fn coordinates(&self, node: usize) -> Option<(usize, i32, i32)> {
         let (dx, dy) =
             ((node % self.width) as i32 - self.centre.0, (node / self.width) as i32 - self.centre.1);
@@ -465,20 +469,26 @@ mod tests {
     use super::*;
 
     /// Grids with the centre in a corner, at a side, and inside, and those that have no inside.
-    fn all_rings() -> impl Iterator<Item = (usize, usize, usize, Rings)> {
+    fn all_rings() -> impl Iterator<Item = (usize, usize, usize, Leaving, Rings)> {
         let grids = [(1, 1), (1, 7), (9, 1), (5, 6), (12, 8), (23, 40)];
-        grids.into_iter().flat_map(|(width, height)| {
-            (0..width * height).map(move |centre| {
-                let leaving = if centre % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
-                (width, height, centre, Rings::new(width, height, centre, leaving))
-            })
+        let small = grids
+            .into_iter()
+            .flat_map(|(width, height)| (0..width * height).map(move |centre| (width, height, centre)));
+        // With rings of several rows.
+        let large = [(600, 9), (9, 600), (530, 540)].into_iter().flat_map(|(width, height)| {
+            let middle = height / 2 * width + width / 2;
+            [0, width / 2, middle - width / 2, middle].map(|centre| (width, height, centre))
+        });
+        small.chain(large).flat_map(|(width, height, centre)| {
+            [Leaving::Stays, Leaving::Loses]
+                .map(|leaving| (width, height, centre, leaving, Rings::new(width, height, centre, leaving)))
         })
     }
 
     #[test]
     fn every_node_but_the_centre_of_four_sectors_has_a_seat_of_its_own_and_is_found_there() {
         let mut seen = [0; 5];
-        for (width, height, centre, rings) in all_rings() {
+        for (width, height, centre, _, rings) in all_rings() {
             let mut taken = vec![false; rings.places];
             let mut nodes = 0;
             for sector in rings.sectors() {
@@ -513,7 +523,7 @@ mod tests {
     #[test]
     fn around_a_node_lie_its_neighbours_on_the_rings_beside_its_own() {
         const BEYOND: usize = usize::MAX;
-        for (width, height, centre, rings) in all_rings() {
+        for (width, height, centre, leaving, rings) in all_rings() {
             let mut held = vec![None; rings.places];
             for node in (0..width * height).filter(|&node| rings.seat(node).is_some()) {
                 held[rings.seat(node).expect("a seat").place] = Some(node);
@@ -521,7 +531,7 @@ mod tests {
             rings.mirrors.iter().for_each(|mirror| held[mirror.to] = held[mirror.from]);
             rings.centres().for_each(|place| held[place] = Some(centre));
             rings.beyond.iter().for_each(|&place| held[place] = Some(BEYOND));
-            let leaves_to = |node: usize| if centre % 2 == 0 { node } else { BEYOND };
+            let leaves_to = |node: usize| if leaving == Leaving::Stays { node } else { BEYOND };
             for (node, seat) in (0..width * height).filter_map(|node| Some((node, rings.seat(node)?))) {
                 let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
                 let lane = seat.place - row.place;
@@ -539,7 +549,7 @@ mod tests {
                         Hop::West => x.checked_sub(1).map(|_| node - 1),
                         Hop::South => y.checked_sub(1).map(|_| node - width),
                     };
-                    // Nothing is read beyond what has no seat, nor around the centre.
+                    // Nobody minds what the centre reads.
                     if node != centre {
                         let expected = beside.unwrap_or(leaves_to(node));
                         assert_eq!(held[place], Some(expected), "{hop:?} of {node}, around {centre}");
@@ -554,7 +564,7 @@ mod tests {
 
     #[test]
     fn a_row_knows_of_every_mirror_of_its_nodes() {
-        for (width, height, centre, rings) in all_rings() {
+        for (width, height, centre, _, rings) in all_rings() {
             for node in 0..width * height {
                 let Some(seat) = rings.seat(node) else { continue };
                 let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];

@@ -1,6 +1,6 @@
 //! Random worlds.
 
-use solver::specimen::{DISCOUNT, Draw, HARD, SAND, Specimen};
+use solver::specimen::{DISCOUNT, Draw, HARD, Place, SAND, Specimen};
 use solver::{Kind, Leaving, Rules, Site, Soil, World};
 
 /// A small world with everything in it: both ways of leaving, several soils and goals or none, walls, steep
@@ -51,5 +51,5 @@ pub fn inside(seed: u64) -> World {
     let (width, height) = (34 + (seed % 17) as usize, 34 + (seed % 13) as usize);
     let specimen = if seed % 4 < 2 { Specimen::plain(1, seed) } else { Specimen::trap(1, seed) };
     let leaving = if seed.is_multiple_of(2) { Leaving::Stays } else { Leaving::Loses };
-    Specimen { width, height, leaving, inner: true, ..specimen }.world().expect("a sound world")
+    Specimen { width, height, leaving, place: Place::Inside, ..specimen }.world().expect("a sound world")
 }
