@@ -1,10 +1,10 @@
 //! First values on a map of which hardly anything has been seen.
 //!
 //! On ground that is alike nearly everywhere, so is the best hop: towards the goal. Then passes outwards from
-//! ring to ring ([`super::relaxation`]) settle each for good (rings through a strip beyond the
-//! goal take a few), in all sectors at once and in the nearest caches: a dozen or two of sweeps in all, where the general solver takes hundreds if the goal lies
-//! well inside the map. On rough ground detours make outer rings decide about inner ones, and the general
-//! solver is faster by far. So this is tried where most ground is flat, and given up after so many sweeps.
+//! ring to ring ([`super::relaxation`]) settle each for good, or in a few where a strip beyond the goal takes part, in
+//! all sectors at once and in the nearest caches: a dozen or two of sweeps in all, where the general solver takes
+//! hundreds if the goal lies well inside the map. On rough ground detours make outer rings decide about inner ones, and
+//! the general solver is faster by far. So this is tried where most ground is flat, and given up after so many sweeps.
 
 use super::rings::LANES;
 use super::{Online, relax_with};
