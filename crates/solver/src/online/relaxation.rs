@@ -413,21 +413,15 @@ fn beyond(lanes: &Lanes, limit: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::online::rings::grids;
     use crate::specimen::{DISCOUNT, Draw, HARD};
     use crate::{Hop, Kind, Leaving, Rules, Site};
 
     const LOSS: f64 = -900.0;
 
-    /// Grids around goals in corners, at sides and inside, some with rings of several rows.
+    /// Flat worlds around goals of all kinds, and the goals.
     fn worlds() -> impl Iterator<Item = (usize, World)> {
-        let small = [(1, 1), (1, 9), (9, 1), (4, 6), (12, 10)]
-            .into_iter()
-            .flat_map(|(width, height)| (0..width * height).map(move |goal| (width, height, goal)));
-        let large = [(600, 9), (9, 600), (530, 540)].into_iter().flat_map(|(width, height)| {
-            let middle = height / 2 * width + width / 2;
-            [0, width / 2, middle - width / 2, middle].map(|goal| (width, height, goal))
-        });
-        small.chain(large).flat_map(|(width, height, goal)| {
+        grids().flat_map(|(width, height, goal)| {
             [Leaving::Stays, Leaving::Loses].map(|leaving| {
                 let rules = Rules { discount: DISCOUNT, loss: LOSS, leaving, soils: vec![HARD] };
                 let mut world = World::new(width, height, rules).expect("a world in range");

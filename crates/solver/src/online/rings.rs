@@ -464,22 +464,27 @@ impl Rings {
     }
 }
 
+/// Width, height and centre of grids with the centre in a corner, at a side, and inside, of those that have no inside,
+/// and of some whose rings have several rows.
+#[cfg(test)]
+pub(super) fn grids() -> impl Iterator<Item = (usize, usize, usize)> {
+    let small = [(1, 1), (1, 7), (9, 1), (5, 6), (12, 8), (19, 20)].into_iter();
+    let large = [(600, 9), (9, 600), (530, 540)].into_iter();
+    let everywhere = |(width, height)| (0..width * height).map(move |centre| (width, height, centre));
+    let here_and_there = |(width, height)| {
+        let middle = height / 2 * width + width / 2;
+        [0, width / 2, middle - width / 2, middle].map(|centre| (width, height, centre))
+    };
+    small.flat_map(everywhere).chain(large.flat_map(here_and_there))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Grids with the centre in a corner, at a side, and inside, and those that have no inside.
+    /// The layouts of [`grids`], with either way of leaving.
     fn all_rings() -> impl Iterator<Item = (usize, usize, usize, Leaving, Rings)> {
-        let grids = [(1, 1), (1, 7), (9, 1), (5, 6), (12, 8), (23, 40)];
-        let small = grids
-            .into_iter()
-            .flat_map(|(width, height)| (0..width * height).map(move |centre| (width, height, centre)));
-        // With rings of several rows.
-        let large = [(600, 9), (9, 600), (530, 540)].into_iter().flat_map(|(width, height)| {
-            let middle = height / 2 * width + width / 2;
-            [0, width / 2, middle - width / 2, middle].map(|centre| (width, height, centre))
-        });
-        small.chain(large).flat_map(|(width, height, centre)| {
+        grids().flat_map(|(width, height, centre)| {
             [Leaving::Stays, Leaving::Loses]
                 .map(|leaving| (width, height, centre, leaving, Rings::new(width, height, centre, leaving)))
         })
