@@ -130,13 +130,8 @@ impl Field {
         for place in self.rings.centres() {
             worths[place] = centre.unwrap_or(0.0);
         }
-        for sector in self.rings.sectors() {
-            for level in 0..self.rings.levels {
-                let Some(ring) = self.rings.ring(sector, level) else { continue };
-                for mirror in self.rings.mirrors(ring) {
-                    worths[mirror.to] = worths[mirror.from];
-                }
-            }
+        for mirror in self.rings.all_mirrors() {
+            worths[mirror.to] = worths[mirror.from];
         }
         for &place in &self.rings.beyond {
             worths[place] = world.rules().loss;

@@ -413,7 +413,7 @@ fn beyond(lanes: &Lanes, limit: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::online::rings::grids;
+    use crate::online::rings::{grids, read_by};
     use crate::specimen::{DISCOUNT, Draw, HARD};
     use crate::{Hop, Kind, Leaving, Rules, Site};
 
@@ -431,22 +431,6 @@ mod tests {
                 (goal, world)
             })
         })
-    }
-
-    /// What a node's equation reads along each hop.
-    fn read(field: &Field, worths: &[f64], node: usize) -> [(Hop, f64); 4] {
-        let rings = &field.rings;
-        let seat = rings.seat(node).expect("a seat");
-        let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
-        let lane = seat.place - row.place;
-        let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
-        let places = [
-            (u, row.outwards + lane),
-            (v, row.outwards + lane + 1),
-            (u.left().left(), row.inwards + lane),
-            (v.left().left(), row.inwards + lane - 1),
-        ];
-        places.map(|(hop, place)| (hop, worths[place]))
     }
 
     /// P-AT-REST.
@@ -476,7 +460,7 @@ mod tests {
                         relaxation.marks[row] & rings.rows[row].valid & 1 << (seat.block % BLOCKS);
                     let within = (relaxation.marked.0..relaxation.marked.1).contains(&row);
                     assert!(is_marked != 0 && within, "{reader} beside {node}, around {goal}");
-                    for (hop, worth) in read(&field, &relaxation.worths[0], reader) {
+                    for (hop, place) in read_by(rings, reader) {
                         let is_worth = |node: usize| match rings.seat(node) {
                             Some(seat) => relaxation.worths[0][seat.place],
                             None => 0.0,
@@ -486,6 +470,7 @@ mod tests {
                             None if stays => is_worth(reader),
                             None => LOSS,
                         };
+                        let worth = relaxation.worths[0][place];
                         assert_eq!(worth, expected, "{hop:?} of {reader} beside {node}, around {goal}");
                     }
                 }
@@ -507,16 +492,13 @@ mod tests {
             }
             let raised = |node: usize| field.rings.level(node).filter(|level| level % 3 == 0 && node != goal);
             for node in (0..world.nodes()).filter(|&node| node != goal) {
-                for (field_of, rise) in [(0, None), (1, Some(-1.0))] {
-                    for (hop, worth) in read(&field, &relaxation.worths[field_of], node) {
-                        let expected = match world.neighbour(node, hop) {
-                            None if world.rules().leaving == Leaving::Loses => LOSS,
-                            to => {
-                                raised(to.unwrap_or(node)).map_or(0.0, |level| rise.unwrap_or(level as f64))
-                            }
-                        };
-                        assert_eq!(worth, expected, "{hop:?} of {node}, around {goal}");
-                    }
+                for (hop, place) in read_by(&field.rings, node) {
+                    let expected = match world.neighbour(node, hop) {
+                        None if world.rules().leaving == Leaving::Loses => [LOSS; 2],
+                        to => raised(to.unwrap_or(node)).map_or([0.0; 2], |level| [level as f64, -1.0]),
+                    };
+                    let worths = relaxation.worths.each_ref().map(|worths| worths[place]);
+                    assert_eq!(worths, expected, "{hop:?} of {node}, around {goal}");
                 }
             }
         }

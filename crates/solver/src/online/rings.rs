@@ -135,8 +135,6 @@ struct Sector {
     along: i32,
     /// The centre is at (below.0 − 1, below.1): how far the sector goes on beyond its axes.
     below: (i32, i32),
-    /// Whether what lies before u = 0 and before v = 0 belongs to other sectors; else there is nothing.
-    seams: (bool, bool),
     /// Level of its first ring.
     level: usize,
     /// Index of the ring before that, which has but a mirror.
@@ -214,7 +212,6 @@ impl Rings {
             }
             let below = |direction: usize| if sides[direction] == 0 { 0 } else { rooms[(direction + 2) % 4] };
             sector.below = (below(u) + sides[u], below(v));
-            sector.seams = (sides[u] == 0, sides[v] == 0);
             sector.across = rooms[u] + sector.below.0;
             sector.along = rooms[v] + 1 + sector.below.1;
         }
@@ -299,8 +296,11 @@ impl Rings {
 
     /// Finds the mirrors of each ring's nodes.
     fn link(&mut self, leaving: Leaving) {
+        let cut = [self.sides.0 == 0, self.sides.1 == 0];
         for sector in self.sectors() {
-            let Sector { across, along, below, seams, rings, .. } = self.sectors[sector];
+            let Sector { across, along, below, rings, .. } = self.sectors[sector];
+            // Whether what lies before u = 0 and before v = 0 belongs to other sectors; else there is nothing.
+            let (seam_u, seam_v) = (cut[sector % 2], cut[(sector + 1) % 2]);
             for k in -1..across + along {
                 let ring = rings + (k + 1) as usize;
                 self.mirrors_from.push(self.mirrors.len() as u32);
@@ -311,7 +311,7 @@ impl Rings {
                 let seat = |u: i32, v: i32| self.seat_at(sector, u, v);
                 // Who is seen, where, and by whom.
                 let mut found = Vec::new();
-                if first == 0 && seams.1 {
+                if first == 0 && seam_v {
                     // v = 0: seen from the sector before.
                     let before = (sector + 3) % 4;
                     let v = k - below.0 + 1 + self.sectors[before].below.1;
@@ -319,7 +319,7 @@ impl Rings {
                 } else if first == 0 {
                     found.push((seat(k, 0), seat(k, -1), seat(k, 0)));
                 }
-                if last == k && seams.0 {
+                if last == k && seam_u {
                     // u = 0: seen from the sector after, but for what only the centre would see.
                     let after = (sector + 1) % 4;
                     let u = k - below.1 - 1 + self.sectors[after].below.0;
@@ -457,11 +457,31 @@ impl Rings {
         &self.mirrors[self.mirrors_from[ring] as usize..self.mirrors_from[ring + 1] as usize]
     }
 
+    /// The mirrors of all nodes.
+    pub fn all_mirrors(&self) -> &[Mirror] {
+        &self.mirrors
+    }
+
     /// The places that mirror a centre without a seat.
     pub fn centres(&self) -> impl Iterator<Item = usize> + '_ {
         let seatless = self.sides == (0, 0);
         self.sectors().filter(move |_| seatless).map(|sector| self.seat_at(sector, -1, 0).place)
     }
+}
+
+/// The places that a node's equation reads along each hop.
+#[cfg(test)]
+pub(super) fn read_by(rings: &Rings, node: usize) -> [(Hop, usize); 4] {
+    let seat = rings.seat(node).expect("a seat");
+    let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
+    let lane = seat.place - row.place;
+    let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
+    [
+        (u, row.outwards + lane),
+        (v, row.outwards + lane + 1),
+        (u.left().left(), row.inwards + lane),
+        (v.left().left(), row.inwards + lane - 1),
+    ]
 }
 
 /// Width, height and centre of grids with the centre in a corner, at a side, and inside, of those that have no inside,
@@ -537,16 +557,8 @@ mod tests {
             rings.centres().for_each(|place| held[place] = Some(centre));
             rings.beyond.iter().for_each(|&place| held[place] = Some(BEYOND));
             let leaves_to = |node: usize| if leaving == Leaving::Stays { node } else { BEYOND };
-            for (node, seat) in (0..width * height).filter_map(|node| Some((node, rings.seat(node)?))) {
-                let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
-                let lane = seat.place - row.place;
-                let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
-                for (hop, place) in [
-                    (u.left().left(), row.inwards + lane),
-                    (v.left().left(), row.inwards + lane - 1),
-                    (u, row.outwards + lane),
-                    (v, row.outwards + lane + 1),
-                ] {
+            for node in (0..width * height).filter(|&node| rings.seat(node).is_some()) {
+                for (hop, place) in read_by(&rings, node) {
                     let (x, y) = (node % width, node / width);
                     let beside = match hop {
                         Hop::East => (x + 1 < width).then(|| node + 1),
