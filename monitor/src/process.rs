@@ -16,8 +16,8 @@ const PERIOD_NS: u64 = 50_000_000;
 
 /// Shows progress as a line or a bar.
 pub trait Display {
-    /// Shows how the mission stands at `now`: ten times a second, and at its end.
-    fn show(&mut self, progress: &Progress, now: MonotonicNs);
+    /// Shows how the mission stands at `now`, as `watcher` has folded it: ten times a second, and at its end.
+    fn show(&mut self, progress: &Progress, watcher: &Watcher, now: MonotonicNs);
 
     /// The mission is over; `watcher` holds all of it.
     ///
@@ -128,7 +128,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
         match effect {
             Effect::RequestPast(request) => self.past.request(request).map_err(Into::into)?,
             Effect::Progress(progress) => {
-                self.display.show(&progress, now);
+                self.display.show(&progress, &self.watcher, now);
                 if let Some(view) = &self.view {
                     view.progress(*progress);
                 }

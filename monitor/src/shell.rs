@@ -139,7 +139,7 @@ struct Show {
 }
 
 impl Display for Show {
-    fn show(&mut self, progress: &Progress, now: MonotonicNs) {
+    fn show(&mut self, progress: &Progress, _watcher: &Watcher, now: MonotonicNs) {
         self.bar.show(progress, now);
     }
 
