@@ -122,7 +122,7 @@ pub fn fly(
         assert!(rounds < ROUNDS_MAX, "lockstep stalls at decision {decision}");
     }
     let refusals = host.sim.arbiter().refusals().clone();
-    let expected = ["repeated_decision", "vetoed"].map(|reason| refusals.of(reason)).iter().sum();
+    let expected: u64 = ["repeated_decision", "vetoed"].map(|reason| refusals.of(reason)).iter().sum();
     debug_assert_eq!(refusals.0.values().sum::<u64>(), expected, "lockstep refuses only what is repeated or vetoed");
     Ok(Flown {
         state: *host.sim.arbiter().state(),
