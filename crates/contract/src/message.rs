@@ -119,6 +119,12 @@ impl PublishSubscribe {
         name_of(self.name, robot)
     }
 
+    /// Whether each robot has a service of its own.
+    #[must_use]
+    pub fn is_per_robot(&self) -> bool {
+        is_per_robot(self.name)
+    }
+
     /// The last part of the name, by which people ask for it: `state` of `hop/rN/state`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {
@@ -139,6 +145,12 @@ impl RequestResponse {
         name_of(self.name, robot)
     }
 
+    /// Whether each robot has a service of its own.
+    #[must_use]
+    pub fn is_per_robot(&self) -> bool {
+        is_per_robot(self.name)
+    }
+
     /// The last part of the name: `past` of `hop/past`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {
@@ -146,8 +158,15 @@ impl RequestResponse {
     }
 }
 
+/// What stands for the robot in a name.
+const ROBOT: &str = "/rN/";
+
 fn name_of(pattern: &str, robot: RobotId) -> String {
-    pattern.replace("/rN/", &format!("/r{robot}/"))
+    pattern.replace(ROBOT, &format!("/r{robot}/"))
+}
+
+fn is_per_robot(pattern: &str) -> bool {
+    pattern.contains(ROBOT)
 }
 
 fn short_name(name: &'static str) -> &'static str {
