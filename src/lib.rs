@@ -10,7 +10,6 @@ pub mod gallery;
 pub mod journal;
 pub mod known;
 pub mod latency;
-pub mod lockstep;
 pub mod manual;
 pub mod moment;
 pub mod outbox;
@@ -20,3 +19,5 @@ pub mod simulate;
 pub mod supervisor;
 pub mod terrain;
 pub mod topic;
+
+pub use simulation::lockstep;

@@ -1,32 +1,4 @@
-//! `hopper simulate`: the whole system in one thread, with everything going wrong that may.
-//!
-//! The third host of the protocol's machines, beside the process shells and [`crate::lockstep`]: the very
-//! same arbiter, cartographer, pilots and watcher, the very same journal on a simulated disk, under a
-//! virtual clock. A seed gives a small world, a crew, and a plan of faults: messages lost, doubled, late or
-//! out of order, processes killed or stopped anywhere, a write to the journal cut at any byte, a full disk,
-//! rival planners, another mission in the midst of one, a loss of power, a wall clock that jumps.
-//! After every event the witness holds what it sees against the promises; then the faults stop, and the
-//! mission must end with the digest that lockstep gives the same shifts.
-//!
-//! It stands here and not in a crate of its own because it needs lockstep, and nothing below the command
-//! needs it. No module below this one knows a clock, a file or a thread; this one runs seeds side by side.
-//!
-//! Two clocks are told apart. Machines see CLOCK_MONOTONIC alone, which never jumps: it stands still with a
-//! sleeping computer, and begins anew with a reboot, which nothing but the journal survives. The wall clock
-//! may jump as it likes; the simulation lets it, to show that no machine sees it.
-
-pub mod chance;
-pub mod coverage;
-pub mod disk;
-pub mod fault;
-pub mod meddler;
-pub mod message;
-mod process;
-pub mod setup;
-pub mod shrink;
-pub mod simulation;
-mod stage;
-pub mod witness;
+//! `hopper simulate`: seeds of the fault simulation, side by side on all cores.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -37,12 +9,10 @@ use rayon::prelude::*;
 use report::Format;
 use serde::Serialize;
 
-use coverage::Coverage;
-use fault::Plan;
-use meddler::{Faithful, Meddler};
-use simulation::{Report, simulate};
-use stage::Line;
-use witness::Violation;
+use simulation::checker::Violation;
+use simulation::coverage::Coverage;
+use simulation::fault::Plan;
+use simulation::{Line, Report, shrink, simulate};
 
 /// Seeds simulated before anything is looked at, for each job.
 const BATCH_PER_JOB: u64 = 128;
@@ -119,13 +89,9 @@ impl Campaign {
     }
 }
 
-/// Simulates `seeds` on the threads there are, each with a meddler of its own, up to the first failure,
-/// which is made small. `watch` is told how many seeds are done.
-pub fn sweep<M: Meddler>(
-    seeds: Range<u64>,
-    meddler: impl Fn() -> M + Sync,
-    mut watch: impl FnMut(u64),
-) -> Campaign {
+/// Simulates `seeds` on the threads there are, up to the first failure, which is made small. `progress` is called with
+/// how many seeds are done.
+pub fn sweep(seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
     let mut campaign = Campaign::default();
     let batch = BATCH_PER_JOB * rayon::current_num_threads() as u64;
     let mut from = seeds.start;
@@ -135,25 +101,25 @@ pub fn sweep<M: Meddler>(
         let reports: Vec<Report> = numbers
             .into_par_iter()
             .with_max_len(8)
-            .map(|seed| simulate(&Plan::of(seed), &mut meddler(), false))
+            .map(|seed| simulate(&Plan::of(seed), false))
             .collect();
         for (seed, report) in (from..to).zip(&reports) {
             campaign.add(report);
             if let Some(violation) = &report.violation {
-                campaign.failure = Some(Box::new(explain(seed, violation, &meddler)));
+                campaign.failure = Some(Box::new(explain(seed, violation)));
                 return campaign;
             }
         }
-        watch(to - seeds.start);
+        progress(to - seeds.start);
         from = to;
     }
     campaign
 }
 
-fn explain<M: Meddler>(seed: u64, violation: &Violation, meddler: impl Fn() -> M) -> Failing {
+fn explain(seed: u64, violation: &Violation) -> Failing {
     let whole = Plan::of(seed);
-    let plan = shrink::shrink(&whole, violation.rule, |plan| simulate(plan, &mut meddler(), false).violation);
-    let Report { trace, violation: last, .. } = simulate(&plan, &mut meddler(), true);
+    let plan = shrink::shrink(&whole, violation.rule, |plan| simulate(plan, false).violation);
+    let Report { trace, violation: last, .. } = simulate(&plan, true);
     let violation = last.unwrap_or_else(|| violation.clone());
     Failing { seed, violation, faults: whole.faults.len(), plan, trace }
 }
@@ -181,7 +147,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let seeds = args.seeds.0.clone();
     let bar = indicatif::ProgressBar::new(seeds.end - seeds.start);
     let started = Node::now();
-    let campaign = pool.install(|| sweep(seeds, Faithful::default, |done| bar.set_position(done)));
+    let campaign = pool.install(|| sweep(seeds, |done| bar.set_position(done)));
     bar.finish_and_clear();
     let wall_s = Node::now().since_ns(started) as f64 / 1e9;
     let answer = Answer {

@@ -5,7 +5,6 @@
 
 mod ports;
 
-use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, VecDeque};
 
 use contract::{
@@ -107,9 +106,7 @@ pub fn fly(
     clock: &mut dyn FnMut() -> MonotonicNs,
     observe: &mut dyn FnMut(&Record),
 ) -> Result<Flown, PlannerError> {
-    let clock = RefCell::new(clock);
-    let now = Cell::new(MonotonicNs(0));
-    let bus = Bus::new(&clock, &now);
+    let bus = Bus::new(clock);
     let mut host = Host::join(&bus, mission, crew, observe)?;
     let mut rounds = 0;
     let mut decision = Decision(0);
@@ -152,23 +149,23 @@ impl RecordStore for NoRecords {
 type Observe<'a> = &'a mut dyn FnMut(&Record);
 
 /// The processes of one mission.
-struct Host<'a> {
-    bus: &'a Bus<'a>,
-    sim: HopperSim<DirectPorts<'a>, NoRecords, Observe<'a>>,
-    perception: Perception<DirectPorts<'a>>,
-    planner: PlannerProcess<DirectPorts<'a>>,
-    ports: [DirectPorts<'a>; 3],
+struct Host<'b, 'c, 'o> {
+    bus: &'b Bus<'c>,
+    sim: HopperSim<DirectPorts<'b, 'c>, NoRecords, Observe<'o>>,
+    perception: Perception<DirectPorts<'b, 'c>>,
+    planner: PlannerProcess<DirectPorts<'b, 'c>>,
+    ports: [DirectPorts<'b, 'c>; 3],
     crew: VecDeque<Shift>,
     fallbacks: BTreeMap<Decision, Fallback>,
     lives: u64,
 }
 
-impl<'a> Host<'a> {
+impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
     fn join(
-        bus: &'a Bus<'a>,
+        bus: &'b Bus<'c>,
         mission: Mission,
         crew: &Crew,
-        observe: Observe<'a>,
+        observe: Observe<'o>,
     ) -> Result<Self, PlannerError> {
         let fallbacks = crew.fallbacks.clone();
         let mut crew: VecDeque<Shift> = crew.shifts.iter().cloned().collect();

@@ -11,17 +11,17 @@ use contract::{Incarnation, Message, MonotonicNs, Name, Refusal, Request, RobotI
 use process::{Failure, Ports};
 
 /// What connects the processes of one mission.
-pub(super) struct Bus<'a> {
+pub(super) struct Bus<'c> {
     channels: RefCell<BTreeMap<TypeId, Rc<dyn Any>>>,
-    clock: &'a RefCell<&'a mut dyn FnMut() -> MonotonicNs>,
+    clock: RefCell<&'c mut dyn FnMut() -> MonotonicNs>,
     /// What the clock read last: once a turn, and after each computation.
-    now: &'a Cell<MonotonicNs>,
+    now: Cell<MonotonicNs>,
 }
 
 /// The ports of one process.
 #[derive(Clone)]
-pub(super) struct DirectPorts<'a> {
-    bus: &'a Bus<'a>,
+pub(super) struct DirectPorts<'b, 'c> {
+    bus: &'b Bus<'c>,
     incarnation: Incarnation,
 }
 
@@ -51,15 +51,12 @@ pub(super) struct Client<Q: Request> {
 
 pub(super) struct Server<Q: Request>(Rc<Queue<Asked<Q>>>);
 
-impl<'a> Bus<'a> {
-    pub fn new(
-        clock: &'a RefCell<&'a mut dyn FnMut() -> MonotonicNs>,
-        now: &'a Cell<MonotonicNs>,
-    ) -> Self {
-        Self { channels: RefCell::default(), clock, now }
+impl<'c> Bus<'c> {
+    pub fn new(clock: &'c mut dyn FnMut() -> MonotonicNs) -> Self {
+        Self { channels: RefCell::default(), clock: RefCell::new(clock), now: Cell::new(MonotonicNs(0)) }
     }
 
-    pub fn ports(&'a self, incarnation: Incarnation) -> DirectPorts<'a> {
+    pub fn ports(&self, incarnation: Incarnation) -> DirectPorts<'_, 'c> {
         DirectPorts { bus: self, incarnation }
     }
 
@@ -110,7 +107,7 @@ impl From<Never> for Failure {
     }
 }
 
-impl Ports for DirectPorts<'_> {
+impl Ports for DirectPorts<'_, '_> {
     type Error = Never;
     type Reader<M: Message> = Reader<M>;
     type Writer<M: Message> = Writer<M>;
