@@ -12,7 +12,9 @@ pub mod mdp;
 pub mod payoff;
 pub mod pilot;
 pub mod plan;
+pub mod process;
 pub mod route;
+#[cfg(feature = "shell")]
 pub mod shell;
 mod tie;
 

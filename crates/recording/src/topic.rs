@@ -1,6 +1,9 @@
 //! Where messages stand in a recording.
 
-use contract::RobotId;
+use contract::message::{Message as _, Request as _};
+use contract::{
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, RobotId, State, Tempo,
+};
 
 use crate::proto;
 
@@ -69,18 +72,17 @@ impl Topic {
     /// Its name: that of the service, where it is one.
     #[must_use]
     pub fn name(self) -> String {
-        use contract::service;
         match self {
-            Topic::Brief => service::brief().name,
-            Topic::State => service::state(ROBOT).name,
-            Topic::Map => service::map(ROBOT).name,
-            Topic::Snapshot => service::snapshot(ROBOT).name,
-            Topic::Command => service::command(ROBOT).name,
-            Topic::Policy => service::policy(ROBOT).name,
-            Topic::Control => service::control(ROBOT).name,
-            Topic::Tempo => service::tempo(ROBOT).name,
-            Topic::Heartbeat => service::heartbeat().name,
-            Topic::Past => service::past().name,
+            Topic::Brief => Brief::SERVICE.name_of(ROBOT),
+            Topic::State => State::SERVICE.name_of(ROBOT),
+            Topic::Map => MapPatch::SERVICE.name_of(ROBOT),
+            Topic::Snapshot => MapRequest::SERVICE.name_of(ROBOT),
+            Topic::Command => Command::SERVICE.name_of(ROBOT),
+            Topic::Policy => Policy::SERVICE.name_of(ROBOT),
+            Topic::Control => Control::SERVICE.name_of(ROBOT),
+            Topic::Tempo => Tempo::SERVICE.name_of(ROBOT),
+            Topic::Heartbeat => Heartbeat::SERVICE.name_of(ROBOT),
+            Topic::Past => PastRequest::SERVICE.name_of(ROBOT),
             Topic::Host => "recorder/host".into(),
             Topic::Gap => "recorder/gap".into(),
             Topic::ViewMap => "view/map".into(),

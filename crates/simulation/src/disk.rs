@@ -23,6 +23,8 @@ struct Platter {
     tear: Option<u64>,
     /// Whether a process died writing: it does nothing more.
     torn: bool,
+    /// The last write that went through, until it is taken.
+    write: Option<Vec<u8>>,
 }
 
 impl Disk {
@@ -60,6 +62,11 @@ impl Disk {
     /// The process that writes next dies in its midst, `thousandths` of the bytes written.
     pub fn tear_next_write(&self, thousandths: u64) {
         self.0.borrow_mut().tear = Some(thousandths);
+    }
+
+    /// The last write that went through whole, once.
+    pub(crate) fn take_write(&self) -> Option<Vec<u8>> {
+        self.0.borrow_mut().write.take()
     }
 
     /// Whether a process has died writing since this was asked last.
@@ -110,7 +117,11 @@ impl Storage for Disk {
             platter.torn = true;
             return Err(ErrorKind::BrokenPipe.into());
         }
-        if written < bytes.len() { Err(ErrorKind::StorageFull.into()) } else { Ok(()) }
+        if written < bytes.len() {
+            return Err(ErrorKind::StorageFull.into());
+        }
+        platter.write = Some(bytes.to_vec());
+        Ok(())
     }
 
     fn cut(&self, bytes: u64) -> io::Result<()> {

@@ -18,7 +18,7 @@ const REDRAWS_HZ: u8 = 10;
 
 /// Shows progress; standard output stays free for data.
 #[derive(Debug, Default)]
-pub struct Display {
+pub struct Bar {
     /// On a terminal a bar over the share of the distance covered, else lines of the log.
     bar: Option<ProgressBar>,
     /// When the last line was logged.
@@ -27,12 +27,12 @@ pub struct Display {
     ended: Option<RunId>,
 }
 
-impl Display {
+impl Bar {
     /// A bar if standard error is a terminal, the log otherwise.
     #[must_use]
     pub fn on_stderr() -> Self {
         if std::io::stderr().is_terminal() {
-            Self::bar(ProgressDrawTarget::stderr_with_hz(REDRAWS_HZ))
+            Self::on(ProgressDrawTarget::stderr_with_hz(REDRAWS_HZ))
         } else {
             Self::default()
         }
@@ -40,7 +40,7 @@ impl Display {
 
     /// A bar drawn to `target`.
     #[must_use]
-    pub fn bar(target: ProgressDrawTarget) -> Self {
+    pub fn on(target: ProgressDrawTarget) -> Self {
         let style = ProgressStyle::with_template("{bar:16.green} {percent:>3} % {wide_msg}")
             .expect("the template is a constant")
             .progress_chars("━╸ ");
@@ -83,9 +83,9 @@ mod tests {
 
     #[test]
     fn away_from_a_terminal_there_is_a_line_a_second_and_one_at_the_end() {
-        let mut display = Display::default();
+        let mut display = Bar::default();
         let mut progress = progress();
-        let last = |display: &mut Display, progress: &Progress, ms: u64| {
+        let last = |display: &mut Bar, progress: &Progress, ms: u64| {
             display.show(progress, MonotonicNs(1_000_000 * ms));
             display.logged.unwrap().0 / 1_000_000
         };
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_bar_covers_the_way_from_start_to_goal() {
-        let mut display = Display::bar(ProgressDrawTarget::hidden());
+        let mut display = Bar::on(ProgressDrawTarget::hidden());
         display.show(&progress(), MonotonicNs(0));
         let bar = display.bar.as_ref().unwrap();
         assert_eq!(bar.position(), BAR_LENGTH / 2);

@@ -7,7 +7,7 @@ use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Patrol, Profile, 
 use hopper_sim::{Mission, Pace};
 use terrain::Terrain;
 
-use super::chance::Chance;
+use crate::chance::Chance;
 
 /// What every small world has in common with the paper's hard ground.
 static BRIEF: LazyLock<Brief> = LazyLock::new(|| {
@@ -26,6 +26,12 @@ pub struct Setup {
     pub stand_by: Option<Name>,
     /// Pace of hopper-sim.
     pub pace: Pace,
+    /// Whether hopper-sim obeys orders.
+    pub control: bool,
+    /// Whether the monitor has a screen, from which somebody gives orders and looks at policies.
+    pub screen: bool,
+    /// Whether the monitor records.
+    pub records: bool,
     /// Whether each append reaches the disk before it counts.
     pub sync: bool,
     /// Records in a page of the past: small ones make many pages of a short mission.
@@ -46,11 +52,20 @@ impl Setup {
     #[must_use]
     pub fn of(seed: u64) -> Self {
         let mut chance = Chance::new(seed, "setup");
+        let mut watch = Chance::new(seed, "watch");
+        let screen = watch.one_in(3);
         Self {
             mission: mission(seed, 0),
             planner: algorithm(&mut chance),
             stand_by: chance.one_in(3).then(|| algorithm(&mut chance)),
-            pace: if chance.one_in(4) { Pace::Hertz(chance.pick(&[40.0, 150.0])) } else { Pace::Max },
+            pace: if chance.one_in(4) || screen && watch.one_in(2) {
+                Pace::Hertz(chance.pick(&[40.0, 150.0]))
+            } else {
+                Pace::Max
+            },
+            control: watch.one_in(2),
+            screen,
+            records: watch.one_in(4),
             sync: chance.one_in(2),
             page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
             stay: chance.one_in(2),
@@ -58,6 +73,17 @@ impl Setup {
             patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
         }
     }
+}
+
+/// The version of this build, as heartbeats carry it.
+#[must_use]
+pub fn version() -> Name {
+    "1".parse().expect("a name")
+}
+
+/// The version of another build.
+pub(crate) fn foreign_version() -> Name {
+    "0".parse().expect("a name")
 }
 
 /// An algorithm, the quick ones more often.

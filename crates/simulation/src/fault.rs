@@ -3,9 +3,9 @@
 use contract::{Name, Role};
 use serde::Serialize;
 
-use super::chance::Chance;
-use super::message::Topic;
-use super::setup;
+use crate::chance::Chance;
+use crate::setup;
+use crate::topic::Topic;
 
 const MS: u64 = 1_000_000;
 
@@ -149,6 +149,11 @@ pub enum Kind {
         /// Until it starts, nanoseconds.
         restart_ns: u64,
     },
+    /// A planner of another build comes, and means to take over.
+    ForeignBuild {
+        /// Its algorithm.
+        planner: Name,
+    },
     /// A rogue sends a command that would be accepted but for one field.
     Forge {
         /// The field.
@@ -179,6 +184,21 @@ pub enum Forgery {
 }
 
 impl Forgery {
+    /// The name under which it is counted.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Forgery::Run => "run",
+            Forgery::Robot => "robot",
+            Forgery::Repeated => "repeated",
+            Forgery::Future => "future",
+            Forgery::Leap => "leap",
+            Forgery::Stale => "stale",
+            Forgery::Usurped => "usurped",
+            Forgery::Malformed => "malformed",
+        }
+    }
+
     /// Every one.
     pub const ALL: [Forgery; 8] = [
         Forgery::Run,
@@ -215,10 +235,13 @@ impl Plan {
 
 /// Every named point of the shells at which a process may die or be stopped.
 pub fn points() -> Vec<&'static str> {
-    use {
-        hopper_sim::CRASH_POINTS, monitor::shell, perception::shell as sensing, planner::shell as planning,
-    };
-    [CRASH_POINTS, sensing::CRASH_POINTS, planning::CRASH_POINTS, shell::CRASH_POINTS].concat()
+    [
+        hopper_sim::CRASH_POINTS,
+        perception::process::CRASH_POINTS,
+        planner::process::CRASH_POINTS,
+        monitor::process::CRASH_POINTS,
+    ]
+    .concat()
 }
 
 fn fault(chance: &mut Chance) -> Fault {
@@ -227,7 +250,7 @@ fn fault(chance: &mut Chance) -> Fault {
 }
 
 fn kind(chance: &mut Chance) -> Kind {
-    let topic = chance.pick(&Topic::ALL);
+    let topic = chance.pick(&Topic::all());
     let messages = chance.between(1, 12);
     let restart_ns = chance.duration_ns(MS, 1500 * MS);
     let ns = chance.duration_ns(MS, 3000 * MS);
@@ -241,7 +264,7 @@ fn kind(chance: &mut Chance) -> Kind {
         Victim::Leader,
         Victim::Rival,
     ]);
-    match chance.below(32) {
+    match chance.below(33) {
         0..4 => Kind::Lose { topic, messages },
         4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
         6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
@@ -260,6 +283,7 @@ fn kind(chance: &mut Chance) -> Kind {
         27 => Kind::WallClock { ns: chance.pick(&[-1, 1]) * chance.duration_ns(MS, 1 << 50) as i64 },
         28 => Kind::PowerLoss { thousandths: chance.between(0, 1000), restart_ns },
         29 => Kind::NewRun { restart_ns },
+        30 => Kind::ForeignBuild { planner: setup::algorithm(chance) },
         _ => Kind::Forge { forgery: chance.pick(&Forgery::ALL) },
     }
 }
@@ -284,6 +308,7 @@ impl Kind {
             Kind::PowerLoss { .. } => "power_loss",
             Kind::NewRun { .. } => "new_run",
             Kind::Forge { .. } => "forge",
+            Kind::ForeignBuild { .. } => "foreign_build",
         }
     }
 }

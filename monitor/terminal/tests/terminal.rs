@@ -3,7 +3,7 @@
 // Helpers of tests are not recognised as tests.
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../crates/report/tests/mission/mod.rs"]
+#[path = "../../../crates/report/tests/mission/mod.rs"]
 mod mission;
 
 use contract::{
@@ -11,7 +11,7 @@ use contract::{
     ObservedMap, Pace, Policy, RobotId, Role, SeenCell, Status, Tempo,
 };
 use mission::{Step, brief, ground, name, policy, records};
-use monitor::terminal::{Knobs, draw};
+use terminal::{Knobs, draw};
 use monitor::{Chronicle, Event, News, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

@@ -7,8 +7,8 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
-use crate::Chronicle;
-use crate::chronicle::{Change, Ground, Hop};
+use monitor::Chronicle;
+use monitor::chronicle::{Change, Ground, Hop};
 
 /// Narrowest terminal.
 pub const COLUMNS_MIN: u16 = 80;
@@ -47,15 +47,6 @@ pub struct Knobs {
     pub follow: bool,
     /// Whether orders are allowed.
     pub control: bool,
-}
-
-/// What a key asks for beyond the view itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order {
-    /// Leave.
-    Quit,
-    /// Tell the mission something.
-    Tell(contract::Order),
 }
 
 impl Knobs {

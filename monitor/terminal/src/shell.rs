@@ -8,8 +8,9 @@ use node::{Exit, Failure, hold_log_back};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::picture::{Knobs, Order, draw};
-use crate::Chronicle;
+use monitor::{Chronicle, Screen, Wish};
+
+use crate::picture::{Knobs, draw};
 
 /// Maps longer than this are followed from the start: whole, they would be a blot.
 const WHOLE_CELLS_MAX: u32 = 60;
@@ -38,45 +39,19 @@ impl Terminal {
         Ok(Self { screen, knobs, begun: false })
     }
 
-    /// Whether policies are looked at.
-    #[must_use]
-    pub fn wants_policy(&self) -> bool {
-        self.knobs.policy
-    }
-
-    /// Draws the account as it stands at `now`; what keys ask for.
-    ///
-    /// # Errors
-    /// If the terminal is gone.
-    pub fn turn(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Order>, Failure> {
-        if let Some(brief) = account.brief_known().filter(|_| !self.begun) {
-            self.begun = true;
-            self.knobs.follow = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
-            self.knobs.policy &= !self.knobs.follow;
-        }
-        let mut orders = Vec::new();
-        while event::poll(Duration::ZERO).map_err(Failure::run)? {
-            if let Event::Key(key) = event::read().map_err(Failure::run)? {
-                orders.extend(self.press(&key, account));
-            }
-        }
-        self.screen.draw(|frame| draw(frame, account, &self.knobs, now)).map_err(Failure::run)?;
-        Ok(orders)
-    }
-
-    fn press(&mut self, key: &KeyEvent, account: &Chronicle) -> Option<Order> {
+    fn press(&mut self, key: &KeyEvent, account: &Chronicle) -> Option<Wish> {
         if key.kind != KeyEventKind::Press {
             return None;
         }
         let due = account.hops().map_or(Decision(0), |hops| hops.due());
-        let tell = |order| self.knobs.control.then_some(Order::Tell(order));
+        let tell = |order| self.knobs.control.then_some(Wish::Order(order));
         let paused = account.tempo().is_some_and(|tempo| tempo.paused);
         let heeds = account.tempo().is_none_or(|tempo| tempo.heeds);
         match key.code {
-            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Order::Quit),
-            KeyCode::Char('q') | KeyCode::Esc => return Some(Order::Quit),
+            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Wish::Quit),
+            KeyCode::Char('q') | KeyCode::Esc => return Some(Wish::Quit),
             KeyCode::Char(' ' | 's') if !heeds => {
-                tracing::warn!("hopper-sim heeds no orders: it was started without --control");
+                tracing::warn!("hopper-sim obeys no orders: it was started without --control");
             }
             KeyCode::Char(' ') => {
                 return tell(if paused { contract::Order::Resume } else { contract::Order::Pause });
@@ -101,6 +76,28 @@ impl Terminal {
             _ => {}
         }
         None
+    }
+}
+
+impl Screen for Terminal {
+    fn wants_policy(&self) -> bool {
+        self.knobs.policy
+    }
+
+    fn show(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
+        if let Some(brief) = account.brief_known().filter(|_| !self.begun) {
+            self.begun = true;
+            self.knobs.follow = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
+            self.knobs.policy &= !self.knobs.follow;
+        }
+        let mut wishes = Vec::new();
+        while event::poll(Duration::ZERO).map_err(Failure::run)? {
+            if let Event::Key(key) = event::read().map_err(Failure::run)? {
+                wishes.extend(self.press(&key, account));
+            }
+        }
+        self.screen.draw(|frame| draw(frame, account, &self.knobs, now)).map_err(Failure::run)?;
+        Ok(wishes)
     }
 }
 
