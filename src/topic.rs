@@ -5,11 +5,14 @@ use std::io::{self, ErrorKind, Write as _};
 use std::str::FromStr;
 use std::time::Duration;
 
-use contract::service;
-use contract::{Gathering, MapPage, MapPatch, MonotonicNs, Policy, Refusal, RobotId, Role, Roster, Truth};
+use contract::message::Visitor;
+use contract::{
+    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, Refusal, Request, RobotId, Role, Roster, State, Truth,
+    TruthRequest,
+};
 use node::inspect::services;
-use node::peer::{Patience, TICK};
-use node::{Exit, Failure, Instance, Node, NodeError, Plain, Reader, Sheet, SheetReader, Stop, Vigil};
+use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};
+use process::{Client as _, Patience, Ports, Reader as _, TICK_NS};
 use report::{Format, table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -66,80 +69,48 @@ pub struct Hz {
     count: Option<u64>,
 }
 
-/// A topic that can be looked at.
+/// A service whose messages can be looked at.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
-    kind: Kind,
+    /// Full name of the service.
+    service: String,
+    /// Whose messages, if each robot has a service of its own.
     robot: RobotId,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Brief,
-    Truth,
-    State,
-    Map,
-    Command,
-    Policy,
-    Control,
-    Tempo,
-    Heartbeat,
-}
+/// Everything that can be looked at, by short and full name: all messages that are published, and the truth, which is
+/// asked for instead.
+fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
+    struct Topics(RobotId, Vec<(&'static str, Topic)>);
+    impl Visitor for Topics {
+        fn message<M: Message>(&mut self) {
+            let topic = Topic { service: M::SERVICE.name_of(self.0), robot: self.0 };
+            self.1.push((M::SERVICE.short_name(), topic));
+        }
 
-const KINDS: [(Kind, &str); 9] = [
-    (Kind::Brief, "brief"),
-    (Kind::Truth, "truth"),
-    (Kind::State, "state"),
-    (Kind::Map, "map"),
-    (Kind::Command, "command"),
-    (Kind::Policy, "policy"),
-    (Kind::Control, "control"),
-    (Kind::Tempo, "tempo"),
-    (Kind::Heartbeat, "heartbeat"),
-];
-
-impl Topic {
-    /// Name of its service.
-    fn name(&self) -> String {
-        self.service().map_or_else(|| service::truth().name, |topic| topic.name)
+        fn request<Q: Request>(&mut self) {}
     }
-
-    /// Its publish-subscribe service; the truth is asked for instead.
-    fn service(&self) -> Option<service::Topic> {
-        Some(match self.kind {
-            Kind::Truth => return None,
-            Kind::Brief => service::brief(),
-            Kind::State => service::state(self.robot),
-            Kind::Map => service::map(self.robot),
-            Kind::Command => service::command(self.robot),
-            Kind::Policy => service::policy(self.robot),
-            Kind::Control => service::control(self.robot),
-            Kind::Tempo => service::tempo(self.robot),
-            Kind::Heartbeat => service::heartbeat(),
-        })
-    }
+    let mut topics = Topics(robot, Vec::new());
+    contract::wire::visit(&mut topics);
+    topics.1.push(("truth", Topic { service: TruthRequest::SERVICE.name_of(robot), robot }));
+    topics.1
 }
 
 impl FromStr for Topic {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (robot, name) = match text.strip_prefix("hop/r").and_then(|rest| rest.split_once('/')) {
-            Some((robot, name)) => {
-                let robot = robot.parse().map_err(|_| format!("a robot is a number, got {robot:?}"))?;
-                (RobotId(robot), name)
-            }
-            None => (RobotId(0), text),
+        let robot = match text.strip_prefix("hop/r").and_then(|rest| rest.split_once('/')) {
+            Some((robot, _)) => robot.parse().map_err(|_| format!("a robot is a number, got {robot:?}"))?,
+            None => 0,
         };
-        KINDS
+        let topics = topics(RobotId(robot));
+        let names = topics.iter().map(|(short, _)| *short).collect::<Vec<_>>().join(", ");
+        topics
             .into_iter()
-            .map(|(kind, short)| (Topic { kind, robot }, short))
-            .find(|(topic, short)| *short == name || topic.name() == text)
-            .map(|(topic, _)| topic)
-            .ok_or_else(|| {
-                let names: Vec<_> = KINDS.iter().map(|(_, short)| *short).collect();
-                format!("a topic is one of {}, got {text:?}", names.join(", "))
-            })
+            .find(|(short, topic)| *short == text || topic.service == text)
+            .map(|(_, topic)| topic)
+            .ok_or_else(|| format!("a topic is one of {names}, got {text:?}"))
     }
 }
 
@@ -218,8 +189,8 @@ fn echo(args: &Echo) -> Result<(), End> {
 
 /// Messages within one second.
 #[derive(Serialize)]
-struct Rate {
-    topic: String,
+struct Rate<'a> {
+    topic: &'a str,
     hz: f64,
     messages: u64,
     gap_max_ms: f64,
@@ -227,7 +198,7 @@ struct Rate {
 
 fn hz(args: &Hz) -> Result<(), End> {
     const WINDOW_NS: u64 = 1_000_000_000;
-    let topic = args.topic.name();
+    let topic = &args.topic.service;
     let (mut left, mut since, mut messages) = (args.count, Node::now(), 0);
     let (mut last, mut gap_max_ns) = (None::<MonotonicNs>, 0);
     watch(&args.topic, &args.target, false, |news| {
@@ -242,7 +213,7 @@ fn hz(args: &Hz) -> Result<(), End> {
             return Ok(left != Some(0));
         }
         let hz = messages as f64 * 1e9 / elapsed_ns.max(1) as f64;
-        let rate = Rate { topic: topic.clone(), hz, messages, gap_max_ms: gap_max_ns as f64 / 1e6 };
+        let rate = Rate { topic, hz, messages, gap_max_ms: gap_max_ns as f64 / 1e6 };
         match args.target.format {
             Format::Json => line(&json!(rate).to_string())?,
             Format::Text => {
@@ -278,24 +249,22 @@ fn watch(
     const FAREWELL_NS: u64 = 200_000_000;
     let (instance, mut patience) = appear(target)?;
     let mut node = Node::visit(&instance)?;
-    let mut tap = open(&mut node, topic, full)?;
-    let mut states = node.state_reader(topic.robot)?;
-    if let Some(service) = topic.service().filter(|service| service.event) {
-        node.listen(&service)?;
-    }
+    let mut next = open(&mut node, topic, full)?;
+    let mut states = node.reader::<State>(topic.robot, false)?;
+    let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
     let (mut roster, mut over) = (Roster::default(), None::<MonotonicNs>);
     loop {
-        node.wait(TICK);
-        if node.stop_requested().is_some() {
+        node.sleep(Duration::from_nanos(TICK_NS));
+        if node.stop_requested() {
             return Err(End::Stopped);
         }
         let now = Node::now();
-        while let Some(message) = tap() {
+        while let Some(message) = next() {
             if !tell(News::Message(message))? {
                 return Ok(());
             }
         }
-        for beat in node.heartbeats().into_iter().flatten() {
+        for beat in heartbeats.drain().into_iter().flatten() {
             roster.observe(beat, now);
         }
         if let Some(Ok(state)) = states.newest() {
@@ -309,68 +278,73 @@ fn watch(
             return Ok(());
         }
         let alone = over.is_none() && !roster.has(Role::HopperSim, now);
-        patience.check(alone.then_some("hopper-sim"), now)?;
+        patience.check(alone.then_some("hopper-sim"), &mut node)?;
     }
 }
 
-/// Waits until the instance lives.
+/// Waits until a process of the instance lives.
 fn appear(target: &Target) -> Result<(Instance, Patience), End> {
     const PAUSE: Duration = Duration::from_millis(20);
     let instance = Instance::new(&target.instance)?;
-    let mut patience = Patience::new(Some(target.wait), &instance);
-    let vigil = Vigil::new()?;
+    let mut patience = Patience::new(Some(target.wait));
+    let shutdown = ShutdownSignal::new()?;
     if !instance.is_alive()? {
-        tracing::info!("instance {:?} does not live yet; {}", target.instance, living()?);
+        tracing::info!("instance {:?} is not running yet; {}", target.instance, running()?);
     }
     while !instance.is_alive()? {
-        patience.check(Some("hopper-sim"), Node::now())?;
-        if vigil.wait(PAUSE) && matches!(vigil.stop_requested(), Some(Stop::Signal)) {
+        patience.check_at(Some("hopper-sim"), Node::now(), || instance.namesake_hint())?;
+        if shutdown.wait(PAUSE) && matches!(shutdown.stop_reason(), Some(StopReason::Signal)) {
             return Err(End::Stopped);
         }
     }
     Ok((instance, patience))
 }
 
-/// Which instances live, in words.
-fn living() -> Result<String, End> {
+/// Which instances run, in words.
+fn running() -> Result<String, End> {
     let mut names = Vec::new();
     for instance in Instance::all()? {
         if instance.is_alive()? {
             names.push(format!("{:?}", instance.name()));
         }
     }
-    Ok(if names.is_empty() { "no other does".into() } else { format!("those that do: {}", names.join(", ")) })
+    Ok(if names.is_empty() { "no other is".into() } else { format!("those that are: {}", names.join(", ")) })
 }
 
 /// Gives the next message.
-type Tap = Box<dyn FnMut() -> Option<Result<Value, Refusal>>>;
+type Next = Box<dyn FnMut() -> Option<Result<Value, Refusal>>>;
 
-fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Tap, NodeError> {
-    let robot = topic.robot;
-    Ok(match topic.kind {
-        Kind::Brief => plain(node.brief_reader()?),
-        Kind::State => plain(node.state_reader(robot)?),
-        Kind::Command => plain(node.command_reader(robot)?),
-        Kind::Control => plain(node.control_reader(robot)?),
-        Kind::Tempo => plain(node.tempo_reader(robot)?),
-        Kind::Heartbeat => plain(node.heartbeat_reader()?),
-        Kind::Map => sheet(node.map_reader(robot)?, move |patch| summary(patch, full)),
-        Kind::Policy => sheet(node.policy_reader(robot)?, move |policy| summary(policy, full)),
-        Kind::Truth => gathered(node, full)?,
-    })
-}
+/// Opens the topic for reading.
+fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
+    struct Opener<'a> {
+        node: &'a mut Node,
+        topic: &'a Topic,
+        full: bool,
+        opened: Option<Result<Next, NodeError>>,
+    }
+    impl Visitor for Opener<'_> {
+        fn message<M: Message>(&mut self) {
+            let (robot, full) = (self.topic.robot, self.full);
+            if M::SERVICE.name_of(robot) == self.topic.service {
+                let reader = self.node.reader::<M>(robot, M::SERVICE.event);
+                self.opened = Some(reader.map(|mut reader| -> Next {
+                    Box::new(move || Some(reader.receive()?.map(|message| summary(message, full))))
+                }));
+            }
+        }
 
-fn plain<M: Plain + Serialize + 'static>(mut reader: Reader<M>) -> Tap {
-    Box::new(move || Some(reader.receive()?.map(|message| json!(message))))
-}
-
-fn sheet<S: Sheet + 'static>(mut reader: SheetReader<S>, value: impl Fn(S) -> Value + 'static) -> Tap {
-    Box::new(move || Some(reader.receive()?.map(&value)))
+        fn request<Q: Request>(&mut self) {}
+    }
+    let mut opener = Opener { node, topic, full, opened: None };
+    contract::wire::visit(&mut opener);
+    let Opener { node, opened, .. } = opener;
+    opened.unwrap_or_else(|| gathered(node, full))
 }
 
 /// The truth, asked for page by page once the brief says of which run.
-fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
-    let (mut briefs, mut client) = (node.brief_reader()?, node.truth_client()?);
+fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
+    let robot = RobotId(0);
+    let (mut briefs, mut client) = (node.reader::<Brief>(robot, false)?, node.client::<TruthRequest>(robot)?);
     let mut gathering = Gathering::default();
     Ok(Box::new(move || {
         match briefs.newest() {
@@ -380,13 +354,13 @@ fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
         }
         while let Some(page) = client.receive() {
             match page.and_then(|page| gathering.page(&page)) {
-                Ok(Some(truth)) => return Some(Ok(summary(truth, full))),
+                Ok(Some(truth)) => return Some(Ok(truth_summary(truth, full))),
                 Ok(None) => {}
                 Err(refusal) => return Some(Err(refusal)),
             }
         }
         if let Some(request) = gathering.ask(Node::now())
-            && let Err(error) = client.request(&request)
+            && let Err(error) = client.request(request)
         {
             tracing::debug!("asking for the truth: {error}");
         }
@@ -394,31 +368,25 @@ fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
     }))
 }
 
-/// A message with cells.
-pub(crate) trait Cells: Serialize {
-    /// Leaves it without cells; how many it had.
-    fn strip(&mut self) -> usize;
+/// The message, with the number of its cells if it has any; the cells themselves only in full, as they take a hundred
+/// times their memory as JSON.
+pub(crate) fn summary(message: impl Payload, full: bool) -> Value {
+    summary_of(message, full, Payload::clear_cells)
 }
 
-macro_rules! cells {
-    ($($message:ty),*) => {
-        $(impl Cells for $message {
-            fn strip(&mut self) -> usize {
-                std::mem::take(&mut self.cells).len()
-            }
-        })*
-    };
+fn truth_summary(truth: Truth, full: bool) -> Value {
+    summary_of(truth, full, |truth| Some(std::mem::take(&mut truth.cells).len()))
 }
 
-cells!(MapPatch, MapPage, Policy, Truth);
-
-/// The message with the count of its cells; the cells themselves only in full, as they take a hundred times their
-/// memory as JSON.
-pub(crate) fn summary(mut message: impl Cells, full: bool) -> Value {
+fn summary_of<T: Serialize>(
+    mut message: T,
+    full: bool,
+    clear_cells: impl FnOnce(&mut T) -> Option<usize>,
+) -> Value {
     let whole = full.then(|| json!(message));
-    let count = message.strip();
+    let count = clear_cells(&mut message);
     let mut value = whole.unwrap_or_else(|| json!(message));
-    if let Value::Object(fields) = &mut value {
+    if let (Value::Object(fields), Some(count)) = (&mut value, count) {
         if !full {
             fields.remove("cells");
         }
@@ -453,21 +421,37 @@ fn flat(value: &Value) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clap::Args as _;
+
     use super::*;
 
     #[test]
     fn a_topic_has_a_short_name_and_its_service_s() {
-        for (text, kind, robot) in [
-            ("state", Kind::State, 0),
-            ("hop/r3/map", Kind::Map, 3),
-            ("hop/brief", Kind::Brief, 0),
-            ("truth/terrain", Kind::Truth, 0),
-            ("hop/heartbeat", Kind::Heartbeat, 0),
+        for (text, service, robot) in [
+            ("state", "hop/r0/state", 0),
+            ("hop/r3/map", "hop/r3/map", 3),
+            ("hop/brief", "hop/brief", 0),
+            ("truth", "truth/terrain", 0),
+            ("truth/terrain", "truth/terrain", 0),
+            ("hop/heartbeat", "hop/heartbeat", 0),
         ] {
-            assert_eq!(text.parse(), Ok(Topic { kind, robot: RobotId(robot) }), "{text}");
+            let topic = Topic { service: service.into(), robot: RobotId(robot) };
+            assert_eq!(text.parse(), Ok(topic), "{text}");
         }
         assert!("hop/rx/state".parse::<Topic>().is_err());
         assert!("nothing".parse::<Topic>().unwrap_err().contains("heartbeat"));
+    }
+
+    #[test]
+    fn help_names_every_topic() {
+        for (name, command) in [("echo", Echo::augment_args), ("hz", Hz::augment_args as fn(_) -> _)] {
+            let command = command(clap::Command::new(name));
+            let argument = command.get_arguments().find(|argument| argument.get_id() == "topic").unwrap();
+            let help = argument.get_help().unwrap().to_string();
+            for (topic, _) in topics(RobotId(0)) {
+                assert!(help.contains(topic), "{name}: {topic} in {help}");
+            }
+        }
     }
 
     #[test]

@@ -26,6 +26,12 @@ pub trait Payload: Clone + Debug + PartialEq + Serialize + Sized + 'static {
     /// The cell at `index`, which is below [`Payload::cells`], in its wire form.
     fn cell(&self, index: usize) -> Self::Cell;
 
+    /// Empties the cells, for whoever shows a message without them; how many there were. A message of one fixed size
+    /// has none to empty.
+    fn clear_cells(&mut self) -> Option<usize> {
+        None
+    }
+
     /// The value of a sample that has been copied out of shared memory.
     ///
     /// # Errors
@@ -230,6 +236,10 @@ macro_rules! slice_payload {
             #[inline]
             fn cell(&self, index: usize) -> $cell {
                 (&self.$field[index]).into()
+            }
+
+            fn clear_cells(&mut self) -> Option<usize> {
+                Some(::std::mem::take(&mut self.$field).len())
             }
 
             fn from_wire(header: &$header, cells: &[$cell]) -> Result<Self, $crate::Refusal> {

@@ -3,11 +3,9 @@
 use std::rc::Rc;
 
 use contract::{Payload, Refusal, Request, RobotId};
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client as MiddlewareClient;
 use iceoryx2::port::notifier::Notifier;
 
-use super::{Answer, Cells, Header, Question, ZeroCopy, notify, open_request_response, requested};
+use super::{Answer, MiddlewareClient, Pending, ZeroCopy, notify, open_request_response, requested};
 use crate::error::NodeError;
 use crate::middleware::Ipc;
 use crate::session::{PATIENCE, Session};
@@ -15,8 +13,8 @@ use crate::session::{PATIENCE, Session};
 /// Asks a service, one request at a time. A request wakes the server.
 #[derive(Debug)]
 pub struct Client<Q: Request> {
-    pending: Option<PendingResponse<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>>,
-    client: MiddlewareClient<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>,
+    pending: Option<Pending<Q>>,
+    client: MiddlewareClient<Q>,
     notifier: Notifier<Ipc>,
     cells: Vec<<Answer<Q> as Payload>::Cell>,
     name: String,

@@ -19,8 +19,12 @@ use std::time::Duration;
 
 use contract::limits::NODES_MAX;
 use contract::{Message, Payload, Request, RobotId};
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client as AskingPort;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server as AnsweringPort;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::MessagingPattern;
@@ -41,6 +45,10 @@ pub(crate) type PublishSubscribe<M> = publish_subscribe::PortFactory<Ipc, Cells<
 /// A request has one cell and no header.
 type Question<Q> = ZeroCopy<<Q as Payload>::Cell>;
 type Answer<Q> = <Q as Request>::Response;
+type MiddlewareClient<Q> = AskingPort<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
+type MiddlewareServer<Q> = AnsweringPort<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
+type Pending<Q> = PendingResponse<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
+type Active<Q> = ActiveRequest<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
 type RequestResponse<Q> =
     request_response::PortFactory<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
 

@@ -3,12 +3,10 @@
 use std::rc::Rc;
 
 use contract::{Payload, Refusal, Request, RobotId};
-use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::server::Server as MiddlewareServer;
 use iceoryx2::prelude::AllocationStrategy;
 
-use super::{Answer, Cells, Header, Question, ZeroCopy, notify, open_request_response, responded};
+use super::{Active, Answer, MiddlewareServer, ZeroCopy, notify, open_request_response, responded};
 use crate::error::NodeError;
 use crate::memory_budget;
 use crate::middleware::Ipc;
@@ -18,13 +16,11 @@ use crate::session::{PATIENCE, Session};
 /// rather than a tick each.
 #[derive(Debug)]
 pub struct Server<Q: Request> {
-    server: MiddlewareServer<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>,
+    server: MiddlewareServer<Q>,
     notifier: Notifier<Ipc>,
     name: String,
     _session: Rc<Session>,
 }
-
-type Asked<Q> = ActiveRequest<Ipc, Question<Q>, (), Cells<Answer<Q>>, Header<Answer<Q>>>;
 
 impl<Q: Request> Server<Q> {
     pub(crate) fn new(session: &Rc<Session>, robot: RobotId) -> Result<Self, NodeError> {
@@ -43,7 +39,7 @@ impl<Q: Request> Server<Q> {
         Ok(Self { server, notifier, name, _session: Rc::clone(session) })
     }
 
-    fn next_request(&self) -> Option<Asked<Q>> {
+    fn next_request(&self) -> Option<Active<Q>> {
         self.server.receive().unwrap_or_else(|error| {
             tracing::debug!(service = self.name, "receiving a request: {error}");
             None
@@ -52,7 +48,7 @@ impl<Q: Request> Server<Q> {
 
     /// Answers one request; `false` if its client is gone or has given up. It will ask again if it still wants to
     /// know.
-    fn send(&self, request: &Asked<Q>, page: &Answer<Q>) -> bool {
+    fn send(&self, request: &Active<Q>, page: &Answer<Q>) -> bool {
         let sent = request.loan_slice_uninit(page.cells()).map(|mut answer| {
             *answer.user_header_mut() = ZeroCopy(page.header());
             answer.write_from_fn(|index| ZeroCopy(page.cell(index))).send()
