@@ -14,9 +14,9 @@ mod mission;
 
 use mission::Mission;
 use rustix::time::{ClockId, clock_gettime};
+use solver::fixtures::Fixture;
 use solver::online::choice::{CANONICAL_ERROR, TIE};
-use solver::online::{How, Online};
-use solver::specimen::Specimen;
+use solver::online::{Method, OnlineSolver};
 use solver::{Effort, Solver, policy};
 
 fn main() {
@@ -45,17 +45,17 @@ fn run(side: usize, radius: f64) {
     let (mut acts, mut warms) = (Vec::new(), Vec::new());
     let (mut checked, mut mismatches) = (0_u64, 0_u64);
     for seed in 0..missions {
-        let specimen = Specimen::plain(side, seed + 1);
+        let fixture = Fixture::plain(side, seed + 1);
         let mission = Mission {
-            truth: specimen.world().expect("a size in range"),
-            unseen: specimen.unseen().expect("a size in range"),
-            start: specimen.start(),
+            truth: fixture.world().expect("a size in range"),
+            unseen: fixture.unseen().expect("a size in range"),
+            start: fixture.start(),
             radius,
         };
         // What was seen, and from where, hop by hop.
         let mut news = Vec::new();
         let mut flight = mission.fly(seed);
-        let mut pilot = Online::new(mission.unseen.clone());
+        let mut pilot = OnlineSolver::new(mission.unseen.clone());
         for hops in 0_u64.. {
             let mut seen = flight.seen();
             seen.retain(|(node, site)| pilot.world().site(*node) != *site);
@@ -80,7 +80,7 @@ fn run(side: usize, radius: f64) {
             }
         }
         // Where nothing new was seen, there is nothing to solve: such hops would flatter the medians.
-        let mut focused = Online::new(mission.unseen.clone());
+        let mut focused = OnlineSolver::new(mission.unseen.clone());
         focused.act(news[0].0, None);
         for (here, seen) in &news {
             let begun_us = now_us();
@@ -89,17 +89,17 @@ fn run(side: usize, radius: f64) {
             }
             let decision = focused.act(*here, None);
             if !seen.is_empty() {
-                acts.push((decision.how, now_us() - begun_us, decision.work));
+                acts.push((decision.method, now_us() - begun_us, decision.work));
             }
         }
-        let mut warm = Online::new(mission.unseen.clone());
+        let mut warm = OnlineSolver::new(mission.unseen.clone());
         warm.values();
         for (_, seen) in news.iter().filter(|(_, seen)| !seen.is_empty()) {
             let begun_us = now_us();
             for (node, site) in seen {
                 warm.update(*node, *site);
             }
-            let work = warm.rest();
+            let work = warm.converge_all();
             warms.push((now_us() - begun_us, work));
         }
     }
@@ -132,10 +132,10 @@ fn run(side: usize, radius: f64) {
             cold / at(0.5),
         );
     };
-    let of = |how: How| acts.iter().filter(|act| act.0 == how).map(|act| (act.1, act.2)).collect();
-    line("act: foc.", of(How::Focused), hops);
-    line("act: warm", of(How::Warm), hops);
-    line("act: can.", of(How::Canonical), hops);
+    let of = |method: Method| acts.iter().filter(|act| act.0 == method).map(|act| (act.1, act.2)).collect();
+    line("act: foc.", of(Method::Focused), hops);
+    line("act: warm", of(Method::Warm), hops);
+    line("act: can.", of(Method::Canonical), hops);
     line("act, all", acts.iter().map(|act| (act.1, act.2)).collect(), hops);
     line("values", warms, hops);
 }

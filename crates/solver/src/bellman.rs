@@ -1,16 +1,16 @@
 //! Bellman's operator, straight from the definition: the yardstick, apart from every kernel.
 
-use crate::{Hop, Kind, Leaving, World};
+use crate::{GridWorld, Hop, Kind, Leaving};
 
 /// The right-hand side of Bellman's equation at a free node under `values`, for each of the four hops in
 /// the order of [`Hop::ALL`].
 #[must_use]
-pub fn action_values(world: &World, values: &[f64], node: usize) -> [f64; 4] {
-    hop_values(world, node, |to| world.worth(values, to))
+pub fn action_values(world: &GridWorld, values: &[f64], node: usize) -> [f64; 4] {
+    hop_values(world, node, |to| world.afterstate_value(values, to))
 }
 
 /// The same, `worth` saying what landing on a node is worth.
-pub(crate) fn hop_values(world: &World, node: usize, worth: impl Fn(usize) -> f64) -> [f64; 4] {
+pub(crate) fn hop_values(world: &GridWorld, node: usize, worth: impl Fn(usize) -> f64) -> [f64; 4] {
     let rules = world.rules();
     let wait = world.soil(node).wait;
     let here = worth(node);
@@ -32,7 +32,7 @@ pub(crate) fn hop_values(world: &World, node: usize, worth: impl Fn(usize) -> f6
 
 /// Residual |V − TV| at one node; 0 where there is nothing to decide.
 #[must_use]
-pub fn deviation(world: &World, values: &[f64], node: usize) -> f64 {
+pub fn deviation(world: &GridWorld, values: &[f64], node: usize) -> f64 {
     if world.kind(node) != Kind::Free {
         return 0.0;
     }

@@ -5,7 +5,7 @@
 //! how far that may lie below the true one.
 
 use crate::bellman::deviation;
-use crate::{Kind, World};
+use crate::{GridWorld, Kind};
 
 /// How good values are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,24 +17,25 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// The certificate of a measured residual, under values and payoffs of at most `worth_max` together.
+    /// The certificate of a measured residual, under values and payoffs of at most `afterstate_max` together.
     #[must_use]
-    pub fn new(residual: f64, discount: f64, worth_max: f64) -> Self {
+    pub fn new(residual: f64, discount: f64, afterstate_max: f64) -> Self {
         // A division and a sum round at most twice; the last factor is worth eight roundings.
-        let error_bound = (residual + rounding(worth_max)) / (1.0 - discount) * (1.0 + 4.0 * f64::EPSILON);
+        let error_bound =
+            (residual + rounding(afterstate_max)) / (1.0 - discount) * (1.0 + 4.0 * f64::EPSILON);
         Self { residual, error_bound }
     }
 }
 
-/// How far the measured residual may lie from the true one, where no worth r + V exceeds `worth_max`.
+/// How far the measured residual may lie from the true one, where no worth r + V exceeds `afterstate_max`.
 ///
 /// To first order in the unit roundoff u = 2⁻⁵³, a landing's worth carries 1 u, its probability at most 4 u
 /// (three sums and a product; the remainder's absolute error is below 3 u), the sum over four landings of
 /// total weight 1 at most 4 u more, period and discount 5 u, and the final difference 2 u: below 20 u in all
 /// of the largest worth. 32 u leaves room for the higher orders.
 #[must_use]
-pub fn rounding(worth_max: f64) -> f64 {
-    16.0 * f64::EPSILON * worth_max
+pub fn rounding(afterstate_max: f64) -> f64 {
+    16.0 * f64::EPSILON * afterstate_max
 }
 
 /// Certifies `values` by one sweep straight from the definition.
@@ -42,14 +43,14 @@ pub fn rounding(worth_max: f64) -> f64 {
 /// # Panics
 /// If `values` has not one value a node.
 #[must_use]
-pub fn certify(world: &World, values: &[f64]) -> Certificate {
+pub fn certify(world: &GridWorld, values: &[f64]) -> Certificate {
     assert_eq!(values.len(), world.nodes(), "a certificate needs a value a node");
     let residual = (0..world.nodes()).map(|node| deviation(world, values, node)).fold(0.0, f64::max);
-    Certificate::new(residual, world.rules().discount, worth_max(world, values))
+    Certificate::new(residual, world.rules().discount, afterstate_max(world, values))
 }
 
 /// The largest |r| + |V| and |loss| that the sweep can meet.
-fn worth_max(world: &World, values: &[f64]) -> f64 {
+fn afterstate_max(world: &GridWorld, values: &[f64]) -> f64 {
     let worth = |node: usize| match world.kind(node) {
         Kind::Free => world.payoff(node).abs() + values[node].abs(),
         Kind::Goal => world.payoff(node).abs(),

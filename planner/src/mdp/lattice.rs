@@ -29,7 +29,7 @@ impl Lattice {
         }
     }
 
-    /// How many there are.
+    /// Method many there are.
     #[must_use]
     pub fn nodes(&self) -> usize {
         self.width * self.height

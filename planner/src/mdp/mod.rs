@@ -9,8 +9,8 @@ pub mod treasures;
 use std::cell::RefCell;
 
 use contract::{Action, Name, PolicyCell};
-use solver::online::How;
-use solver::{Reach, Solver};
+use solver::online::Method;
+use solver::{GoalSearch, Solver};
 
 use self::model::Model;
 use self::session::Session;
@@ -66,7 +66,7 @@ impl Planner for Mdp {
         }
         let mut model = Model::new(situation);
         self.treasures.rebuild(situation, &model);
-        let mut reach = Reach::default();
+        let mut reach = GoalSearch::default();
         let leads_to_goal = |&node: &usize| reach.leads_to_goal(&model.world, node);
         let Some(node) = model.lattice.node(here).filter(leads_to_goal) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
@@ -116,7 +116,7 @@ impl Mdp {
         let action = policy::named(hop);
         self.in_session = true;
         // What is promised, not what was measured: that would tell how the decision was come by.
-        let beyond = if decision.how == How::Canonical { decision.bound } else { 0.0 };
+        let beyond = if decision.method == Method::Canonical { decision.bound } else { 0.0 };
         let error_bound = solver::online::VALUE_ERROR.max(beyond);
         Plan { action, status: PlanStatus::Solved, work: decision.work, error_bound }
     }

@@ -20,7 +20,7 @@
 
 use contract::{Brief, Cell, Ground, Profile, Soil};
 use motion::soil_motion;
-use solver::{Kind, Leaving, Rules, Site, World};
+use solver::{Kind, Leaving, Rules, Site, GridWorld};
 
 use super::lattice::Lattice;
 use crate::Situation;
@@ -36,7 +36,7 @@ pub struct Model {
     /// Which cells its nodes are.
     pub lattice: Lattice,
     /// The process.
-    pub world: World,
+    pub world: GridWorld,
 }
 
 impl Model {
@@ -58,14 +58,14 @@ impl Model {
 /// # Panics
 /// If the brief's numbers are out of range: they are checked where a brief enters a process.
 #[must_use]
-pub fn world(brief: &Brief, lattice: &Lattice, ground: impl Fn(usize) -> Ground) -> World {
+pub fn world(brief: &Brief, lattice: &Lattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
     let leaving = match brief.profile {
         Profile::Paper2023 => Leaving::Stays,
         Profile::Hopper => Leaving::Loses,
     };
     let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
     let refused = "a brief is checked where it enters a process";
-    let mut world = World::new(lattice.width, lattice.height, rules).expect(refused);
+    let mut world = GridWorld::new(lattice.width, lattice.height, rules).expect(refused);
     let payoff = LandingPayoff::new(brief);
     for node in 0..lattice.nodes() {
         world.set(node, site(brief, &payoff, lattice.cell(node), &ground(node)));
@@ -92,13 +92,13 @@ pub fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Grou
 
 /// What a node's payoff counts as in the worst: nothing where it is impassable.
 #[must_use]
-pub fn counted(world: &World, node: usize) -> f64 {
+pub fn counted(world: &GridWorld, node: usize) -> f64 {
     if world.kind(node) == Kind::Lost { 0.0 } else { world.payoff(node) }
 }
 
 /// The least payoff of a node that is not impassable, 0 at most.
 #[must_use]
-pub fn worst_payoff(world: &World) -> f64 {
+pub fn worst_payoff(world: &GridWorld) -> f64 {
     (0..world.nodes()).map(|node| counted(world, node)).fold(0.0, f64::min)
 }
 

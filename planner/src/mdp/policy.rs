@@ -5,7 +5,7 @@
 
 use contract::{Action, Direction, PolicyCell, Vetoed};
 use solver::online::choice::TIE;
-use solver::{Hop, World, action_values};
+use solver::{Hop, GridWorld, action_values};
 
 use super::lattice::Lattice;
 use crate::tie::first_best_allowed;
@@ -23,13 +23,13 @@ pub fn named(hop: Hop) -> Action {
 
 /// The action at a node: hold wherever nothing is left to decide.
 #[must_use]
-pub fn action(world: &World, values: &[f64], node: usize) -> Action {
+pub fn action(world: &GridWorld, values: &[f64], node: usize) -> Action {
     solver::policy::hop(world, values, node, TIE).map_or(Action::Hold, named)
 }
 
 /// The best action at the hopper's node among those that are not `vetoed`.
 #[must_use]
-pub fn allowed_action(world: &World, values: &[f64], node: usize, vetoed: Vetoed) -> Action {
+pub fn allowed_action(world: &GridWorld, values: &[f64], node: usize, vetoed: Vetoed) -> Action {
     // The solver's hops are in the order of the contract's directions.
     let values = action_values(world, values, node).map(Some);
     first_best_allowed(values, TIE, vetoed).map_or(Action::Hold, Action::Hop)
@@ -37,7 +37,7 @@ pub fn allowed_action(world: &World, values: &[f64], node: usize, vetoed: Vetoed
 
 /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
 #[must_use]
-pub fn cells(world: &World, lattice: &Lattice, values: &[f64]) -> Vec<PolicyCell> {
+pub fn cells(world: &GridWorld, lattice: &Lattice, values: &[f64]) -> Vec<PolicyCell> {
     let policy_cell = |cell| match lattice.node(cell) {
         Some(node) => PolicyCell { action: action(world, values, node), value: values[node] },
         None => PolicyCell { action: Action::Hold, value: 0.0 },

@@ -9,7 +9,7 @@
 //! once, the session starts anew.
 
 use contract::{Brief, Cell, Ground, ObservedMap, PolicyCell};
-use solver::online::{Decision, Online};
+use solver::online::{HopDecision, OnlineSolver};
 
 use super::lattice::Lattice;
 use super::{model, policy};
@@ -30,7 +30,7 @@ pub struct Session {
     observation: u64,
     /// The least payoff of a node that is not impassable, 0 at most.
     worst_payoff: f64,
-    online: Online,
+    online: OnlineSolver,
 }
 
 impl Session {
@@ -52,7 +52,7 @@ impl Session {
             unseen: belief.unseen,
             observation: map.observation(),
             worst_payoff: model::worst_payoff(&world),
-            online: Online::new(world),
+            online: OnlineSolver::new(world),
         }
     }
 
@@ -109,7 +109,7 @@ impl Session {
     }
 
     /// Decides at `cell`, which is on the map, beating as it works; `None` off the goal's lattice.
-    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<Decision> {
+    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<HopDecision> {
         Some(self.online.act_with(self.lattice.node(cell)?, None, &|| pulse.beat()))
     }
 

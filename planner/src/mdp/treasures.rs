@@ -12,7 +12,7 @@
 
 use contract::{Action, Cell};
 use solver::online::choice::CANONICAL_ERROR;
-use solver::{Effort, Kind, Site, Solver, Status, World};
+use solver::{Effort, Kind, Site, Solver, SolveStatus, GridWorld};
 
 use super::model::Model;
 use super::policy;
@@ -37,7 +37,7 @@ pub struct Treasures {
     onward: Vec<Action>,
 }
 
-/// How the solves of all sets ended.
+/// Method the solves of all sets ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// Sweeps made; the checks are not counted.
@@ -72,7 +72,7 @@ impl Treasures {
     /// Solves the worlds of all sets within `budget`, counted in sweeps, for all of them together, each to
     /// [`CANONICAL_ERROR`] or the limit of floating point. `world` is that without treasures, and ends as that
     /// of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, world: &mut World, solver: &mut Solver, budget: &Budget) -> Solution {
+    pub fn solve(&mut self, world: &mut GridWorld, solver: &mut Solver, budget: &Budget) -> Solution {
         let all = (1_usize << self.nodes.len()) - 1;
         let mut total = Solution { sweeps: 0, error_bound: 0.0, converged: true };
         let mut bounds = Vec::with_capacity(all + 1);
@@ -86,7 +86,7 @@ impl Treasures {
             let passed_on = smaller.map(|number| bounds[set & !(1 << number)]).fold(0.0, f64::max);
             total.error_bound = solution.certificate.error_bound + passed_on;
             bounds.push(total.error_bound);
-            total.converged &= solution.status == Status::Solved;
+            total.converged &= solution.status == SolveStatus::Solved;
             let values = solver.values();
             self.after.push(self.nodes.iter().map(|&node| values[node]).collect());
             for (number, &node) in self.nodes.iter().enumerate() {
@@ -107,7 +107,7 @@ impl Treasures {
     }
 
     /// Makes `world` that of `set`.
-    fn place(&self, world: &mut World, set: usize) {
+    fn place(&self, world: &mut GridWorld, set: usize) {
         for (number, (&node, &landing)) in self.nodes.iter().zip(&self.landing).enumerate() {
             let (kind, payoff) = match set & (1 << number) != 0 {
                 true => (Kind::Goal, landing + self.payoff + self.after[set & !(1 << number)][number]),

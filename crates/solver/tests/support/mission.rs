@@ -1,13 +1,13 @@
 //! A hopper in a world that shows itself a disc at a time.
 
-use solver::specimen::Draw;
-use solver::{Hop, Kind, Site, World};
+use solver::fixtures::SplitMix64;
+use solver::{GridWorld, Hop, Kind, Site};
 
 /// What a mission flies over, and what was known of it beforehand.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    pub truth: World,
-    pub unseen: World,
+    pub truth: GridWorld,
+    pub unseen: GridWorld,
     pub start: usize,
     /// What the hopper sees, in nodes.
     pub radius: f64,
@@ -17,14 +17,14 @@ pub struct Mission {
 #[derive(Clone, Debug)]
 pub struct Flight<'a> {
     mission: &'a Mission,
-    draw: Draw,
+    draw: SplitMix64,
     pub here: usize,
 }
 
 impl Mission {
     /// A hopper at the start, its luck drawn from `seed`.
     pub fn fly(&self, seed: u64) -> Flight<'_> {
-        Flight { mission: self, draw: Draw(seed ^ 0x5eed), here: self.start }
+        Flight { mission: self, draw: SplitMix64(seed ^ 0x5eed), here: self.start }
     }
 }
 

@@ -6,11 +6,11 @@
 //! goal over distance from start to goal. The goal pays 100. Large w1 and w2 make traps, worlds where
 //! lingering on a hill is worth more than the goal. Equal orders give equal worlds, on every machine.
 
-use crate::{Error, Kind, Leaving, Rules, Site, Soil, World};
+use crate::{Error, GridWorld, Kind, Leaving, Rules, Site, Soil};
 
 /// Where a goal lies, the start being in the corner of the first node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum GoalPlace {
     /// One node off the opposite corner.
     Corner,
     /// One node off the opposite side, at 3/5 of the width.
@@ -21,7 +21,7 @@ pub enum Place {
 
 /// What world to make.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Specimen {
+pub struct Fixture {
     /// Nodes a row.
     pub width: usize,
     /// Rows.
@@ -35,7 +35,7 @@ pub struct Specimen {
     /// What leaving the grid means.
     pub leaving: Leaving,
     /// Where the goal lies.
-    pub place: Place,
+    pub place: GoalPlace,
 }
 
 /// Hard ground of the paper.
@@ -51,12 +51,12 @@ const SLOPE_LIMIT_RAD: f64 = std::f64::consts::PI / 6.0;
 /// Beyond so many standard deviations a hill counts as flat.
 const HILL_REACH_SIGMAS: f64 = 6.0;
 
-impl Specimen {
+impl Fixture {
     /// A square world in which the goal is worth reaching: w1 = w2 = 0.5, leaving stays.
     #[must_use]
     pub fn plain(side: usize, seed: u64) -> Self {
         let leaving = Leaving::Stays;
-        let (safety, information, place) = (0.5, 0.5, Place::Corner);
+        let (safety, information, place) = (0.5, 0.5, GoalPlace::Corner);
         Self { width: side, height: side, seed, safety, information, leaving, place }
     }
 
@@ -69,7 +69,7 @@ impl Specimen {
     /// A square world in which the goal is worth reaching and lies well inside.
     #[must_use]
     pub fn inner(side: usize, seed: u64) -> Self {
-        Self { place: Place::Inside, ..Self::plain(side, seed) }
+        Self { place: GoalPlace::Inside, ..Self::plain(side, seed) }
     }
 
     /// The node that a mission would start from.
@@ -83,9 +83,9 @@ impl Specimen {
     pub fn goal(&self) -> usize {
         let (far_x, far_y) = (self.width.saturating_sub(2), self.height.saturating_sub(2));
         let (x, y) = match self.place {
-            Place::Corner => (far_x, far_y),
-            Place::Side => (self.width * 3 / 5, far_y),
-            Place::Inside => (self.width * 3 / 5, self.height * 2 / 5),
+            GoalPlace::Corner => (far_x, far_y),
+            GoalPlace::Side => (self.width * 3 / 5, far_y),
+            GoalPlace::Inside => (self.width * 3 / 5, self.height * 2 / 5),
         };
         y * self.width + x
     }
@@ -94,8 +94,8 @@ impl Specimen {
     ///
     /// # Errors
     /// If its size is out of range.
-    pub fn world(&self) -> Result<World, Error> {
-        self.survey(true)
+    pub fn world(&self) -> Result<GridWorld, Error> {
+        self.build(true)
     }
 
     /// The same world before anything of it has been seen: flat, hard, at height 0, where it is not the
@@ -103,14 +103,14 @@ impl Specimen {
     ///
     /// # Errors
     /// If its size is out of range.
-    pub fn unseen(&self) -> Result<World, Error> {
-        self.survey(false)
+    pub fn unseen(&self) -> Result<GridWorld, Error> {
+        self.build(false)
     }
 
-    fn survey(&self, seen: bool) -> Result<World, Error> {
+    fn build(&self, seen: bool) -> Result<GridWorld, Error> {
         let rules = Rules { discount: DISCOUNT, loss: 0.0, leaving: self.leaving, soils: vec![HARD, SAND] };
-        let mut world = World::new(self.width, self.height, rules)?;
-        let mut draw = Draw(self.seed);
+        let mut world = GridWorld::new(self.width, self.height, rules)?;
+        let mut draw = SplitMix64(self.seed);
         let relief = self.relief(&mut draw);
         let sand = self.sand(&mut draw);
         let safety = |&(_, east, north): &(f64, f64, f64), sand: bool| {
@@ -152,7 +152,7 @@ impl Specimen {
     }
 
     /// Height and its slopes towards east and north at each node, metres and metres a node.
-    fn relief(&self, draw: &mut Draw) -> Vec<(f64, f64, f64)> {
+    fn relief(&self, draw: &mut SplitMix64) -> Vec<(f64, f64, f64)> {
         let mut relief = vec![(0.0, 0.0, 0.0); self.width * self.height];
         for _ in 0..relief.len().div_ceil(50) {
             let sigma = draw.between(1.5, 6.0);
@@ -180,7 +180,7 @@ impl Specimen {
     }
 
     /// Whether each node is sand.
-    fn sand(&self, draw: &mut Draw) -> Vec<bool> {
+    fn sand(&self, draw: &mut SplitMix64) -> Vec<bool> {
         let mut sand = vec![false; self.width * self.height];
         for _ in 0..12 {
             let mut span = |side: usize| {
@@ -209,9 +209,9 @@ fn min_max(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
 
 /// Uniform numbers by SplitMix64 (Steele, Lea & Flood 2014, OOPSLA, fig. 1).
 #[derive(Clone, Debug)]
-pub struct Draw(pub u64);
+pub struct SplitMix64(pub u64);
 
-impl Draw {
+impl SplitMix64 {
     /// A number in [0, 1) with 53 random bits.
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -1,18 +1,10 @@
 //! The grid world: what each node pays, how it slopes, and how hops from it scatter.
 //!
-//! With p, q, s the probabilities of the intended landing, of getting stuck, and of a slip to either side
-//! on the flat, and t_d the slope towards direction d, as an angle measured in slope limits
-//! (Sakamoto & Kunii 2023, section IV):
-//!
-//! | intended | stays | to the left | to the right |
-//! |---|---|---|---|
-//! | p (1 − t_f) | p t_f + q | s (1 − t_r) | s (1 − t_l) |
-//!
-//! t_f, forwards, is clamped to [0, 1], t_l = −t_r to [−1, 1], so two numbers a node say it all: the slope
-//! towards the east and towards the north, clamped to [−1, 1].
+//! The slope law is [`scatter`]'s. The slope forwards is clamped to [0, 1], the one sideways to [−1, 1], so two
+//! numbers per node suffice: the slope towards the east and towards the north, clamped to [−1, 1].
 
-use crate::extent::Extent;
-use crate::simd::Simd;
+use scatter::{FlatScatter, Scatter};
+
 use crate::{Error, Hop, Soil, pages};
 
 /// What a node is.
@@ -59,26 +51,13 @@ pub struct Rules {
     pub loss: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// The soils there are, 1 to [`World::SOILS_MAX`].
+    /// The soils there are, 1 to [`GridWorld::SOILS_MAX`].
     pub soils: Vec<Soil>,
-}
-
-/// Probabilities of a hop's landings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Lands where it was meant to.
-    pub intended: f64,
-    /// Does not get away.
-    pub stayed: f64,
-    /// Slips to the left of the hop's direction.
-    pub left: f64,
-    /// Slips to the right; takes the remainder, so that the four sum to 1.
-    pub right: f64,
 }
 
 /// A grid world, its nodes row-major, southernmost row first: node = y · width + x.
 #[derive(Clone, Debug, PartialEq)]
-pub struct World {
+pub struct GridWorld {
     width: usize,
     height: usize,
     rules: Rules,
@@ -146,7 +125,7 @@ impl Class {
     }
 
     /// Rows of a table over classes: one for free ground of each soil, and the last for all else.
-    pub(crate) const ROWS: usize = World::SOILS_MAX + 1;
+    pub(crate) const ROWS: usize = GridWorld::SOILS_MAX + 1;
 
     /// Its row of such a table.
     #[inline(always)]
@@ -159,7 +138,7 @@ impl Class {
     }
 }
 
-impl World {
+impl GridWorld {
     /// The most soils a world may have.
     pub const SOILS_MAX: usize = 6;
 
@@ -312,32 +291,17 @@ impl World {
             Hop::South => -north,
             Hop::West => -east,
         };
-        let forwards = towards(hop).clamp(0.0, 1.0);
-        let right_up = towards(hop.right());
-        let scatter = Scatter {
-            intended: intended * (1.0 - forwards),
-            stayed: intended * forwards + stuck,
-            left: sideways * (1.0 - right_up),
-            right: 0.0,
-        };
-        let others = scatter.intended + scatter.stayed + scatter.left;
-        Scatter { right: (1.0 - others).max(0.0), ..scatter }
+        FlatScatter { intended, stuck, sideways }.on_slope(towards(hop), towards(hop.right()))
     }
 
     /// What landing on a node is worth under `values`: r + V, r at a goal, the loss where lost.
     #[must_use]
-    pub fn worth(&self, values: &[f64], node: usize) -> f64 {
+    pub fn afterstate_value(&self, values: &[f64], node: usize) -> f64 {
         match self.kind(node) {
             Kind::Free => self.payoffs[node] + values[node],
             Kind::Goal => self.payoffs[node],
             Kind::Lost => self.rules.loss,
         }
-    }
-
-    /// The largest |r + V*| possible, the loss included: the largest payoff for ever, or what ends it.
-    #[must_use]
-    pub fn worth_max(&self) -> f64 {
-        Extent::of(Simd::detect(), self).worth_max(&self.rules)
     }
 }
 
@@ -355,8 +319,8 @@ fn check(rules: &Rules) -> Result<(), Error> {
     if !rules.loss.is_finite() {
         return Err(Error::Loss { got: rules.loss });
     }
-    if !(1..=World::SOILS_MAX).contains(&rules.soils.len()) {
-        return Err(Error::Soils { got: rules.soils.len(), soils_max: World::SOILS_MAX });
+    if !(1..=GridWorld::SOILS_MAX).contains(&rules.soils.len()) {
+        return Err(Error::Soils { got: rules.soils.len(), soils_max: GridWorld::SOILS_MAX });
     }
     rules.soils.iter().enumerate().try_for_each(|(index, soil)| soil.check(index))
 }
