@@ -1,4 +1,4 @@
-//! Cold solves of seeded worlds: times, sweeps, certificates, and how near they come to the kernel in cache.
+//! Cold solves of seeded worlds: times, sweeps, certificates, and how close they come to the kernel's speed in cache.
 //!
 //! `cargo bench -p solver --bench cold [SIDE...]`. One thread. Each time is the median (and the least) of
 //! solves by one solver, buffers kept. "Kernel" is what as many sweeps would take if each ran as fast as
@@ -84,7 +84,7 @@ fn sweep_ns(simd: Simd) -> f64 {
     (least(15) - least(5)) * 1e6 / (10 * world.nodes()) as f64
 }
 
-/// Peak resident memory of this process as Linux tells it.
+/// Peak resident memory of this process (`VmHWM`).
 fn peak_memory() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -7,9 +7,9 @@ use crate::{GridWorld, Kind, Leaving, Rules};
 /// The range of a world's payoffs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extent {
-    /// Largest |r| of free ground, 0 without any.
+    /// Largest |r| of free ground; 0 if there is none.
     pub free_max: f64,
-    /// Largest |r| of a goal, 0 without any.
+    /// Largest |r| of a goal; 0 if there is none.
     pub goal_max: f64,
     /// The least payoff of nodes where the hopper is not lost, at most 0.
     pub worst: f64,
@@ -51,9 +51,9 @@ impl Extent {
 
     /// A lower bound on the value of any free node under `rules`.
     pub fn value_min(&self, rules: &Rules) -> f64 {
-        let lingers = self.worst / (1.0 - rules.discount);
+        let worst_forever = self.worst / (1.0 - rules.discount);
         let may_lose = rules.leaving == Leaving::Loses || self.any_lost;
-        if may_lose { lingers.min(rules.loss) } else { lingers }
+        if may_lose { worst_forever.min(rules.loss) } else { worst_forever }
     }
 }
 

@@ -4,11 +4,13 @@
 //! rectangles are sand. The payoff of a landing is w1 S + w2 I + 10 D (Sakamoto & Kunii 2023, eq. 3):
 //! S = −|∇h| − T, T = −5 on sand, and I = h, both min–max normalised over the world; D = −distance to the
 //! goal over distance from start to goal. The goal pays 100. Large w1 and w2 make traps, worlds where
-//! lingering on a hill is worth more than the goal. Equal orders give equal worlds, on every machine.
+//! lingering on a hill pays more than the goal. Equal fixtures make equal worlds, on every machine.
+
+use scatter::slope_in_limits;
 
 use crate::{Error, GridWorld, Kind, Leaving, Rules, Site, Soil};
 
-/// Where a goal lies, the start being in the corner of the first node.
+/// Where the goal lies; the start is in the corner of the first node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GoalPlace {
     /// One node off the opposite corner.
@@ -19,12 +21,12 @@ pub enum GoalPlace {
     Inside,
 }
 
-/// What world to make.
+/// The parameters of a world for tests, benchmarks and comparisons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fixture {
-    /// Nodes a row.
+    /// Nodes per row, at least 1.
     pub width: usize,
-    /// Rows.
+    /// Number of rows, at least 1.
     pub height: usize,
     /// Seed of hills and sand.
     pub seed: u64,
@@ -34,7 +36,7 @@ pub struct Fixture {
     pub information: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// Where the goal lies.
+    /// The goal, near a corner, near a side, or inside.
     pub place: GoalPlace,
 }
 
@@ -44,11 +46,11 @@ pub const HARD: Soil = Soil { intended: 0.9, stuck: 0.0, sideways: 0.05, wait: 0
 pub const SAND: Soil = Soil { intended: 0.7, stuck: 0.1, sideways: 0.1, wait: 1.0 };
 /// Discount of the paper.
 pub const DISCOUNT: f64 = 0.99;
-/// Payoff of the goal.
+/// Payoff of landing on the goal.
 pub const GOAL_PAYOFF: f64 = 100.0;
 /// Slope at which no hop gets away uphill, radians.
 const SLOPE_LIMIT_RAD: f64 = std::f64::consts::PI / 6.0;
-/// Beyond so many standard deviations a hill counts as flat.
+/// Beyond this many standard deviations a hill counts as flat.
 const HILL_REACH_SIGMAS: f64 = 6.0;
 
 impl Fixture {
@@ -60,7 +62,7 @@ impl Fixture {
         Self { width: side, height: side, seed, safety, information, leaving, place }
     }
 
-    /// A square world in which lingering on a hill is worth more than the goal: w1 = 10, w2 = 30.
+    /// A square world in which lingering on a hill pays more than the goal: w1 = 10, w2 = 30.
     #[must_use]
     pub fn trap(side: usize, seed: u64) -> Self {
         Self { safety: 10.0, information: 30.0, ..Self::plain(side, seed) }
@@ -78,7 +80,7 @@ impl Fixture {
         2.min(self.height - 1) * self.width + 1.min(self.width - 1)
     }
 
-    /// The goal.
+    /// The goal's node.
     #[must_use]
     pub fn goal(&self) -> usize {
         let (far_x, far_y) = (self.width.saturating_sub(2), self.height.saturating_sub(2));
@@ -90,7 +92,7 @@ impl Fixture {
         y * self.width + x
     }
 
-    /// Makes the world.
+    /// Builds the world.
     ///
     /// # Errors
     /// If its size is out of range.
@@ -141,8 +143,8 @@ impl Fixture {
             let site = Site {
                 kind: if is_goal { Kind::Goal } else { Kind::Free },
                 payoff: if is_goal { GOAL_PAYOFF } else { payoff(&(height, east, north), sand) },
-                slope_east: libm::atan(east) / SLOPE_LIMIT_RAD,
-                slope_north: libm::atan(north) / SLOPE_LIMIT_RAD,
+                slope_east: slope_in_limits(east, SLOPE_LIMIT_RAD),
+                slope_north: slope_in_limits(north, SLOPE_LIMIT_RAD),
                 soil: u8::from(sand),
             };
             world.set(node, site);

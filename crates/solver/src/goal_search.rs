@@ -1,8 +1,8 @@
-//! Whether a goal can be reached at all.
+//! The search for a goal over all possible landings.
 
 use crate::{GridWorld, Hop, Kind};
 
-/// The search for a goal; its buffers are reused.
+/// A search that reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct GoalSearch {
     reached: Vec<bool>,

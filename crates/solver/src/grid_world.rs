@@ -10,11 +10,11 @@ use crate::{Error, Hop, Soil, pages};
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Ground to hop on.
+    /// Passable ground.
     Free,
-    /// A goal: absorbs; landing there is worth its payoff.
+    /// A goal, where the process ends; its afterstate value is its payoff.
     Goal,
-    /// Impassable: the hopper is lost there; landing there is worth the loss.
+    /// Impassable ground, where the hopper is lost; its afterstate value is the loss.
     Lost,
 }
 
@@ -27,12 +27,12 @@ pub enum Leaving {
     Loses,
 }
 
-/// One node.
+/// The properties of one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// What it is.
+    /// Passable, a goal or impassable.
     pub kind: Kind,
-    /// Payoff r of landing on it; without meaning where the hopper is lost.
+    /// Payoff r of landing on it; ignored where the hopper is lost.
     pub payoff: f64,
     /// Slope towards the east, in slope limits; beyond ±1 as ±1.
     pub slope_east: f64,
@@ -42,16 +42,16 @@ pub struct Site {
     pub soil: u8,
 }
 
-/// What holds for all nodes.
+/// The parameters common to all nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rules {
     /// Discount γ of one period, in [0, 1).
     pub discount: f64,
-    /// What being lost is worth, in place of r + V.
+    /// Afterstate value of being lost, in place of r + V, in units of payoff.
     pub loss: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// The soils there are, 1 to [`GridWorld::SOILS_MAX`].
+    /// The soils that nodes may have, 1 to [`GridWorld::SOILS_MAX`].
     pub soils: Vec<Soil>,
 }
 
@@ -64,7 +64,7 @@ pub struct GridWorld {
     payoffs: Vec<f64>,
     slopes_east: Vec<f64>,
     slopes_north: Vec<f64>,
-    /// Soil index and kind.
+    /// Soil index and kind of each node.
     classes: Vec<Class>,
 }
 
@@ -87,7 +87,7 @@ impl Class {
     /// Free ground of soil 0, or of nothing yet.
     pub(crate) const NONE: Self = Self(0);
 
-    /// Kinds and soils of both.
+    /// The union of kinds and soils, as bits.
     #[inline(always)]
     pub(crate) fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -127,7 +127,7 @@ impl Class {
     /// Rows of a table over classes: one for free ground of each soil, and the last for all else.
     pub(crate) const ROWS: usize = GridWorld::SOILS_MAX + 1;
 
-    /// Its row of such a table.
+    /// Its row of a table over classes.
     #[inline(always)]
     pub(crate) fn row(self) -> usize {
         usize::from(self.0).min(Self::ROWS - 1)
@@ -139,10 +139,10 @@ impl Class {
 }
 
 impl GridWorld {
-    /// The most soils a world may have.
+    /// Most soils of a world.
     pub const SOILS_MAX: usize = 6;
 
-    /// The most nodes a world may have.
+    /// Most nodes of a world.
     pub const NODES_MAX: usize = 1 << 26;
 
     /// A world of `width` × `height` free, flat nodes of soil 0 that pay nothing.
@@ -164,31 +164,31 @@ impl GridWorld {
         })
     }
 
-    /// Nodes a row.
+    /// Nodes per row.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// Nodes in all.
+    /// Number of nodes, width times height.
     #[must_use]
     pub fn nodes(&self) -> usize {
         self.payoffs.len()
     }
 
-    /// What holds for all nodes.
+    /// The parameters common to all nodes, soils normalised.
     #[must_use]
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Replaces what being lost is worth.
+    /// Replaces [`Rules::loss`].
     ///
     /// # Errors
     /// If it is not finite.
@@ -200,7 +200,7 @@ impl GridWorld {
         Ok(())
     }
 
-    /// Replaces one node.
+    /// Replaces the properties of one node.
     ///
     /// # Panics
     /// If there is no such node or soil, or a number is not finite.
@@ -220,7 +220,7 @@ impl GridWorld {
         self.classes[node] = Class::new(site.kind, site.soil);
     }
 
-    /// One node.
+    /// The properties of one node.
     #[must_use]
     pub fn site(&self, node: usize) -> Site {
         let class = self.classes[node];
@@ -233,19 +233,19 @@ impl GridWorld {
         }
     }
 
-    /// What a node is.
+    /// Whether a node is passable, a goal or impassable.
     #[must_use]
     pub fn kind(&self, node: usize) -> Kind {
         self.classes[node].kind()
     }
 
-    /// Payoff of landing on a node.
+    /// Payoff r of landing on a node.
     #[must_use]
     pub fn payoff(&self, node: usize) -> f64 {
         self.payoffs[node]
     }
 
-    /// The soil of a node.
+    /// The soil of a node, normalised.
     #[must_use]
     pub fn soil(&self, node: usize) -> &Soil {
         &self.rules.soils[self.classes[node].soil()]
@@ -280,7 +280,7 @@ impl GridWorld {
         }
     }
 
-    /// The scatter of `hop` from `node`, as the module's table has it.
+    /// The landings of `hop` from `node`, by the slope law.
     #[must_use]
     pub fn scatter(&self, node: usize, hop: Hop) -> Scatter {
         let Soil { intended, stuck, sideways, .. } = *self.soil(node);
@@ -294,7 +294,7 @@ impl GridWorld {
         FlatScatter { intended, stuck, sideways }.on_slope(towards(hop), towards(hop.right()))
     }
 
-    /// What landing on a node is worth under `values`: r + V, r at a goal, the loss where lost.
+    /// The afterstate value of landing on a node under `values`: r + V, r at a goal, the loss where lost.
     #[must_use]
     pub fn afterstate_value(&self, values: &[f64], node: usize) -> f64 {
         match self.kind(node) {

@@ -99,7 +99,7 @@ fn assert_certified(online: &mut OnlineSolver, of: &dyn std::fmt::Debug) {
     let (values, certificate) = online.values();
     assert!(certificate.error_bound <= 1e-6, "{of:?}: {certificate:?}");
     for node in 0..world.nodes() {
-        let residual = bellman::deviation(&world, values, node);
+        let residual = bellman::residual(&world, values, node);
         assert!(residual <= certificate.residual, "{of:?}: {residual:e} at {node}, {certificate:?}");
     }
 }

@@ -139,7 +139,7 @@ fn a_large_trap_world_is_certified() {
     let solution = solver.solve(&world, &Effort::default());
     assert_eq!(solution.status, SolveStatus::Solved);
     assert!(certify(&world, solver.values()).error_bound <= 1e-6);
-    // A trap it is: lingering is worth more than the goal.
+    // A trap it is: lingering pays more than the goal.
     let start = Fixture::trap(120, 5).start();
     assert!(solver.values()[start] > 100.0);
 }
@@ -220,10 +220,12 @@ fn exact(world: &GridWorld) -> Vec<f64> {
         let values = evaluate(world, &policy);
         let mut changed = false;
         for node in (0..world.nodes()).filter(|&node| world.kind(node) == Kind::Free) {
-            let worth = action_values(world, &values, node);
-            let best = Hop::ALL.into_iter().max_by(|&a, &b| worth[a as usize].total_cmp(&worth[b as usize]));
+            let hop_values = action_values(world, &values, node);
+            let best = Hop::ALL
+                .into_iter()
+                .max_by(|&a, &b| hop_values[a as usize].total_cmp(&hop_values[b as usize]));
             let best = best.expect("four hops");
-            if worth[best as usize] > worth[policy[node] as usize] + 1e-10 {
+            if hop_values[best as usize] > hop_values[policy[node] as usize] + 1e-10 {
                 policy[node] = best;
                 changed = true;
             }
@@ -269,7 +271,7 @@ fn evaluate(world: &GridWorld, policy: &[Hop]) -> Vec<f64> {
     matrix.lu().solve(&side).expect("a discounted process has one solution").as_slice().to_vec()
 }
 
-/// P-ENDS. Where hops mostly slip, sweeps that go beyond Bellman's worth have gone round in circles.
+/// P-ENDS. Where hops mostly slip, over-relaxed sweeps have gone round in circles.
 #[test]
 fn every_solve_ends_where_hops_mostly_slip() {
     let slips = Soil { intended: 0.18, stuck: 0.12, sideways: 0.35, wait: 0.0 };

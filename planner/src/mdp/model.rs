@@ -20,7 +20,7 @@
 
 use contract::{Brief, Cell, Ground, Profile, Soil};
 use motion::soil_motion;
-use solver::{Kind, Leaving, Rules, Site, GridWorld};
+use solver::{GridWorld, Kind, Leaving, Rules, Site};
 
 use super::lattice::Lattice;
 use crate::Situation;

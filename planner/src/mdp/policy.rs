@@ -5,7 +5,7 @@
 
 use contract::{Action, Direction, PolicyCell, Vetoed};
 use solver::online::choice::TIE;
-use solver::{Hop, GridWorld, action_values};
+use solver::{GridWorld, Hop, action_values};
 
 use super::lattice::Lattice;
 use crate::tie::first_best_allowed;

@@ -12,7 +12,7 @@
 
 use contract::{Action, Cell};
 use solver::online::choice::CANONICAL_ERROR;
-use solver::{Effort, Kind, Site, Solver, SolveStatus, GridWorld};
+use solver::{Effort, GridWorld, Kind, Site, SolveStatus, Solver};
 
 use super::model::Model;
 use super::policy;

@@ -38,7 +38,7 @@ pub(crate) fn run(simd: Simd, world: &GridWorld, values: &[f64]) -> Measured {
         let columns = start..width.min(start + PANEL);
         let mut afterstates = [[0.0; PANEL + 2]; ROWS];
         afterstates_of(simd, world, values, &columns, 0, &mut afterstates[1]);
-        beyond(rules, &mut afterstates, [1, 0], columns.len());
+        fill_outside(rules, &mut afterstates, [1, 0], columns.len());
         if height > 1 {
             afterstates_of(simd, world, values, &columns, 1, &mut afterstates[2]);
         }
@@ -47,7 +47,7 @@ pub(crate) fn run(simd: Simd, world: &GridWorld, values: &[f64]) -> Measured {
             if y + 2 < height {
                 afterstates_of(simd, world, values, &columns, y + 2, &mut afterstates[(y + 3) % ROWS]);
             } else if y + 1 == height {
-                beyond(rules, &mut afterstates, [(y + 1) % ROWS, (y + 2) % ROWS], columns.len());
+                fill_outside(rules, &mut afterstates, [(y + 1) % ROWS, (y + 2) % ROWS], columns.len());
             }
             let [south, here, north] = [0, 1, 2].map(|row| &afterstates[(y + row) % ROWS]);
             let (payoffs, east, north_up, classes) = world.row(y);
@@ -143,7 +143,7 @@ fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Clas
 }
 
 /// Fills buffer row `row`, which lies outside the map, beside the border row `edge`.
-fn beyond(rules: &Rules, afterstates: &mut [Afterstates; ROWS], [edge, row]: [usize; 2], nodes: usize) {
+fn fill_outside(rules: &Rules, afterstates: &mut [Afterstates; ROWS], [edge, row]: [usize; 2], nodes: usize) {
     let [edge, row] = afterstates.get_disjoint_mut([edge, row]).expect("two rows of four");
     if rules.leaving == Leaving::Stays {
         row[..nodes + 2].copy_from_slice(&edge[..nodes + 2]);

@@ -72,11 +72,11 @@ impl<'a> Blocks<'a> {
     #[cold]
     #[inline(never)]
     pub fn clamp(self, afterstates: &mut [f64], magnitude: f64) {
-        for worth in &mut afterstates[self.entry..self.entry + ENTRIES] {
-            if *worth > magnitude {
-                *worth = magnitude;
-            } else if *worth < -magnitude {
-                *worth = -magnitude;
+        for value in &mut afterstates[self.entry..self.entry + ENTRIES] {
+            if *value > magnitude {
+                *value = magnitude;
+            } else if *value < -magnitude {
+                *value = -magnitude;
             }
         }
     }

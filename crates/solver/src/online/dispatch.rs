@@ -122,7 +122,7 @@ mod tests {
                 }
                 let visits = relax(&mut relaxation);
                 let bits = |afterstates: &Vec<f64>| {
-                    afterstates.iter().map(|worth| worth.to_bits()).collect::<Vec<_>>()
+                    afterstates.iter().map(|value| value.to_bits()).collect::<Vec<_>>()
                 };
                 (visits, bits(&relaxation.afterstates[0]), bits(&relaxation.afterstates[1]))
             };

@@ -128,7 +128,7 @@ impl OnlineSolver {
         }
     }
 
-    /// Changes what being lost is worth.
+    /// Changes the afterstate value of being lost.
     ///
     /// # Errors
     /// As [`GridWorld::set_loss`].
@@ -485,7 +485,7 @@ mod tests {
     #[test]
     fn the_bounds_hold_at_every_node_frozen_or_clear_and_at_every_stage() {
         let mut solver = Solver::new();
-        let mut drawn = 0;
+        let mut frozen = 0;
         for (seed, radius, place) in [
             (3, 5, GoalPlace::Corner),
             (4, 2, GoalPlace::Corner),
@@ -507,7 +507,7 @@ mod tests {
                 }
                 let Some(action) = online.act(here, None).action else { break };
                 if hop % 11 == 10 && online.is_enclosed {
-                    drawn += usize::from(online.enclosure.frozen_from() < online.layout.rings.levels);
+                    frozen += usize::from(online.enclosure.frozen_from() < online.layout.rings.levels);
                     solver.solve(&online.world, &Effort { error_max: 1e-8, ..Effort::default() });
                     for stage in STAGES {
                         online.enclosed(here, stage, &mut 0, u64::MAX, &|| ());
@@ -526,12 +526,12 @@ mod tests {
                         }
                     }
                 }
-                // Now and then astray, so that the line has to go out.
-                let astray = [action, action.left(), action.right()][(draw.uniform() * 3.3) as usize % 3];
-                here = truth.neighbour(here, if hop % 5 == 0 { astray } else { action }).unwrap_or(here);
+                // Sometimes in another direction, so that frozen levels have to retreat.
+                let other = [action, action.left(), action.right()][(draw.uniform() * 3.3) as usize % 3];
+                here = truth.neighbour(here, if hop % 5 == 0 { other } else { action }).unwrap_or(here);
             }
         }
-        assert!(drawn > 6, "{drawn}");
+        assert!(frozen > 6, "{frozen}");
     }
 
     #[test]

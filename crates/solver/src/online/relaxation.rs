@@ -185,10 +185,10 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             let Some(ring) = rings.ring(sector, level) else { continue };
             let entries = rings.at(ring).entries();
             for (afterstates, rise) in self.afterstates.iter_mut().zip(rises) {
-                for (worth, free) in afterstates[entries.clone()].iter_mut().zip(layout.free(entries.clone()))
+                for (value, free) in afterstates[entries.clone()].iter_mut().zip(layout.free(entries.clone()))
                 {
-                    let raised = (*worth + rise).clamp(-layout.magnitude, layout.magnitude);
-                    *worth = if free { raised } else { *worth };
+                    let raised = (*value + rise).clamp(-layout.magnitude, layout.magnitude);
+                    *value = if free { raised } else { *value };
                 }
                 for ghost in rings.ghosts(ring) {
                     afterstates[ghost.to] = afterstates[ghost.from];
@@ -475,8 +475,8 @@ mod tests {
                             None if stays => is_worth(reader),
                             None => LOSS,
                         };
-                        let worth = relaxation.afterstates[0][entry];
-                        assert_eq!(worth, expected, "{hop:?} of {reader} beside {node}, around {goal}");
+                        let value = relaxation.afterstates[0][entry];
+                        assert_eq!(value, expected, "{hop:?} of {reader} beside {node}, around {goal}");
                     }
                 }
             }

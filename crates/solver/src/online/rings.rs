@@ -216,7 +216,7 @@ impl Rings {
         }
         let depth = |sector: &Sector| sector.below.0 + sector.below.1;
         let deepest = layout.sectors.iter().map(depth).max().unwrap_or(0);
-        // Room before the first ring: its neighbours are read, whatever they hold.
+        // Room before the first ring, whose neighbours are read although their numbers do not matter.
         let margin = (width.max(height) / LANES + 4) * LANES;
         layout.entries = margin;
         for index in layout.sectors() {
@@ -566,7 +566,7 @@ mod tests {
                         Hop::West => x.checked_sub(1).map(|_| node - 1),
                         Hop::South => y.checked_sub(1).map(|_| node - width),
                     };
-                    // Nobody minds what the centre reads.
+                    // It does not matter what the centre reads.
                     if node != centre {
                         let expected = beside.unwrap_or(leaves_to(node));
                         assert_eq!(held[entry], Some(expected), "{hop:?} of {node}, around {centre}");
