@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                     crash_point("planner.sent");
                     // For the eye, and after the command: it may take long, and must not end the mission.
                     if told.is_news(command.run, command.decision, policies.readers())
-                        && let Some(policy) = policy(&pilot, planner.as_ref(), error_bound)
+                        && let Some(policy) = policy(&pilot, planner.as_mut(), error_bound)
                         && let Err(error) = policies.publish(&policy)
                     {
                         tracing::warn!("nobody gets the policy of decision {}: {error}", policy.decision);
@@ -208,7 +208,7 @@ fn plan(pilot: &mut Pilot, planner: &mut dyn Planner, node: &mut Node) -> Option
 }
 
 /// The policy behind the command just sent, for the eye.
-fn policy(pilot: &Pilot, planner: &dyn Planner, error_bound: f64) -> Option<Policy> {
+fn policy(pilot: &Pilot, planner: &mut dyn Planner, error_bound: f64) -> Option<Policy> {
     let situation = pilot.situation()?;
     Some(Policy {
         run: situation.state.run,
