@@ -124,7 +124,8 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
         "src/simulate",
     ];
     // The solver's second thread, for whoever asks for it; the values are the same without.
-    let threads = ["crates/solver/src/sweep.rs", "crates/solver/src/pair.rs"].map(|path| root().join(path));
+    let threads =
+        ["crates/solver/src/cold/sweep.rs", "crates/solver/src/cold/pair.rs"].map(|path| root().join(path));
     for file in engines.iter().flat_map(|engine| sources(engine)) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let text = code(&file);

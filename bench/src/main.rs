@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use serde_json::json;
-use solver::specimen::Specimen;
+use solver::fixtures::Fixture;
 use solver::{Effort, Solution, Solver};
 
 use crate::rows::Rows;
@@ -88,16 +88,16 @@ fn complain(error: &dyn Error) {
     eprintln!("bench: {error}");
 }
 
-fn specimen(order: &Order) -> Specimen {
+fn fixture(order: &Order) -> Fixture {
     match order.kind {
-        WorldKind::Plain => Specimen::plain(order.side, order.seed),
-        WorldKind::Inner => Specimen::inner(order.side, order.seed),
-        WorldKind::Trap => Specimen::trap(order.side, order.seed),
+        WorldKind::Plain => Fixture::plain(order.side, order.seed),
+        WorldKind::Inner => Fixture::inner(order.side, order.seed),
+        WorldKind::Trap => Fixture::trap(order.side, order.seed),
     }
 }
 
 fn export(order: &Order) -> Result<(), Box<dyn Error>> {
-    let world = specimen(order).world()?;
+    let world = fixture(order).world()?;
     std::fs::create_dir_all(&order.folder)?;
     let rows = Rows::of(&world);
     rows.write(&order.folder)?;
@@ -112,7 +112,7 @@ fn export(order: &Order) -> Result<(), Box<dyn Error>> {
 
 fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
     let order = &task.order;
-    let world = specimen(order).world()?;
+    let world = fixture(order).world()?;
     let peak_before = stopwatch::peak_bytes();
     let effort = Effort { error_max: order.error_max, ..Effort::default() };
     let (times, (solver, solution)) = stopwatch::repeat(task.kept, |before: Option<(Solver, Solution)>| {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use contract::{Cell, Direction, Grid, Ground, Soil, SoilMotion};
-use motion::Profile;
+use motion::GroundProfile;
 use serde::Serialize;
 use terrain::Gaussian;
 
@@ -225,13 +225,13 @@ impl World {
     /// # Panics
     /// If `from` lies outside.
     #[must_use]
-    pub fn profile(&self, from: Cell, direction: Direction, cells: u32) -> Profile {
+    pub fn profile(&self, from: Cell, direction: Direction, cells: u32) -> GroundProfile {
         let heights_m: Vec<f64> = (0..=cells)
             .map_while(|n| self.at(Self::beyond(from, direction, n)).map(|ground| ground.height_m))
             .collect();
         match self.stepped {
-            true => Profile::stepped(&heights_m, self.grid.cell_size_m),
-            false => Profile::sloping(&heights_m, self.grid.cell_size_m),
+            true => GroundProfile::stepped(&heights_m, self.grid.cell_size_m),
+            false => GroundProfile::sloping(&heights_m, self.grid.cell_size_m),
         }
     }
 }

@@ -1,21 +1,21 @@
 //! Whether a goal can be reached, remembered from decision to decision.
 //!
-//! The answer is that of [`crate::Reach`]: some chain of hops over free nodes, each landing of it with a
-//! probability above 0. Each node of a chain found once is remembered with its next landing and its rank,
-//! one more than the next one's. When a node loses that landing, it and all of a higher rank are doubted,
-//! whatever chain they were of, for only these can lead through it. What is found later is of a new
-//! generation, and ranks are doubted by generation. So a decision costs one look, or a search as far as the
-//! nearest node in no doubt.
+//! The answer is that of [`crate::GoalSearch`]: is there a chain of hops over free nodes, each landing with a
+//! probability above 0? Each node of a chain found is remembered with its next landing and its rank, one more than that
+//! of the next node. When a node loses that landing, it and all nodes of a higher rank become uncertain, whatever chain
+//! they belong to, because only these can lead through it. Chains found later belong to a new generation, and the
+//! limit of certain ranks is kept by generation. So a decision costs one lookup, or a search as far as the nearest
+//! certain node.
 
-use crate::{Hop, Kind, World};
+use crate::{GridWorld, Hop, Kind};
 
-/// Nodes known to lead to a goal.
+/// The nodes known to lead to a goal.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Witness {
+pub(super) struct GoalReachability {
     links: Vec<Link>,
-    /// Highest rank of each generation that is in no doubt; the first is that of no node.
+    /// Highest certain rank of each generation; no node belongs to the first.
     limits: Vec<u32>,
-    /// Where the search came from, for nodes it has reached.
+    /// For nodes that the search has reached, the node it came from.
     from: Vec<u32>,
     open: Vec<u32>,
     reached: Vec<u32>,
@@ -23,10 +23,10 @@ pub(super) struct Witness {
     goal: usize,
 }
 
-/// What is remembered of a node.
+/// A node of a remembered chain.
 #[derive(Clone, Copy, Debug, Default)]
 struct Link {
-    /// Hops to the goal along the chain, and in the lowest bits the landing of the first.
+    /// Hops to the goal along the chain, and in the two lowest bits the landing of the first hop.
     rank_and_landing: u32,
     generation: u32,
 }
@@ -48,7 +48,7 @@ const GENERATIONS_MAX: usize = 1 << 12;
 const UNREACHED: u32 = u32::MAX;
 
 /// Which landings beside a node have a probability above 0; none unless it is free.
-fn landings(world: &World, node: usize) -> u8 {
+fn landings(world: &GridWorld, node: usize) -> u8 {
     if world.kind(node) != Kind::Free {
         return 0;
     }
@@ -62,14 +62,14 @@ fn landings(world: &World, node: usize) -> u8 {
     })
 }
 
-impl Witness {
+impl GoalReachability {
     /// Forgets everything.
     pub fn forget(&mut self) {
         self.links.clear();
     }
 
-    /// A node has changed, and was of another kind.
-    pub fn changed(&mut self, world: &World, node: usize, before: Kind) {
+    /// Takes in that a node has changed; `before` is the kind it was.
+    pub fn changed(&mut self, world: &GridWorld, node: usize, before: Kind) {
         if before == Kind::Goal {
             self.forget();
         } else if world.kind(node) != Kind::Goal && self.leads(node) {
@@ -92,8 +92,8 @@ impl Witness {
             .is_some_and(|link| link.generation > 0 && link.rank() <= self.limits[link.generation as usize])
     }
 
-    /// Whether `node` leads to a goal.
-    pub fn leads_to_goal(&mut self, world: &World, node: usize) -> bool {
+    /// Whether a chain of hops leads from `node` to a goal.
+    pub fn leads_to_goal(&mut self, world: &GridWorld, node: usize) -> bool {
         if self.links.len() != world.nodes() {
             self.links.clear();
             self.links.resize(world.nodes(), Link::default());
@@ -119,7 +119,7 @@ impl Witness {
     }
 
     /// Remembers the chain just found, from `start` to `end`.
-    fn remember(&mut self, world: &World, end: usize, start: usize) {
+    fn remember(&mut self, world: &GridWorld, end: usize, start: usize) {
         let mut rank = if world.kind(end) == Kind::Goal { 0 } else { self.links[end].rank() };
         let mut next = end;
         while next != start {
@@ -134,8 +134,8 @@ impl Witness {
         }
     }
 
-    /// Depth first, towards the goal first of all: over open ground hardly more than the way itself.
-    fn search(&mut self, world: &World) -> Option<usize> {
+    /// Searches depth first, hops towards the goal first: over open ground it reaches little more than the way itself.
+    fn search(&mut self, world: &GridWorld) -> Option<usize> {
         let width = world.width();
         let goal = self.goal(world)?;
         let distance =
@@ -152,7 +152,7 @@ impl Witness {
             for to in beside.into_iter().flatten() {
                 if self.from[to] == UNREACHED {
                     self.from[to] = node as u32;
-                    // Else a way found from one row farther would run beside the one before all along.
+                    // Otherwise a way found from one row further would run alongside the one before.
                     if self.leads(to) {
                         self.reached.push(to as u32);
                         return Some(to);
@@ -165,7 +165,7 @@ impl Witness {
         None
     }
 
-    fn goal(&mut self, world: &World) -> Option<usize> {
+    fn goal(&mut self, world: &GridWorld) -> Option<usize> {
         if self.goal >= world.nodes() || world.kind(self.goal) != Kind::Goal {
             self.goal = (0..world.nodes()).find(|&node| world.kind(node) == Kind::Goal)?;
         }
@@ -176,19 +176,19 @@ impl Witness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Reach;
-    use crate::specimen::{DISCOUNT, Draw, HARD};
+    use crate::GoalSearch;
+    use crate::fixtures::{DISCOUNT, HARD, SplitMix64};
     use crate::{Leaving, Rules, Site};
 
     #[test]
     fn what_is_remembered_never_differs_from_a_search_from_nothing() {
         for seed in 0..30 {
-            let mut draw = Draw(seed);
+            let mut draw = SplitMix64(seed);
             let (width, height) = (4 + seed as usize % 7, 9);
             let rules =
                 Rules { discount: DISCOUNT, loss: -500.0, leaving: Leaving::Stays, soils: vec![HARD] };
-            let mut world = World::new(width, height, rules).expect("a world in range");
-            let mut witness = Witness::default();
+            let mut world = GridWorld::new(width, height, rules).expect("a world in range");
+            let mut reachability = GoalReachability::default();
             let mut lost = 0;
             for _ in 0..400 {
                 let mut pick = |below: usize| (draw.uniform() * below as f64) as usize;
@@ -202,12 +202,12 @@ mod tests {
                 let before = world.kind(node);
                 let flat = Site { kind, payoff: 0.0, slope_east: slope, slope_north: 0.0, soil: 0 };
                 world.set(node, flat);
-                witness.changed(&world, node, before);
+                reachability.changed(&world, node, before);
                 for _ in 0..3 {
                     let here = pick(world.nodes());
-                    let leads = Reach::default().leads_to_goal(&world, here);
+                    let leads = GoalSearch::default().leads_to_goal(&world, here);
                     if world.kind(here) == Kind::Free {
-                        assert_eq!(witness.leads_to_goal(&world, here), leads, "seed {seed}");
+                        assert_eq!(reachability.leads_to_goal(&world, here), leads, "seed {seed}");
                         lost += u32::from(!leads);
                     }
                 }

@@ -1,21 +1,21 @@
-//! The cells that a hopper can come to.
+//! The hop lattice: the cells that a hopper can reach by whole hops.
 
 use contract::{Brief, Cell, Grid};
 
-/// The cells a hopper on the goal's lattice can come to, row by row: every `hop_cells`-th.
+/// The lattice that contains the goal: every `hop_cells`-th cell in both directions, numbered as nodes row by row.
 #[derive(Clone, Copy, Debug)]
-pub struct Lattice {
-    /// The grid they lie on.
+pub struct HopLattice {
+    /// The grid that its cells lie on.
     pub grid: Grid,
     origin: Cell,
-    /// Nodes a row.
+    /// Nodes per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
 }
 
-impl Lattice {
-    /// The goal's lattice.
+impl HopLattice {
+    /// The lattice of the brief's goal.
     #[must_use]
     pub fn new(brief: &Brief) -> Self {
         let stride = brief.grid.hop_cells as i32;
@@ -29,7 +29,7 @@ impl Lattice {
         }
     }
 
-    /// How many there are.
+    /// Number of nodes.
     #[must_use]
     pub fn nodes(&self) -> usize {
         self.width * self.height

@@ -1,57 +1,55 @@
-//! Bellman's residual in double precision, row by row, operation for operation as in [`crate::bellman`].
+//! The certificate's sweep: Bellman's residual in double precision, row by row, with the same operations as
+//! [`crate::bellman`].
 //!
-//! It is the certificate's sweep: it reads the world and the values as they are handed out, and shares
-//! nothing with the kernels and the layout that made them.
+//! It reads the world and the values as they are handed out, and shares no code with the kernels and the layout that
+//! computed them.
 
 use std::ops::Range;
 
-use crate::simd::{Simd, dispatch};
-use crate::world::Class;
-use crate::{Leaving, Rules, World};
+use crate::grid_world::Class;
+use crate::simd::{DOUBLE_LANES as LANES, Simd, dispatch};
+use crate::{GridWorld, Leaving, Rules};
 
-/// Lanes of a chunk in double precision.
-const LANES: usize = 8;
-
-/// Nodes of a panel: rows are measured in panels, so that the worths of a few of its rows stay at hand.
+/// Columns of a panel. Rows are measured panel by panel, so that the afterstate values of a few rows stay in cache.
 const PANEL: usize = 512;
 
-/// Rows at hand: the one that is measured, the two beside it, and the next.
+/// Rows in the buffer: the one being measured, the two beside it, and the next.
 const ROWS: usize = 4;
 
-/// Worths along one row of a panel, from the node before it to the node after it.
-type Worths = [f64; PANEL + 2];
+/// Afterstate values of one row of a panel, with the node before it and the node after it.
+type Afterstates = [f64; PANEL + 2];
 
-/// What a survey found over all.
+/// Maxima over all nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Findings {
-    /// max |V − TV|; infinite if some value is no number.
+pub(crate) struct Measured {
+    /// max |V − TV|; infinite if some value is not finite.
     pub residual: f64,
-    /// The largest |r| + |V| and |loss| met.
-    pub worth_max: f64,
+    /// The largest of |r| + |V| and |loss|.
+    pub afterstate_max: f64,
 }
 
-/// Measures `values`.
-pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
+/// Measures the residual of `values`, row-major.
+pub(crate) fn run(simd: Simd, world: &GridWorld, values: &[f64]) -> Measured {
     let (width, height) = (world.width(), world.height());
     let rules = world.rules();
     let soils = soils(rules);
-    let mut seen = Seen::default();
+    let mut maxima = Maxima::default();
     for start in (0..width).step_by(PANEL) {
         let columns = start..width.min(start + PANEL);
-        let mut worths = [[0.0; PANEL + 2]; ROWS];
-        worths_of(simd, world, values, &columns, 0, &mut worths[1]);
-        beyond(rules, &mut worths, [1, 0], columns.len());
+        let mut afterstates = [[0.0; PANEL + 2]; ROWS];
+        afterstates_of(simd, world, values, &columns, 0, &mut afterstates[1]);
+        fill_outside(rules, &mut afterstates, [1, 0], columns.len());
         if height > 1 {
-            worths_of(simd, world, values, &columns, 1, &mut worths[2]);
+            afterstates_of(simd, world, values, &columns, 1, &mut afterstates[2]);
         }
         for y in 0..height {
-            // A row ahead, so that nothing waits for what is written here.
+            // One row ahead, so that no read waits for these writes.
             if y + 2 < height {
-                worths_of(simd, world, values, &columns, y + 2, &mut worths[(y + 3) % ROWS]);
+                afterstates_of(simd, world, values, &columns, y + 2, &mut afterstates[(y + 3) % ROWS]);
             } else if y + 1 == height {
-                beyond(rules, &mut worths, [(y + 1) % ROWS, (y + 2) % ROWS], columns.len());
+                fill_outside(rules, &mut afterstates, [(y + 1) % ROWS, (y + 2) % ROWS], columns.len());
             }
-            let [south, here, north] = [0, 1, 2].map(|row| &worths[(y + row) % ROWS]);
+            let [south, here, north] = [0, 1, 2].map(|row| &afterstates[(y + row) % ROWS]);
             let (payoffs, east, north_up, classes) = world.row(y);
             let inputs = Inputs {
                 values: &values[y * width..][columns.clone()],
@@ -60,13 +58,13 @@ pub(crate) fn run(simd: Simd, world: &World, values: &[f64]) -> Findings {
                 slopes_north: &north_up[columns.clone()],
                 classes: &classes[columns.clone()],
             };
-            measure(simd, rules.discount, &soils, south, here, north, &inputs, &mut seen);
+            measure(simd, rules.discount, &soils, south, here, north, &inputs, &mut maxima);
         }
     }
-    let Seen { residual, worth_max, unsound } = seen;
-    Findings {
-        residual: if unsound == [0.0; LANES] { largest(residual) } else { f64::INFINITY },
-        worth_max: largest(worth_max).max(rules.loss.abs()),
+    let Maxima { residual, afterstate_max, not_finite } = maxima;
+    Measured {
+        residual: if not_finite == [0.0; LANES] { largest(residual) } else { f64::INFINITY },
+        afterstate_max: largest(afterstate_max).max(rules.loss.abs()),
     }
 }
 
@@ -85,18 +83,18 @@ fn largest(lanes: [f64; LANES]) -> f64 {
     lanes.into_iter().fold(0.0, f64::max)
 }
 
-/// What was met so far, lane by lane.
+/// Maxima over the nodes so far, lane by lane.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
-    /// The largest deviation.
+struct Maxima {
+    /// The largest |V − TV|.
     residual: [f64; LANES],
     /// The largest |r| + |V|.
-    worth_max: [f64; LANES],
-    /// Not 0 if some deviation was no number.
-    unsound: [f64; LANES],
+    afterstate_max: [f64; LANES],
+    /// Not 0 if some residual was not finite.
+    not_finite: [f64; LANES],
 }
 
-/// What is read along one row of a panel.
+/// The world's numbers along one row of a panel.
 struct Inputs<'a> {
     values: &'a [f64],
     payoffs: &'a [f64],
@@ -105,7 +103,14 @@ struct Inputs<'a> {
     classes: &'a [Class],
 }
 
-fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, y: usize, into: &mut Worths) {
+fn afterstates_of(
+    simd: Simd,
+    world: &GridWorld,
+    values: &[f64],
+    columns: &Range<usize>,
+    y: usize,
+    into: &mut Afterstates,
+) {
     let (payoffs, _, _, classes) = world.row(y);
     let (width, loss) = (payoffs.len(), world.rules().loss);
     let inside = columns.start.saturating_sub(1)..width.min(columns.end + 1);
@@ -122,7 +127,7 @@ fn worths_of(simd: Simd, world: &World, values: &[f64], columns: &Range<usize>, 
 }
 
 dispatch! {
-    /// The worths of landing on some nodes.
+    /// Afterstate values of some nodes.
     fn land(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Class], loss: f64) = land_lanes
 }
 
@@ -137,9 +142,9 @@ fn land_lanes(into: &mut [f64], payoffs: &[f64], values: &[f64], classes: &[Clas
     }
 }
 
-/// Fills the second row, which lies beyond the map's edge, beside the first.
-fn beyond(rules: &Rules, worths: &mut [Worths; ROWS], [edge, row]: [usize; 2], nodes: usize) {
-    let [edge, row] = worths.get_disjoint_mut([edge, row]).expect("two rows of four");
+/// Fills buffer row `row`, which lies outside the map, beside the border row `edge`.
+fn fill_outside(rules: &Rules, afterstates: &mut [Afterstates; ROWS], [edge, row]: [usize; 2], nodes: usize) {
+    let [edge, row] = afterstates.get_disjoint_mut([edge, row]).expect("two rows of four");
     if rules.leaving == Leaving::Stays {
         row[..nodes + 2].copy_from_slice(&edge[..nodes + 2]);
     } else {
@@ -148,14 +153,27 @@ fn beyond(rules: &Rules, worths: &mut [Worths; ROWS], [edge, row]: [usize; 2], n
 }
 
 dispatch! {
-    /// Measures one row.
+    /// Measures one row of a panel.
     fn measure(
-        discount: f64, soils: &Soils, souths: &Worths, heres: &Worths, norths: &Worths, inputs: &Inputs<'_>,
-        seen: &mut Seen,
+        discount: f64, soils: &Soils, souths: &Afterstates, heres: &Afterstates, norths: &Afterstates, inputs: &Inputs<'_>,
+        maxima: &mut Maxima,
     ) = measure_lanes
 }
 
-/// Eight from `at` on; `beyond` past the end.
+/// The soils of a chunk's nodes, each number lane by lane.
+#[inline(always)]
+fn soils_of(soils: &Soils, classes: &[Class; LANES]) -> [[f64; LANES]; 4] {
+    let mut lanes = [[0.0; LANES]; 4];
+    for l in 0..LANES {
+        let soil = &soils[classes[l].row()];
+        for index in 0..4 {
+            lanes[index][l] = soil[index];
+        }
+    }
+    lanes
+}
+
+/// A chunk of numbers from `at` on, filled up with `beyond` past the end.
 #[inline(always)]
 fn chunk<T: Copy>(of: &[T], at: usize, beyond: T) -> [T; LANES] {
     let mut chunk = [beyond; LANES];
@@ -176,30 +194,23 @@ fn chunk<T: Copy>(of: &[T], at: usize, beyond: T) -> [T; LANES] {
 fn measure_lanes(
     discount: f64,
     soils: &Soils,
-    souths: &Worths,
-    heres: &Worths,
-    norths: &Worths,
+    souths: &Afterstates,
+    heres: &Afterstates,
+    norths: &Afterstates,
     inputs: &Inputs<'_>,
-    seen: &mut Seen,
+    maxima: &mut Maxima,
 ) {
-    // No closures in here: they would be compiled without the vector instructions, and be called.
-    let Seen { mut residual, mut worth_max, mut unsound } = *seen;
+    // No closures here: they would be compiled without the vector instructions, as functions of their own.
+    let Maxima { mut residual, mut afterstate_max, mut not_finite } = *maxima;
     for start in (0..inputs.values.len()).step_by(LANES) {
-        // What is left at the end is measured together with what was measured before it.
+        // The last chunk overlaps the one before, so that it is full.
         let at = start.min(inputs.values.len().saturating_sub(LANES));
         let (value, payoff) = (chunk(inputs.values, at, 0.0), chunk(inputs.payoffs, at, 0.0));
         let (east, north) = (chunk(inputs.slopes_east, at, 0.0), chunk(inputs.slopes_north, at, 0.0));
         let classes = chunk(inputs.classes, at, Class::LOST);
-        let [mut intended, mut stuck, mut sideways, mut waits] = [[0.0; LANES]; 4];
-        // 1 where it is so, 0 elsewhere.
+        let [intended, stuck, sideways, waits] = soils_of(soils, &classes);
+        // 1 where it holds, 0 elsewhere.
         let [mut is_free, mut is_lost] = [[0.0; LANES]; 2];
-        for l in 0..LANES {
-            let soil = &soils[classes[l].row()];
-            intended[l] = soil[0];
-            stuck[l] = soil[1];
-            sideways[l] = soil[2];
-            waits[l] = soil[3];
-        }
         for l in 0..LANES {
             is_free[l] = if classes[l].is_free() { 1.0 } else { 0.0 };
             is_lost[l] = if classes[l].is_lost() { 1.0 } else { 0.0 };
@@ -210,7 +221,7 @@ fn measure_lanes(
         for l in 0..LANES {
             let free = is_free[l] > 0.0;
             let wait = waits[l];
-            // (slope ahead, slope to the right), worths ahead, to the left, to the right.
+            // Slopes ahead and to the right; afterstate values ahead, to the left, to the right.
             let hops = [
                 (north[l], east[l], w_north[l], w_west[l], w_east[l]),
                 (east[l], -north[l], w_east[l], w_north[l], w_south[l]),
@@ -228,20 +239,20 @@ fn measure_lanes(
                 let rest = 1.0 - (p + stayed + left);
                 let right = if rest > 0.0 { rest } else { 0.0 };
                 let next = p * w_ahead + stayed * w_here[l] + left * w_left + right * w_right;
-                let worth = discount * (wait * payoff[l] + then * next);
-                best = if worth > best { worth } else { best };
+                let action_value = discount * (wait * payoff[l] + then * next);
+                best = if action_value > best { action_value } else { best };
             }
-            let deviation = best - value[l];
-            let size = if free { deviation.abs() } else { 0.0 };
-            unsound[l] = if size < f64::INFINITY { unsound[l] } else { 1.0 };
+            let difference = best - value[l];
+            let size = if free { difference.abs() } else { 0.0 };
+            not_finite[l] = if size < f64::INFINITY { not_finite[l] } else { 1.0 };
             residual[l] = if size > residual[l] { size } else { residual[l] };
             let size = if is_lost[l] > 0.0 {
                 0.0
             } else {
                 payoff[l].abs() + if free { value[l].abs() } else { 0.0 }
             };
-            worth_max[l] = if size > worth_max[l] { size } else { worth_max[l] };
+            afterstate_max[l] = if size > afterstate_max[l] { size } else { afterstate_max[l] };
         }
     }
-    *seen = Seen { residual, worth_max, unsound };
+    *maxima = Maxima { residual, afterstate_max, not_finite };
 }

@@ -4,13 +4,15 @@
 //! rectangles are sand. The payoff of a landing is w1 S + w2 I + 10 D (Sakamoto & Kunii 2023, eq. 3):
 //! S = −|∇h| − T, T = −5 on sand, and I = h, both min–max normalised over the world; D = −distance to the
 //! goal over distance from start to goal. The goal pays 100. Large w1 and w2 make traps, worlds where
-//! lingering on a hill is worth more than the goal. Equal orders give equal worlds, on every machine.
+//! lingering on a hill pays more than the goal. Equal fixtures make equal worlds, on every machine.
 
-use crate::{Error, Kind, Leaving, Rules, Site, Soil, World};
+use scatter::slope_in_limits;
 
-/// Where a goal lies, the start being in the corner of the first node.
+use crate::{Error, GridWorld, Kind, Leaving, Rules, Site, Soil};
+
+/// Where the goal lies; the start is in the corner of the first node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum GoalPlace {
     /// One node off the opposite corner.
     Corner,
     /// One node off the opposite side, at 3/5 of the width.
@@ -19,12 +21,12 @@ pub enum Place {
     Inside,
 }
 
-/// What world to make.
+/// The parameters of a world for tests, benchmarks and comparisons.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Specimen {
-    /// Nodes a row.
+pub struct Fixture {
+    /// Nodes per row, at least 1.
     pub width: usize,
-    /// Rows.
+    /// Number of rows, at least 1.
     pub height: usize,
     /// Seed of hills and sand.
     pub seed: u64,
@@ -34,8 +36,8 @@ pub struct Specimen {
     pub information: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// Where the goal lies.
-    pub place: Place,
+    /// The goal, near a corner, near a side, or inside.
+    pub place: GoalPlace,
 }
 
 /// Hard ground of the paper.
@@ -44,23 +46,23 @@ pub const HARD: Soil = Soil { intended: 0.9, stuck: 0.0, sideways: 0.05, wait: 0
 pub const SAND: Soil = Soil { intended: 0.7, stuck: 0.1, sideways: 0.1, wait: 1.0 };
 /// Discount of the paper.
 pub const DISCOUNT: f64 = 0.99;
-/// Payoff of the goal.
+/// Payoff of landing on the goal.
 pub const GOAL_PAYOFF: f64 = 100.0;
 /// Slope at which no hop gets away uphill, radians.
 const SLOPE_LIMIT_RAD: f64 = std::f64::consts::PI / 6.0;
-/// Beyond so many standard deviations a hill counts as flat.
+/// Beyond this many standard deviations a hill counts as flat.
 const HILL_REACH_SIGMAS: f64 = 6.0;
 
-impl Specimen {
+impl Fixture {
     /// A square world in which the goal is worth reaching: w1 = w2 = 0.5, leaving stays.
     #[must_use]
     pub fn plain(side: usize, seed: u64) -> Self {
         let leaving = Leaving::Stays;
-        let (safety, information, place) = (0.5, 0.5, Place::Corner);
+        let (safety, information, place) = (0.5, 0.5, GoalPlace::Corner);
         Self { width: side, height: side, seed, safety, information, leaving, place }
     }
 
-    /// A square world in which lingering on a hill is worth more than the goal: w1 = 10, w2 = 30.
+    /// A square world in which lingering on a hill pays more than the goal: w1 = 10, w2 = 30.
     #[must_use]
     pub fn trap(side: usize, seed: u64) -> Self {
         Self { safety: 10.0, information: 30.0, ..Self::plain(side, seed) }
@@ -69,7 +71,7 @@ impl Specimen {
     /// A square world in which the goal is worth reaching and lies well inside.
     #[must_use]
     pub fn inner(side: usize, seed: u64) -> Self {
-        Self { place: Place::Inside, ..Self::plain(side, seed) }
+        Self { place: GoalPlace::Inside, ..Self::plain(side, seed) }
     }
 
     /// The node that a mission would start from.
@@ -78,24 +80,24 @@ impl Specimen {
         2.min(self.height - 1) * self.width + 1.min(self.width - 1)
     }
 
-    /// The goal.
+    /// The goal's node.
     #[must_use]
     pub fn goal(&self) -> usize {
         let (far_x, far_y) = (self.width.saturating_sub(2), self.height.saturating_sub(2));
         let (x, y) = match self.place {
-            Place::Corner => (far_x, far_y),
-            Place::Side => (self.width * 3 / 5, far_y),
-            Place::Inside => (self.width * 3 / 5, self.height * 2 / 5),
+            GoalPlace::Corner => (far_x, far_y),
+            GoalPlace::Side => (self.width * 3 / 5, far_y),
+            GoalPlace::Inside => (self.width * 3 / 5, self.height * 2 / 5),
         };
         y * self.width + x
     }
 
-    /// Makes the world.
+    /// Builds the world.
     ///
     /// # Errors
     /// If its size is out of range.
-    pub fn world(&self) -> Result<World, Error> {
-        self.survey(true)
+    pub fn world(&self) -> Result<GridWorld, Error> {
+        self.build(true)
     }
 
     /// The same world before anything of it has been seen: flat, hard, at height 0, where it is not the
@@ -103,14 +105,14 @@ impl Specimen {
     ///
     /// # Errors
     /// If its size is out of range.
-    pub fn unseen(&self) -> Result<World, Error> {
-        self.survey(false)
+    pub fn unseen(&self) -> Result<GridWorld, Error> {
+        self.build(false)
     }
 
-    fn survey(&self, seen: bool) -> Result<World, Error> {
+    fn build(&self, seen: bool) -> Result<GridWorld, Error> {
         let rules = Rules { discount: DISCOUNT, loss: 0.0, leaving: self.leaving, soils: vec![HARD, SAND] };
-        let mut world = World::new(self.width, self.height, rules)?;
-        let mut draw = Draw(self.seed);
+        let mut world = GridWorld::new(self.width, self.height, rules)?;
+        let mut draw = SplitMix64(self.seed);
         let relief = self.relief(&mut draw);
         let sand = self.sand(&mut draw);
         let safety = |&(_, east, north): &(f64, f64, f64), sand: bool| {
@@ -141,8 +143,8 @@ impl Specimen {
             let site = Site {
                 kind: if is_goal { Kind::Goal } else { Kind::Free },
                 payoff: if is_goal { GOAL_PAYOFF } else { payoff(&(height, east, north), sand) },
-                slope_east: libm::atan(east) / SLOPE_LIMIT_RAD,
-                slope_north: libm::atan(north) / SLOPE_LIMIT_RAD,
+                slope_east: slope_in_limits(east, SLOPE_LIMIT_RAD),
+                slope_north: slope_in_limits(north, SLOPE_LIMIT_RAD),
                 soil: u8::from(sand),
             };
             world.set(node, site);
@@ -152,7 +154,7 @@ impl Specimen {
     }
 
     /// Height and its slopes towards east and north at each node, metres and metres a node.
-    fn relief(&self, draw: &mut Draw) -> Vec<(f64, f64, f64)> {
+    fn relief(&self, draw: &mut SplitMix64) -> Vec<(f64, f64, f64)> {
         let mut relief = vec![(0.0, 0.0, 0.0); self.width * self.height];
         for _ in 0..relief.len().div_ceil(50) {
             let sigma = draw.between(1.5, 6.0);
@@ -180,7 +182,7 @@ impl Specimen {
     }
 
     /// Whether each node is sand.
-    fn sand(&self, draw: &mut Draw) -> Vec<bool> {
+    fn sand(&self, draw: &mut SplitMix64) -> Vec<bool> {
         let mut sand = vec![false; self.width * self.height];
         for _ in 0..12 {
             let mut span = |side: usize| {
@@ -209,9 +211,9 @@ fn min_max(values: impl Iterator<Item = f64>) -> impl Fn(f64) -> f64 {
 
 /// Uniform numbers by SplitMix64 (Steele, Lea & Flood 2014, OOPSLA, fig. 1).
 #[derive(Clone, Debug)]
-pub struct Draw(pub u64);
+pub struct SplitMix64(pub u64);
 
-impl Draw {
+impl SplitMix64 {
     /// A number in [0, 1) with 53 random bits.
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

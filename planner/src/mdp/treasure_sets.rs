@@ -1,60 +1,57 @@
-//! Treasures that pay once: one model for each set of treasures still to be collected.
+//! Treasures that pay once: one model for each set of treasures still to collect.
 //!
-//! With S the known treasures not yet collected, V_S the values while they are, and R the payoff of a
-//! treasure, landing on t ∈ S is worth r(t) + R + V_{S∖t}(t): in the model of S the treasure absorbs at
-//! that price. The sets are solved from the empty one upwards, each asking only for values of smaller
-//! ones, so 2^|S| models give the exact optimum of the process whose state is (cell, S). A payoff that
-//! stayed on the map would be a different process, and a wrong one: it is optimal there to hop to and
-//! fro over a treasure for ever.
+//! With S the known treasures not yet collected, V_S the values while they remain, and R the payoff of a treasure, the
+//! afterstate value of landing on t ∈ S is r(t) + R + V_{S∖t}(t): in the model of S the treasure is a goal with that
+//! payoff. The sets are solved from the empty one upwards, each needing only values of smaller ones, so 2^|S| models
+//! give the exact optimum of the process whose state is (cell, S). If the payoff stayed on the map, hopping to and fro
+//! over a treasure for ever would be optimal.
 //!
-//! With more than [`EXACT_MAX`] treasures known, the nearest are planned for and the others wait until
-//! one of those is collected.
+//! With more than [`EXACT_MAX`] treasures known, the nearest are planned for until one of them is collected.
 
 use contract::{Action, Cell};
 use solver::online::choice::CANONICAL_ERROR;
-use solver::{Effort, Kind, Site, Solver, Status, World};
+use solver::{Effort, GridWorld, Kind, Site, SolveStatus, Solver};
 
 use super::model::Model;
 use super::policy;
-use crate::{Budget, Situation};
+use crate::plan::{Budget, Situation};
 
 /// Most treasures that are planned for at once: 16 models.
 pub const EXACT_MAX: usize = 4;
 
-/// The known treasures under one situation, and what the smaller sets of them came to.
+/// The treasures planned for in one situation, and the solutions of their subsets.
 #[derive(Clone, Debug, Default)]
-pub struct Treasures {
+pub struct TreasureSets {
     /// Their nodes, at most [`EXACT_MAX`].
     nodes: Vec<usize>,
-    /// What collecting a treasure pays by itself.
+    /// Payoff R of collecting a treasure.
     payoff: f64,
-    /// Payoffs of landing on their cells, treasures aside.
+    /// Payoffs r of landing on their cells, without treasures.
     landing: Vec<f64>,
-    /// For each set that is solved (a bit for each treasure), the value at each treasure's node once
-    /// exactly that set is left.
+    /// For each solved set (one bit per treasure), the value at each treasure's node while exactly that set is left.
     after: Vec<Vec<f64>>,
-    /// What to do on each treasure's node once it is collected and all others are left.
+    /// The action on each treasure's node once it is collected and all others are left.
     onward: Vec<Action>,
 }
 
 /// How the solves of all sets ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solution {
-    /// Sweeps made; the checks are not counted.
+pub struct TreasureSolution {
+    /// Sweeps over all nodes, of all sets together.
     pub sweeps: u64,
-    /// Bound |V − V*| on the values of the last world, in units of payoff: its own, and on top that of the worlds
-    /// whose values its treasures pay, since a process's values err by no more than its payoffs do.
+    /// Bound |V − V*| on the values of the last world, in units of payoff: its own, plus the largest of the sets whose
+    /// values its treasures pay, since an error of a payoff changes no value by more.
     pub error_bound: f64,
-    /// Whether every world is solved.
+    /// Whether the model of every set is solved.
     pub converged: bool,
 }
 
-impl Treasures {
-    /// Those of `situation` that are planned for, nearest first, ties in index order.
+impl TreasureSets {
+    /// Chooses the treasures of `situation` to plan for: the nearest first, ties in index order.
     pub fn rebuild(&mut self, situation: &Situation<'_>, model: &Model) {
         let here = situation.state.pose.cell;
         let mut cells: Vec<Cell> = situation.map.treasures().to_vec();
-        // Stable, so that equals stay in index order.
+        // A stable sort, so that ties stay in index order.
         cells.sort_by(|a, b| a.distance_cells(here).total_cmp(&b.distance_cells(here)));
         self.nodes.clear();
         let Model { lattice, world } = model;
@@ -69,12 +66,12 @@ impl Treasures {
         self.onward.resize(self.nodes.len(), Action::Hold);
     }
 
-    /// Solves the worlds of all sets within `budget`, counted in sweeps, for all of them together, each to
-    /// [`CANONICAL_ERROR`] or the limit of floating point. `world` is that without treasures, and ends as that
-    /// of all of them, with `solver` holding its values.
-    pub fn solve(&mut self, world: &mut World, solver: &mut Solver, budget: &Budget) -> Solution {
+    /// Solves the models of all sets, each to [`CANONICAL_ERROR`] or the limit of floating point, within `budget`, counted
+    /// in sweeps of all sets together. `world` comes without treasures and ends with all of them, and `solver` holds its
+    /// values.
+    pub fn solve(&mut self, world: &mut GridWorld, solver: &mut Solver, budget: &Budget) -> TreasureSolution {
         let all = (1_usize << self.nodes.len()) - 1;
-        let mut total = Solution { sweeps: 0, error_bound: 0.0, converged: true };
+        let mut total = TreasureSolution { sweeps: 0, error_bound: 0.0, converged: true };
         let mut bounds = Vec::with_capacity(all + 1);
         for set in 0..=all {
             self.place(world, set);
@@ -86,7 +83,7 @@ impl Treasures {
             let passed_on = smaller.map(|number| bounds[set & !(1 << number)]).fold(0.0, f64::max);
             total.error_bound = solution.certificate.error_bound + passed_on;
             bounds.push(total.error_bound);
-            total.converged &= solution.status == Status::Solved;
+            total.converged &= solution.status == SolveStatus::Solved;
             let values = solver.values();
             self.after.push(self.nodes.iter().map(|&node| values[node]).collect());
             for (number, &node) in self.nodes.iter().enumerate() {
@@ -98,7 +95,7 @@ impl Treasures {
         total
     }
 
-    /// What to do on `node` of the last world if it is a treasure's: go on as after collecting it.
+    /// Action and value on `node` of the last world if a treasure lies there: those after collecting it.
     #[must_use]
     pub fn onward(&self, node: usize) -> Option<(Action, f64)> {
         let number = self.nodes.iter().position(|treasure| *treasure == node)?;
@@ -106,8 +103,8 @@ impl Treasures {
         Some((self.onward[number], self.after.get(rest)?[number]))
     }
 
-    /// Makes `world` that of `set`.
-    fn place(&self, world: &mut World, set: usize) {
+    /// Turns `world` into the model of `set`.
+    fn place(&self, world: &mut GridWorld, set: usize) {
         for (number, (&node, &landing)) in self.nodes.iter().zip(&self.landing).enumerate() {
             let (kind, payoff) = match set & (1 << number) != 0 {
                 true => (Kind::Goal, landing + self.payoff + self.after[set & !(1 << number)][number]),

@@ -1,28 +1,20 @@
 //! The grid world: what each node pays, how it slopes, and how hops from it scatter.
 //!
-//! With p, q, s the probabilities of the intended landing, of getting stuck, and of a slip to either side
-//! on the flat, and t_d the slope towards direction d, as an angle measured in slope limits
-//! (Sakamoto & Kunii 2023, section IV):
-//!
-//! | intended | stays | to the left | to the right |
-//! |---|---|---|---|
-//! | p (1 − t_f) | p t_f + q | s (1 − t_r) | s (1 − t_l) |
-//!
-//! t_f, forwards, is clamped to [0, 1], t_l = −t_r to [−1, 1], so two numbers a node say it all: the slope
-//! towards the east and towards the north, clamped to [−1, 1].
+//! The slope law is [`scatter`]'s. The slope forwards is clamped to [0, 1], the one sideways to [−1, 1], so two
+//! numbers per node suffice: the slope towards the east and towards the north, clamped to [−1, 1].
 
-use crate::extent::Extent;
-use crate::simd::Simd;
+use scatter::{FlatScatter, Scatter};
+
 use crate::{Error, Hop, Soil, pages};
 
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Ground to hop on.
+    /// Passable ground.
     Free,
-    /// A goal: absorbs; landing there is worth its payoff.
+    /// A goal, where the process ends; its afterstate value is its payoff.
     Goal,
-    /// Impassable: the hopper is lost there; landing there is worth the loss.
+    /// Impassable ground, where the hopper is lost; its afterstate value is the loss.
     Lost,
 }
 
@@ -35,12 +27,12 @@ pub enum Leaving {
     Loses,
 }
 
-/// One node.
+/// The properties of one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// What it is.
+    /// Passable, a goal or impassable.
     pub kind: Kind,
-    /// Payoff r of landing on it; without meaning where the hopper is lost.
+    /// Payoff r of landing on it; ignored where the hopper is lost.
     pub payoff: f64,
     /// Slope towards the east, in slope limits; beyond ±1 as ±1.
     pub slope_east: f64,
@@ -50,42 +42,29 @@ pub struct Site {
     pub soil: u8,
 }
 
-/// What holds for all nodes.
+/// The parameters common to all nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rules {
     /// Discount γ of one period, in [0, 1).
     pub discount: f64,
-    /// What being lost is worth, in place of r + V.
+    /// Afterstate value of being lost, in place of r + V, in units of payoff.
     pub loss: f64,
     /// What leaving the grid means.
     pub leaving: Leaving,
-    /// The soils there are, 1 to [`World::SOILS_MAX`].
+    /// The soils that nodes may have, 1 to [`GridWorld::SOILS_MAX`].
     pub soils: Vec<Soil>,
-}
-
-/// Probabilities of a hop's landings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Lands where it was meant to.
-    pub intended: f64,
-    /// Does not get away.
-    pub stayed: f64,
-    /// Slips to the left of the hop's direction.
-    pub left: f64,
-    /// Slips to the right; takes the remainder, so that the four sum to 1.
-    pub right: f64,
 }
 
 /// A grid world, its nodes row-major, southernmost row first: node = y · width + x.
 #[derive(Clone, Debug, PartialEq)]
-pub struct World {
+pub struct GridWorld {
     width: usize,
     height: usize,
     rules: Rules,
     payoffs: Vec<f64>,
     slopes_east: Vec<f64>,
     slopes_north: Vec<f64>,
-    /// Soil index and kind.
+    /// Soil index and kind of each node.
     classes: Vec<Class>,
 }
 
@@ -108,7 +87,7 @@ impl Class {
     /// Free ground of soil 0, or of nothing yet.
     pub(crate) const NONE: Self = Self(0);
 
-    /// Kinds and soils of both.
+    /// The union of kinds and soils, as bits.
     #[inline(always)]
     pub(crate) fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -146,9 +125,9 @@ impl Class {
     }
 
     /// Rows of a table over classes: one for free ground of each soil, and the last for all else.
-    pub(crate) const ROWS: usize = World::SOILS_MAX + 1;
+    pub(crate) const ROWS: usize = GridWorld::SOILS_MAX + 1;
 
-    /// Its row of such a table.
+    /// Its row of a table over classes.
     #[inline(always)]
     pub(crate) fn row(self) -> usize {
         usize::from(self.0).min(Self::ROWS - 1)
@@ -159,11 +138,11 @@ impl Class {
     }
 }
 
-impl World {
-    /// The most soils a world may have.
+impl GridWorld {
+    /// Most soils of a world.
     pub const SOILS_MAX: usize = 6;
 
-    /// The most nodes a world may have.
+    /// Most nodes of a world.
     pub const NODES_MAX: usize = 1 << 26;
 
     /// A world of `width` × `height` free, flat nodes of soil 0 that pay nothing.
@@ -185,31 +164,31 @@ impl World {
         })
     }
 
-    /// Nodes a row.
+    /// Nodes per row.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// Nodes in all.
+    /// Number of nodes, width times height.
     #[must_use]
     pub fn nodes(&self) -> usize {
         self.payoffs.len()
     }
 
-    /// What holds for all nodes.
+    /// The parameters common to all nodes, soils normalised.
     #[must_use]
     pub fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Replaces what being lost is worth.
+    /// Replaces [`Rules::loss`].
     ///
     /// # Errors
     /// If it is not finite.
@@ -221,7 +200,7 @@ impl World {
         Ok(())
     }
 
-    /// Replaces one node.
+    /// Replaces the properties of one node.
     ///
     /// # Panics
     /// If there is no such node or soil, or a number is not finite.
@@ -241,7 +220,7 @@ impl World {
         self.classes[node] = Class::new(site.kind, site.soil);
     }
 
-    /// One node.
+    /// The properties of one node.
     #[must_use]
     pub fn site(&self, node: usize) -> Site {
         let class = self.classes[node];
@@ -254,19 +233,19 @@ impl World {
         }
     }
 
-    /// What a node is.
+    /// Whether a node is passable, a goal or impassable.
     #[must_use]
     pub fn kind(&self, node: usize) -> Kind {
         self.classes[node].kind()
     }
 
-    /// Payoff of landing on a node.
+    /// Payoff r of landing on a node.
     #[must_use]
     pub fn payoff(&self, node: usize) -> f64 {
         self.payoffs[node]
     }
 
-    /// The soil of a node.
+    /// The soil of a node, normalised.
     #[must_use]
     pub fn soil(&self, node: usize) -> &Soil {
         &self.rules.soils[self.classes[node].soil()]
@@ -301,7 +280,7 @@ impl World {
         }
     }
 
-    /// The scatter of `hop` from `node`, as the module's table has it.
+    /// The landings of `hop` from `node`, by the slope law.
     #[must_use]
     pub fn scatter(&self, node: usize, hop: Hop) -> Scatter {
         let Soil { intended, stuck, sideways, .. } = *self.soil(node);
@@ -312,32 +291,17 @@ impl World {
             Hop::South => -north,
             Hop::West => -east,
         };
-        let forwards = towards(hop).clamp(0.0, 1.0);
-        let right_up = towards(hop.right());
-        let scatter = Scatter {
-            intended: intended * (1.0 - forwards),
-            stayed: intended * forwards + stuck,
-            left: sideways * (1.0 - right_up),
-            right: 0.0,
-        };
-        let others = scatter.intended + scatter.stayed + scatter.left;
-        Scatter { right: (1.0 - others).max(0.0), ..scatter }
+        FlatScatter { intended, stuck, sideways }.on_slope(towards(hop), towards(hop.right()))
     }
 
-    /// What landing on a node is worth under `values`: r + V, r at a goal, the loss where lost.
+    /// The afterstate value of landing on a node under `values`: r + V, r at a goal, the loss where lost.
     #[must_use]
-    pub fn worth(&self, values: &[f64], node: usize) -> f64 {
+    pub fn afterstate_value(&self, values: &[f64], node: usize) -> f64 {
         match self.kind(node) {
             Kind::Free => self.payoffs[node] + values[node],
             Kind::Goal => self.payoffs[node],
             Kind::Lost => self.rules.loss,
         }
-    }
-
-    /// The largest |r + V*| possible, the loss included: the largest payoff for ever, or what ends it.
-    #[must_use]
-    pub fn worth_max(&self) -> f64 {
-        Extent::of(Simd::detect(), self).worth_max(&self.rules)
     }
 }
 
@@ -355,8 +319,8 @@ fn check(rules: &Rules) -> Result<(), Error> {
     if !rules.loss.is_finite() {
         return Err(Error::Loss { got: rules.loss });
     }
-    if !(1..=World::SOILS_MAX).contains(&rules.soils.len()) {
-        return Err(Error::Soils { got: rules.soils.len(), soils_max: World::SOILS_MAX });
+    if !(1..=GridWorld::SOILS_MAX).contains(&rules.soils.len()) {
+        return Err(Error::Soils { got: rules.soils.len(), soils_max: GridWorld::SOILS_MAX });
     }
     rules.soils.iter().enumerate().try_for_each(|(index, soil)| soil.check(index))
 }

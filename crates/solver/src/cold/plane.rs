@@ -1,8 +1,8 @@
-//! A row of numbers that begins at a cache line.
+//! An array of numbers that begins at a cache line.
 
 use crate::pages;
 
-/// Numbers whose first lies at a cache line, so that no chunk of a layout lies across two.
+/// Numbers aligned to a cache line, so that no aligned chunk straddles two.
 #[derive(Debug, Default)]
 pub(crate) struct Plane<T> {
     numbers: Vec<T>,
@@ -13,21 +13,21 @@ pub(crate) struct Plane<T> {
 const LINE_BYTES: usize = 64;
 
 impl<T: Copy + Default> Plane<T> {
-    /// Becomes `len` zeros; fresh ones from the system, which cost nothing until touched.
+    /// Becomes `len` zeros, in fresh memory, which costs nothing until touched.
     pub fn reset(&mut self, len: usize) {
-        // The old ones go first.
+        // Free the old memory first.
         self.numbers = Vec::new();
         self.numbers = pages::filled(T::default(), len + LINE_BYTES / size_of::<T>());
         self.len = len;
     }
 
-    /// The numbers.
+    /// All `len` numbers.
     pub fn all(&self) -> &[T] {
         let start = self.start();
         &self.numbers[start..start + self.len]
     }
 
-    /// The numbers, to be changed.
+    /// All `len` numbers, writable.
     pub fn all_mut(&mut self) -> &mut [T] {
         let start = self.start();
         &mut self.numbers[start..start + self.len]
@@ -39,7 +39,7 @@ impl<T: Copy + Default> Plane<T> {
 }
 
 impl<T: Copy + Default> Clone for Plane<T> {
-    /// The numbers again, which begin elsewhere after the start of their memory.
+    /// Copies the numbers only, since the alignment offset differs from one allocation to the next.
     fn clone(&self) -> Self {
         let mut copy = Self::default();
         copy.reset(self.len);

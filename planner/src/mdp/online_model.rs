@@ -1,46 +1,44 @@
-//! The solver's session on one brief, kept in step with the observed map.
+//! The model of one brief, kept in step with the observed map, and its online solver.
 //!
-//! The world is that of [`super::model`]; [`solver::online`] proves each hop by the cheapest way there is.
-//! What the session remembers saves time and changes no answer: its hop is a function of brief, map and
-//! pose alone ([`solver::online::choice`]).
+//! The world is that of [`super::model`]; [`solver::online`] proves each hop by the cheapest method. What it remembers
+//! saves time and changes no answer: its hop is a function of brief, map and pose alone ([`solver::online::choice`]).
 //!
-//! A cell is handed on when what is believed of it changes: seen for the first time, or, in profile
-//! `hopper`, all the unseen ones when the majority of the seen soils turns. If much of the map changes at
-//! once, the session starts anew.
+//! A node is updated when the belief about its cell changes: when it is first seen, or, in profile `hopper`, all unseen
+//! cells when the majority among the seen soils changes. If much of the map changes at once, the solver starts again.
 
 use contract::{Brief, Cell, Ground, ObservedMap, PolicyCell};
-use solver::online::{Decision, Online};
+use solver::online::{HopDecision, OnlineSolver};
 
-use super::lattice::Lattice;
+use super::hop_lattice::HopLattice;
 use super::{model, policy};
-use crate::Pulse;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
+use crate::plan::Pulse;
 
-/// The session.
+/// A model that follows the map of one brief.
 #[derive(Clone, Debug)]
-pub struct Session {
+pub struct OnlineModel {
     brief: Brief,
-    lattice: Lattice,
-    /// What was believed of each node's cell.
+    lattice: HopLattice,
+    /// The belief about each node's cell.
     believed: Vec<Ground>,
-    /// What was believed of unseen cells.
+    /// The belief about unseen cells.
     unseen: Ground,
-    /// Fingerprint of the map that was believed.
+    /// Fingerprint of the map behind the belief.
     observation: u64,
     /// The least payoff of a node that is not impassable, 0 at most.
     worst_payoff: f64,
-    online: Online,
+    online: OnlineSolver,
 }
 
-impl Session {
-    /// A session on `brief` and `map`.
+impl OnlineModel {
+    /// The model of `brief` on `map`.
     ///
     /// # Panics
     /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
     pub fn new(brief: &Brief, map: &ObservedMap) -> Self {
-        let lattice = Lattice::new(brief);
+        let lattice = HopLattice::new(brief);
         let belief = Belief::new(brief, map);
         let believed: Vec<Ground> =
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
@@ -52,17 +50,17 @@ impl Session {
             unseen: belief.unseen,
             observation: map.observation(),
             worst_payoff: model::worst_payoff(&world),
-            online: Online::new(world),
+            online: OnlineSolver::new(world),
         }
     }
 
-    /// Whether the session is about `brief`.
+    /// Whether it models `brief`.
     #[must_use]
     pub fn is_of(&self, brief: &Brief) -> bool {
         self.brief == *brief
     }
 
-    /// Takes in what is believed by now.
+    /// Updates the nodes whose belief has changed.
     pub fn follow(&mut self, map: &ObservedMap) {
         let belief = Belief::new(&self.brief, map);
         let changed = self.changed(map, &belief);
@@ -87,13 +85,13 @@ impl Session {
         if worst_left {
             self.worst_payoff = model::worst_payoff(self.online.world());
         }
-        // Where it makes a difference, all values are looked at again: the loss is near every node of the rim.
+        // A new loss costs a pass over all values, but only where the hopper can be lost at all.
         let loss = model::loss(&self.brief, self.worst_payoff);
         self.online.set_loss(loss).expect("a loss of finite payoffs is finite");
     }
 
-    /// The nodes of which something else is believed now, in order. The map tells which cells are new; all of
-    /// them are looked at only if it no longer can, or if unseen ground is taken for something else.
+    /// The nodes whose belief has changed, in order. The map knows which cells are new; all are compared only if it no
+    /// longer does, or if the belief about unseen ground has changed.
     fn changed(&self, map: &ObservedMap, belief: &Belief<'_>) -> Vec<usize> {
         let differs = |&node: &usize| *belief.ground(self.lattice.cell(node)) != self.believed[node];
         match map.changed_since(self.observation).filter(|_| belief.unseen == self.unseen) {
@@ -108,12 +106,12 @@ impl Session {
         }
     }
 
-    /// Decides at `cell`, which is on the map, beating as it works; `None` off the goal's lattice.
-    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<Decision> {
+    /// Decides at `cell`, which is on the map; `None` off the hop lattice.
+    pub fn act(&mut self, cell: Cell, pulse: Pulse<'_>) -> Option<HopDecision> {
         Some(self.online.act_with(self.lattice.node(cell)?, None, &|| pulse.beat()))
     }
 
-    /// Action and value of every cell of the grid in index order; hold and 0 off the goal's lattice.
+    /// Action and value of every cell of the grid in index order; hold and 0 off the hop lattice.
     pub fn policy(&mut self) -> Vec<PolicyCell> {
         let values = self.online.values().0.to_vec();
         policy::cells(self.online.world(), &self.lattice, &values)

@@ -1,18 +1,18 @@
-//! Whether a goal can be reached at all.
+//! The search for a goal over all possible landings.
 
-use crate::{Hop, Kind, World};
+use crate::{GridWorld, Hop, Kind};
 
-/// The search for a goal; its buffers are reused.
+/// A search that reuses its buffers.
 #[derive(Clone, Debug, Default)]
-pub struct Reach {
+pub struct GoalSearch {
     reached: Vec<bool>,
     open: Vec<usize>,
 }
 
-impl Reach {
+impl GoalSearch {
     /// Whether some chain of hops over free nodes leads from `node` to a goal, each landing of it with a
     /// probability above 0. Where none does, no plan can succeed, however long it is computed.
-    pub fn leads_to_goal(&mut self, world: &World, node: usize) -> bool {
+    pub fn leads_to_goal(&mut self, world: &GridWorld, node: usize) -> bool {
         self.reached.clear();
         self.reached.resize(world.nodes(), false);
         self.open.clear();
