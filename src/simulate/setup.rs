@@ -107,7 +107,7 @@ pub fn mission(seed: u64, number: u64) -> Mission {
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
     Mission {
         brief,
-        terrain: Terrain { grid, datum_m: brief.datum_m, cells, treasures },
+        terrain: Terrain { grid, cells, treasures },
         seed: chance.bits(),
     }
 }

@@ -233,6 +233,7 @@ impl Scenario {
 
     /// The brief, its scenario hash still to come.
     fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
+        let datum_m = self.datum_m();
         let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
@@ -251,7 +252,7 @@ impl Scenario {
             profile: mission.profile,
             robots: 1,
             grid: terrain.grid,
-            datum_m: terrain.datum_m,
+            datum_m,
             start: cell(mission.start),
             goal: cell(mission.goal),
             patrol,

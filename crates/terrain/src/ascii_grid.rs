@@ -6,7 +6,7 @@
 
 use std::io::{BufRead, Seek};
 
-use crate::raster::{PixelIs, Placement, RasterFormat, RasterHeader};
+use crate::raster_header::{PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::{TerrainError, Window};
 
 /// Longest word of a grid, bytes.

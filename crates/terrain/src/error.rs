@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use contract::grid::GridError;
 
-use crate::raster::ELEVATION_CELLS_MAX;
-use crate::{TerrainError as Error, Window};
+use crate::Window;
 
 /// What was needed, what was got, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +15,7 @@ pub enum TerrainError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        source: Box<Error>,
+        source: Box<TerrainError>,
     },
     /// The file cannot be read at all.
     #[error("cannot be read: {0}")]
@@ -92,9 +91,11 @@ pub enum TerrainError {
     NoGeoreference,
     /// Too many cells to read.
     #[error(
-        "need at most {ELEVATION_CELLS_MAX} cells, got {cells}; crop it (crop_cells or crop_m in a scenario)"
+        "need at most {cells_max} cells, got {cells}; crop it (crop_cells or crop_m in a scenario)"
     )]
     CellsMax {
+        /// Most cells that are read at once.
+        cells_max: u64,
         /// Cells asked for.
         cells: u64,
     },
@@ -171,6 +172,6 @@ impl TerrainError {
     /// The error as one of `path`.
     #[must_use]
     pub fn of(self, path: &std::path::Path) -> Self {
-        Error::File { path: path.into(), source: Box::new(self) }
+        TerrainError::File { path: path.into(), source: Box::new(self) }
     }
 }

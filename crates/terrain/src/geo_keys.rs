@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::TerrainError;
-use crate::raster::PixelIs;
+use crate::raster_header::PixelIs;
 
 const MODEL_TYPE: u16 = 1024;
 const RASTER_TYPE: u16 = 1025;

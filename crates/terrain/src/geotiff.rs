@@ -7,7 +7,7 @@
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
 use crate::geo_keys::GeoKeys;
-use crate::raster::{ELEVATION_CELLS_MAX, PixelIs, Placement, RasterFormat, RasterHeader};
+use crate::raster_header::{ELEVATION_CELLS_MAX, PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::tiff_chunk::{Packing, Predictor, Sample, unpack};
 use crate::tiff_directory::{Directory, Order};
 use crate::{TerrainError, Window};

@@ -6,13 +6,12 @@ use contract::{Cell, Direction, Grid, Ground, Range, Soil};
 
 use crate::{Relief, Sand};
 
-/// The ground of every cell, heights relative to a datum.
+/// The ground of every cell. Heights are relative to the mission's datum, whose elevation is in
+/// [`contract::Brief::datum_m`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terrain {
     /// The lattice.
     pub grid: Grid,
-    /// Absolute elevation of height 0, metres.
-    pub datum_m: f64,
     /// Cells in index order: row-major, southernmost row first.
     pub cells: Vec<Ground>,
     /// Cells with treasures, in index order.
@@ -37,7 +36,6 @@ impl Terrain {
         };
         Self {
             grid: relief.grid,
-            datum_m,
             cells: relief.grid.iter().zip(&relief.cells).map(ground).collect(),
             treasures: Vec::new(),
         }

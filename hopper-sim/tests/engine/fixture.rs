@@ -63,7 +63,7 @@ pub fn mission() -> Mission {
     };
     let cells = brief.grid.iter().map(ground).collect();
     Mission {
-        terrain: Terrain { grid: brief.grid, datum_m: brief.datum_m, cells, treasures: Vec::new() },
+        terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new() },
         brief,
         seed: 42,
     }
