@@ -16,7 +16,7 @@ use node::{
     StateWriter, TempoWriter, TruthServer, crash_point,
 };
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, Scenario, World};
+use scenario::{Overrides, ResolvedScenario, Scenario};
 
 use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, Pace, crash};
 
@@ -61,7 +61,7 @@ impl MissionArgs {
     ///
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
-    pub fn world(&self) -> Result<World, Failure> {
+    pub fn world(&self) -> Result<ResolvedScenario, Failure> {
         self.scenario()?.resolve().map_err(Failure::usage)
     }
 
@@ -164,7 +164,7 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 ///
 /// # Errors
 /// If the folder holds another mission's journal, a damaged one, or one in use.
-pub fn open_journal(dir: &Path, world: &World, seed: u64, sync: bool) -> Result<Journal, Failure> {
+pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
     let fault = |error: JournalError| Failure::new(error.exit(), error.to_string());
     let journal = if Journal::exists(dir) {
@@ -203,7 +203,7 @@ struct Service {
 }
 
 impl Service {
-    fn open(args: &Args, instance: &Instance, world: World) -> Result<Self, Failure> {
+    fn open(args: &Args, instance: &Instance, world: ResolvedScenario) -> Result<Self, Failure> {
         let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
         crash_point(crash::JOURNAL_OPENED);
         if journal.torn_bytes() > 0 {

@@ -1,7 +1,7 @@
 //! One cell of the grid: a world and who crosses it.
 
 use contract::{Profile, Weights};
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
@@ -29,7 +29,13 @@ pub struct Cell {
 }
 
 impl Cell {
-    pub(crate) fn new(number: u64, selector: &str, planner: &str, weights: Weights, world: &World) -> Self {
+    pub(crate) fn new(
+        number: u64,
+        selector: &str,
+        planner: &str,
+        weights: Weights,
+        world: &ResolvedScenario,
+    ) -> Self {
         Self {
             number,
             scenario: selector.into(),
@@ -46,7 +52,7 @@ impl Cell {
     ///
     /// # Errors
     /// If a file that it reads is gone or has changed.
-    pub fn world(&self) -> Result<World, CampaignError> {
+    pub fn world(&self) -> Result<ResolvedScenario, CampaignError> {
         let failed =
             |source| CampaignError::Scenario { selector: self.scenario.clone(), source: Box::new(source) };
         let world = Scenario::parse(&self.world, &self.scenario)
@@ -90,7 +96,7 @@ impl std::fmt::Display for Cell {
     }
 }
 
-fn config(world: &World, planner: &str) -> String {
+fn config(world: &ResolvedScenario, planner: &str) -> String {
     let mut hasher = Sha256::new();
     hasher.update(b"hopper campaign cell v1");
     hasher.update(world.hash);

@@ -59,7 +59,7 @@ impl Campaign {
     pub fn parse(text: &str, origin: &str) -> Result<Self, CampaignError> {
         let campaign: Self = toml::from_str(text).map_err(|error| CampaignError::Toml {
             origin: origin.into(),
-            message: scenario::text::fault(&error),
+            message: scenario::text::toml_error(&error),
         })?;
         campaign.check()?;
         Ok(campaign)

@@ -90,9 +90,7 @@ pub enum TerrainError {
     )]
     NoGeoreference,
     /// Too many cells to read.
-    #[error(
-        "need at most {cells_max} cells, got {cells}; crop it (crop_cells or crop_m in a scenario)"
-    )]
+    #[error("need at most {cells_max} cells, got {cells}; crop it (crop_cells or crop_m in a scenario)")]
     CellsMax {
         /// Most cells that are read at once.
         cells_max: u64,
