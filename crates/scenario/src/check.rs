@@ -9,7 +9,7 @@ use crate::{ResolvedScenario, Warning};
 
 /// Summary of a resolved scenario. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, Serialize)]
-pub struct Check {
+pub struct ScenarioCheck {
     /// [`ResolvedScenario::hash`], hexadecimal.
     pub hash: String,
     /// The brief that hopper-sim will publish.
@@ -25,7 +25,7 @@ pub struct Check {
     pub warnings: Vec<Warning>,
 }
 
-impl Check {
+impl ScenarioCheck {
     /// Summarises `world`.
     #[must_use]
     pub fn of(world: &ResolvedScenario) -> Self {
@@ -103,7 +103,7 @@ impl Check {
     }
 }
 
-impl fmt::Display for Check {
+impl fmt::Display for ScenarioCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let brief = &self.brief;
         let grid = &brief.grid;

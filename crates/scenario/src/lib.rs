@@ -20,7 +20,7 @@ mod truth;
 mod warning;
 
 pub use built_in::{BUILT_IN, load};
-pub use check::Check;
+pub use check::ScenarioCheck;
 pub use error::ScenarioError;
 pub use guard::GuardRules;
 pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};

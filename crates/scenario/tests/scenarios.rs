@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use contract::{Cell, GradientSource, Profile, Range, Soil};
 use proptest::prelude::*;
-use scenario::{BUILT_IN, Check, Overrides, ResolvedScenario, Scenario, ScenarioError, Warning, load};
+use scenario::{
+    BUILT_IN, Overrides, ResolvedScenario, Scenario, ScenarioCheck, ScenarioError, Warning, load,
+};
 
 /// A folder with an elevation model: 12 x 9 cells of 2 m that rise 0.5 m a cell northwards, with one
 /// cell that has no height (0, 0) and a wall of cliffs around (6, 4).
@@ -383,7 +385,7 @@ fn a_goal_that_no_chain_of_hops_reaches_is_a_warning() {
     let world = folder.world(REAL).unwrap();
     let [warning] = &world.warnings[..] else { panic!("{:?}", world.warnings) };
     assert!(matches!(warning, Warning::Unreachable { .. }));
-    says(&Check::of(&world).to_string(), &["no way", "warning: no chain of hops"]);
+    says(&ScenarioCheck::of(&world).to_string(), &["no way", "warning: no chain of hops"]);
 
     let hasty = hilly("[brief]", "[limits]\nsteps_max = 5\n[brief]").unwrap();
     says(&hasty.warnings[0].to_string(), &["steps_max = 5", "14 steps", "7 hops"]);

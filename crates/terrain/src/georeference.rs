@@ -1,11 +1,11 @@
-//! Where a raster lies, and which of its cells an area in metres covers.
+//! Position of a raster in its coordinate system.
 
 use serde::Serialize;
 
 use crate::raster_header::PixelIs;
 use crate::{TerrainError, Window};
 
-/// Where a raster lies, and how large its cells are.
+/// Position, cell size and coordinate system of a raster.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Georeference {
     /// Edge of a square cell, metres.
@@ -14,26 +14,26 @@ pub struct Georeference {
     pub west_m: f64,
     /// Northing of the middle of the southernmost cells, metres.
     pub south_m: f64,
-    /// What the file's coordinates point at.
+    /// Which point of a cell the coordinates in the file referred to.
     pub pixel_is: PixelIs,
-    /// The coordinate system as far as the file names it.
+    /// Name of the coordinate system, or that the file names none.
     pub coordinate_system: String,
 }
 
 impl Georeference {
-    /// The window of the cells whose middles lie at least `west_m` and `south_m`, and less than
-    /// `width_m` and `height_m` further, in the file's own coordinates; `cells` are the raster's columns
-    /// and rows.
+    /// The window of the cells whose middles lie in the rectangle from (`west_m`, `south_m`), included, to
+    /// (`west_m` + `width_m`, `south_m` + `height_m`), excluded, in the file's own coordinates. `cells` are the
+    /// raster's columns and rows.
     ///
     /// # Errors
-    /// [`TerrainError::Crop`] if that is nothing, or reaches beyond the raster.
+    /// [`TerrainError::Crop`] if the window is empty or reaches beyond the raster.
     pub fn window(
         &self,
         cells: (u32, u32),
         [west_m, south_m, width_m, height_m]: [f64; 4],
     ) -> Result<Window, TerrainError> {
         let along = |origin_m: f64, start_m: f64, length_m: f64, side: u32| {
-            // A hair of tolerance for coordinates that were written down in decimals.
+            // Tolerates rounding of coordinates that were written as decimals.
             let first_at = |edge_m: f64| ((edge_m - origin_m) / self.cell_size_m - 1e-6).ceil();
             let (first, end) = (first_at(start_m), first_at(start_m + length_m));
             (first >= 0.0 && first < end && end <= f64::from(side))

@@ -1,4 +1,4 @@
-//! Elevation models and masks in files.
+//! Opens raster files, elevation models and masks, of either format.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
@@ -11,13 +11,13 @@ use crate::geotiff::GeoTiff;
 use crate::raster_header::{ELEVATION_CELLS_MAX, Placement, RasterHeader};
 use crate::{Elevation, Georeference, TerrainError, Window};
 
-/// Below this size, cells whose unit is not stated are taken for degrees if the coordinates could be.
+/// Cells smaller than this without a stated unit are assumed to be in degrees if the coordinates allow it.
 const DEGREES_CELL_MAX: f64 = 0.02;
 
-/// Longest `.prj` file that is looked into, bytes.
+/// Most bytes read of a `.prj` file.
 const PROJECTION_BYTES_MAX: u64 = 1 << 16;
 
-/// An open raster file, its header read and its cells not yet.
+/// An open raster file: the header is read, the cells are not.
 pub struct RasterFile<R> {
     source: Source<R>,
     projection: Option<String>,
@@ -45,7 +45,7 @@ impl RasterFile<BufReader<File>> {
 }
 
 impl<R: BufRead + Seek> RasterFile<R> {
-    /// Reads the header from `reader`; the format is told by the content.
+    /// Reads the header from `reader`; the first bytes decide the format.
     ///
     /// # Errors
     /// If it is neither format, or its header is cut short, malformed or of an unsupported kind.
@@ -72,7 +72,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         Ok(Self { source, projection: None })
     }
 
-    /// What is known before the cells are read.
+    /// Size, sample type, nodata value and scaling.
     #[must_use]
     pub fn header(&self) -> &RasterHeader {
         match &self.source {
@@ -81,7 +81,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         }
     }
 
-    /// Where the raster lies.
+    /// Position, cell size and coordinate system.
     ///
     /// # Errors
     /// If the file has no position and scale, or they are in degrees, rotated, not square, not metres.
@@ -148,8 +148,8 @@ impl<R: BufRead + Seek> RasterFile<R> {
         })
     }
 
-    /// The values within `window`, row-major, southernmost row first, NaN where there is none: nodata,
-    /// not finite, or larger than [`LENGTH_MAX_M`].
+    /// The values within `window`, row-major, southernmost row first. NaN stands for nodata, for values that
+    /// are not finite, and for those larger than [`LENGTH_MAX_M`].
     ///
     /// # Errors
     /// If the window is not within the file or too large, or the data cut short or malformed.
@@ -173,7 +173,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
     }
 }
 
-/// Opens a regular file: a pipe might never open, and a device never end.
+/// Opens a regular file only: opening a pipe might block for ever, and a device might never end.
 fn regular(path: &Path) -> Result<File, TerrainError> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(TerrainError::Unsupported {
@@ -186,7 +186,8 @@ fn regular(path: &Path) -> Result<File, TerrainError> {
     Ok(File::open(path)?)
 }
 
-/// What a `.prj` file's well-known text says; only its outermost keyword and name are read.
+/// Name of the coordinate system in the well-known text of a `.prj` file; only the outermost keyword and
+/// name are read.
 fn described_by_projection(text: &str) -> Result<String, TerrainError> {
     let keyword = text.split(['[', '(']).next().unwrap_or_default().trim().to_ascii_uppercase();
     let name = text.split('"').nth(1).unwrap_or("unnamed").chars().take(80).collect::<String>();

@@ -5,34 +5,35 @@ use serde::Serialize;
 /// Most cells that are read at once: 128 MiB of heights.
 pub const ELEVATION_CELLS_MAX: u64 = 1 << 24;
 
-/// The format of a file.
+/// File formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RasterFormat {
     /// TIFF with geo tags (OGC 19-008).
     Geotiff,
-    /// ESRI ASCII grid.
+    /// ESRI ASCII grid: text.
     AsciiGrid,
 }
 
-/// What the file's coordinates point at.
+/// Which point of a cell the coordinates in the file refer to (GeoTIFF's RasterPixelIsArea and
+/// RasterPixelIsPoint).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PixelIs {
-    /// A corner of a cell: its middle lies half a cell further.
+    /// A corner: the middle of the cell lies half a cell further.
     Area,
-    /// The middle of a cell.
+    /// The middle of the cell.
     Point,
 }
 
-/// What is known of a raster before its cells are read.
+/// Size and encoding of a raster.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RasterHeader {
-    /// Format of the file.
+    /// Format, recognised by the first bytes of the file.
     pub format: RasterFormat,
-    /// Columns.
+    /// Columns, 1 to `i32::MAX`.
     pub width: u32,
-    /// Rows.
+    /// Rows, 1 to `i32::MAX`.
     pub height: u32,
     /// Type of a sample, such as `int16` or `float32`.
     pub sample: &'static str,
@@ -44,7 +45,7 @@ pub struct RasterHeader {
     pub offset: f64,
 }
 
-/// Middle of the north-western cell and the cell's sides, in the file's unit.
+/// Position of the middle of the north-western cell, and the sides of a cell, in the file's unit.
 pub(crate) struct Placement {
     pub x_size: f64,
     pub y_size: f64,

@@ -1,9 +1,9 @@
-//! A part of a raster.
+//! A rectangular part of a raster.
 
-/// Cells of a raster, counted from its south-west corner, x east and y north.
+/// A rectangle of cells, counted from the south-western corner of the raster, x east and y north.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// First column.
+    /// First column, from the west.
     pub x: u32,
     /// First row, from the south.
     pub y: u32,
@@ -14,13 +14,13 @@ pub struct Window {
 }
 
 impl Window {
-    /// All of a raster of `width` × `height`.
+    /// The whole of a raster of `width` × `height`.
     #[must_use]
     pub fn all(width: u32, height: u32) -> Self {
         Self { x: 0, y: 0, width, height }
     }
 
-    /// Number of cells.
+    /// Number of cells: `width` × `height`.
     #[must_use]
     pub fn cells(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
