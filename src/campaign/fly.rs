@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use ::campaign::row::Ending;
+use ::campaign::row::TrialResult;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
@@ -243,7 +243,7 @@ pub(crate) fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> R
     })
     .map_err(Failure::usage)?;
     let episode_ns = Node::now().since_ns(started);
-    let ending = Ending {
+    let ending = TrialResult {
         outcome: flown.state.status,
         steps: flown.state.steps,
         hops,
