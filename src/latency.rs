@@ -8,8 +8,8 @@ use contract::{Brief, Decision, MonotonicNs, PastPage, PastRequest, RobotId, Rol
 use node::peer::{Patience, TICK, accept};
 use node::{Exit, Failure, Instance, Node};
 use recording::steps;
-use report::steps::{compare, plot};
-use report::{Conditions, Format, Step, StepAccount};
+use report::decisions::{compare, plot};
+use report::{Conditions, DecisionTiming, DecisionTimings, Format};
 use serde::Serialize;
 
 use crate::bag::{at_fault, keep, load, open, print};
@@ -54,7 +54,7 @@ pub struct Args {
 /// A mission's decisions, and what they were flown under.
 struct Source {
     name: String,
-    account: StepAccount,
+    account: DecisionTimings,
     brief: Brief,
     seed: Option<String>,
     conditions: Conditions,
@@ -152,7 +152,7 @@ fn differences(first: &Source, second: &Source) -> Result<Vec<Differs>, Failure>
     let seed = |source: &Source| source.seed.clone().unwrap_or_else(|| "not known".into());
     let planners = |source: &Source| {
         let mut names: Vec<_> =
-            source.account.steps().iter().map(|step| step.leader.planner.to_string()).collect();
+            source.account.decisions().iter().map(|step| step.leader.planner.to_string()).collect();
         names.dedup();
         if names.is_empty() { "none".into() } else { names.join(", then ") }
     };
@@ -183,7 +183,7 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
     };
     Ok(Source {
         name: path.display().to_string(),
-        account: StepAccount::new(flown.steps, flown.happenings),
+        account: DecisionTimings::new(flown.steps, flown.disturbances),
         brief: flown.brief,
         seed: told("seed"),
         conditions,
@@ -232,7 +232,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     };
     Ok(Some(Source {
         name: format!("instance {name}"),
-        account: StepAccount::new(steps, Vec::new()),
+        account: DecisionTimings::new(steps, Vec::new()),
         brief,
         seed: None,
         conditions,
@@ -243,7 +243,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
 #[derive(Default)]
 struct Gathered {
     brief: Option<Brief>,
-    steps: Vec<Step>,
+    steps: Vec<DecisionTiming>,
     asked: Option<MonotonicNs>,
 }
 
@@ -266,12 +266,12 @@ impl Gathered {
     }
 
     /// Takes a page; the last one, which is not full, gives all there is.
-    fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<Step>)> {
+    fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<DecisionTiming>)> {
         let brief = self.brief.filter(|brief| brief.run == page.run)?;
         if page.from.0 != self.steps.len() as u64 {
             return None;
         }
-        self.steps.extend(page.records.iter().map(Step::from));
+        self.steps.extend(page.records.iter().map(DecisionTiming::from));
         self.asked = None;
         let is_last = page.records.len() < PAST_PAGE_RECORDS;
         is_last.then(|| (brief, std::mem::take(&mut self.steps)))
@@ -322,14 +322,14 @@ mod tests {
     fn missions_of_two_scenarios_are_not_compared_and_other_differences_are_told() {
         let source = |brief: Brief, seed: Option<&str>, planner: &str| {
             let (records, _) = hostile::specimen::flown();
-            let mut steps: Vec<Step> = records.iter().map(Step::from).collect();
+            let mut steps: Vec<DecisionTiming> = records.iter().map(DecisionTiming::from).collect();
             for step in &mut steps {
                 step.leader.planner = planner.parse().unwrap();
                 step.timing.committed = MonotonicNs(u64::MAX);
             }
             Source {
                 name: "a.mcap".into(),
-                account: StepAccount::new(steps, Vec::new()),
+                account: DecisionTimings::new(steps, Vec::new()),
                 brief,
                 seed: seed.map(str::to_owned),
                 conditions: Conditions::default(),

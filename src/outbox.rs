@@ -134,7 +134,7 @@ impl Outbox {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         };
         let mut timing = BufWriter::new(create(&path).map_err(unwritten)?);
-        timing.write_all(report::timetable_heading().as_bytes()).map_err(unwritten)?;
+        timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
         let mut observation = Observation::unseen(&brief, RobotId(0));
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         let mut pose = Pose { cell: brief.start, height_m };
@@ -143,7 +143,7 @@ impl Outbox {
         let mut route = VecDeque::new();
         for record in history.records() {
             let record = record.map_err(Failure::run)?;
-            timing.write_all(report::timetable_row(&record).as_bytes()).map_err(unwritten)?;
+            timing.write_all(report::timing_csv_row(&record).as_bytes()).map_err(unwritten)?;
             observation.fold(&brief, &world.terrain, pose, decision);
             (pose, decision) = (record.pose, decision.next());
             if route.len() == ROUTE_SHOWN {

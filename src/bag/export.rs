@@ -6,7 +6,7 @@ use std::io::{self, ErrorKind, Write};
 use contract::Stage;
 use node::{Exit, Failure};
 use recording::{Flown, Message, Recording, RecordingError, Topic, steps};
-use report::Step;
+use report::DecisionTiming;
 use serde_json::{Map, Value, json};
 
 use super::{Source, at_fault, load, open};
@@ -104,7 +104,7 @@ impl From<csv::Error> for Unwritten {
 }
 
 /// A row a decision, in the columns of `timing.csv` and more.
-fn decision(flown: &Flown, step: &Step) -> Value {
+fn decision(flown: &Flown, step: &DecisionTiming) -> Value {
     let us = |ns: u64| ns as f64 / 1e3;
     let mut row = json!({
         "decision": step.decision,

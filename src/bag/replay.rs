@@ -201,7 +201,7 @@ impl Replay {
                 });
             }
         }
-        let landed = |step: Option<&report::Step>| step.map(|step| step.timing.landed);
+        let landed = |step: Option<&report::DecisionTiming>| step.map(|step| step.timing.landed);
         let span = landed(flown.steps.first()).zip(landed(flown.steps.last()));
         Self {
             planner,

@@ -48,8 +48,8 @@ impl Flight {
     }
 
     /// A view that shows `moment`.
-    pub fn view<'a>(&'a self, moment: &'a Moment, heading: String) -> report::View<'a> {
-        report::View {
+    pub fn view<'a>(&'a self, moment: &'a Moment, heading: String) -> report::TitledPicture<'a> {
+        report::TitledPicture {
             heading,
             picture: moment.picture(&self.world, &self.brief, &self.route[..moment.hops]),
         }

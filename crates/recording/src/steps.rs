@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use contract::{Brief, Decision, Incarnation, Record, Role, State};
-use report::{Cause, Happening, Step};
+use report::{Cause, DecisionTiming, Disturbance};
 
 use crate::{Gap, Host, Message, Recording, RecordingError};
 
@@ -20,13 +20,13 @@ pub struct Flown {
     /// The brief.
     pub brief: Brief,
     /// The decisions in order, those missing left out.
-    pub steps: Vec<Step>,
+    pub steps: Vec<DecisionTiming>,
     /// The records behind them, as far as they are there.
     pub records: BTreeMap<Decision, Record>,
     /// The last state.
     pub state: Option<State>,
     /// What may explain a long decision.
-    pub happenings: Vec<Happening>,
+    pub disturbances: Vec<Disturbance>,
     /// How busy the machine was.
     pub hosts: Vec<Host>,
     /// What did not reach the recorder.
@@ -40,7 +40,7 @@ pub struct Flown {
 /// If there is no brief, or a message is malformed.
 pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
     let mut flown: Option<Flown> = None;
-    let mut timed: BTreeMap<Decision, Step> = BTreeMap::new();
+    let mut timed: BTreeMap<Decision, DecisionTiming> = BTreeMap::new();
     let mut lives: BTreeMap<Incarnation, Role> = BTreeMap::new();
     let mut messages = 0;
     for message in recording.messages() {
@@ -54,7 +54,7 @@ pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
                 timed.clear();
             }
             (Message::State(state), Some(flown)) if state.run == flown.brief.run => {
-                if let Some(step) = Step::before(&state) {
+                if let Some(step) = DecisionTiming::before(&state) {
                     timed.insert(step.decision, step);
                 }
                 flown.state = Some(state);
@@ -64,7 +64,7 @@ pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
             }
             (Message::Page(_), Some(flown)) => {
                 let (from, until) = (logged, logged.plus_ns(AFTERMATH_NS));
-                flown.happenings.push(Happening { from, until, cause: Cause::Snapshot });
+                flown.disturbances.push(Disturbance { from, until, cause: Cause::Snapshot });
             }
             (Message::Heartbeat(beat), known) => {
                 let is_first = !lives.values().any(|role| *role == beat.role);
@@ -72,13 +72,13 @@ pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
                 let planned = beat.role == Role::Planner || beat.role == Role::Monitor;
                 if let Some(flown) = known.as_mut().filter(|_| is_new && !is_first && !planned) {
                     let (from, until) = (logged, logged.plus_ns(AFTERMATH_NS));
-                    flown.happenings.push(Happening { from, until, cause: Cause::Restart(beat.role) });
+                    flown.disturbances.push(Disturbance { from, until, cause: Cause::Restart(beat.role) });
                 }
             }
             (Message::Host(host), Some(flown)) => {
                 if host.busy >= BUSY {
                     let (from, until) = (host.since, host.until);
-                    flown.happenings.push(Happening { from, until, cause: Cause::HostLoad });
+                    flown.disturbances.push(Disturbance { from, until, cause: Cause::HostLoad });
                 }
                 flown.hosts.push(host);
             }
@@ -88,12 +88,12 @@ pub fn steps(recording: &Recording<'_>) -> Result<Flown, RecordingError> {
     }
     let mut flown = flown.ok_or(RecordingError::NoBrief { messages })?;
     for record in flown.records.values() {
-        let step = timed.entry(record.decision).or_insert_with(|| Step::from(record));
+        let step = timed.entry(record.decision).or_insert_with(|| DecisionTiming::from(record));
         // What a state does not tell.
         (step.work, step.cut) = (record.work, record.cut);
     }
     let end = flown.state.map_or(Decision(u64::MAX), |state| state.decision);
-    let executed = |step: &Step| step.decision < end || flown.records.contains_key(&step.decision);
+    let executed = |step: &DecisionTiming| step.decision < end || flown.records.contains_key(&step.decision);
     flown.steps = timed.into_values().filter(executed).collect();
     Ok(flown)
 }
@@ -105,7 +105,7 @@ impl Flown {
             steps: Vec::new(),
             records: BTreeMap::new(),
             state: None,
-            happenings: Vec::new(),
+            disturbances: Vec::new(),
             hosts: Vec::new(),
             gaps: Vec::new(),
         }
