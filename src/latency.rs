@@ -7,7 +7,7 @@ use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{Brief, Decision, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
 use node::peer::{Patience, TICK, accept};
 use node::{Exit, Failure, Instance, Node};
-use recording::steps;
+use recording::last_run;
 use report::decisions::{compare, plot};
 use report::{Conditions, DecisionTiming, DecisionTimings, Format};
 use serde::Serialize;
@@ -164,26 +164,26 @@ fn differences(first: &Source, second: &Source) -> Result<Vec<Differs>, Failure>
 fn recorded(path: &Path) -> Result<Source, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
-    let flown = steps(&recording).map_err(|error| at_fault(path, &error))?;
-    let told = |key| recording.told("hopper", key).map(str::to_owned);
-    let hosts = flown.hosts.len() as f64;
-    let busy = || flown.hosts.iter().map(|host| host.busy);
+    let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+    let told = |key| recording.metadata_entry("hopper", key).map(str::to_owned);
+    let hosts = flown.machine_loads.len() as f64;
+    let busy = || flown.machine_loads.iter().map(|host| host.busy);
     let most = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max);
-    let executed = flown.state.map_or(0, |state| state.decision.0).max(flown.steps.len() as u64);
+    let executed = flown.state.map_or(0, |state| state.decision.0).max(flown.decisions.len() as u64);
     let conditions = Conditions {
         clock: told("clock").unwrap_or_else(|| "not known".into()),
         pace: told("pace"),
         processor: told("processor"),
-        cores: flown.hosts.first().map(|host| host.cores),
+        cores: flown.machine_loads.first().map(|host| host.cores),
         busy_mean: (hosts > 0.0).then(|| busy().sum::<f64>() / hosts),
         busy_max: most(&mut busy()),
-        load_max: most(&mut flown.hosts.iter().map(|host| host.load_1min)),
-        missing: executed - flown.steps.len() as u64,
+        load_max: most(&mut flown.machine_loads.iter().map(|host| host.load_1min)),
+        missing: executed - flown.decisions.len() as u64,
         ..Conditions::default()
     };
     Ok(Source {
         name: path.display().to_string(),
-        account: DecisionTimings::new(flown.steps, flown.disturbances),
+        account: DecisionTimings::new(flown.decisions, flown.disturbances),
         brief: flown.brief,
         seed: told("seed"),
         conditions,

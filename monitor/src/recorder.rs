@@ -18,7 +18,7 @@ use node::{
     BriefReader, CommandReader, ControlReader, Exit, Failure, HeartbeatReader, MapReader, Node, NodeError,
     PastClient, PolicyReader, SnapshotClient, StateReader, TempoReader,
 };
-use recording::{Context, Host, Message, Wanted};
+use recording::{Context, MachineLoad, RecordedMessage as Message, Requests};
 
 /// Longest and shortest pause between two looks.
 const PERIODS: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(1)];
@@ -133,7 +133,7 @@ impl Recorder {
         let (mut messages, most) = self.ports.receive();
         messages.extend(self.host(now, HOST_PERIOD_NS));
         self.period = if most >= MANY { PERIODS[1] } else { PERIODS[0].min(self.period * 2) };
-        let mut wanted = Wanted::default();
+        let mut wanted = Requests::default();
         for message in messages.into_iter().map(Some).chain([None]) {
             let more = match message {
                 Some(message) => self.engine.on(message, now),
@@ -173,7 +173,7 @@ impl Recorder {
         let last = self.host(now, 0);
         if !self.failed
             && let Err(error) = last
-                .map_or(Ok(Wanted::default()), |host| self.engine.on(host, now))
+                .map_or(Ok(Requests::default()), |host| self.engine.on(host, now))
                 .and_then(|_| self.engine.finish(now))
         {
             self.fail(&error);
@@ -214,7 +214,7 @@ impl Recorder {
         }
         let load = host::load();
         self.host = (load, now);
-        Some(Message::Host(Host {
+        Some(Message::Host(MachineLoad {
             since,
             until: now,
             busy: load.busy_since(&before),
