@@ -10,7 +10,7 @@ use monitor::recorder::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 
 use crate::lockstep::{self, Crew};
 use crate::outbox::Outbox;
@@ -121,7 +121,7 @@ fn recordings(args: &Args, skipped: usize) -> impl Iterator<Item = PathBuf> {
 }
 
 /// The mission that a journal is of; whatever the command line says besides must agree with it.
-fn flown_world(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
+fn flown_world(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
     let history = History::open(dir).map_err(Failure::usage)?;
     let (header, mission) = (history.header(), &args.mission);
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
@@ -195,7 +195,12 @@ fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
 ///
 /// # Errors
 /// If the output folder holds a mission already, or cannot be written.
-pub fn in_lockstep(world: &World, seed: u64, crew: &Crew, outbox: &Outbox) -> Result<Summary, Failure> {
+pub fn in_lockstep(
+    world: &ResolvedScenario,
+    seed: u64,
+    crew: &Crew,
+    outbox: &Outbox,
+) -> Result<Summary, Failure> {
     let mut journal = open_journal(&outbox.journal_dir(), world, seed, false)?;
     if !journal.is_empty() {
         return Err(Failure::new(

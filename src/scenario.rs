@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
 
-use ::scenario::{Check, Overrides, Scenario, load};
+use ::scenario::{Overrides, Scenario, ScenarioCheck, load};
 use contract::Profile;
 use node::{Exit, Failure};
 use report::Format;
@@ -51,7 +51,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let world = load(&args.scenario)
                 .and_then(|scenario| scenario.with(&overrides).resolve())
                 .map_err(Failure::usage)?;
-            let check = Check::of(&world);
+            let check = ScenarioCheck::of(&world);
             match args.format {
                 Format::Text => write!(out, "{check}"),
                 Format::Json => serde_json::to_writer(&mut out, &check)

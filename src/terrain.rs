@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
 
-use ::terrain::{Survey, Window};
+use ::terrain::{TerrainCheck, Window};
 use node::{Exit, Failure};
 use report::Format;
 
@@ -20,7 +20,7 @@ pub struct Args {
     /// A GeoTIFF or an ESRI ASCII grid.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Survey a part only, in cells from the south-western corner.
+    /// TerrainCheck a part only, in cells from the south-western corner.
     #[arg(long, value_parser = window, value_name = "X,Y,WIDTH,HEIGHT")]
     crop: Option<Window>,
     /// Slope above which ground is impassable, degrees.
@@ -37,7 +37,7 @@ pub struct Args {
 /// Exit code 2 with what is wrong with the file.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let Command::Check(args) = command;
-    let survey = Survey::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
+    let survey = TerrainCheck::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
     let mut out = io::stdout().lock();
     let written = match args.format {
         Format::Text => write!(out, "{survey}"),

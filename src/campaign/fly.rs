@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use ::campaign::row::Ending;
+use ::campaign::row::TrialResult;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node, Vigil};
 use report::Format;
-use scenario::World;
+use scenario::ResolvedScenario;
 use scenario::text::{self, TEXT_BYTES_MAX};
 use serde::Serialize;
 
@@ -157,7 +157,7 @@ fn long(duration_s: f64) -> String {
 /// seconds; `None` if interrupted. Trials under way are then left as they are: they end with the process.
 fn fly_all(
     manifest: &Manifest,
-    worlds: Vec<World>,
+    worlds: Vec<ResolvedScenario>,
     jobs: usize,
     store: &mut Store,
 ) -> Result<Option<f64>, Failure> {
@@ -169,7 +169,7 @@ fn fly_all(
         .build()
         .map_err(Failure::run)?;
     let (shard, plan) = (manifest.shard, Arc::new(manifest.plan.clone()));
-    let worlds: Arc<[World]> = worlds.into();
+    let worlds: Arc<[ResolvedScenario]> = worlds.into();
     let due = shard.len(plan.trials());
     let mut progress = Progress::begin(due, store.done(), Node::now());
     if store.done() < due {
@@ -231,7 +231,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 }
 
 /// Flies one trial; the row depends on nothing but plan and trial.
-pub(crate) fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
+pub(crate) fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
     let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
@@ -243,7 +243,7 @@ pub(crate) fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row,
     })
     .map_err(Failure::usage)?;
     let episode_ns = Node::now().since_ns(started);
-    let ending = Ending {
+    let ending = TrialResult {
         outcome: flown.state.status,
         steps: flown.state.steps,
         hops,

@@ -71,10 +71,10 @@ impl fmt::Display for Form {
 /// Exit code 2 if a folder is no campaign's, a row is damaged, or the form is not to be had.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (manifest, report) = fold(&args.dir)?;
-    let findings = report.findings(args.against.is_some(), &bounds(&manifest.plan));
+    let findings = report.results(args.against.is_some(), &bounds(&manifest.plan));
     if let Some(dir) = &args.beside {
         let (_, other) = fold(dir)?;
-        let others = other.findings(false, &[]);
+        let others = other.results(false, &[]);
         let comparison = Comparison::new(&findings, &others);
         print(&match args.format {
             Form::Md => comparison.markdown(),

@@ -3,7 +3,7 @@
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
 use hopper_sim::Mission;
 use node::Failure;
-use scenario::World;
+use scenario::ResolvedScenario;
 
 use super::SEED;
 use crate::lockstep::{self, Crew};
@@ -11,7 +11,7 @@ use crate::moment::Moment;
 
 /// A mission from start to end, by one planner.
 pub struct Flight {
-    world: World,
+    world: ResolvedScenario,
     brief: Brief,
     planner: &'static str,
     route: Vec<Record>,
@@ -48,8 +48,8 @@ impl Flight {
     }
 
     /// A view that shows `moment`.
-    pub fn view<'a>(&'a self, moment: &'a Moment, heading: String) -> report::View<'a> {
-        report::View {
+    pub fn view<'a>(&'a self, moment: &'a Moment, heading: String) -> report::TitledPicture<'a> {
+        report::TitledPicture {
             heading,
             picture: moment.picture(&self.world, &self.brief, &self.route[..moment.hops]),
         }

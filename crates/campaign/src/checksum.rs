@@ -1,28 +1,28 @@
-//! Objects in JSON that close with the CRC-32 of all that stands before it, as text.
+//! JSON objects whose last member is the CRC-32 of the text before it.
 
-/// What stands before the checksum.
+/// Text between the object's last member and the checksum.
 const CLOSING: &str = ",\"crc\":\"";
 
-/// The text of an object that lacks its closing brace, closed.
+/// Completes `open`, the text of an object without its closing brace, with its checksum and brace.
 #[must_use]
-pub fn seal(open: &str) -> String {
+pub fn with_checksum(open: &str) -> String {
     format!("{open}{CLOSING}{:08x}\"}}", crc32fast::hash(open.as_bytes()))
 }
 
-/// The object that was sealed, closed without its checksum.
+/// The object of [`with_checksum`] without its checksum.
 ///
 /// # Errors
-/// If it is not as it was sealed.
-pub fn unseal(text: &str) -> Result<String, String> {
+/// If the checksum is missing or does not match.
+pub fn without_checksum(text: &str) -> Result<String, String> {
     let Some((open, got)) = text.rsplit_once(CLOSING) else {
         return Err("need an object that closes with its checksum, got none; it is damaged".into());
     };
-    let sealed = seal(open);
-    let need = &sealed[open.len() + CLOSING.len()..];
+    let complete = with_checksum(open);
+    let need = &complete[open.len() + CLOSING.len()..];
     if got == need {
         Ok(format!("{open}}}"))
     } else {
-        // What follows the checksum is not of interest, however long it is.
+        // At most the length of a checksum is quoted, however long the rest is.
         let got: String = got.chars().take(8).collect();
         Err(format!("need checksum {}, got {}; it is damaged", &need[..8], got.escape_debug()))
     }
@@ -33,9 +33,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sealed_object_is_an_object_and_no_bit_of_it_can_change() {
-        let sealed = seal("{\"a\":1");
-        assert_eq!(unseal(&sealed).unwrap(), "{\"a\":1}");
+    fn an_object_with_checksum_is_an_object_and_no_bit_of_it_can_change() {
+        let sealed = with_checksum("{\"a\":1");
+        assert_eq!(without_checksum(&sealed).unwrap(), "{\"a\":1}");
         assert!(serde_json::from_str::<serde_json::Value>(&sealed).unwrap()["crc"].is_string());
         for bit in 0..8 * sealed.len() {
             let mut bytes = sealed.clone().into_bytes();
@@ -43,10 +43,10 @@ mod tests {
             assert!(
                 String::from_utf8(bytes)
                     .map_err(|_| ())
-                    .and_then(|text| unseal(&text).map_err(|_| ()))
+                    .and_then(|text| without_checksum(&text).map_err(|_| ()))
                     .is_err()
             );
         }
-        assert!(unseal(&format!("{sealed} ")).is_err() && unseal("{}").is_err());
+        assert!(without_checksum(&format!("{sealed} ")).is_err() && without_checksum("{}").is_err());
     }
 }

@@ -1,40 +1,27 @@
-//! Where the time of each decision went, which missed its budget, and what explains it.
-//!
-//! Home of `hopper latency report`. [`crate::Latency`] folds a mission of any length in constant memory; this
-//! account keeps every decision, so that the longest can be named.
-
-mod account;
-mod cause;
-mod compare;
-mod plot;
-
-pub use account::{Conditions, Group, StageTimes, StepAccount, StepReport, Worst};
-pub use cause::{Cause, Happening};
-pub use compare::{Comparison, compare};
-pub use plot::plot;
+//! One decision as far as its timing is concerned.
 
 use contract::{Decision, Leader, Origin, Record, State, Timing};
 
-/// One decision, as far as time is concerned.
+/// The timing of one executed decision, and what may explain it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// The decision.
+pub struct DecisionTiming {
+    /// Number of the decision, from 0.
     pub decision: Decision,
-    /// Who was in command.
+    /// Planner in command.
     pub leader: Leader,
-    /// Who chose the action.
+    /// Who chose the action: a planner or the guard's fallback.
     pub origin: Origin,
-    /// Actions that the guard vetoed before it.
+    /// Number of actions that the guard vetoed before it.
     pub vetoes: u64,
-    /// Work the planner did, in its own units; 0 if unknown.
+    /// Work done by the planner, in its own units; 0 if unknown.
     pub work: u64,
-    /// Whether a budget cut that work short.
+    /// Whether the planner's budget cut its work short.
     pub cut: bool,
-    /// Its moments.
+    /// When each stage ended, on CLOCK_MONOTONIC.
     pub timing: Timing,
 }
 
-impl From<&Record> for Step {
+impl From<&Record> for DecisionTiming {
     fn from(record: &Record) -> Self {
         Self {
             decision: record.decision,
@@ -48,8 +35,8 @@ impl From<&Record> for Step {
     }
 }
 
-impl Step {
-    /// The decision that led to `state`, with the true moment of its commit; `None` at decision 0.
+impl DecisionTiming {
+    /// The decision that led to `state`, with the true time of its commit; `None` at decision 0.
     #[must_use]
     pub fn before(state: &State) -> Option<Self> {
         Some(Self {

@@ -1,7 +1,7 @@
-//! Wire layouts beside their protobuf messages: the same fields under the same names.
+//! Converts wire layouts to protobuf messages and back: the same fields under the same names.
 //!
-//! Nothing is lost on the way, and a message that comes back is validated where every message is: by the
-//! `TryFrom` of the wire layout.
+//! The conversion is lossless. Decoded messages are validated where all messages are: by the `TryFrom` of the wire
+//! layout.
 
 use bytemuck::Zeroable;
 use contract::wire::{
@@ -12,149 +12,156 @@ use contract::{Name, Refusal};
 
 use crate::proto::hopper as proto;
 
-/// One field: as shown in a message, and taken back from one.
+/// Converts one field of a wire layout to its protobuf type `P` and back.
 pub trait Field<P>: Sized {
-    /// As it stands in a message.
-    fn show(&self) -> P;
+    /// The value in a protobuf message.
+    fn to_proto(&self) -> P;
 
-    /// From a message.
+    /// The value from a protobuf message; `field` names it in errors.
     ///
     /// # Errors
-    /// If the layout has no such value.
-    fn take(shown: &P, field: &str) -> Result<Self, Refusal>;
+    /// If the wire layout cannot represent it.
+    fn from_proto(proto_value: &P, field: &str) -> Result<Self, Refusal>;
 }
 
-macro_rules! plain {
+macro_rules! same_type {
     ($($number:ident),*) => { $(
         impl Field<$number> for $number {
-            fn show(&self) -> $number {
+            fn to_proto(&self) -> $number {
                 *self
             }
 
-            fn take(shown: &$number, _: &str) -> Result<Self, Refusal> {
-                Ok(*shown)
+            fn from_proto(proto_value: &$number, _: &str) -> Result<Self, Refusal> {
+                Ok(*proto_value)
             }
         }
     )* };
 }
 
-plain!(u32, u64, f64);
+same_type!(u32, u64, f64);
 
-/// A tag: an enumeration in the message.
+/// A tag, which is an enumeration in protobuf.
 impl Field<i32> for u32 {
-    fn show(&self) -> i32 {
+    fn to_proto(&self) -> i32 {
         *self as i32
     }
 
-    fn take(shown: &i32, field: &str) -> Result<Self, Refusal> {
-        u32::try_from(*shown).map_err(|_| Refusal::malformed(field, "a known tag", shown))
+    fn from_proto(proto_value: &i32, field: &str) -> Result<Self, Refusal> {
+        u32::try_from(*proto_value).map_err(|_| Refusal::malformed(field, "a known tag", proto_value))
     }
 }
 
-/// A flag.
+/// A flag, which is a bool in protobuf.
 impl Field<bool> for u32 {
-    fn show(&self) -> bool {
+    fn to_proto(&self) -> bool {
         *self != 0
     }
 
-    fn take(shown: &bool, _: &str) -> Result<Self, Refusal> {
-        Ok(u32::from(*shown))
+    fn from_proto(proto_value: &bool, _: &str) -> Result<Self, Refusal> {
+        Ok(u32::from(*proto_value))
     }
 }
 
-/// The run.
+/// A run id, which is 32 hexadecimal digits in protobuf.
 impl Field<String> for [u64; 2] {
-    fn show(&self) -> String {
+    fn to_proto(&self) -> String {
         format!("{:016x}{:016x}", self[0], self[1])
     }
 
-    fn take(shown: &String, field: &str) -> Result<Self, Refusal> {
-        let run = Some(shown).filter(|text| text.len() == 32 && text.bytes().all(|b| b.is_ascii_hexdigit()));
+    fn from_proto(proto_value: &String, field: &str) -> Result<Self, Refusal> {
+        let run =
+            Some(proto_value).filter(|text| text.len() == 32 && text.bytes().all(|b| b.is_ascii_hexdigit()));
         let run = run.and_then(|text| u128::from_str_radix(text, 16).ok());
-        let run = run.ok_or_else(|| Refusal::malformed(field, "32 hexadecimal digits", short(shown)))?;
+        let run =
+            run.ok_or_else(|| Refusal::malformed(field, "32 hexadecimal digits", short(proto_value)))?;
         Ok([(run >> 64) as u64, run as u64])
     }
 }
 
-/// A name.
+/// A name, which is a string in protobuf.
 impl Field<String> for [u8; Name::BYTES] {
-    fn show(&self) -> String {
+    fn to_proto(&self) -> String {
         let end = self.iter().position(|&byte| byte == 0).unwrap_or(self.len());
         String::from_utf8_lossy(&self[..end]).into_owned()
     }
 
-    fn take(shown: &String, field: &str) -> Result<Self, Refusal> {
+    fn from_proto(proto_value: &String, field: &str) -> Result<Self, Refusal> {
         let mut bytes = [0; Name::BYTES];
-        let room = bytes.get_mut(..shown.len()).filter(|_| shown.len() < Name::BYTES);
-        let room = room.ok_or_else(|| Refusal::malformed(field, "at most 31 bytes", short(shown)))?;
-        room.copy_from_slice(shown.as_bytes());
+        let target = bytes.get_mut(..proto_value.len()).filter(|_| proto_value.len() < Name::BYTES);
+        let target =
+            target.ok_or_else(|| Refusal::malformed(field, "at most 31 bytes", short(proto_value)))?;
+        target.copy_from_slice(proto_value.as_bytes());
         Ok(bytes)
     }
 }
 
-/// A digest.
+/// A digest, which is a byte string in protobuf.
 impl Field<Vec<u8>> for [u8; 32] {
-    fn show(&self) -> Vec<u8> {
+    fn to_proto(&self) -> Vec<u8> {
         self.to_vec()
     }
 
-    fn take(shown: &Vec<u8>, field: &str) -> Result<Self, Refusal> {
-        shown.as_slice().try_into().map_err(|_| Refusal::malformed(field, "32 bytes", shown.len()))
+    fn from_proto(proto_value: &Vec<u8>, field: &str) -> Result<Self, Refusal> {
+        proto_value
+            .as_slice()
+            .try_into()
+            .map_err(|_| Refusal::malformed(field, "32 bytes", proto_value.len()))
     }
 }
 
-macro_rules! row {
+macro_rules! array {
     ($($number:ident),*) => { $(
         impl<const N: usize> Field<Vec<$number>> for [$number; N] {
-            fn show(&self) -> Vec<$number> {
+            fn to_proto(&self) -> Vec<$number> {
                 self.to_vec()
             }
 
-            fn take(shown: &Vec<$number>, field: &str) -> Result<Self, Refusal> {
-                let need = || Refusal::malformed(field, &format!("{N} numbers"), shown.len());
-                shown.as_slice().try_into().map_err(|_| need())
+            fn from_proto(proto_value: &Vec<$number>, field: &str) -> Result<Self, Refusal> {
+                let need = || Refusal::malformed(field, &format!("{N} numbers"), proto_value.len());
+                proto_value.as_slice().try_into().map_err(|_| need())
             }
         }
     )* };
 }
 
-row!(u64, f64);
+array!(u64, f64);
 
 impl Field<Option<proto::Cell>> for [i32; 2] {
-    fn show(&self) -> Option<proto::Cell> {
+    fn to_proto(&self) -> Option<proto::Cell> {
         Some(proto::Cell { x: self[0], y: self[1] })
     }
 
-    fn take(shown: &Option<proto::Cell>, _: &str) -> Result<Self, Refusal> {
-        Ok(shown.map_or([0; 2], |cell| [cell.x, cell.y]))
+    fn from_proto(proto_value: &Option<proto::Cell>, _: &str) -> Result<Self, Refusal> {
+        Ok(proto_value.map_or([0; 2], |cell| [cell.x, cell.y]))
     }
 }
 
-/// A list of fixed length; zeros at its end are left out.
+/// Cells of fixed number, which are a list in protobuf; trailing zeros are left out.
 impl<const N: usize> Field<Vec<proto::Cell>> for [[i32; 2]; N] {
-    fn show(&self) -> Vec<proto::Cell> {
+    fn to_proto(&self) -> Vec<proto::Cell> {
         let length = self.iter().rposition(|cell| *cell != [0; 2]).map_or(0, |last| last + 1);
         self[..length].iter().map(|&[x, y]| proto::Cell { x, y }).collect()
     }
 
-    fn take(shown: &Vec<proto::Cell>, field: &str) -> Result<Self, Refusal> {
-        if shown.len() > N {
-            return Err(Refusal::malformed(field, &format!("at most {N} cells"), shown.len()));
+    fn from_proto(proto_value: &Vec<proto::Cell>, field: &str) -> Result<Self, Refusal> {
+        if proto_value.len() > N {
+            return Err(Refusal::malformed(field, &format!("at most {N} cells"), proto_value.len()));
         }
         let mut cells = [[0; 2]; N];
-        for (cell, shown) in cells.iter_mut().zip(shown) {
-            *cell = [shown.x, shown.y];
+        for (cell, proto_value) in cells.iter_mut().zip(proto_value) {
+            *cell = [proto_value.x, proto_value.y];
         }
         Ok(cells)
     }
 }
 
-/// A layout and its message, with the fields that both have; what the layout has besides is zero.
-macro_rules! mirror {
-    ($($message:ident = $wire:ident { $($field:ident),* } $(besides { $($own:ident),* })?;)*) => { $(
+/// Implements the conversion between a wire layout and its message. The fields in braces exist in both; padding of the
+/// layout is zero, and the fields after `extra` exist in the message only, for the caller to fill in.
+macro_rules! convert {
+    ($($message:ident = $wire:ident { $($field:ident),* } $(extra { $($own:ident),* })?;)*) => { $(
         impl From<&$wire> for proto::$message {
             fn from(wire: &$wire) -> Self {
-                Self { $($field: wire.$field.show(),)* $($($own: Default::default(),)*)? }
+                Self { $($field: wire.$field.to_proto(),)* $($($own: Default::default(),)*)? }
             }
         }
 
@@ -163,7 +170,7 @@ macro_rules! mirror {
 
             fn try_from(message: &proto::$message) -> Result<Self, Refusal> {
                 let mut wire = $wire::zeroed();
-                $(wire.$field = Field::take(
+                $(wire.$field = Field::from_proto(
                     &message.$field,
                     concat!(stringify!($message), ".", stringify!($field)),
                 )?;)*
@@ -172,18 +179,18 @@ macro_rules! mirror {
         }
 
         impl Field<Option<proto::$message>> for $wire {
-            fn show(&self) -> Option<proto::$message> {
+            fn to_proto(&self) -> Option<proto::$message> {
                 Some(self.into())
             }
 
-            fn take(shown: &Option<proto::$message>, _: &str) -> Result<Self, Refusal> {
-                shown.as_ref().map_or_else(|| Ok($wire::zeroed()), TryInto::try_into)
+            fn from_proto(proto_value: &Option<proto::$message>, _: &str) -> Result<Self, Refusal> {
+                proto_value.as_ref().map_or_else(|| Ok($wire::zeroed()), TryInto::try_into)
             }
         }
     )* };
 }
 
-mirror! {
+convert! {
     SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights };
     Brief = BriefV3 {
         run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
@@ -205,16 +212,16 @@ mirror! {
     MapPatch = MapPatchV1 {
         run, through, sequence, before, after, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
         robot, seen_cells, more, treasure_count, treasures
-    } besides { cells };
+    } extra { cells };
     MapPage = MapPageV1 {
         run, through, sequence, observation, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
         robot, from, next, treasure_count, treasures
-    } besides { cells };
+    } extra { cells };
     Command = CommandV1 {
         run, decision, term, incarnation, observation, work, sensed_ns, map_published_ns, planning_started_ns,
         planning_ended_ns, robot, action, pid, cut, planner
     };
-    Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } besides { cells };
+    Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } extra { cells };
     PolicyCell = PolicyCellV1 { value, action };
     Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot };
     Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
@@ -223,10 +230,10 @@ mirror! {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
         leader, outcome, pose, timing_ns, previous, digest
     };
-    Past = PastHeaderV1 { run, from, robot } besides { records };
+    Past = PastHeaderV1 { run, from, robot } extra { records };
 }
 
-/// A seen cell is written by hand: there are many, and a list for two gradients would be as many allocations.
+/// Seen cells are converted by hand: there are many, and a list for the two gradients would allocate for each.
 impl From<&SeenCellV1> for proto::SeenCell {
     fn from(wire: &SeenCellV1) -> Self {
         Self {
@@ -243,19 +250,19 @@ impl From<&SeenCellV1> for proto::SeenCell {
 impl TryFrom<&proto::SeenCell> for SeenCellV1 {
     type Error = Refusal;
 
-    fn try_from(shown: &proto::SeenCell) -> Result<Self, Refusal> {
-        let soil = u16::try_from(shown.soil);
+    fn try_from(proto_value: &proto::SeenCell) -> Result<Self, Refusal> {
+        let soil = u16::try_from(proto_value.soil);
         Ok(Self {
-            height_m: shown.height_m,
-            gradient: [shown.gradient_x, shown.gradient_y],
-            index: shown.index,
-            soil: soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", shown.soil))?,
-            passable: u16::from(shown.passable),
+            height_m: proto_value.height_m,
+            gradient: [proto_value.gradient_x, proto_value.gradient_y],
+            index: proto_value.index,
+            soil: soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", proto_value.soil))?,
+            passable: u16::from(proto_value.passable),
         })
     }
 }
 
-/// The head of a text that may be long.
+/// The first 40 characters of a text that may be long.
 fn short(text: &str) -> String {
     text.chars().take(40).collect()
 }

@@ -1,11 +1,11 @@
-//! How numbers are written in reports.
+//! Formats numbers for reports.
 
 use contract::Weights;
 
 use crate::statistics::Sample;
 
 /// Weights as the paper writes them; w3 only where it is not the paper's.
-pub(crate) fn pair(weights: &Weights) -> String {
+pub(crate) fn weights_in_brackets(weights: &Weights) -> String {
     let Weights { safety, information, distance } = weights;
     if *distance == 10.0 {
         format!("({safety}, {information})")
@@ -20,7 +20,7 @@ pub(crate) fn percent(part: u64, whole: u64) -> String {
 
 pub(crate) fn number(value: Option<f64>, digits: usize) -> String {
     let text = value.map_or("-".into(), |value| format!("{value:.digits$}"));
-    // Nothing is not less than nothing.
+    // A rounded zero is printed without its minus sign.
     match text.strip_prefix('-') {
         Some(size) if !size.is_empty() && size.chars().all(|c| matches!(c, '0' | '.')) => size.into(),
         _ => text,
@@ -40,7 +40,7 @@ pub(crate) fn spread(sample: &Sample) -> String {
 }
 
 /// Treasures as the paper writes them: number (episodes), the largest first.
-pub(crate) fn hunted(counts: impl DoubleEndedIterator<Item = (u64, u64)>) -> String {
+pub(crate) fn treasures_collected(counts: impl DoubleEndedIterator<Item = (u64, u64)>) -> String {
     let parts: Vec<_> = counts.rev().map(|(number, episodes)| format!("{number} ({episodes})")).collect();
     if parts.is_empty() { "-".into() } else { parts.join(", ") }
 }

@@ -1,4 +1,4 @@
-//! The SVG document being written.
+//! Writes an SVG document element by element.
 
 use std::fmt::{self, Write as _};
 
@@ -8,22 +8,22 @@ pub struct Number(pub f64);
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Small scales keep four significant digits: strokes in units of a tile are thin.
+        // Four decimals below 1: strokes in units of a tile are thin.
         let text = if self.0.abs() < 1.0 { format!("{:.4}", self.0) } else { format!("{:.2}", self.0) };
         let text = text.trim_end_matches('0').trim_end_matches('.');
         f.write_str(if text == "-0" { "0" } else { text })
     }
 }
 
-/// Collects elements; opened ones must be closed.
+/// An SVG document under construction. Every opened element must be closed by the caller.
 #[derive(Debug)]
-pub struct Sheet {
+pub struct SvgWriter {
     text: String,
     width: f64,
 }
 
-impl Sheet {
-    /// A white sheet of `width` × `height` units, `title` being what a screen reader says.
+impl SvgWriter {
+    /// A white document of `width` × `height` units; screen readers announce `title`.
     pub fn new(width: f64, height: f64, title: &str) -> Self {
         let sheet_width = width.ceil();
         let (width, height) = (Number(sheet_width), Number(height.ceil()));
@@ -37,31 +37,38 @@ impl Sheet {
         Self { text, width: sheet_width }
     }
 
-    /// Opens an element.
+    /// Opens element `name`.
     pub fn open(&mut self, name: &str, attributes: &str) {
         let space = if attributes.is_empty() { "" } else { " " };
         let _ = writeln!(self.text, "<{name}{space}{attributes}>");
     }
 
-    /// Closes an element.
+    /// Closes element `name`.
     pub fn close(&mut self, name: &str) {
         let _ = writeln!(self.text, "</{name}>");
     }
 
-    /// A whole element, already well-formed.
+    /// Adds a complete element, which must be well-formed.
     pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
     }
 
-    /// A path, unless it is empty.
+    /// Adds the outline of a rectangle.
+    pub fn outline(&mut self, left: f64, top: f64, width: f64, height: f64) {
+        let (x, y, width, height) = (Number(left), Number(top), Number(width), Number(height));
+        let rect = format!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"");
+        self.raw(&format!("{rect} fill=\"none\" stroke=\"#333\"/>"));
+    }
+
+    /// Adds a path unless it is empty.
     pub fn path(&mut self, path: &str, attributes: &str) {
         if !path.is_empty() {
             let _ = writeln!(self.text, "<path {attributes} d=\"{path}\"/>");
         }
     }
 
-    /// A line of text with its baseline at (x, y).
+    /// Adds a line of text with its baseline at (x, y).
     pub fn text(&mut self, x: f64, y: f64, attributes: &str, words: &str) {
         let space = if attributes.is_empty() { "" } else { " " };
         let _ = writeln!(
@@ -73,14 +80,14 @@ impl Sheet {
         );
     }
 
-    /// A line of text from (x, y) on, at most of `size`, smaller if the sheet is too narrow for it.
+    /// Adds a line of text from (x, y) in font size `size`, or smaller if the document is too narrow.
     pub fn heading(&mut self, x: f64, y: f64, size: f64, attributes: &str, words: &str) {
-        // Bold letters of the fonts named are two thirds as wide as high, on average.
+        // Bold letters of the fonts in use are on average two thirds as wide as high.
         let fitting = (self.width - x) * 1.45 / words.chars().count().max(1) as f64;
         self.text(x, y, &format!("font-size=\"{}\" {attributes}", Number(size.min(fitting))), words);
     }
 
-    /// A line of text that runs upwards, centred at (x, y).
+    /// Adds a line of text that runs upwards, centred at (x, y).
     pub fn text_upwards(&mut self, x: f64, y: f64, words: &str) {
         let (x, y) = (Number(x), Number(y));
         let _ = writeln!(
@@ -90,15 +97,15 @@ impl Sheet {
         );
     }
 
-    /// The whole document.
+    /// Closes the document and returns its text.
     pub fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 }
 
-/// Text as XML holds it; characters that XML forbids are left out.
-fn escaped(words: &str) -> String {
+/// Escapes text for XML; characters that XML forbids are left out.
+pub(crate) fn escaped(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for character in words.chars().filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}')) {
         match character {

@@ -1,9 +1,10 @@
-//! The cells as records for CSV.
+//! The results of a campaign as CSV records.
 
-use crate::report::Findings;
+use crate::report::CampaignResults;
 
-impl Findings<'_> {
-    /// The cells as records for CSV: headings, then one a cell.
+impl CampaignResults<'_> {
+    /// CSV records: the headings, then one record for each cell. The function is long because it lists every
+    /// column twice.
     #[must_use]
     pub fn records(&self) -> Vec<Vec<String>> {
         let headings = [
@@ -44,9 +45,9 @@ impl Findings<'_> {
         let exact = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let mut records = vec![headings.map(String::from).to_vec()];
         for cell in &self.cells {
-            let numbers = &cell.numbers;
+            let statistics = &cell.statistics;
             let (paper, regret) = (cell.paper.as_ref(), cell.regret.as_ref());
-            let kind = |kind: &str| numbers.failures.get(kind).copied().unwrap_or(0).to_string();
+            let kind = |kind: &str| statistics.failures.get(kind).copied().unwrap_or(0).to_string();
             records.push(vec![
                 cell.scenario.into(),
                 cell.profile.to_string(),
@@ -54,21 +55,21 @@ impl Findings<'_> {
                 cell.weights.safety.to_string(),
                 cell.weights.information.to_string(),
                 cell.weights.distance.to_string(),
-                numbers.trials.to_string(),
-                numbers.successes.to_string(),
-                numbers.success_interval.low.to_string(),
-                numbers.success_interval.high.to_string(),
+                statistics.trials.to_string(),
+                statistics.successes.to_string(),
+                statistics.success_interval.low.to_string(),
+                statistics.success_interval.high.to_string(),
                 kind("deadlock"),
                 kind("left_map"),
                 kind("lost"),
                 kind("stopped"),
-                exact(numbers.steps.mean),
-                exact(numbers.steps.sd),
-                exact(numbers.restricted_steps.mean),
-                exact(numbers.restricted_steps.sd),
-                exact(numbers.treasures.mean),
-                exact(numbers.mean_hops),
-                exact(numbers.mean_coverage),
+                exact(statistics.steps.mean),
+                exact(statistics.steps.sd),
+                exact(statistics.restricted_steps.mean),
+                exact(statistics.restricted_steps.sd),
+                exact(statistics.treasures.mean),
+                exact(statistics.mean_hops),
+                exact(statistics.mean_coverage),
                 exact(regret.map(|regret| regret.bound.success)),
                 exact(regret.map(|regret| regret.bound.restricted_mean_steps)),
                 exact(regret.and_then(|regret| regret.success)),

@@ -1,4 +1,4 @@
-//! What an elevation file holds, and what Hopper will do with it: `hopper terrain check`.
+//! The report of `hopper terrain check`: what an elevation file holds, and what Hopper does with it.
 
 use std::fmt;
 use std::path::Path;
@@ -9,63 +9,63 @@ use serde::Serialize;
 
 use crate::{Georeference, RasterFile, RasterHeader, Relief, TerrainError, Window};
 
-/// Values that programs write for nodata without declaring them.
+/// Values that some programs write for nodata without declaring them.
 const USUAL_NODATA: [f64; 6] = [-9999.0, -99999.0, -32768.0, -32767.0, 32767.0, 65535.0];
 
-/// Slopes of the cells whose slope is known, degrees.
+/// Distribution of the slopes of the cells whose slope is known, degrees.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SlopeDistribution {
-    /// Half of the cells are not steeper.
+    /// Median.
     pub p50_deg: f64,
-    /// 75 of 100 cells are not steeper.
+    /// 75th percentile.
     pub p75_deg: f64,
-    /// 90 of 100 cells are not steeper.
+    /// 90th percentile.
     pub p90_deg: f64,
-    /// 95 of 100 cells are not steeper.
+    /// 95th percentile.
     pub p95_deg: f64,
-    /// 99 of 100 cells are not steeper.
+    /// 99th percentile.
     pub p99_deg: f64,
-    /// The steepest.
+    /// Steepest cell.
     pub max_deg: f64,
-    /// The limit asked about.
+    /// Slope limit of the command line.
     pub limit_deg: f64,
-    /// Share steeper than the limit, 0 to 1.
+    /// Share of cells steeper than the limit, 0 to 1.
     pub over_limit_share: f64,
 }
 
-/// The survey of one file.
+/// Properties of one elevation file. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Survey {
-    /// The file.
+pub struct TerrainCheck {
+    /// Path as given.
     pub file: String,
-    /// Its header.
+    /// Size and encoding.
     #[serde(flatten)]
     pub header: RasterHeader,
-    /// Where it lies.
+    /// Position, cell size and coordinate system.
     #[serde(flatten)]
     pub georeference: Georeference,
-    /// The part that was surveyed.
+    /// Columns of the part that was checked.
     pub surveyed_width: u32,
-    /// The part that was surveyed.
+    /// Rows of the part that was checked.
     pub surveyed_height: u32,
-    /// Elevation range, metres.
+    /// Lowest and highest elevation, metres.
     pub elevation_m: Range,
     /// Mean elevation, metres.
     pub elevation_mean_m: f64,
-    /// Slopes.
+    /// Slopes against the limit.
     pub slope: SlopeDistribution,
-    /// Cells without height.
+    /// Cells without height in the part that was checked.
     pub nodata_cells: u64,
-    /// Their share, 0 to 1.
+    /// Share of cells without height, 0 to 1.
     pub nodata_share: f64,
-    /// Share of cells that a hopper cannot land on: no height, no slope, or too steep.
+    /// Share of cells that a hopper cannot land on (no height, no slope, or too steep), 0 to 1.
     pub impassable_share: f64,
-    /// What Hopper will do with it, a sentence each.
+    /// What Hopper does with each property, one sentence each.
     pub treatment: Vec<String>,
 }
 
-impl Survey {
-    /// Surveys the file at `path`, all of it or `window`, against a slope limit.
+impl TerrainCheck {
+    /// Checks the file at `path`, all of it or `window`, against a slope limit.
     ///
     /// # Errors
     /// [`TerrainError::File`] with what is wrong.
@@ -74,10 +74,10 @@ impl Survey {
         Self::of(raster, &path.display().to_string(), window, slope_limit_deg).map_err(|error| error.of(path))
     }
 
-    /// Surveys a raster that is open; `name` is what the survey calls it.
+    /// Checks an open raster; `name` stands for the path.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// [`TerrainError`] with what is wrong with it.
     pub fn of<R: std::io::BufRead + std::io::Seek>(
         raster: RasterFile<R>,
         name: &str,
@@ -114,7 +114,7 @@ impl Survey {
             limit_deg: slope_limit_deg,
             over_limit_share: if slopes.is_empty() { 0.0 } else { too_steep / slopes.len() as f64 },
         };
-        let mut survey = Self {
+        let mut check = Self {
             file: name.into(),
             header,
             georeference,
@@ -128,11 +128,11 @@ impl Survey {
             impassable_share: (too_steep + unknown) / cells,
             treatment: Vec::new(),
         };
-        survey.treatment = survey.plan();
-        Ok(survey)
+        check.treatment = check.plan();
+        Ok(check)
     }
 
-    /// What Hopper will do with each property.
+    /// What Hopper does with each property, one sentence each.
     fn plan(&self) -> Vec<String> {
         let Self { header, georeference, .. } = self;
         let cell_m = significant(georeference.cell_size_m);
@@ -163,7 +163,7 @@ impl Survey {
             .into(),
         );
         plan.push(format!(
-            "elevation: heights become relative to the brief's datum_m; \"survey\" takes the mean, {:.2} m",
+            "elevation: heights become relative to the brief's datum_m; \"check\" takes the mean, {:.2} m",
             self.elevation_mean_m
         ));
         if (header.scale, header.offset) != (1.0, 0.0) {
@@ -194,23 +194,23 @@ impl Survey {
     }
 }
 
-/// A number as people write it: to twelve digits, so that what binary fractions leave behind them is gone and a hop
-/// still spans whole cells; very large ones, such as the nodata of 32-bit files, with their power of ten.
+/// A number with twelve significant digits, which hides the rounding of binary fractions: a hop of the printed
+/// length still spans whole cells. Very large ones, such as the nodata of 32-bit files, get an exponent.
 fn significant(value: f64) -> String {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded.abs() < 1e15 { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
-/// A coordinate in metres to the micrometre: it may be the small difference of large ones.
+/// A coordinate in metres, rounded to the micrometre: it may be the small difference of large numbers.
 fn micrometres(metres: f64) -> String {
     let rounded: f64 = format!("{metres:.6}").parse().unwrap_or(metres);
     // No sign before a zero.
     (rounded + 0.0).to_string()
 }
 
-/// Slopes of all cells that have one; without the bounds of a mission's grid.
+/// Slopes of all cells that have one, for rasters of any size.
 fn slopes_rad(elevation: &crate::Elevation) -> Result<Vec<f64>, TerrainError> {
-    // In bands of rows, with a row of overlap on either side, so that any raster fits the bounds of a grid.
+    // In tiles that overlap by one cell on each side, so that every tile is within the bounds of a grid.
     let (width, height) = (elevation.width, elevation.height);
     let side = GRID_SIDE_MAX - 2;
     let mut slopes = Vec::new();
@@ -243,7 +243,7 @@ fn slopes_rad(elevation: &crate::Elevation) -> Result<Vec<f64>, TerrainError> {
     Ok(slopes)
 }
 
-impl fmt::Display for Survey {
+impl fmt::Display for TerrainCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { header, georeference, slope, .. } = self;
         let cell_m = georeference.cell_size_m;
@@ -295,7 +295,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_told_as_people_write_them() {
+    fn numbers_are_printed_without_binary_rounding() {
         for (value, need) in [
             (0.9960000000000001, "0.996"),
             (2.0, "2"),
@@ -314,12 +314,12 @@ mod tests {
     }
 
     #[test]
-    fn a_survey_tells_a_resolution_that_a_hop_can_span() {
+    fn the_printed_resolution_can_be_spanned_by_a_hop() {
         let text = "ncols 3\nnrows 2\nxllcorner 0.1\nyllcorner -0.498\ncellsize 0.9960000000000001\n\
                     0 0 0\n0 0.9 0\n";
         let raster = RasterFile::new(std::io::Cursor::new(text)).unwrap();
-        let survey = Survey::of(raster, "grid", None, 30.0).unwrap();
-        let told = survey.to_string();
+        let check = TerrainCheck::of(raster, "grid", None, 30.0).unwrap();
+        let told = check.to_string();
         for line in [
             "resolution         0.996 m\n",
             "south-west cell    (0.598, 0) m at its middle\n",
@@ -327,6 +327,6 @@ mod tests {
         ] {
             assert!(told.contains(line), "{line:?} is not in {told}");
         }
-        assert_eq!(crate::lattice::hop_cells(0.996, survey.georeference.cell_size_m).unwrap(), 1);
+        assert_eq!(crate::lattice::hop_cells(0.996, check.georeference.cell_size_m).unwrap(), 1);
     }
 }

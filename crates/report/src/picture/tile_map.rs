@@ -1,31 +1,31 @@
-//! The cells as tiles to be drawn: home of merging.
+//! Cells merged into tiles and rectangles, so that large maps make short SVG paths.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use contract::{Range, Soil};
+use contract::{Grid, Ground, Range, Soil};
 
-use super::Picture;
+use super::scale::range;
 
 /// Most tiles along a side; a larger grid is drawn in blocks of cells.
 const TILES_MAX: u32 = 256;
 
-/// What a block of cells (mostly one cell) looks like.
+/// Look of a block of cells (on small maps one cell).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tile {
-    /// Mean height, metres, where any is known.
+    /// Mean of the known heights, metres; `None` if none is known.
     pub height_m: Option<f64>,
-    /// Whether most of it was seen.
+    /// Whether most of its cells were seen.
     pub seen: bool,
-    /// Whether most of it is sand.
+    /// Whether most of its cells are sand.
     pub sand: bool,
-    /// Whether any of it is impassable.
+    /// Whether any of its cells is impassable.
     pub blocked: bool,
 }
 
 /// Tiles row by row, southernmost first.
 #[derive(Clone, Debug)]
-pub struct Raster {
+pub struct TileMap {
     /// Cells along the side of a tile.
     pub block: u32,
     columns: usize,
@@ -33,10 +33,14 @@ pub struct Raster {
     tiles: Vec<Tile>,
 }
 
-impl Raster {
-    /// The ground of `picture`: the truth if it is known, what was seen otherwise.
-    pub fn new(picture: &Picture<'_>) -> Self {
-        let grid = &picture.brief.grid;
+impl TileMap {
+    /// The tiles of `grid`: `is_seen` and `ground` are asked for every index, and `ground` is `None` where nothing
+    /// is known.
+    pub fn new<'a>(
+        grid: &Grid,
+        is_seen: impl Fn(usize) -> bool,
+        ground: impl Fn(usize) -> Option<&'a Ground>,
+    ) -> Self {
         let block = grid.width.max(grid.height).div_ceil(TILES_MAX);
         let (columns, rows) = (grid.width.div_ceil(block) as usize, grid.height.div_ceil(block) as usize);
         let mut sums = vec![Sum::default(); columns * rows];
@@ -44,8 +48,8 @@ impl Raster {
             let sum =
                 &mut sums[(cell.y as usize / block as usize) * columns + cell.x as usize / block as usize];
             sum.cells += 1;
-            sum.seen += u32::from(picture.map.cells()[index].is_some());
-            let Some(ground) = picture.ground_at(index) else { continue };
+            sum.seen += u32::from(is_seen(index));
+            let Some(ground) = ground(index) else { continue };
             sum.sand += u32::from(ground.soil == Soil::Sand);
             sum.blocked += u32::from(!ground.passable);
             if ground.height_m.is_finite() {
@@ -56,7 +60,7 @@ impl Raster {
         Self { block, columns, rows, tiles: sums.iter().map(Sum::tile).collect() }
     }
 
-    /// Every tile.
+    /// Every tile, row by row, southernmost first.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
@@ -68,15 +72,12 @@ impl Raster {
             && self.tiles.iter().map(ground).eq(other.tiles.iter().map(ground))
     }
 
-    /// Range of the heights known, never empty.
+    /// Range of the known heights; never of zero width.
     pub fn heights(&self) -> Range {
-        let known = self.tiles.iter().filter_map(|tile| tile.height_m);
-        let (min, max) =
-            known.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), h| (min.min(h), max.max(h)));
-        match max - min {
-            width if width > 1e-9 => Range { min, max },
-            _ if max.is_finite() => Range { min: min - 0.5, max: max + 0.5 },
-            _ => Range { min: -0.5, max: 0.5 },
+        match range(self.tiles.iter().filter_map(|tile| tile.height_m)) {
+            Some(Range { min, max }) if max - min > 1e-9 => Range { min, max },
+            Some(Range { min, max }) => Range { min: min - 0.5, max: max + 0.5 },
+            None => Range { min: -0.5, max: 0.5 },
         }
     }
 
@@ -84,7 +85,7 @@ impl Raster {
         wanted(&self.tiles[row * self.columns + column])
     }
 
-    /// Path over the tiles `wanted`: runs along a row, merged over rows where they are the same.
+    /// Path that fills the tiles `wanted`: runs along a row, merged with equal runs of the next rows.
     pub fn fill(&self, wanted: impl Fn(&Tile) -> bool) -> String {
         let mut path = String::new();
         let mut open: BTreeMap<(usize, usize), usize> = BTreeMap::new();
@@ -168,36 +169,36 @@ mod tests {
     use super::*;
 
     /// Rows as they look, northernmost first; '#' is seen.
-    fn raster(rows: &[&str]) -> Raster {
+    fn tiles(rows: &[&str]) -> TileMap {
         let tile = |c| Tile { seen: c == '#', ..Tile::default() };
         let tiles = rows.iter().rev().flat_map(|row| row.chars().map(tile)).collect();
-        Raster { block: 1, columns: rows[0].len(), rows: rows.len(), tiles }
+        TileMap { block: 1, columns: rows[0].len(), rows: rows.len(), tiles }
     }
 
     #[test]
     fn equal_runs_of_neighbouring_rows_become_one_rectangle() {
-        let raster = raster(&[".##.", "####", "####"]);
-        assert_eq!(raster.fill(|tile| tile.seen), "m0 0h4v2h-4zm1 2h2v1h-2z");
-        assert_eq!(raster.fill(|_| true), "m0 0h4v3h-4z");
-        assert_eq!(raster.fill(|_| false), "");
+        let tiles = tiles(&[".##.", "####", "####"]);
+        assert_eq!(tiles.fill(|tile| tile.seen), "m0 0h4v2h-4zm1 2h2v1h-2z");
+        assert_eq!(tiles.fill(|_| true), "m0 0h4v3h-4z");
+        assert_eq!(tiles.fill(|_| false), "");
     }
 
     #[test]
     fn rectangles_cover_each_wanted_tile_once() {
-        let raster = raster(&["#.##..#", ".###.#.", "####..#", "#..#..#"]);
+        let tiles = tiles(&["#.##..#", ".###.#.", "####..#", "#..#..#"]);
         let mut area = 0;
-        for rectangle in raster.fill(|tile| tile.seen).split_terminator('z') {
+        for rectangle in tiles.fill(|tile| tile.seen).split_terminator('z') {
             let (_, sides) = rectangle.split_once('h').unwrap();
             let (width, rest) = sides.split_once('v').unwrap();
             area +=
                 width.parse::<usize>().unwrap() * rest.split_once('h').unwrap().0.parse::<usize>().unwrap();
         }
-        assert_eq!(area, raster.tiles.iter().filter(|tile| tile.seen).count());
+        assert_eq!(area, tiles.tiles.iter().filter(|tile| tile.seen).count());
     }
 
     #[test]
     fn the_outline_runs_between_the_tiles() {
-        let raster = raster(&["..", "#."]);
-        assert_eq!(raster.outline(|tile| tile.seen), "M0 1h1M1 0v1");
+        let tiles = tiles(&["..", "#."]);
+        assert_eq!(tiles.outline(|tile| tile.seen), "M0 1h1M1 0v1");
     }
 }

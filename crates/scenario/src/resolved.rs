@@ -1,28 +1,29 @@
-//! A resolved scenario.
+//! The result of resolving a scenario: terrain, brief, canonical text and hash.
 
 use contract::Brief;
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
-use crate::{Finding, Scenario, TerrainSource};
+use crate::{Scenario, TerrainSource, Warning};
 
-/// Everything a mission is made of but the seed of its hops.
+/// A scenario with its terrain built, every default filled in, and checked: with the seed of the hops it
+/// determines a mission.
 #[derive(Clone, Debug, PartialEq)]
-pub struct World {
-    /// The truth.
+pub struct ResolvedScenario {
+    /// The true ground, known to hopper-sim only.
     pub terrain: Terrain,
-    /// What everyone is told; `run` is zero until hopper-sim draws one.
+    /// The brief that hopper-sim publishes; `run` is zero until hopper-sim draws one.
     pub brief: Brief,
-    /// Canonical TOML with every default filled in and file paths absolute; it resolves to this world.
+    /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
     pub resolved: String,
     /// SHA-256 over what the mission depends on: the canonical text and the bits of every cell.
     ///
-    /// File paths count by their last part only, since the cells stand for their contents: a model
-    /// moved to another folder is the same mission, a changed one is another. The decision budget
-    /// does not count: it changes no hop.
+    /// Only the last part of a file path is hashed, since the cells stand for the contents: an elevation
+    /// model moved to another folder is the same mission, a changed one is another. The decision budget is
+    /// left out: it changes no hop.
     pub hash: [u8; 32],
-    /// Warnings.
-    pub findings: Vec<Finding>,
+    /// Warnings; empty for a sound scenario.
+    pub warnings: Vec<Warning>,
 }
 
 /// The canonical text of a scenario whose defaults are filled in.
@@ -30,7 +31,7 @@ pub(crate) fn canonical(scenario: &Scenario) -> String {
     toml::to_string(scenario).expect("a scenario is tables, numbers and text")
 }
 
-/// See [`World::hash`].
+/// See [`ResolvedScenario::hash`].
 pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
     let mut portable = scenario.clone();
     portable.limits.decision_budget_ms = 0.0;

@@ -1,23 +1,23 @@
-//! How a mission ended, in a sentence.
+//! Phrases that reports share.
 
 use std::fmt;
 
 use contract::{Cell, Name, Status};
 
-/// What the sentence tells; displayed, it is the sentence.
+/// How a mission ended. Displayed, it is one sentence.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ending {
+pub(crate) struct EndSentence {
     pub outcome: Status,
     pub hops: u64,
     pub steps: u64,
     pub steps_max: u64,
     pub cell: Cell,
     pub distance_to_goal_m: f64,
-    /// Goals visited, if the mission is a patrol.
+    /// Goals visited; `None` unless the mission is a patrol.
     pub patrolled: Option<u64>,
 }
 
-impl fmt::Display for Ending {
+impl fmt::Display for EndSentence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { hops, steps, steps_max, cell, distance_to_goal_m: short_m, .. } = self;
         let mut spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
@@ -43,8 +43,8 @@ pub(crate) fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Who commanded, in order: "mdp then greedy".
-pub(crate) fn commanders(names: impl Iterator<Item = Name>) -> String {
+/// The planners that commanded, in order: "mdp then greedy".
+pub(crate) fn planners_in_order(names: impl Iterator<Item = Name>) -> String {
     let mut order: Vec<Name> = Vec::new();
     for name in names.filter(|name| *name != Name::NONE) {
         if order.last() != Some(&name) {

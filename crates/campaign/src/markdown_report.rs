@@ -1,15 +1,16 @@
-//! The report as a page of Markdown.
+//! The report of a campaign as Markdown.
 
 use std::fmt::Write as _;
 
-use crate::against::Agreement;
+use crate::agreement::Agreement;
+use crate::cell_results::Regret;
 use crate::markdown::table;
-use crate::number::{hunted, number, pair, percent, signed, spread};
-use crate::report::{Findings, Regret};
-use crate::tally::Numbers;
+use crate::notation::{number, percent, signed, spread, treasures_collected, weights_in_brackets};
+use crate::report::CampaignResults;
+use crate::tally::CellStatistics;
 
-impl Findings<'_> {
-    /// The report as Markdown.
+impl CampaignResults<'_> {
+    /// The report as a page of Markdown: cells, planners, and, where asked for, the paper.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!(
@@ -46,20 +47,21 @@ impl Findings<'_> {
 
     fn cell_table(&self) -> String {
         let rows = self.cells.iter().map(|cell| {
-            let Numbers { trials, successes, success_interval, failures, steps, .. } = &cell.numbers;
+            let CellStatistics { trials, successes, success_interval, failures, steps, .. } =
+                &cell.statistics;
             let failures: Vec<_> = failures.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
             [
                 cell.scenario.into(),
                 cell.profile.to_string(),
                 cell.planner.into(),
-                pair(&cell.weights),
+                weights_in_brackets(&cell.weights),
                 format!("{successes} of {trials}, {}", percent(*successes, *trials)),
                 format!("{:.1} to {:.1} %", 100.0 * success_interval.low, 100.0 * success_interval.high),
                 if failures.is_empty() { "none".into() } else { failures.join(", ") },
                 spread(steps),
-                number(cell.numbers.restricted_steps.mean, 1),
-                treasures_of(&cell.numbers),
-                cell.numbers.mean_coverage.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)),
+                number(cell.statistics.restricted_steps.mean, 1),
+                treasures_of(&cell.statistics),
+                cell.statistics.mean_coverage.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share)),
                 cell.regret.as_ref().map_or("-".into(), regret),
             ]
         });
@@ -81,19 +83,19 @@ impl Findings<'_> {
     }
 
     fn planner_table(&self) -> String {
-        let rows = self.planners.iter().map(|duel| {
-            let welch = duel.steps.as_ref();
+        let rows = self.planners.iter().map(|comparison| {
+            let welch = comparison.steps.as_ref();
             [
-                duel.scenario.into(),
-                duel.profile.to_string(),
-                pair(&duel.weights),
-                format!("{} - {}", duel.first, duel.second),
+                comparison.scenario.into(),
+                comparison.profile.to_string(),
+                weights_in_brackets(&comparison.weights),
+                format!("{} - {}", comparison.first, comparison.second),
                 signed(welch.map(|welch| welch.t)),
                 number(welch.map(|welch| welch.degrees), 1),
                 number(welch.map(|welch| welch.critical), 2),
                 welch.map_or("-".into(), |welch| format!("{:.2e}", welch.p)),
-                signed(duel.success_difference_se),
-                signed(duel.treasures.as_ref().map(|welch| welch.t)),
+                signed(comparison.success_difference_se),
+                signed(comparison.treasures.as_ref().map(|welch| welch.t)),
             ]
         });
         let headings = [
@@ -114,21 +116,21 @@ impl Findings<'_> {
     fn paper_table(&self) -> String {
         let rows = self.cells.iter().filter_map(|cell| {
             let beside = cell.paper.as_ref()?;
-            let numbers = &cell.numbers;
+            let statistics = &cell.statistics;
             Some([
                 beside.table.to_string(),
                 cell.scenario.into(),
                 cell.profile.to_string(),
                 cell.planner.into(),
-                pair(&cell.weights),
-                percent(numbers.successes, numbers.trials),
+                weights_in_brackets(&cell.weights),
+                percent(statistics.successes, statistics.trials),
                 format!("{} %", beside.successes),
                 signed(beside.success_difference_se),
-                spread(&numbers.steps),
+                spread(&statistics.steps),
                 spread(&beside.steps),
                 signed(beside.steps_difference_se),
-                treasures_of(numbers),
-                hunted(beside.treasure_counts.iter().rev().copied()),
+                treasures_of(statistics),
+                treasures_collected(beside.treasure_counts.iter().rev().copied()),
                 signed(beside.treasures_difference_se),
             ])
         });
@@ -202,11 +204,11 @@ impl Findings<'_> {
     }
 }
 
-fn treasures_of(numbers: &Numbers) -> String {
-    if numbers.treasure_counts.keys().all(|number| *number == 0) {
+fn treasures_of(statistics: &CellStatistics) -> String {
+    if statistics.treasure_counts.keys().all(|number| *number == 0) {
         return "-".into();
     }
-    hunted(numbers.treasure_counts.iter().map(|(number, episodes)| (*number, *episodes)))
+    treasures_collected(statistics.treasure_counts.iter().map(|(number, episodes)| (*number, *episodes)))
 }
 
 fn regret(regret: &Regret) -> String {

@@ -1,8 +1,8 @@
-//! Two missions decision by decision: the Wilcoxon signed-rank test.
+//! Compares the timing of two missions decision by decision with the Wilcoxon signed-rank test.
 //!
-//! Decision *n* of the one is paired with decision *n* of the other, so both should be of one mission flown twice:
-//! same scenario, same seed, same planner. The test asks whether the differences lie as often and as far above
-//! zero as below; it takes no shape for granted, as a t-test on times with their long tail would.
+//! Decision *n* of one mission is paired with decision *n* of the other, so both should be the same mission flown
+//! twice: same scenario, same seed, same planner. The test asks whether the differences lie as often and as far
+//! above zero as below. Unlike a t-test it assumes no shape of the distribution, which here has a long tail.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,40 +10,39 @@ use std::fmt;
 use contract::Decision;
 use serde::Serialize;
 
-use super::{StageTimes, StepAccount};
+use super::{DecisionTimings, StageTimes};
 use crate::table;
 
-/// The pairs and what the test makes of them.
+/// The paired times and the result of the test. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
-    /// Decisions that both have.
+pub struct TimingComparison {
+    /// Number of decisions that both missions have.
     pub pairs: u64,
-    /// Decisions of only one of the two.
+    /// Number of decisions that only one mission has.
     pub unpaired: u64,
-    /// Pairs in which the second took longer.
+    /// Number of pairs in which the second took longer.
     pub second_longer: u64,
-    /// Pairs in which it took shorter.
+    /// Number of pairs in which the second was shorter.
     pub second_shorter: u64,
     /// Median of second minus first, microseconds.
     pub median_difference_us: f64,
-    /// Times of the first, over pairs.
+    /// Times of the first mission, over pairs.
     pub first: StageTimes,
-    /// Times of the second, over pairs.
+    /// Times of the second mission, over pairs.
     pub second: StageTimes,
     /// Sum of the ranks of pairs in which the second took longer, W+.
     pub rank_sum: f64,
     /// W+ in standard deviations from its mean, ties and zeros left out as Wilcoxon did.
     pub z: f64,
-    /// Two-sided probability of so much or more without any difference, by the normal approximation, which needs
-    /// some 20 pairs.
+    /// Two-sided p-value by the normal approximation, which needs some 20 pairs.
     pub p: f64,
 }
 
-/// Compares the totals of `second` with those of `first`.
+/// Compares the times from landing to commit of `second` with those of `first`.
 #[must_use]
-pub fn compare(first: &StepAccount, second: &StepAccount) -> Comparison {
-    let totals = |account: &StepAccount| -> BTreeMap<Decision, u64> {
-        account.steps().iter().map(|step| (step.decision, step.timing.total_ns())).collect()
+pub fn compare(first: &DecisionTimings, second: &DecisionTimings) -> TimingComparison {
+    let totals = |timings: &DecisionTimings| -> BTreeMap<Decision, u64> {
+        timings.decisions().iter().map(|timed| (timed.decision, timed.timing.total_ns())).collect()
     };
     let (a, b) = (totals(first), totals(second));
     let pairs: Vec<(u64, u64)> =
@@ -51,7 +50,7 @@ pub fn compare(first: &StepAccount, second: &StepAccount) -> Comparison {
     let mut differences: Vec<i128> = pairs.iter().map(|(a, b)| i128::from(*b) - i128::from(*a)).collect();
     differences.sort_unstable();
     let (rank_sum, z) = signed_rank(&differences);
-    Comparison {
+    TimingComparison {
         pairs: pairs.len() as u64,
         unpaired: (a.len() + b.len() - 2 * pairs.len()) as u64,
         second_longer: differences.iter().filter(|d| **d > 0).count() as u64,
@@ -93,7 +92,7 @@ fn signed_rank(differences: &[i128]) -> (f64, f64) {
     (rank_sum, z)
 }
 
-impl fmt::Display for Comparison {
+impl fmt::Display for TimingComparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ms = |us: f64| format!("{:.3}", us / 1e3);
         let row = |name: &str, times: &StageTimes| {

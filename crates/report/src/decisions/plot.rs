@@ -1,8 +1,9 @@
-//! The decisions of a mission as a picture: time over decision, with the budget, on a logarithmic scale.
+//! Plots the time of each decision, with the budget, on a logarithmic scale.
 
 use std::fmt::Write as _;
 
-use super::StepAccount;
+use super::DecisionTimings;
+use crate::picture::escaped;
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 360.0;
@@ -11,19 +12,19 @@ const RIGHT: f64 = 20.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 45.0;
 
-/// Most points that are drawn; of more, the longest of each stretch.
+/// Most points that are drawn; with more decisions, the longest of each stretch.
 const POINTS_MAX: usize = 4_000;
 
-/// The picture as SVG: a point a decision, coloured by planner and term, the budget as a line.
+/// An SVG document with one point for each decision, coloured by term, and the budget as a line.
 #[must_use]
-pub fn plot(account: &StepAccount, budget_ns: u64, title: &str) -> String {
+pub fn plot(timings: &DecisionTimings, budget_ns: u64, title: &str) -> String {
     const COLOURS: [&str; 6] = ["#1f5fa8", "#c2571a", "#2c7a3f", "#7d3c98", "#8a6d00", "#555555"];
-    let steps = account.steps();
-    let totals = || steps.iter().map(|step| step.timing.total_ns().max(1)).chain([budget_ns.max(1)]);
+    let decisions = timings.decisions();
+    let totals = || decisions.iter().map(|timed| timed.timing.total_ns().max(1)).chain([budget_ns.max(1)]);
     let decade = |ns: u64| libm::log10(ns as f64);
     let low = decade(totals().min().unwrap_or(1)).floor();
     let high = decade(totals().max().unwrap_or(1)).ceil().max(low + 1.0);
-    let last = steps.last().map_or(1, |step| step.decision.0.max(1)) as f64;
+    let last = decisions.last().map_or(1, |timed| timed.decision.0.max(1)) as f64;
     let x = |decision: u64| LEFT + (WIDTH - LEFT - RIGHT) * decision as f64 / last;
     let y = |ns: u64| TOP + (HEIGHT - TOP - BOTTOM) * (high - decade(ns.max(1))) / (high - low);
     let mut svg = format!(
@@ -47,19 +48,19 @@ pub fn plot(account: &StepAccount, budget_ns: u64, title: &str) -> String {
         );
     }
     let terms: Vec<u64> = {
-        let mut terms: Vec<u64> = steps.iter().map(|step| step.leader.term.0).collect();
+        let mut terms: Vec<u64> = decisions.iter().map(|timed| timed.leader.term.0).collect();
         terms.dedup();
         terms
     };
-    let stretch = steps.len().div_ceil(POINTS_MAX).max(1);
-    for chunk in steps.chunks(stretch) {
-        let Some(step) = chunk.iter().max_by_key(|step| step.timing.total_ns()) else { continue };
-        let term = terms.iter().position(|term| *term == step.leader.term.0).unwrap_or(0);
+    let stretch = decisions.len().div_ceil(POINTS_MAX).max(1);
+    for chunk in decisions.chunks(stretch) {
+        let Some(timed) = chunk.iter().max_by_key(|timed| timed.timing.total_ns()) else { continue };
+        let term = terms.iter().position(|term| *term == timed.leader.term.0).unwrap_or(0);
         let _ = writeln!(
             svg,
             "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"1.8\" fill=\"{}\" fill-opacity=\"0.7\"/>",
-            x(step.decision.0),
-            y(step.timing.total_ns()),
+            x(timed.decision.0),
+            y(timed.timing.total_ns()),
             COLOURS[term % COLOURS.len()]
         );
     }
@@ -88,8 +89,4 @@ fn duration(power_ns: i32) -> String {
         "100 s", "1000 s", "10⁴ s", "10⁵ s",
     ];
     NAMES[(power_ns.max(0) as usize).min(NAMES.len() - 1)].into()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
