@@ -395,7 +395,7 @@ fn gathered(node: &mut Node, full: bool) -> Result<Tap, NodeError> {
 }
 
 /// A message with cells.
-pub(crate) trait Cells: Serialize {
+pub trait Cells: Serialize {
     /// Leaves it without cells; how many it had.
     fn strip(&mut self) -> usize;
 }
@@ -414,7 +414,7 @@ cells!(MapPatch, MapPage, Policy, Truth);
 
 /// The message with the count of its cells; the cells themselves only in full, as they take a hundred times their
 /// memory as JSON.
-pub(crate) fn summary(mut message: impl Cells, full: bool) -> Value {
+pub fn summary(mut message: impl Cells, full: bool) -> Value {
     let whole = full.then(|| json!(message));
     let count = message.strip();
     let mut value = whole.unwrap_or_else(|| json!(message));
