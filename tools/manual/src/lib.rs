@@ -76,8 +76,8 @@ pub fn hopper_command() -> clap::Command {
             let about =
                 hopper.find_subcommand(command.get_name()).and_then(clap::Command::get_about).cloned();
             // In the list of commands it keeps the name of its program.
-            let command = command.clone().about(about.unwrap_or_default());
-            hopper = hopper.mut_subcommand(command.get_name().to_owned(), |_| command);
+            let served = command.clone().about(about.unwrap_or_default());
+            hopper = hopper.mut_subcommand(command.get_name(), |_| served);
         }
     }
     hopper
