@@ -31,7 +31,7 @@ fn a_tool_gets_the_arguments_and_gives_its_exit_code() {
     let output = hopper(&["known", "plan", "rocks", "--w1", "0.5"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(String::from_utf8_lossy(&output.stdout).starts_with("rocks ground"), "{output:?}");
-    let output = hopper(&["known", "plan", "moon"]).output().unwrap();
+    let output = hopper(&["known", "plan", "rocks", "--moon"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("Usage: hopper known plan"), "{}", stderr(&output));
     let output = hopper(&["known", "--help"]).output().unwrap();

@@ -216,7 +216,7 @@ fn a_recording_that_is_not_whole_is_no_success() {
     run.args(["--record", "a.mcap", "--seed", "7", "--pace", "10"]).env("HOPPER_CRASH", "monitor.joined");
     let output = run.output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert!(stderr(&output).contains("--record a.mcap needs a recording to the end"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--record a.mcap needs a complete recording"), "{}", stderr(&output));
     let summary = json(&output);
     assert_eq!(
         (&summary["outcome"], &summary["digest"]),
