@@ -1,10 +1,9 @@
 //! `hopper chaos`: real missions through four processes, one of which is killed, stopped and restarted.
 //!
-//! Where [`hopper::simulate`] lets everything go wrong under a virtual clock, this is the operating system's own
-//! kill -9, SIGSTOP and SIGTERM, at every named crash point and at moments drawn from a seed, start-up
-//! included. The plan comes again with its seed; where in the mission a moment falls is up to the machine.
-//! After each mission the journal is held against lockstep, and shared memory must be empty before anybody
-//! has tidied up.
+//! [`hopper::simulate`] injects faults under a virtual clock; this uses the operating system's kill -9, SIGSTOP and
+//! SIGTERM, at every named crash point and at times drawn from a seed, start-up included. A seed always gives the
+//! same plan; which decision is under way when a fault strikes depends on the machine. After each mission the
+//! journal is compared with lockstep, and shared memory must be empty before any cleanup.
 
 pub mod mission;
 pub mod plan;
@@ -25,39 +24,39 @@ use mission::{Broken, Undisturbed, fly};
 use plan::Plan;
 use tally::Tally;
 
-/// Broken missions after which the rest is not worth the time.
+/// Failed missions after which the command stops.
 const FAILURES_MAX: usize = 5;
 
 /// Arguments of `hopper chaos`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Faults that shall befall each role: kills, pauses, restarts.
+    /// Faults to inject into each role: kills, pauses, restarts.
     #[arg(long, default_value_t = 500, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     faults: u64,
-    /// Victim: hopper-sim, perception, planner or monitor [default: each in turn].
+    /// Role to inject them into: hopper-sim, perception, planner or monitor [default: each in turn].
     #[arg(long, value_name = "ROLE")]
     role: Option<Role>,
-    /// Seed of the first mission; the next one's is one higher.
+    /// Seed of the first mission; the following count up from it.
     #[arg(long, default_value_t = 1, value_name = "SEED")]
     seed: u64,
-    /// Form of the answer on standard output: text or json.
+    /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
 }
 
-/// A mission that broke a promise.
+/// A mission in which a promise did not hold.
 #[derive(Clone, Debug, Serialize)]
 pub struct Failing {
-    /// What was planned.
+    /// Its faults as planned.
     pub plan: Plan,
-    /// The promise.
+    /// The promise that did not hold, and what was found instead.
     #[serde(flatten)]
     pub broken: Broken,
-    /// Its journal and logs, kept.
+    /// Folder in which its journal and logs are kept.
     pub folder: std::path::PathBuf,
 }
 
-/// What the missions came to.
+/// The answer; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 struct Answer {
     missions: u64,
@@ -72,7 +71,7 @@ struct Answer {
 /// Runs the command: done if every promise held, failed otherwise.
 ///
 /// # Errors
-/// If a process or a folder cannot be had, or the command is interrupted.
+/// If a process cannot be started or a folder not be made, or the command is interrupted.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let hopper = tool::sibling("hopper")?;
     let vigil = Vigil::new()?;
@@ -137,7 +136,7 @@ impl Answer {
         let Self { missions, decisions, failures, wall_s, .. } = self;
         let _ = writeln!(text, "{missions} missions, {decisions} decisions in {wall_s:.0} s");
         if failures.is_empty() {
-            let _ = writeln!(text, "every digest was that of lockstep, and nothing was left behind");
+            let _ = writeln!(text, "every digest equals that of lockstep, and nothing was left behind");
         }
         for Failing { plan, broken, folder } in failures {
             let Plan { seed, victim, faults, .. } = plan;

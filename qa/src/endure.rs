@@ -1,8 +1,8 @@
-//! `hopper endure`: a patrol through four processes while one of them is killed again and again.
+//! `hopper endure`: a long patrol through four processes, one of which is killed again and again.
 //!
-//! It asks whether anything grows that should not: the memory of each process, the nodes and files of the
-//! middleware, the time a decision takes. A sample is taken every so many hops; the first tenth of them is
-//! held against the rest, and the latency's slope is given with its 95 % interval.
+//! It checks that nothing grows: the memory of each process, the nodes and files of the middleware, the time a
+//! decision takes. Samples are taken at equal numbers of hops; the first tenth of them is compared with the rest, and
+//! the slope of the latency is given with its 95 % interval.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -21,17 +21,17 @@ use report::{Latency, Summary, table};
 use scenario::MissionKind;
 use serde::Serialize;
 
-/// How often it looks, at most.
+/// Longest pause between two checks.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// How long processes have to end by themselves.
+/// How long processes may take to end after the mission, nanoseconds.
 const FAREWELL_NS: u64 = 10_000_000_000;
 
-/// A mission that does not go on for so long has stalled, nanoseconds.
+/// A mission without a decision for this long has stalled, nanoseconds.
 const STALL_NS: u64 = 120_000_000_000;
 
-/// What a process may take more later on than in the first tenth of the samples, bytes: pages that an allocator
-/// keeps differ from life to life.
+/// Growth over the first tenth of the samples that still counts as constant, bytes: the pages that an allocator keeps
+/// differ from process to process.
 const GROWTH_MAX_BYTES: u64 = 2 << 20;
 
 /// Arguments of `hopper endure`.
@@ -40,109 +40,109 @@ const GROWTH_MAX_BYTES: u64 = 2 << 20;
 pub struct Args {
     #[command(flatten)]
     mission: MissionArgs,
-    /// Hops to be flown [default: the scenario's].
+    /// Hops to fly [default: the scenario's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     hops: Option<u64>,
-    /// Hops between two kills, the roles in turn; 0 for none.
+    /// Hops between two kills, of each role in turn; 0 for none.
     #[arg(long, default_value_t = 10_000, value_name = "N")]
     kill_every: u64,
-    /// Samples to be taken.
+    /// Samples to take.
     #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u64).range(10..))]
     samples: u64,
     /// Algorithm of the planner: mdp, greedy, astar, dstar_lite, hold.
     #[arg(long, default_value = "mdp", value_name = "NAME")]
     planner: String,
-    /// Instance to run as.
+    /// Name of the instance.
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "endure", value_name = "NAME")]
     instance: String,
     /// Folder for the journal [default: a new folder under out/].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Form of the answer on standard output: text or json.
+    /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: report::Format,
 }
 
-/// One look at everything.
+/// Memory, middleware and latency at one decision.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sample {
-    /// The decision that was due.
+    /// The decision that was due when it was taken.
     pub decision: Decision,
-    /// Memory that belongs to each process alone, bytes; `None` while it is being started.
+    /// Memory of each process that it shares with no other, bytes; `None` while it is being started.
     pub own_bytes: [Option<u64>; 4],
-    /// All memory that is resident for each process, that shared with others included, bytes.
+    /// Resident memory of each process, shared memory included, bytes.
     pub resident_bytes: [Option<u64>; 4],
-    /// Nodes of the middleware that live.
+    /// Nodes of the middleware whose process is alive.
     pub nodes_alive: usize,
-    /// Nodes that died and are not freed yet.
+    /// Nodes whose process is dead and which are not cleaned up yet.
     pub nodes_dead: usize,
     /// Files of the instance in shared memory.
     pub files: usize,
     /// Median of landing to commit since the last sample, microseconds.
     pub p50_us: f64,
-    /// 99th percentile of the same.
+    /// 99th percentile of landing to commit since the last sample, microseconds.
     pub p99_us: f64,
 }
 
-/// The memory of one role.
+/// Memory of one role over the run.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Growth {
-    /// The role.
+    /// Role of the processes measured.
     pub role: Role,
-    /// Most of its own memory in the first tenth of the samples, bytes.
+    /// Largest own memory in the first tenth of the samples, bytes.
     pub first_tenth_max_bytes: u64,
-    /// Most in the rest.
+    /// Largest own memory in the other samples, bytes.
     pub rest_max_bytes: u64,
-    /// Most that was ever resident, shared memory included.
+    /// Largest resident memory, shared memory included, bytes.
     pub resident_max_bytes: u64,
-    /// Whether the rest is no more than the first tenth by [`GROWTH_MAX_BYTES`].
+    /// Whether the rest exceeds the first tenth by no more than [`GROWTH_MAX_BYTES`].
     pub constant: bool,
 }
 
-/// A straight line through samples.
+/// Slope of the least-squares line through the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Slope {
-    /// Microseconds more after 100,000 hops.
+    /// Increase, microseconds per 100,000 hops.
     pub us_per_100k_hops: f64,
-    /// Half of the 95 % interval around it.
+    /// Half of its 95 % interval, microseconds per 100,000 hops.
     pub half_width_us: f64,
 }
 
-/// What the long run came to.
+/// The answer; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
-    /// How the mission ended.
+    /// Status in which the mission ended.
     pub outcome: Status,
-    /// Decisions executed.
+    /// Decisions that were executed.
     pub decisions: u64,
-    /// Goals visited.
+    /// Goals visited on the patrol.
     pub visits: u64,
-    /// Processes killed.
+    /// Processes killed by this command.
     pub kills: u64,
-    /// Wall time, seconds.
+    /// Time the whole run took, seconds.
     pub wall_s: f64,
-    /// Memory by role.
+    /// Memory by role, in the order of [`Role::ALL`].
     pub memory: Vec<Growth>,
-    /// Nodes left after everyone had gone.
+    /// Nodes left after all processes had ended.
     pub leaked_nodes: usize,
-    /// Files left after everyone had gone.
+    /// Files left in shared memory after all processes had ended.
     pub leaked_files: usize,
-    /// Most nodes at any time, dead ones included.
+    /// Largest number of nodes in a sample, dead ones included.
     pub nodes_max: usize,
-    /// Most files at any time.
+    /// Largest number of files in a sample.
     pub files_max: usize,
-    /// How the median of landing to commit changes.
+    /// Slope of the median of landing to commit; `None` with fewer than three samples.
     pub p50: Option<Slope>,
-    /// How its 99th percentile does.
+    /// Slope of its 99th percentile.
     pub p99: Option<Slope>,
-    /// The digest.
+    /// Digest of the last decision.
     pub digest: String,
-    /// Every sample.
+    /// All samples in order.
     pub samples: Vec<Sample>,
 }
 
 /// The processes of the run.
-struct Crew {
+struct Processes {
     node: Node,
     instance: Instance,
     states: StateReader,
@@ -151,7 +151,8 @@ struct Crew {
     kills: u64,
 }
 
-/// Runs the command: done if the patrol was flown, nothing leaked and memory is constant; 3 if only that failed.
+/// Runs the command: done if the patrol was flown, nothing leaked and memory is constant; exit code 3 if only memory
+/// grew.
 ///
 /// # Errors
 /// If the scenario is no patrol, the output folder holds a mission, or the processes cannot run.
@@ -170,11 +171,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     planner::algorithm(&args.planner).map_err(Failure::usage)?;
     let output_dir = OutputDir::open(args.out.clone(), &world, mission.seed())?;
     let started = Node::now();
-    let mut crew = Crew::start(args, mission.seed(), mission.pace, &output_dir)?;
-    let samples = crew.watch(args, patrol.hops_max)?;
-    let summary = crew.end()?;
-    let (instance, kills) = (crew.instance.clone(), crew.kills);
-    drop(crew);
+    let mut processes = Processes::start(args, mission.seed(), mission.pace, &output_dir)?;
+    let samples = processes.watch(args, patrol.hops_max)?;
+    let summary = processes.end()?;
+    let (instance, kills) = (processes.instance.clone(), processes.kills);
+    drop(processes);
     let leaked_nodes = if instance.exists() { nodes(&instance)?.len() } else { 0 };
     let leaked_files = instance.files().len() + usize::from(instance.exists());
     let _ = instance.clean()?;
@@ -201,7 +202,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(answer.exit())
 }
 
-impl Crew {
+impl Processes {
     fn start(args: &Args, seed: u64, pace: Pace, output_dir: &OutputDir) -> Result<Self, Failure> {
         let instance = Instance::new(&args.instance)?;
         let _ = instance.clean()?;
@@ -226,7 +227,7 @@ impl Crew {
         Ok(Self { node, instance, states, children, kills: 0 })
     }
 
-    /// Watches to the end of the mission, killing and sampling on the way.
+    /// Kills and samples until the mission ends.
     fn watch(&mut self, args: &Args, hops: u64) -> Result<Vec<Sample>, Failure> {
         let every = (hops / args.samples).max(1);
         let (mut due, mut moved) = (Decision(0), Node::now());
@@ -241,7 +242,7 @@ impl Crew {
             for _ in self.node.heartbeats() {}
             let mut status = Status::Underway;
             for state in self.states.drain().flatten() {
-                // Copies that are told again, and the states before a kill, say nothing new.
+                // States that are published again, and those from before a kill, count once.
                 if state.decision > due {
                     (due, moved) = (state.decision, Node::now());
                     latency.record(&state.last_timing, 0);
@@ -256,13 +257,13 @@ impl Crew {
                     return Err(Failure::run(format!("{} ended by itself: {ended}", child.role)));
                 }
             }
-            // A sample without a decision would tell of none that took no time.
+            // A sample without a decision would have a latency of zero.
             if latency.decisions() > 0 && due.0 >= every * (samples.len() as u64 + 1) {
                 samples.push(self.sample(due, &latency)?);
                 latency = Latency::new(u64::MAX);
             }
             if args.kill_every > 0 && due.0 >= args.kill_every * (self.kills + 1) {
-                let (victim, role) = victims.next().expect("roles without end");
+                let (victim, role) = victims.next().expect("a cycle has no end");
                 tracing::info!("decision {due}: killing {role}");
                 self.kill(victim)?;
             }
@@ -299,7 +300,7 @@ impl Crew {
         })
     }
 
-    /// Lets everyone end by themselves; what hopper-sim says of the mission.
+    /// Waits for all processes to end; returns the summary of hopper-sim.
     fn end(&mut self) -> Result<Summary, Failure> {
         let deadline = Node::now().plus_ns(FAREWELL_NS);
         for child in &mut self.children {
@@ -314,7 +315,7 @@ impl Crew {
     }
 }
 
-/// The first tenth of the samples beside the rest, role by role.
+/// Compares the first tenth of the samples with the rest, role by role.
 fn growth(samples: &[Sample]) -> Vec<Growth> {
     let (first, rest) = samples.split_at((samples.len() / 10).max(1).min(samples.len()));
     let most = |samples: &[Sample], of: &dyn Fn(&Sample) -> Option<u64>| {

@@ -52,7 +52,7 @@ fn a_broken_promise_is_told_with_its_seed() {
     chaos.kill_child("planner");
     assert_eq!(chaos.code(), 1, "{}", chaos.log());
     for part in [
-        "seed 71 breaks: nobody but the victim dies",
+        "seed 71 breaks: no process but the victim dies",
         "planner ended by itself",
         "again: hopper chaos --seed 71 --role monitor --faults 1",
     ] {

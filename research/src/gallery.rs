@@ -25,7 +25,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// One figure.
+/// A figure with what the page says about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
     /// Name of its file, without `.svg`.
@@ -34,14 +34,14 @@ pub struct Figure {
     pub title: String,
     /// What it shows and where the paper has it, in Markdown.
     pub text: String,
-    /// The figure.
+    /// The figure itself, an SVG document.
     pub svg: String,
 }
 
-/// How some figures come about.
+/// Draws some of the figures.
 type Draw = Box<dyn Fn() -> Result<Vec<Figure>, Failure> + Send + Sync>;
 
-/// Draws everything and writes it down.
+/// Draws all figures and writes them with the page that shows them.
 ///
 /// # Errors
 /// If the folder cannot be written.

@@ -1,4 +1,4 @@
-//! `hopper known`: the planner of the paper on known ground, its findings, the search for its reading.
+//! `hopper known`: repeats Sakamoto & Kubota 2022, which plans on fully known ground.
 
 pub mod findings;
 pub mod plan;
@@ -10,14 +10,14 @@ use std::path::Path;
 
 use node::{Exit, Failure};
 
-/// Tools for known ground.
+/// Planning on fully known ground.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Plan everything the paper planned, and say which of its claims hold.
     Findings(findings::Args),
     /// Plan one experiment at one weight: policy, path, and what it runs over.
     Plan(plan::Args),
-    /// Search the readings of what the paper leaves open; takes minutes.
+    /// Search for the reading of what the paper leaves open that reproduces most of it; takes minutes.
     Search(search::Args),
 }
 
@@ -27,9 +27,9 @@ pub enum Form {
     /// Lines for a terminal.
     #[default]
     Text,
-    /// One object.
+    /// One JSON object.
     Json,
-    /// A document.
+    /// A Markdown document.
     Markdown,
 }
 

@@ -10,7 +10,7 @@ pub mod store;
 
 use node::{Exit, Failure};
 
-/// Tools for campaigns.
+/// Subcommands of `hopper campaign`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Fly a campaign, or a shard of one, one row a trial.

@@ -10,7 +10,7 @@ use report::Format;
 
 use crate::stdout::{print, print_json, stream};
 
-/// Tools for the journal of a mission.
+/// Subcommands of `hopper journal`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Check a journal from its first byte to its last; exit code 1 if it is not sound, 2 if it is no journal.

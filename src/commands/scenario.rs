@@ -9,7 +9,7 @@ use report::Format;
 
 use crate::stdout::{print, print_json};
 
-/// Tools for scenarios.
+/// Subcommands of `hopper scenario`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Resolve a scenario and summarise what the robot is told, with warnings; exit code 2 if it cannot be flown.

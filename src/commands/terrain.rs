@@ -8,7 +8,7 @@ use report::Format;
 
 use crate::stdout::{print, print_json};
 
-/// Tools for elevation models.
+/// Subcommands of `hopper terrain`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Print size, resolution, coordinate system, elevations, slopes, gaps, and what Hopper does with each.

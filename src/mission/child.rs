@@ -16,7 +16,7 @@ pub const RESTARTS_MAX: u64 = 5;
 pub struct Supervised {
     /// Role it plays in the mission.
     pub role: Role,
-    /// Restarts so far.
+    /// Number of restarts, at most [`RESTARTS_MAX`].
     pub restarts: u64,
     /// When the current process was started.
     pub started: MonotonicNs,

@@ -1,4 +1,4 @@
-//! The output folder of a mission, for its owner only: how it came about, what happened, and a picture.
+//! The output folder of a mission, readable by its owner only: scenario, provenance, journal, summary, picture.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{DirBuilder, File, OpenOptions};
@@ -16,16 +16,16 @@ use serde::Serialize;
 
 use super::snapshot::Snapshot;
 
-/// Most hops that the picture shows, the last ones.
+/// The picture shows no more than this many hops, the last ones.
 const ROUTE_SHOWN: usize = 2_000;
 
-/// The folder.
+/// An output folder that holds the resolved scenario and the provenance, and belongs to one mission.
 #[derive(Debug)]
 pub struct OutputDir {
     dir: PathBuf,
 }
 
-/// How the results came about.
+/// What reproduces the results: program, machine, command line, scenario and seed.
 #[derive(Serialize)]
 struct Provenance<'a> {
     version: &'a str,
@@ -39,16 +39,16 @@ struct Provenance<'a> {
 }
 
 impl OutputDir {
-    /// Opens `dir`, or a new folder under `out/` named after the scenario, and writes down the
-    /// resolved scenario and the provenance.
+    /// Opens `dir`, or a new folder under `out/` named after scenario and seed, and writes the resolved scenario and
+    /// the provenance.
     ///
     /// # Errors
-    /// If the folder cannot be written.
+    /// If the folder cannot be written, or holds the journal of another mission.
     pub fn open(dir: Option<PathBuf>, world: &World, seed: u64) -> Result<Self, Failure> {
         let dir = dir.unwrap_or_else(|| fresh_folder(world.brief.scenario.as_str(), seed));
         let journal_dir = dir.join("journal");
         if Journal::exists(&journal_dir) {
-            // Another mission's folder is refused before anything in it is written over.
+            // Checked before anything in the folder is overwritten.
             let history = History::open(&journal_dir).map_err(Failure::usage)?;
             JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
         }
@@ -72,7 +72,7 @@ impl OutputDir {
         Ok(output_dir)
     }
 
-    /// The folder itself.
+    /// Path as given on the command line, or `out/SCENARIO-SEED`.
     #[must_use]
     pub fn dir(&self) -> &Path {
         &self.dir
@@ -90,7 +90,7 @@ impl OutputDir {
         self.dir.join("journal")
     }
 
-    /// What the journal tells, if there is one: for a mission whose hopper-sim can no longer say it.
+    /// A summary from the journal, if there is one: for a mission whose hopper-sim did not print its own.
     ///
     /// # Errors
     /// If the journal is damaged.
@@ -113,7 +113,7 @@ impl OutputDir {
         Ok(state.map(|state| summary.build(&state, &RefusalCounts::default())))
     }
 
-    /// `failure` with the way to go on, if there is something to go on from.
+    /// `failure` with the way to resume the mission, if there is a journal to resume from.
     #[must_use]
     pub fn with_resumption(&self, failure: Failure) -> Failure {
         if failure.exit != Exit::Failed || !Journal::exists(&self.journal_dir()) {
@@ -127,7 +127,7 @@ impl OutputDir {
         Failure { message, ..failure }
     }
 
-    /// Draws the mission from its journal, and completes the summary with what the map shows.
+    /// Draws the mission and writes its timing from the journal; adds coverage and artifacts to the summary.
     ///
     /// # Errors
     /// If the journal cannot be read or the picture not be written.
@@ -135,7 +135,7 @@ impl OutputDir {
         let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
         let run = history.header().run();
         let brief = contract::Brief { run, ..world.brief };
-        // The journal's moments, save that its commit is the moment the append was asked for.
+        // Times as in the journal, where the commit is the time at which the append was requested.
         let path = self.dir.join("timing.csv");
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
@@ -146,7 +146,7 @@ impl OutputDir {
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         let mut pose = Pose { cell: brief.start, height_m };
         let mut decision = Decision(0);
-        // A patrol may be longer than memory, or an eye, holds.
+        // A patrol may be longer than fits into memory or a picture.
         let mut route = VecDeque::new();
         for record in history.records() {
             let record = record.map_err(Failure::run)?;
@@ -170,7 +170,7 @@ impl OutputDir {
         Ok(())
     }
 
-    /// Writes the summary down.
+    /// Writes `summary.json`.
     ///
     /// # Errors
     /// If the folder cannot be written.

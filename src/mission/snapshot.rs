@@ -1,4 +1,4 @@
-//! A mission at one of its moments, ready to be drawn.
+//! The state of a mission after a number of hops, ready to be drawn.
 
 use contract::{Brief, Decision, MonotonicNs, ObservedMap, PolicyCell, Pose, Record, RobotId, State, Status};
 use hopper_sim::{Arbiter, Mission, Pace};
@@ -7,18 +7,18 @@ use planner::{Budget, Situation};
 use report::Picture;
 use scenario::World;
 
-/// What the hopper knew and meant to do after some hops of a mission.
+/// What the hopper had seen, and what it would have done next.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Hops so far.
+    /// Hops executed so far.
     pub hops: usize,
-    /// What had been seen.
+    /// The map as observed so far.
     pub map: ObservedMap,
-    /// The policy in force: that of the next decision, or of the last one if there is none to come.
+    /// Policy of the next decision, or of the last one once the mission is over; `None` if the planner has none.
     pub policy: Option<Vec<PolicyCell>>,
-    /// How the mission stood.
+    /// Status of the mission; [`Status::Underway`] before its end.
     pub outcome: Status,
-    /// Steps so far, in the paper's count.
+    /// Steps so far, as the paper counts them.
     pub steps: u64,
     sensing_radius_m: f64,
 }
@@ -37,8 +37,8 @@ impl Snapshot {
         Self::with(world, brief, route, observation.map(), planner)
     }
 
-    /// The mission behind the last of `route` with the map that it has seen; `route` may be the end of a longer
-    /// one.
+    /// The mission after the last hop of `route`, with the map observed until then; earlier hops may be left out of
+    /// `route`.
     #[must_use]
     pub fn with(world: &World, brief: &Brief, route: &[Record], map: &ObservedMap, planner: &str) -> Self {
         let state = state_after(world, brief, route);

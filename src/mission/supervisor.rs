@@ -35,7 +35,7 @@ pub struct Launch {
     pub planner: String,
     /// Seed of the draws; the scenario itself is read from the output folder.
     pub seed: u64,
-    /// Decisions a second.
+    /// Landings a second at most, simulated by hopper-sim.
     pub pace: Pace,
     /// Address at which the monitor serves its page, if it does.
     pub web: Option<SocketAddr>,
@@ -50,7 +50,7 @@ pub struct Launch {
 /// The recording that the monitor makes.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// A new file.
+    /// File to write, which must not exist yet.
     pub file: PathBuf,
     /// Whether policies are recorded too.
     pub with_policies: bool,

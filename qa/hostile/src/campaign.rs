@@ -104,19 +104,19 @@ pub fn read_rows(bytes: &[u8]) {
     told(&report.findings(true, &[]).markdown());
 }
 
-/// The specimen.
+/// Valid campaign files.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     vec![GRID.into()]
 }
 
-/// Its plan.
+/// The manifest of a campaign folder, as written by `hopper campaign run`.
 #[must_use]
 pub fn checkpoints() -> Vec<Vec<u8>> {
     vec![manifest().text().into()]
 }
 
-/// All rows of its plan.
+/// The rows of that folder, all of them.
 #[must_use]
 pub fn rows() -> Vec<Vec<u8>> {
     let Manifest { shard, plan } = manifest();

@@ -51,7 +51,7 @@ impl Storage for &Disk {
 }
 
 impl Disk {
-    /// What it holds.
+    /// The bytes that were written and not cut off.
     #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.0.into_inner()

@@ -1,7 +1,7 @@
-//! What is done to every reader of bytes that somebody else may have written.
+//! Malformed input for every reader of bytes that another program may have written.
 //!
 //! Each [`Target`] is the body of a fuzz target: it takes any bytes and returns, or panics because a claim
-//! does not hold. `fuzz/` runs the bodies under libFuzzer; `tests/corpus.rs` here runs the very same ones over
+//! does not hold. `fuzz/` runs the bodies under libFuzzer; `tests/corpus.rs` here runs the same ones over
 //! the committed corpus and over mutations of valid input, on any toolchain.
 
 pub mod campaign;
@@ -16,18 +16,18 @@ pub mod scenario;
 pub mod specimen;
 pub mod wire;
 
-/// A reader under attack.
+/// A reader to be fuzzed.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Its name, which is that of its fuzz target and of its corpus.
     pub name: &'static str,
-    /// Reads the bytes.
+    /// Reads any bytes; panics if a claim about the reader does not hold.
     pub read: fn(&[u8]),
-    /// Valid input to begin from.
+    /// Valid input to start mutations from.
     pub seeds: fn() -> Vec<Vec<u8>>,
 }
 
-/// Every reader.
+/// All readers; `fuzz/fuzz_targets` has a target for each.
 pub const TARGETS: [Target; 21] = [
     Target { name: "scenario", read: scenario::read, seeds: scenario::seeds },
     Target { name: "campaign", read: campaign::read, seeds: campaign::seeds },
@@ -52,7 +52,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "crew", read: crew::read, seeds: crew::seeds },
 ];
 
-/// An error that is worth the name: it says something, and not at endless length.
+/// Panics unless the error has a text of bounded length.
 pub(crate) fn told(error: &dyn std::fmt::Display) {
     let text = error.to_string();
     assert!(!text.trim().is_empty(), "an error says what is wrong");

@@ -23,28 +23,28 @@ use perception::Observation;
 
 use crate::{specimen, told};
 
-/// `hop/brief`.
+/// Reads a message of `hop/brief`.
 pub fn brief(bytes: &[u8]) {
     there_and_back::<BriefV3, Brief>(&header(bytes).0);
 }
 
-/// `hop/rN/command`.
+/// Reads a message of `hop/rN/command`.
 pub fn command(bytes: &[u8]) {
     there_and_back::<CommandV1, Command>(&header(bytes).0);
 }
 
-/// `hop/rN/control`, and `hop/rN/tempo`.
+/// Reads messages of `hop/rN/control` and `hop/rN/tempo`.
 pub fn control(bytes: &[u8]) {
     there_and_back::<ControlV1, Control>(&header(bytes).0);
     there_and_back::<TempoV1, Tempo>(&header(bytes).0);
 }
 
-/// `hop/heartbeat`.
+/// Reads a message of `hop/heartbeat`.
 pub fn heartbeat(bytes: &[u8]) {
     there_and_back::<HeartbeatV1, Heartbeat>(&header(bytes).0);
 }
 
-/// `hop/rN/state`.
+/// Reads a message of `hop/rN/state`.
 pub fn state(bytes: &[u8]) {
     there_and_back::<StateV3, State>(&header(bytes).0);
 }
@@ -59,7 +59,7 @@ pub fn map_patch(bytes: &[u8]) {
     });
 }
 
-/// Answers of `hop/rN/snapshot`.
+/// Reads an answer of `hop/rN/snapshot`.
 pub fn map_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(map_page_from_wire(&header, &payload(rest)), |page| {
@@ -69,7 +69,7 @@ pub fn map_page(bytes: &[u8]) {
     });
 }
 
-/// Answers of `hop/past`.
+/// Reads an answer of `hop/past`.
 pub fn past_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(page_from_wire(&header, &payload(rest)), |page| {
@@ -79,7 +79,7 @@ pub fn past_page(bytes: &[u8]) {
     });
 }
 
-/// `hop/rN/policy`.
+/// Reads a message of `hop/rN/policy`.
 pub fn policy(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(policy_from_wire(&header, &payload(rest)), |policy| {
@@ -88,7 +88,7 @@ pub fn policy(bytes: &[u8]) {
     });
 }
 
-/// Answers of `truth/terrain`.
+/// Reads an answer of `truth/terrain`.
 pub fn truth_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(truth_page_from_wire(&header, &payload(rest)), |page| {
@@ -145,7 +145,7 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
     [bytemuck::bytes_of(header), bytemuck::cast_slice(cells)].concat()
 }
 
-/// The specimen's brief.
+/// The brief of [`specimen`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&BriefV3::from(&specimen::brief()), &[])]
@@ -160,13 +160,13 @@ pub fn controls() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&tempo, &[])]
 }
 
-/// A command.
+/// A command in wire form.
 #[must_use]
 pub fn commands() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&CommandV1::from(&specimen::command(&specimen::flown().1[0])), &[])]
 }
 
-/// A beat.
+/// A heartbeat in wire form.
 #[must_use]
 pub fn heartbeats() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&HeartbeatV1::from(&specimen::heartbeat()), &[])]
@@ -246,7 +246,7 @@ pub fn truth() -> TruthPage {
     TruthPage { run: specimen::RUN, grid: terrain.grid, from: 0, cells, treasures }
 }
 
-/// [`patch`].
+/// [`patch`] in wire form.
 #[must_use]
 pub fn map_patches() -> Vec<Vec<u8>> {
     let patch = patch();
@@ -254,7 +254,7 @@ pub fn map_patches() -> Vec<Vec<u8>> {
     vec![bytes_of(&MapPatchV1::from(&patch), &cells)]
 }
 
-/// [`page`].
+/// [`page`] in wire form.
 #[must_use]
 pub fn map_pages() -> Vec<Vec<u8>> {
     let page = page();
@@ -290,7 +290,7 @@ pub fn policies() -> Vec<Vec<u8>> {
     vec![bytes_of(&PolicyHeaderV1::from(&policy), &cells)]
 }
 
-/// [`truth`].
+/// [`truth`] in wire form.
 #[must_use]
 pub fn truth_pages() -> Vec<Vec<u8>> {
     let page = truth();

@@ -1,4 +1,4 @@
-//! One mission flown by four real processes, of which one suffers as its plan says.
+//! One mission flown by four real processes, with the faults of its plan injected into one of them.
 
 use std::fs::OpenOptions;
 use std::os::unix::process::ExitStatusExt;
@@ -16,66 +16,66 @@ use serde::Serialize;
 
 use super::plan::{Fault, FaultTime, Plan};
 
-/// How often the processes are looked at.
+/// Pause between two checks of the processes.
 const POLL: Duration = Duration::from_micros(300);
 
-/// A mission that takes longer hangs.
+/// A mission that takes longer than this hangs, nanoseconds.
 const PATIENCE_NS: u64 = 60_000_000_000;
 
-/// How long peers may take to end after the mission, before they are told to.
+/// How long peers may take to end after the mission before their standard input is closed, nanoseconds.
 const FAREWELL_NS: u64 = 1_500_000_000;
 
-/// How long a process may take to end once it was told to.
+/// How long a process may take to end once it was told to, nanoseconds.
 const ENDING_NS: u64 = 5_000_000_000;
 
-/// What a crash point dies of.
+/// Signal by which a process dies at a crash point.
 const KILL: i32 = Signal::KILL.as_raw();
 
-/// Exit code of who was told to end.
+/// Exit code of a process that was told to end.
 const TOLD: i32 = Exit::Interrupted as i32;
 
-/// What the undisturbed mission comes to.
+/// Result of the same mission without faults, flown in lockstep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undisturbed {
-    /// Its digest.
+    /// Digest of its last decision.
     pub digest: Digest,
-    /// Its end.
+    /// Status in which it ended.
     pub outcome: Status,
 }
 
-/// A fault that befell the victim.
+/// A fault that was injected.
 #[derive(Clone, Copy, Debug)]
 pub struct Delivered {
-    /// Which.
+    /// The fault as planned.
     pub fault: Fault,
-    /// From the fault, or from its end if it has one, to the next decision that was committed; `None` if
-    /// there was none left to make.
+    /// From the fault, or from its end if it has one, to the next committed decision; `None` if no decision
+    /// followed.
     pub recovery_ns: Option<u64>,
 }
 
-/// What a mission came to.
+/// Result of a disturbed mission.
 #[derive(Debug)]
 pub struct Flown {
-    /// Faults that befell the victim; a crash point that was never passed is none.
+    /// Faults that were injected; a crash point that was never reached is not among them.
     pub delivered: Vec<Delivered>,
-    /// Decisions executed.
+    /// Decisions in its journal.
     pub decisions: u64,
-    /// What was promised, and did not come true.
+    /// The first promise that did not hold.
     pub broken: Option<Broken>,
 }
 
-/// A promise that was broken.
+/// A promise that did not hold.
 #[derive(Clone, Debug, Serialize)]
 pub struct Broken {
-    /// The promise.
+    /// The promise, in words.
     pub promise: &'static str,
-    /// What happened instead.
+    /// What was found instead, with the ends of the logs.
     pub detail: String,
 }
 
-/// Why a flight ended before its time.
+/// Why a mission is not flown to its end.
 enum Cut {
-    /// A promise is broken.
+    /// A promise did not hold.
     Broken(Broken),
     /// The command itself cannot go on.
     Failed(Failure),
@@ -110,12 +110,12 @@ pub fn fly(
         journal: folder.join("journal"),
         folder,
         instance: &instance,
-        crew: Vec::new(),
+        children: Vec::new(),
         moments: Vec::new(),
     };
     let result = flight.fly(undisturbed);
-    // Whoever still lives after a broken promise goes with the crew.
-    flight.crew.clear();
+    // After a broken promise some still run: dropping them kills them.
+    flight.children.clear();
     let (moments, journal) = (flight.moments, flight.journal);
     let broken = match result {
         Ok(()) => None,
@@ -143,8 +143,8 @@ struct Flight<'a> {
     folder: &'a Path,
     journal: PathBuf,
     instance: &'a Instance,
-    crew: Vec<Supervised>,
-    /// What befell the victim, and when it was over.
+    children: Vec<Supervised>,
+    /// Faults that were injected, with the moment at which each was over.
     moments: Vec<(Fault, MonotonicNs)>,
 }
 
@@ -160,9 +160,9 @@ impl Flight<'_> {
             let child = Supervised::start_with(self.hopper, role, arguments, &|command| {
                 self.configure(role, fault, command);
             })?;
-            self.crew.push(child);
+            self.children.push(child);
         }
-        // Since when the present fault's decision has been in the journal.
+        // When the journal first held the decision that the next fault waits for.
         let mut reached = None;
         loop {
             if self.vigil.wait(POLL) {
@@ -170,22 +170,22 @@ impl Flight<'_> {
             }
             let now = Node::now();
             if now.since_ns(started) > PATIENCE_NS {
-                return Err(broken("a disturbed mission ends", self.last_words("it goes on for ever")));
+                return Err(broken("a disturbed mission ends", self.with_logs("it does not end")));
             }
-            if self.look(due)? {
+            if self.is_over(due)? {
                 break;
             }
             let Some(fault) = due else { continue };
             if self.is_due(fault, &mut reached, now)? {
-                self.strike(fault)?;
+                self.inject(fault)?;
                 due = faults.next();
                 reached = None;
                 if !matches!(fault, Fault::Pause { .. }) {
-                    self.revive(due)?;
+                    self.restart(due)?;
                 }
             }
         }
-        self.part(due)?;
+        self.await_all(due)?;
         self.verify(undisturbed)
     }
 
@@ -201,7 +201,7 @@ impl Flight<'_> {
         words
     }
 
-    /// A life of `role`: its log in the folder, its crash point set.
+    /// Sends the log of `role` to the folder and sets its crash point.
     fn configure(&self, role: Role, fault: Option<Fault>, command: &mut Command) {
         command.env_remove("HOPPER_CRASH").env("TMPDIR", self.folder.join("tmp"));
         if let Some(Fault::Point { name, passage }) = fault {
@@ -218,18 +218,19 @@ impl Flight<'_> {
 
     fn victim(&mut self) -> &mut Supervised {
         let victim = self.plan.victim;
-        self.crew.iter_mut().find(|child| child.role == victim).expect("the victim is one of the crew")
+        self.children.iter_mut().find(|child| child.role == victim).expect("the victim is one of the four")
     }
 
-    /// Whether hopper-sim has ended as a mission ends; whoever else has ended before it broke a promise,
-    /// but for a victim at its crash point.
-    fn look(&mut self, due: Option<Fault>) -> Result<bool, Cut> {
+    /// Whether hopper-sim has ended as it does with a mission. Any other process that has ended before breaks a
+    /// promise, except a victim at its crash point.
+    fn is_over(&mut self, due: Option<Fault>) -> Result<bool, Cut> {
         let at_a_point = matches!(due, Some(Fault::Point { .. }));
-        let sim = self.crew.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the crew");
+        let sim =
+            self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the four");
         let over = sim.ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1)));
-        for index in 0..self.crew.len() {
-            let role = self.crew[index].role;
-            let Some(status) = self.crew[index].ended()? else { continue };
+        for index in 0..self.children.len() {
+            let role = self.children[index].role;
+            let Some(status) = self.children[index].ended()? else { continue };
             match status.code() {
                 Some(0 | 1) if role == Role::HopperSim => {}
                 Some(0) => {}
@@ -237,7 +238,7 @@ impl Flight<'_> {
                 None if role == self.plan.victim && at_a_point && status.signal() == Some(KILL) => {}
                 _ => {
                     let detail = format!("{role} ended by itself ({status})");
-                    return Err(broken("nobody but the victim dies", self.last_words(&detail)));
+                    return Err(broken("no process but the victim dies", self.with_logs(&detail)));
                 }
             }
         }
@@ -264,11 +265,11 @@ impl Flight<'_> {
         })
     }
 
-    /// Does what the fault says; returns once the victim is dead, or goes on.
-    fn strike(&mut self, fault: Fault) -> Result<(), Cut> {
+    /// Injects the fault; returns once the victim is dead, or runs again after a pause.
+    fn inject(&mut self, fault: Fault) -> Result<(), Cut> {
         let victim = self.victim();
         if victim.ended()?.is_some_and(|status| status.code().is_some()) {
-            // It has seen the end of the mission.
+            // It has ended with the mission.
             return Ok(());
         }
         match fault {
@@ -294,56 +295,55 @@ impl Flight<'_> {
     fn await_end(&mut self, role: Role) -> Result<(), Cut> {
         let told = Node::now();
         loop {
-            let child = self.crew.iter_mut().find(|child| child.role == role).expect("one of the crew");
+            let child = self.children.iter_mut().find(|child| child.role == role).expect("one of the four");
             if child.ended()?.is_some() {
                 return Ok(());
             }
             if Node::now().since_ns(told) > ENDING_NS {
                 return Err(broken(
-                    "who is told to end does so",
-                    self.last_words(&format!("{role} goes on")),
+                    "a process that is told to end does so",
+                    self.with_logs(&format!("{role} still runs")),
                 ));
             }
             std::thread::sleep(POLL);
         }
     }
 
-    /// The victim's next life, unless it ended well.
-    fn revive(&mut self, next: Option<Fault>) -> Result<(), Cut> {
+    /// Starts the victim again, unless it has ended by itself with its mission.
+    fn restart(&mut self, next: Option<Fault>) -> Result<(), Cut> {
         let victim = self.plan.victim;
         if self.victim().ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1))) {
             return Ok(());
         }
-        let index = self.crew.iter().position(|child| child.role == victim).expect("one of the crew");
-        let mut child = self.crew.swap_remove(index);
+        let index = self.children.iter().position(|child| child.role == victim).expect("one of the four");
+        let mut child = self.children.swap_remove(index);
         let restarted = child.restart_with(&|command| self.configure(victim, next, command));
-        self.crew.push(child);
+        self.children.push(child);
         Ok(restarted?)
     }
 
-    /// Lets the peers end by themselves. Who was started when hopper-sim had gone waits for the next: it is
-    /// told to end. A victim that comes to its crash point only now, the last of all, leaves what it held to
-    /// the next life.
-    fn part(&mut self, mut due: Option<Fault>) -> Result<(), Cut> {
+    /// Waits for the peers to end. A peer that was started after hopper-sim had gone waits for the next one, so it is
+    /// told to end. A victim that reaches its crash point only now is started once more, to clean up.
+    fn await_all(&mut self, mut due: Option<Fault>) -> Result<(), Cut> {
         loop {
             let over = Node::now();
-            while Node::now().since_ns(over) < FAREWELL_NS && self.someone_lives()? {
+            while Node::now().since_ns(over) < FAREWELL_NS && self.any_is_alive()? {
                 std::thread::sleep(POLL);
             }
             for role in Role::ALL {
-                self.crew.iter_mut().filter(|child| child.role == role).for_each(Supervised::release);
+                self.children.iter_mut().filter(|child| child.role == role).for_each(Supervised::release);
                 self.await_end(role)?;
             }
-            self.look(due)?;
+            self.is_over(due)?;
             let died = self.victim().ended()?.is_some_and(|status| status.code().is_none());
             let Some(fault) = due.take().filter(|_| died) else { return Ok(()) };
-            self.strike(fault)?;
-            self.revive(None)?;
+            self.inject(fault)?;
+            self.restart(None)?;
         }
     }
 
-    fn someone_lives(&mut self) -> Result<bool, Cut> {
-        for child in &mut self.crew {
+    fn any_is_alive(&mut self) -> Result<bool, Cut> {
+        for child in &mut self.children {
             if child.ended()?.is_none() {
                 return Ok(true);
             }
@@ -368,13 +368,11 @@ impl Flight<'_> {
         if !verified.is_sound() {
             return Err(broken("the journal is sound", verified.faults().join("; ")));
         }
-        let sim = self.crew.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the crew");
+        let sim =
+            self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the four");
         let told = sim.output();
         let summary: Summary = serde_json::from_str(&told).map_err(|error| {
-            broken(
-                "hopper-sim tells what the mission came to",
-                self.last_words(&format!("{error} in {told:?}")),
-            )
+            broken("hopper-sim prints a summary", self.with_logs(&format!("{error} in {told:?}")))
         })?;
         for (who, digest, outcome) in [
             ("the journal", verified.digest, verified.outcome),
@@ -391,8 +389,8 @@ impl Flight<'_> {
         Ok(())
     }
 
-    /// `detail` with the last lines of everybody's log.
-    fn last_words(&self, detail: &str) -> String {
+    /// `detail` with the last lines of every log.
+    fn with_logs(&self, detail: &str) -> String {
         let mut text = detail.to_owned();
         for role in Role::ALL {
             let log = std::fs::read_to_string(self.log(role)).unwrap_or_default();
@@ -407,17 +405,17 @@ impl Flight<'_> {
 
 fn signal(child: &Supervised, signal: Signal) {
     if let Some(pid) = i32::try_from(child.pid()).ok().and_then(Pid::from_raw) {
-        // Fails only if it has ended already, and not been waited for.
+        // Fails only if it has ended already.
         let _ = kill_process(pid, signal);
     }
 }
 
-/// Decisions that the journal holds so far.
+/// Decisions in the journal so far.
 fn length(journal: &Path) -> u64 {
     commit_moments(journal).len() as u64
 }
 
-/// When each decision was committed.
+/// When each decision was committed; empty if the journal cannot be read.
 fn commit_moments(journal: &Path) -> Vec<MonotonicNs> {
     if !Journal::exists(journal) {
         return Vec::new();
@@ -426,7 +424,7 @@ fn commit_moments(journal: &Path) -> Vec<MonotonicNs> {
     history.records().map_while(Result::ok).map(|record| record.timing.committed).collect()
 }
 
-/// What lies in `folder` beside what is expected there.
+/// Names in `folder` other than those expected.
 fn strays(folder: &Path, expected: &[&str]) -> Vec<String> {
     let names = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
     names

@@ -1,72 +1,72 @@
-//! The plan of one mission's faults: a function of its seed and its victim.
+//! The faults of one mission, drawn from its seed and its victim.
 
 use contract::Role;
 use hopper::simulate::chance::Chance;
 use hopper_sim::Pace;
 use serde::Serialize;
 
-/// Most faults of a mission.
+/// Most faults in a mission.
 const FAULTS_MAX: u64 = 4;
 
-/// Latest moment of a start-up fault: by then a process has joined, busy machines aside.
+/// Latest start-up fault, microseconds after the start: by then a process has joined, unless the machine is busy.
 const START_UP_US: u64 = 40_000;
 
-/// Decisions after which a fault may fall; missions on hard ground take 35 and more.
+/// Last decision after which a fault is injected; missions on hard ground take at least 35.
 const DECISIONS: u64 = 34;
 
-/// Latest moment of a fault after its decision.
+/// Latest fault after its decision, microseconds.
 const FLIGHT_US: u64 = 8_000;
 
-/// Passages of a crash point that are reckoned with.
+/// Highest passage of a crash point at which a process is killed.
 const PASSAGES: u64 = 12;
 
-/// Pauses, milliseconds: a blink, or beyond the silence after which a process counts as gone.
+/// Shortest and longest pause, milliseconds: a short one, and one after which a process counts as gone.
 const PAUSE_MS: [(u64, u64); 2] = [(1, 120), (1_050, 1_400)];
 
-/// When a fault falls.
+/// When a fault is injected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultTime {
-    /// So long after the victim's life began.
+    /// After the victim was started.
     StartUp {
-        /// Microseconds.
+        /// Delay, microseconds.
         after_us: u64,
     },
-    /// So long after the journal held so many decisions.
+    /// After the journal first held a number of decisions.
     Flight {
-        /// Decisions.
+        /// Number of decisions.
         decisions: u64,
-        /// Microseconds.
+        /// Delay, microseconds.
         after_us: u64,
     },
 }
 
-/// What befalls the victim.
+/// A fault of the victim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
-    /// kill -9 at a passage of a named crash point; set when the life begins.
+    /// kill -9 at a passage of a named crash point; set when the process is started.
     Point {
-        /// The crash point.
+        /// One of [`crash_points`].
         name: &'static str,
-        /// Which passage.
+        /// How many times the process reaches the point, this time included.
         passage: u64,
     },
-    /// kill -9 at a moment.
+    /// kill -9.
     Kill(FaultTime),
-    /// SIGSTOP at a moment, SIGCONT later.
+    /// SIGSTOP, then SIGCONT.
     Pause {
-        /// When.
+        /// When the process is stopped.
         at: FaultTime,
-        /// How long, milliseconds.
+        /// Time until it is continued, milliseconds.
         for_ms: u64,
     },
-    /// SIGTERM at a moment, and a new life.
+    /// SIGTERM, then a new process.
     Restart(FaultTime),
 }
 
 impl Fault {
-    /// Under which name it is counted.
+    /// Name under which it is counted.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -78,7 +78,7 @@ impl Fault {
         }
     }
 
-    /// When it falls; `None` at a crash point.
+    /// When it is injected; `None` at a crash point.
     #[must_use]
     pub fn at(&self) -> Option<FaultTime> {
         match *self {
@@ -88,19 +88,19 @@ impl Fault {
     }
 }
 
-/// One mission: who suffers what.
+/// The faults of one mission.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
-    /// Seed of the plan, which is the mission's too.
+    /// Seed of the plan and of the mission.
     pub seed: u64,
-    /// Who suffers.
+    /// Role whose process the faults are injected into.
     pub victim: Role,
-    /// In which order the four are started.
+    /// Order in which the four are started.
     pub order: [Role; 4],
-    /// How fast landings follow each other.
+    /// Pace of the mission, landings a second.
     #[serde(skip)]
     pub pace: Pace,
-    /// What befalls the victim, in this order.
+    /// Faults in the order in which they are injected.
     pub faults: Vec<Fault>,
 }
 
@@ -113,14 +113,14 @@ impl Plan {
         for last in (1..order.len()).rev() {
             order.swap(last, chance.below(last as u64 + 1) as usize);
         }
-        // Nobody waits for a monitor: at full pace the mission would be over before it is back.
+        // A mission does not wait for its monitor: at full pace it would be over before the monitor is back.
         let slow = victim == Role::Monitor || chance.one_in(2);
         let pace = if slow { Pace::Hertz(150.0) } else { Pace::Max };
         let mut faults = Vec::new();
         let mut fresh = true;
         for _ in 0..chance.between(1, FAULTS_MAX) {
             let fault = draw(&mut chance, victim, fresh);
-            // A crash point is set when a life begins, and a pause ends none.
+            // A crash point is set when a process is started; after a pause it is still the same process.
             fresh = !matches!(fault, Fault::Pause { .. });
             faults.push(fault);
         }

@@ -1,4 +1,4 @@
-//! What the faults of a role came to: counts by kind, recovery times, the bound that zero failures give.
+//! Statistics of the faults of a role: counts by kind, recovery times, the bound that zero failures give.
 
 use std::collections::BTreeMap;
 
@@ -7,42 +7,43 @@ use serde::Serialize;
 
 use super::mission::{Delivered, Flown};
 
-/// One role's faults.
+/// Statistics of the faults injected into one role.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tally {
-    /// The role.
+    /// Role that was the victim.
     pub role: Role,
-    /// Missions in which it was the victim.
+    /// Missions flown with this victim.
     pub missions: u64,
-    /// Faults that befell it.
+    /// Faults injected.
     pub faults: u64,
-    /// The same by kind; a crash point is a kind.
+    /// Faults by kind; each crash point is a kind.
     pub kinds: BTreeMap<&'static str, u64>,
     /// Missions that broke a promise.
     pub failures: u64,
-    /// At 95 %, fewer of its faults than this break a promise; `None` if one did, or none was delivered.
+    /// Upper bound (95 %) of the share of faults that break a promise, 3 / faults; `None` after a failure or without
+    /// a fault.
     pub bound: Option<f64>,
-    /// From a fault to the next decision that was committed; faults after the last decision have none.
+    /// Time from a fault to the next committed decision; faults after the last decision do not count.
     pub recovery: Recovery,
     #[serde(skip)]
     recoveries_ns: Vec<u64>,
 }
 
-/// Recovery times, milliseconds.
+/// Percentiles of recovery times by nearest rank, milliseconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Recovery {
-    /// Faults with a decision after them.
+    /// Faults that a decision followed.
     pub count: usize,
-    /// Median.
+    /// Half of them recovered within this, milliseconds.
     pub p50_ms: f64,
-    /// 99th percentile.
+    /// 99 % of them recovered within this, milliseconds.
     pub p99_ms: f64,
-    /// Longest.
+    /// Longest recovery, milliseconds.
     pub max_ms: f64,
 }
 
 impl Tally {
-    /// No fault yet.
+    /// A tally without a mission.
     #[must_use]
     pub fn new(role: Role) -> Self {
         Self {
@@ -57,7 +58,7 @@ impl Tally {
         }
     }
 
-    /// Takes note of a mission.
+    /// Adds a mission.
     pub fn add(&mut self, flown: &Flown) {
         self.missions += 1;
         self.failures += u64::from(flown.broken.is_some());
@@ -73,7 +74,7 @@ impl Tally {
 }
 
 impl Recovery {
-    /// Of times in ascending order; percentiles by nearest rank.
+    /// Of times in ascending order, nanoseconds.
     fn of(sorted_ns: &[u64]) -> Self {
         let Some(&max) = sorted_ns.last() else { return Self::default() };
         let ms = |ns: u64| ns as f64 / 1e6;

@@ -11,11 +11,11 @@ use super::{Figure, SEED};
 /// A world of Sakamoto & Kunii 2023.
 #[derive(Clone, Copy, Debug)]
 pub struct World {
-    /// The built-in scenario.
+    /// Name of the built-in scenario.
     pub scenario: &'static str,
-    /// What it is called.
+    /// Title in headings.
     pub name: &'static str,
-    /// What lies there.
+    /// Its ground in words.
     ground: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! `hopper campaign run`: every trial of a shard in lockstep, rows in order.
+//! `hopper campaign run`: flies every trial of a shard in lockstep, and writes the rows in order.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,13 +20,13 @@ use super::store::{self, Manifest, Store, Times};
 use crate::lockstep::{self, Crew};
 use crate::stdout::print;
 
-/// Trials for each job that may be flown ahead of a row that is still to come: all that is ever held in memory.
+/// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
 const AHEAD_PER_JOB: u64 = 32;
 
-/// Pause between two writes to the files, nanoseconds: all that a kill can lose of rows whose turn had come.
+/// Pause between two writes to the files, nanoseconds: a kill loses no more than the rows of this time.
 const FLUSH_NS: u64 = 500_000_000;
 
-/// Longest wait for a row before a look whether to stop.
+/// Longest wait for a row before checking whether to stop.
 const TICK: Duration = Duration::from_millis(50);
 
 /// Arguments of `hopper campaign run`.
@@ -35,54 +35,54 @@ pub struct Args {
     /// The campaign, a TOML file; see campaigns/ for examples.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Threads to fly on [default: one a core].
+    /// Threads to fly on [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     jobs: Option<u16>,
     /// Fly the I-th of N equal parts only, I from 1 to N.
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     shard: Shard,
-    /// Go on where a run into the same folder ended.
+    /// Continue where an earlier run into the same folder ended.
     #[arg(long)]
     resume: bool,
     /// Folder for the rows [default: out/NAME, or out/NAME-I-of-N for a shard].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Form of the closing words on standard output: text or json.
+    /// Format of the summary on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
 }
 
-/// How a run went; of this machine and this day.
+/// The answer; field names are those of the JSON. Times are of this machine.
 #[derive(Clone, Debug, Serialize)]
 pub struct Run {
-    /// The folder.
+    /// Folder with the rows.
     pub out: PathBuf,
-    /// The part of the campaign.
+    /// Part of the campaign that was flown.
     pub shard: Shard,
-    /// Trials that the folder holds.
+    /// Trials in the folder.
     pub trials: u64,
     /// Trials flown by this run.
     pub flown: u64,
-    /// Threads.
+    /// Threads that flew.
     pub jobs: usize,
-    /// Wall-clock time, seconds.
+    /// Time the run took, seconds.
     pub wall_s: f64,
-    /// Episodes a second.
+    /// Trials flown per second.
     pub episodes_per_s: f64,
-    /// What the paper's machine would have needed for the trials flown whose kind it timed, seconds.
+    /// Time the paper reports for as many trials of the kinds it timed, seconds.
     pub paper_s: f64,
-    /// How many times faster than the paper's machine.
+    /// `paper_s` over `wall_s`.
     pub paper_ratio: Option<f64>,
-    /// Commit of the program.
+    /// Commit that this program was built from.
     pub commit: &'static str,
-    /// The machine.
+    /// Model name of the processor.
     pub processor: String,
 }
 
-/// Flies the campaign; exit code 130 if interrupted, with all rows kept whose turn had come.
+/// Flies the campaign; exit code 130 if interrupted, with all rows kept that were complete up to then.
 ///
 /// # Errors
-/// Exit code 2 if the campaign, a flag or the folder is at fault.
+/// Exit code 2 if the campaign, a flag or the folder is wrong.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let plan = plan(&args.file)?;
     let worlds =
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let started = Node::now();
     let Some(paper_s) = fly_all(&manifest, worlds, jobs, &mut store)? else {
         tracing::warn!(
-            "interrupted: {} of {due} trials are kept in {}; the same command with --resume goes on",
+            "interrupted: {} of {due} trials are kept in {}; the same command with --resume continues",
             store.done(),
             out.display()
         );
@@ -164,7 +164,7 @@ fn fly_all(
     let vigil = Vigil::new()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(jobs)
-        // What went wrong is told already; nobody would wait for that trial in vain.
+        // The panic is logged already; the trial will never arrive.
         .panic_handler(|_| std::process::exit(101))
         .build()
         .map_err(Failure::run)?;
@@ -173,7 +173,10 @@ fn fly_all(
     let due = shard.len(plan.trials());
     let mut progress = Progress::begin(due, store.done(), Node::now());
     if store.done() < due {
-        tracing::info!("{} of {due} trials are there; the others fly, {jobs} at a time", store.done());
+        tracing::info!(
+            "{} of {due} trials are in the folder; flying the others on {jobs} threads",
+            store.done()
+        );
     }
     let (landed, flown) = mpsc::channel();
     let (mut begun, mut early) = (store.done(), BTreeMap::new());
@@ -185,7 +188,7 @@ fn fly_all(
             pool.spawn(move || {
                 let number = shard.nth(index, plan.trials());
                 let trial = number.and_then(|number| plan.trial(number)).expect("every index has a trial");
-                // Nobody listens any more after an interruption.
+                // Fails only after an interruption.
                 let _ = landed.send((index, fly(&plan, &worlds[trial.cell.number as usize], &trial)));
             });
         }
@@ -222,7 +225,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
         error @ ::campaign::CampaignError::Toml { .. } => Failure::usage(error),
         error => at(&error),
     })?;
-    // Campaigns fly in lockstep, so the clairvoyant may fly too.
+    // Campaigns fly in lockstep, so the clairvoyant is allowed.
     for name in campaign.planners.iter().filter(|name| *name != planner::CLAIRVOYANT) {
         planner::algorithm(name).map_err(|error| at(&format!("planners: {error}")))?;
     }

@@ -1,4 +1,4 @@
-//! `hopper campaign merge`: the shards of a campaign put together, row by row.
+//! `hopper campaign merge`: merges the shards of a campaign row by row.
 
 use std::path::PathBuf;
 

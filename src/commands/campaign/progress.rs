@@ -1,4 +1,4 @@
-//! How far a campaign has come: a bar on a terminal, a line now and then elsewhere.
+//! Progress of a campaign: a bar on a terminal, otherwise a log line every ten seconds.
 
 use std::io::IsTerminal as _;
 
@@ -8,14 +8,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// Pause between two lines, nanoseconds.
 const LINE_PERIOD_NS: u64 = 10_000_000_000;
 
-/// Tells of the trials that are there.
+/// Shows how many trials are done.
 pub struct Progress {
     due: u64,
-    /// Trials that were there at the begin.
+    /// Trials that were done before this run.
     held: u64,
     began: MonotonicNs,
     told: MonotonicNs,
-    /// On a terminal.
+    /// The bar; only on a terminal.
     bar: Option<ProgressBar>,
 }
 

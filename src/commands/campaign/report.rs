@@ -1,4 +1,4 @@
-//! `hopper campaign report`: what the rows of a folder come to.
+//! `hopper campaign report`: statistics of the rows of a folder.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -17,38 +17,38 @@ pub struct Args {
     /// Folder of a campaign, finished or not.
     #[arg(value_name = "DIR")]
     dir: PathBuf,
-    /// Set every cell beside published numbers: paper, those of Sakamoto & Kunii 2023.
+    /// Compare every cell with published numbers; paper: Sakamoto & Kunii 2023.
     #[arg(long, value_name = "WHAT")]
     against: Option<Against>,
-    /// Set every cell beside that of another campaign's folder: scenario, planner and weights alike,
-    /// profiles as they are. Prints the README's table and a verdict on each cell of the MDP.
+    /// Compare every cell with the cell of the same scenario, planner and weights in another campaign's folder.
+    /// Prints a table and a verdict on each cell of the MDP.
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
     beside: Option<PathBuf>,
     /// Exit with code 3 if a verdict is not accepted.
     #[arg(long, requires = "beside")]
     accept: bool,
-    /// Form of the report on standard output.
+    /// Format of the report on standard output.
     #[arg(long, default_value_t)]
     format: Form,
 }
 
-/// What a report can be set beside.
+/// Published numbers to compare with.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
 enum Against {
     /// Sakamoto & Kunii 2023.
     Paper,
 }
 
-/// Form of a report.
+/// Format of a report.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
 enum Form {
-    /// Markdown.
+    /// Markdown tables.
     #[default]
     #[value(alias = "markdown")]
     Md,
     /// One record a cell.
     Csv,
-    /// One object.
+    /// One JSON object.
     Json,
     /// A picture: the distribution of steps in each cell.
     Svg,
@@ -68,7 +68,7 @@ impl fmt::Display for Form {
 /// Prints the report.
 ///
 /// # Errors
-/// Exit code 2 if a folder is no campaign's, a row is damaged, or the form is not to be had.
+/// Exit code 2 if a folder holds no campaign, a row is damaged, or the format does not go with the other flags.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (manifest, report) = fold(&args.dir)?;
     let findings = report.findings(args.against.is_some(), &bounds(&manifest.plan));

@@ -1,4 +1,4 @@
-//! `hopper campaign rerun`: one trial again, with picture and journal.
+//! `hopper campaign rerun`: flies one trial again, with picture and journal.
 
 use std::path::PathBuf;
 

@@ -35,7 +35,7 @@ const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
 /// Wall-clock times of one trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Times {
-    /// Its number.
+    /// Number of the trial in the plan.
     pub trial: u64,
     /// Time spent planning, seconds.
     pub planning_s: f64,

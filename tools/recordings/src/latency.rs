@@ -1,4 +1,4 @@
-//! `hopper latency`: where the time of decisions went, from a recording or a running instance.
+//! `hopper latency`: reports the latency of decisions, from a recording or a running instance.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,10 +26,10 @@ pub enum Command {
 #[derive(clap::Args, Clone, Debug)]
 #[command(group(clap::ArgGroup::new("source").required(true).args(["file", "instance", "compare"])))]
 pub struct Args {
-    /// The recording.
+    /// Recording to report on.
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
-    /// A running instance, as far as it has come.
+    /// Running instance to report on, up to its last decision.
     #[arg(long, value_name = "NAME")]
     instance: Option<String>,
     /// Two recordings of one mission, decision by decision: Wilcoxon's signed-rank test.
@@ -38,7 +38,7 @@ pub struct Args {
     /// Budget of a decision, landing to commit; exit code 3 if one took longer [default: the mission's].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     budget: Option<Duration>,
-    /// Write the totals as a percentile distribution that HdrHistogram's plotters read.
+    /// Write the percentile distribution of the totals, for HdrHistogram's plotters.
     #[arg(long, value_name = "FILE")]
     hgrm: Option<PathBuf>,
     /// Draw the total of every decision.
@@ -47,7 +47,7 @@ pub struct Args {
     /// Give up with exit code 4 when no hopper-sim is heard for this long.
     #[arg(long, default_value = "10s", value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Duration,
-    /// Form of the report on standard output: text or json.
+    /// Format of the report on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
 }

@@ -1,4 +1,4 @@
-//! `hopper bag export`: rows of a recording for tables and scripts.
+//! `hopper bag export`: prints a recording as rows for tables and scripts.
 
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
@@ -17,14 +17,14 @@ use super::{Source, at_fault, load, open};
 pub struct Args {
     #[command(flatten)]
     source: Source,
-    /// `decisions`: a row each with action, outcome and the time of every stage; or a topic such as
-    /// hop/r0/state: a row a message.
+    /// `decisions`: one row per decision with action, outcome and the time of every stage; or a topic such as
+    /// hop/r0/state: one row per message.
     #[arg(long, default_value = "decisions", value_name = "NAME")]
     topic: String,
-    /// Form of the rows on standard output: csv, or json with one object a line.
+    /// Format of the rows on standard output: csv, or json with one object per line.
     #[arg(long, default_value = "csv", value_parser = ["csv", "json"])]
     format: String,
-    /// Write the cells of patches, pages and policies too, rather than their count alone; in JSON.
+    /// Print the cells of patches, pages and policies, not only their count; in JSON.
     #[arg(long)]
     full: bool,
 }

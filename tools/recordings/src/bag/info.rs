@@ -1,4 +1,4 @@
-//! `hopper bag info`: what is in a recording.
+//! `hopper bag info`: shows what is in a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -20,7 +20,7 @@ const GAPS_SHOWN: usize = 10;
 pub struct Args {
     #[command(flatten)]
     source: Source,
-    /// Form of the answer on standard output: text or json.
+    /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
     /// Print the scenario that the recording keeps, and nothing else.
@@ -28,8 +28,8 @@ pub struct Args {
     scenario: bool,
 }
 
-/// What a recording holds; of several missions, what is told of the mission is of the last. The names are those of
-/// the JSON.
+/// The answer; field names are those of the JSON. If the recording holds several missions, fields about the mission
+/// are those of the last.
 #[derive(Debug, Serialize)]
 struct Info {
     file: String,
@@ -94,7 +94,7 @@ struct Topic {
     hz: f64,
 }
 
-/// Tells what is in the recording.
+/// Shows what is in the recording.
 ///
 /// # Errors
 /// If it cannot be read, is none, or holds a malformed message.

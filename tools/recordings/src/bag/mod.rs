@@ -1,4 +1,4 @@
-//! `hopper bag`: what is in a recording, and what can be made of it.
+//! `hopper bag`: inspects, recovers, replays and exports recordings.
 
 mod export;
 mod info;
@@ -11,16 +11,16 @@ use std::path::{Path, PathBuf};
 use node::{Exit, Failure};
 use recording::{Recording, RecordingError};
 
-/// Tools for recordings, made by `hopper run --record` or `hopper monitor --record`.
+/// Tools for recordings made by `hopper run --record` or `hopper monitor --record`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
-    /// Tell what is in a recording; exit code 1 if it is not whole.
+    /// Show what is in a recording; exit code 1 if it is not whole.
     Info(info::Args),
-    /// Make a whole file of a recording that was cut, up to its last valid chunk.
+    /// Write a whole file from a recording that was cut, up to its last valid chunk.
     Recover(recover::Args),
-    /// Let a planner decide anew on what was sensed, and tell where it decides otherwise.
+    /// Let a planner decide again on what was sensed, and show where it decides differently.
     Replay(replay::Args),
-    /// Write decisions, or the messages of a topic, as rows.
+    /// Print decisions, or the messages of a topic, as rows.
     Export(export::Args),
 }
 
@@ -45,10 +45,10 @@ pub fn load(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|error| Failure::new(Exit::Usage, format!("{}: {error}", path.display())))
 }
 
-/// The recording in `bytes`; one that is not whole is told of.
+/// The recording in `bytes`, with a warning if it is not whole.
 ///
 /// # Errors
-/// Exit code 2 if it is none.
+/// Exit code 2 if `bytes` are no recording.
 pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> {
     let recording = Recording::read(bytes).map_err(|error| at_fault(path, &error))?;
     if let Some(fault) = &recording.fault {
@@ -61,7 +61,7 @@ pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> 
     Ok(recording)
 }
 
-/// What a recording is at fault for, with exit code 2.
+/// A failure that names the recording, with exit code 2.
 #[must_use]
 pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
     Failure::new(Exit::Usage, format!("{}: {error}", path.display()))
@@ -72,15 +72,14 @@ pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
 /// # Errors
 /// Exit code 2 if it is there already or its folder cannot be written to, 1 if it cannot be written.
 pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let there =
-        || Failure::new(Exit::Usage, format!("{} is there already: name another file", path.display()));
+    let there = || Failure::new(Exit::Usage, format!("{} exists already: name another file", path.display()));
     let failed =
         |exit, error: io::Error| Failure::new(exit, format!("{} cannot be written: {error}", path.display()));
     if path.symlink_metadata().is_ok() {
         return Err(there());
     }
     let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    // Under another name until it is whole; whatever stands there goes with `file`.
+    // Under another name until it is whole; dropping `file` removes it.
     let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
     let mut file = file.map_err(|error| failed(Exit::Usage, error.kind().into()))?;
     file.as_file_mut().write_all(bytes).map_err(|error| failed(Exit::Failed, error))?;

@@ -1,4 +1,4 @@
-//! `hopper bag recover`: a whole file of a recording that was cut.
+//! `hopper bag recover`: writes a whole file from a recording that was cut.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use super::{Source, at_fault, keep, load, open};
 pub struct Args {
     #[command(flatten)]
     source: Source,
-    /// The file to be made; one that is there already is left alone.
+    /// File to write; it must not exist yet.
     #[arg(value_name = "OUT")]
     out: PathBuf,
 }

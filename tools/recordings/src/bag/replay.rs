@@ -1,4 +1,4 @@
-//! `hopper bag replay`: what another planner would have done.
+//! `hopper bag replay`: shows what another planner would have done.
 //!
 //! Brief, states, patches and pages are folded as a planner process folds them; whenever map and state agree, the
 //! planner decides, in this process. That its map is the very one on which was decided then is proven by the
@@ -26,16 +26,16 @@ const SHOWN: usize = 40;
 pub struct Args {
     #[command(flatten)]
     source: Source,
-    /// Algorithm to decide anew: mdp, greedy, astar, dstar_lite, hold [default: the one that commanded first].
+    /// Algorithm that decides: mdp, greedy, astar, dstar_lite, hold [default: the one that commanded first].
     #[arg(long, value_name = "NAME")]
     planner: Option<String>,
-    /// Times as fast as it was recorded, e.g. 1 or 10 [default: as fast as the planner can].
+    /// Multiple of the recorded speed, e.g. 1 or 10 [default: as fast as the planner can].
     #[arg(long, value_parser = rate, value_name = "R")]
     rate: Option<f64>,
     /// Wait for a line on standard input before each decision.
     #[arg(long, conflicts_with = "rate")]
     step: bool,
-    /// Form of the answer on standard output: text or json.
+    /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
 }
