@@ -4,7 +4,7 @@
 //! quality rigs, the manual. Each such program is a package. `hopper COMMAND …` replaces itself with the program of
 //! that command, which stands in the same folder as `hopper` and gets the same arguments.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -43,8 +43,18 @@ pub struct Passed {
 pub fn run(command: &str, passed: &Passed) -> Result<Exit, Failure> {
     let serves = |(_, commands): &&(&str, &[&str])| commands.contains(&command);
     let (program, _) = TOOLS.iter().find(serves).expect("a command of a tool");
+    let arguments =
+        std::iter::once(OsStr::new(command)).chain(passed.arguments.iter().map(OsString::as_os_str));
+    exec(program, arguments)
+}
+
+/// Replaces this process with `program`, which keeps its process number, standard streams and exit code.
+///
+/// # Errors
+/// Exit code 2 if the program is not there, with the command that builds it.
+pub fn exec(program: &str, arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Result<Exit, Failure> {
     let path = sibling(program)?;
-    let error = Command::new(&path).arg(command).args(&passed.arguments).env(CALLER, BUILD).exec();
+    let error = Command::new(&path).args(arguments).env(CALLER, BUILD).exec();
     Err(Failure::run(format!("{} cannot be started: {error}", path.display())))
 }
 
