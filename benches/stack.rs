@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use contract::{Brief, MonotonicNs, Record, RunId, Timing};
 use flown::{median, overhead_us, timings};
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper_sim::Mission;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};

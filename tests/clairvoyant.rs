@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Brief, Digest, MonotonicNs, RunId, Status};
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper_sim::Mission;
 
 fn fly(ground: &str, planner: &str, seed: u64) -> (Status, Digest) {

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use contract::{Brief, MonotonicNs, Profile, RunId};
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper_sim::Mission;
 use scenario::{Overrides, Scenario};
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
 use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil, Vetoed};
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper::simulate::chance::Chance;
 use hopper::simulate::setup;
 use hopper_sim::{Mission, ROBOT};

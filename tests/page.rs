@@ -12,7 +12,7 @@ use contract::{
     Action, Brief, Decision, MapPatch, MonotonicNs, Name, PastPage, Policy, PolicyCell, Record, RobotId,
     RunId, State, Tempo,
 };
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper_sim::{Arbiter, Mission, Pace};
 use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;

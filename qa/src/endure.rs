@@ -236,7 +236,7 @@ impl Processes {
         let mut victims = Role::ALL.iter().enumerate().cycle();
         loop {
             self.node.wait(PERIOD);
-            if self.node.stop_requested().is_some() {
+            if self.node.stop_requested() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             for _ in self.node.heartbeats() {}

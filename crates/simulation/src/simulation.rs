@@ -15,6 +15,7 @@ use contract::{
 };
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{History, Journal, JournalHeader, Mission, crash};
+use lockstep::Crew;
 use monitor::process::{Display, Monitor};
 use monitor::{Chronicle, Progress, Screen, View, Watcher};
 use perception::Cartographer;
@@ -30,7 +31,6 @@ use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
-use crate::lockstep::{self, Crew};
 use crate::observed::Observed;
 use crate::ports::{NOTHING_KNOWN, SimulatedPorts};
 use crate::screen::Somebody;

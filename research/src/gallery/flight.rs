@@ -1,7 +1,7 @@
 //! A mission flown to be drawn.
 
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
-use hopper::lockstep::{self, Crew};
+use lockstep::Crew;
 use hopper::mission::Snapshot;
 use hopper_sim::Mission;
 use node::Failure;

@@ -9,7 +9,7 @@ use ::campaign::row::TrialResult;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
-use node::{Exit, Failure, Node, Vigil};
+use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
 use scenario::ResolvedScenario;
 use scenario::text::{self, TEXT_BYTES_MAX};
@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::store::{self, Manifest, Store, Times};
-use crate::lockstep::{self, Crew};
+use lockstep::Crew;
 use crate::stdout::print;
 
 /// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
@@ -161,7 +161,7 @@ fn fly_all(
     jobs: usize,
     store: &mut Store,
 ) -> Result<Option<f64>, Failure> {
-    let vigil = Vigil::new()?;
+    let shutdown = ShutdownSignal::new()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(jobs)
         // The panic is logged already; the trial will never arrive.
@@ -207,7 +207,7 @@ fn fly_all(
             store.flush()?;
         }
         progress.show(store.done(), now);
-        if vigil.stop_requested().is_some() {
+        if shutdown.stop_reason().is_some() {
             progress.end();
             store.flush()?;
             return Ok(None);
@@ -237,7 +237,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 ///
 /// # Errors
 /// If the planner of the trial is unknown.
-pub fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
+pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
     let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);

@@ -8,7 +8,7 @@ use node::{Exit, Failure};
 use report::Format;
 
 use super::store;
-use crate::lockstep::Crew;
+use lockstep::Crew;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
 

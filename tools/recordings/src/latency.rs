@@ -205,7 +205,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
             past.request(&request)?;
         }
         node.wait(TICK);
-        if node.stop_requested().is_some() {
+        if node.stop_requested() {
             return Ok(None);
         }
         for beat in node.heartbeats().into_iter().flatten() {
