@@ -23,7 +23,7 @@ use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
 use process::{Exit, Failure, Ports, Terms};
 use recorder::{Recorder, RecorderPorts, Sink};
-use recording::{Message, Recording};
+use recording::{RecordedMessage as Message, Recording};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -702,7 +702,7 @@ impl Sink for Memory {
         "memory".into()
     }
 
-    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::Host> {
+    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
         None
     }
 }

@@ -17,7 +17,7 @@ use contract::{
     RunId, State, Tempo,
 };
 use process::{Client, Exit, Failure, Ports, Reader, accept};
-use recording::{Context, Host, Message, RecordingError, Wanted};
+use recording::{Context, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
 
 /// Longest and shortest pause between two looks, nanoseconds.
 const PERIODS_NS: [u64; 2] = [20_000_000, 1_000_000];
@@ -34,7 +34,7 @@ pub trait Sink: Write {
     fn name(&self) -> String;
 
     /// How busy the machine was since the last call, if that is at least `least_ns` ago.
-    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<Host>;
+    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<MachineLoad>;
 }
 
 /// Records until the mission ends.
@@ -101,8 +101,8 @@ impl<P: Ports, S: Sink> Recorder<P, S> {
         );
     }
 
-    fn record(&mut self, messages: Vec<Message>, now: MonotonicNs) -> Result<Wanted, RecordingError> {
-        let mut wanted = Wanted::default();
+    fn record(&mut self, messages: Vec<Message>, now: MonotonicNs) -> Result<Requests, RecordingError> {
+        let mut wanted = Requests::default();
         for message in messages {
             wanted = wanted.or(self.engine.on(message, now)?);
         }
@@ -147,7 +147,7 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
         let last = self.sink.load(now, 0).map(Message::Host);
         if !self.failed
             && let Err(error) = last
-                .map_or(Ok(Wanted::default()), |host| self.engine.on(host, now))
+                .map_or(Ok(Requests::default()), |host| self.engine.on(host, now))
                 .and_then(|_| self.engine.finish(now))
         {
             self.fail(&error);
@@ -185,7 +185,7 @@ impl<P: Ports> RecorderPorts<P> {
         })
     }
 
-    fn ask(&mut self, wanted: Wanted) -> Result<(), P::Error> {
+    fn ask(&mut self, wanted: Requests) -> Result<(), P::Error> {
         if let Some(request) = wanted.past {
             self.past.request(request)?;
         }
