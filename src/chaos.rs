@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 
 use contract::Role;
 use hopper_sim::Mission;
-use node::{Exit, Failure, Node, Vigil};
+use node::{Exit, Failure, Node, ShutdownSignal};
 use report::{Format, table};
 use serde::Serialize;
 
@@ -72,7 +72,7 @@ struct Answer {
 /// # Errors
 /// If a process or a folder cannot be had, or the command is interrupted.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let vigil = Vigil::new()?;
+    let shutdown = ShutdownSignal::new()?;
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).map_err(Failure::run)?;
     let victims = args.role.map_or_else(|| Role::ALL.to_vec(), |role| vec![role]);
     let bar = indicatif::ProgressBar::new(args.faults * victims.len() as u64);
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.faults) {
             let plan = Plan::of(seed, tally.role);
             let folder = tempfile::Builder::new().prefix("hopper-chaos-").tempdir().map_err(Failure::run)?;
-            let flown = fly(&plan, folder.path(), undisturbed, &vigil)?;
+            let flown = fly(&plan, folder.path(), undisturbed, &shutdown)?;
             tally.add(&flown);
             answer.missions += 1;
             answer.decisions += flown.decisions;

@@ -8,11 +8,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use contract::{Decision, RobotId, Role, Status};
+use contract::{Decision, RobotId, Role, State, Status};
 use hopper_sim::Pace;
 use hopper_sim::shell::MissionArgs;
 use node::inspect::{NodeHealth, nodes};
-use node::{Exit, Failure, Instance, Node, StateReader};
+use node::{Exit, Failure, Instance, Node, Reader};
+use process::{Ports, Reader as _};
 use report::{Latency, Summary, table};
 use scenario::MissionKind;
 use serde::Serialize;
@@ -144,7 +145,7 @@ pub struct Answer {
 struct Crew {
     node: Node,
     instance: Instance,
-    states: StateReader,
+    states: Reader<State>,
     /// hopper-sim, perception, planner, monitor.
     children: Vec<Supervised>,
     kills: u64,
@@ -204,8 +205,8 @@ impl Crew {
     fn start(args: &Args, seed: u64, pace: Pace, outbox: &Outbox) -> Result<Self, Failure> {
         let instance = Instance::new(&args.instance)?;
         let _ = instance.clean()?;
-        let node = Node::visit(&instance)?;
-        let states = node.state_reader(RobotId(0))?;
+        let mut node = Node::visit(&instance)?;
+        let states = node.reader(RobotId(0), false)?;
         let words = |words: &[&str]| -> Vec<String> {
             words.iter().copied().chain(["--instance", &args.instance]).map(str::to_owned).collect()
         };
@@ -232,13 +233,12 @@ impl Crew {
         let mut samples = Vec::new();
         let mut victims = Role::ALL.iter().enumerate().cycle();
         loop {
-            self.node.wait(PERIOD);
-            if self.node.stop_requested().is_some() {
+            self.node.sleep(PERIOD);
+            if self.node.stop_requested() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
-            for _ in self.node.heartbeats() {}
             let mut status = Status::Underway;
-            for state in self.states.drain().flatten() {
+            for state in self.states.drain().into_iter().flatten() {
                 // Copies that are told again, and the states before a kill, say nothing new.
                 if state.decision > due {
                     (due, moved) = (state.decision, Node::now());

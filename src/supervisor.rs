@@ -5,8 +5,9 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{MonotonicNs, Role, Roster};
-use node::{Exit, Failure, Instance, Node};
+use contract::{Heartbeat, MonotonicNs, RobotId, Role, Roster};
+use node::{Exit, Failure, Instance, Node, Reader};
+use process::{Ports, Reader as _};
 use report::{Process, Summary};
 
 use crate::child::{RESTARTS_MAX, Supervised};
@@ -59,6 +60,7 @@ pub fn fly(args: &Args, outbox: &Outbox) -> Result<Flight, Failure> {
 
 struct Supervisor {
     node: Node,
+    heartbeats: Reader<Heartbeat>,
     roster: Roster,
     sim: Supervised,
     peers: Vec<Supervised>,
@@ -75,6 +77,7 @@ struct Supervisor {
 impl Supervisor {
     fn start(args: &Args, instance: &Instance, outbox: &Outbox) -> Result<Self, Failure> {
         let mut node = Node::visit(instance)?;
+        let mut heartbeats = node.reader(RobotId(0), false)?;
         let texts = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
         let mut sim = texts(&["sim", "--instance", &args.instance, "--format", "json"]);
         sim.extend(texts(&[
@@ -103,10 +106,11 @@ impl Supervisor {
         let mut monitor = Supervised::start(Role::Monitor, monitor)?;
         if args.record.record.is_some() {
             // Recorded is what is published once it listens.
-            await_beat(&mut node, &mut monitor)?;
+            await_beat(&mut node, &mut heartbeats, &mut monitor)?;
         }
         Ok(Self {
             node,
+            heartbeats,
             roster: Roster::default(),
             sim: Supervised::start(Role::HopperSim, sim)?,
             peers: vec![
@@ -124,15 +128,15 @@ impl Supervisor {
     /// Watches until hopper-sim has ended; says whether it was interrupted.
     fn watch(&mut self, args: &Args) -> Result<bool, Failure> {
         loop {
-            self.node.wait(PERIOD);
+            self.node.sleep(PERIOD);
             if Node::now().since_ns(self.turned) > SILENCE_NS {
                 self.woke = Node::now();
             }
             self.turned = Node::now();
-            if self.node.stop_requested().is_some() {
+            if self.node.stop_requested() {
                 return Ok(true);
             }
-            for beat in self.node.heartbeats().into_iter().flatten() {
+            for beat in self.heartbeats.drain().into_iter().flatten() {
                 self.roster.observe(beat, Node::now());
             }
             if let Some(status) = self.sim.ended()? {
@@ -283,18 +287,21 @@ impl Supervisor {
 }
 
 /// Waits until a child beats; not for ever, and not if it has ended or somebody wants to stop.
-fn await_beat(node: &mut Node, child: &mut Supervised) -> Result<(), Failure> {
+fn await_beat(
+    node: &mut Node,
+    heartbeats: &mut Reader<Heartbeat>,
+    child: &mut Supervised,
+) -> Result<(), Failure> {
     let deadline = Node::now().plus_ns(RECORDER_NS);
-    let beats = |node: &mut Node, pid| node.heartbeats().iter().flatten().any(|beat| beat.pid == pid);
-    while !beats(node, child.pid()) {
-        if child.ended()?.is_some() || node.stop_requested().is_some() {
+    while !heartbeats.drain().iter().flatten().any(|beat| beat.pid == child.pid()) {
+        if child.ended()?.is_some() || node.stop_requested() {
             break;
         }
         if Node::now() >= deadline {
             tracing::warn!("the recorder does not beat: what happens until it does may not be recorded");
             break;
         }
-        node.wait(PERIOD);
+        node.sleep(PERIOD);
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use ::campaign::row::Ending;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
-use node::{Exit, Failure, Node, Vigil};
+use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
 use scenario::World;
 use scenario::text::{self, TEXT_BYTES_MAX};
@@ -161,7 +161,7 @@ fn fly_all(
     jobs: usize,
     store: &mut Store,
 ) -> Result<Option<f64>, Failure> {
-    let vigil = Vigil::new()?;
+    let shutdown = ShutdownSignal::new()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(jobs)
         // What went wrong is told already; nobody would wait for that trial in vain.
@@ -204,7 +204,7 @@ fn fly_all(
             store.flush()?;
         }
         progress.show(store.done(), now);
-        if vigil.stop_requested().is_some() {
+        if shutdown.stop_reason().is_some() {
             progress.end();
             store.flush()?;
             return Ok(None);

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use contract::{Digest, MonotonicNs, Role, Status};
 use hopper_sim::{History, Journal};
-use node::{Exit, Failure, Instance, Node, Vigil};
+use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use report::Summary;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
@@ -95,11 +95,16 @@ fn broken(promise: &'static str, detail: impl Into<String>) -> Cut {
 ///
 /// # Errors
 /// If a process cannot be started, or the command is interrupted (exit code 130).
-pub fn fly(plan: &Plan, folder: &Path, undisturbed: Undisturbed, vigil: &Vigil) -> Result<Flown, Failure> {
+pub fn fly(
+    plan: &Plan,
+    folder: &Path,
+    undisturbed: Undisturbed,
+    shutdown: &ShutdownSignal,
+) -> Result<Flown, Failure> {
     let instance = Instance::new(&format!("chaos-{}-{}-{}", std::process::id(), plan.victim, plan.seed))?;
     let mut flight = Flight {
         plan,
-        vigil,
+        shutdown,
         journal: folder.join("journal"),
         folder,
         instance: &instance,
@@ -131,7 +136,7 @@ pub fn fly(plan: &Plan, folder: &Path, undisturbed: Undisturbed, vigil: &Vigil) 
 
 struct Flight<'a> {
     plan: &'a Plan,
-    vigil: &'a Vigil,
+    shutdown: &'a ShutdownSignal,
     folder: &'a Path,
     journal: PathBuf,
     instance: &'a Instance,
@@ -155,7 +160,7 @@ impl Flight<'_> {
         // Since when the present fault's decision has been in the journal.
         let mut reached = None;
         loop {
-            if self.vigil.wait(POLL) {
+            if self.shutdown.wait(POLL) {
                 return Err(Failure::new(Exit::Interrupted, "interrupted").into());
             }
             let now = Node::now();
@@ -342,9 +347,9 @@ impl Flight<'_> {
     }
 
     fn verify(&mut self, undisturbed: Undisturbed) -> Result<(), Cut> {
-        let traces = self.instance.traces().map_err(Failure::from)?;
-        if !traces.is_empty() {
-            return Err(broken("nothing is left in shared memory", format!("left: {traces:?}")));
+        let left = self.instance.paths().map_err(Failure::from)?;
+        if !left.is_empty() {
+            return Err(broken("nothing is left in shared memory", format!("left: {left:?}")));
         }
         let folders = [("tmp", &[][..]), ("journal", &["hops.journal", "lock"][..])];
         for (folder, expected) in folders {
