@@ -93,8 +93,9 @@ fn the_planner_never_depends_on_truth() {
         assert!(!code(&file).to_lowercase().contains("truth"), "{} names truth", file.display());
     }
     // Whoever asks for the truth has to name it.
-    let port = "pub fn truth_client(";
-    assert!(code(&root().join("crates/node/src/node.rs")).contains(port), "the truth is asked for otherwise");
+    let request = "impl Request for TruthRequest";
+    let declared = code(&root().join("crates/contract/src/wire/truth.rs"));
+    assert!(declared.contains(request), "the truth is asked for otherwise");
 }
 
 #[test]

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use contract::message::Visitor;
 use contract::{
-    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, Refusal, Request, RobotId, Role, Roster, State, Truth,
-    TruthRequest,
+    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, Refusal, Request, RobotId, Role, Roster,
+    State, Truth, TruthRequest,
 };
 use node::inspect::services;
 use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};

@@ -236,6 +236,9 @@ fn a_malformed_sample_is_refused_by_name() {
         wire.pose.height_m = f64::NAN;
         writer.publish_wire((), &[wire]).unwrap();
         assert!(reader.newest().unwrap().unwrap_err().to_string().contains("pose.height_m"));
+        writer.publish_wire((), &[]).unwrap();
+        let refusal = reader.newest().unwrap().unwrap_err();
+        assert_eq!(refusal.to_string(), "field payload needs one element, got 0");
         writer.publish(state(2)).unwrap();
         assert_eq!(reader.newest(), Some(Ok(state(2))), "the next good one is read");
     }

@@ -235,7 +235,7 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     own.assert_gone();
 }
 
-/// P-UNDERTAKER.
+/// P-DEAD-NODE-CLEANUP.
 #[test]
 fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
     let own = Own::new();

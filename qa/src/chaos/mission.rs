@@ -352,9 +352,9 @@ impl Flight<'_> {
     }
 
     fn verify(&mut self, undisturbed: Undisturbed) -> Result<(), Cut> {
-        let traces = self.instance.traces().map_err(Failure::from)?;
-        if !traces.is_empty() {
-            return Err(broken("nothing is left in shared memory", format!("left: {traces:?}")));
+        let left = self.instance.paths().map_err(Failure::from)?;
+        if !left.is_empty() {
+            return Err(broken("nothing is left in shared memory", format!("left: {left:?}")));
         }
         let folders = [("tmp", &[][..]), ("journal", &["hops.journal", "lock"][..])];
         for (folder, expected) in folders {
