@@ -155,10 +155,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         jobs,
         wall_s,
         events_per_s: campaign.events as f64 / wall_s,
-        commit: crate::COMMIT,
+        commit: hopper::COMMIT,
         processor: node::host::processor(),
     };
-    crate::stdout::print(&match args.format {
+    hopper::stdout::print(&match args.format {
         Format::Json => serde_json::to_string(&answer).map_err(Failure::run)? + "\n",
         Format::Text => answer.text(),
     })?;

@@ -48,8 +48,8 @@ impl Flight {
     }
 
     /// A view that shows `snapshot`.
-    pub fn view<'a>(&'a self, snapshot: &'a Snapshot, heading: String) -> report::View<'a> {
-        report::View {
+    pub fn view<'a>(&'a self, snapshot: &'a Snapshot, heading: String) -> report::TitledPicture<'a> {
+        report::TitledPicture {
             heading,
             picture: snapshot.picture(&self.world, &self.brief, &self.route[..snapshot.hops]),
         }

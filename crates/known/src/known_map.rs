@@ -1,4 +1,4 @@
-//! The four worlds of the paper's simulations.
+//! The four maps of the paper's simulations.
 
 use std::fmt;
 use std::str::FromStr;
@@ -25,7 +25,7 @@ pub enum Experiment {
 }
 
 impl Experiment {
-    /// In the paper's order.
+    /// Every experiment, in the paper's order.
     pub const ALL: [Experiment; 4] =
         [Experiment::Hard, Experiment::Heterogeneous, Experiment::Sandy, Experiment::Rocks];
 }
@@ -50,13 +50,13 @@ impl FromStr for Experiment {
     }
 }
 
-/// The rocks of the fourth world. The paper shows their outlines in a figure only; these are chosen so that
+/// Outlines of the rocks on the fourth map. The paper shows their outlines in a figure only; these are chosen so that
 /// the path climbs the low rock at (9, 11), which the paper reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rocks {
     /// The tall rock, 1.0 m: its south-western and north-eastern cells.
     pub tall: [Cell; 2],
-    /// The low rock, 0.25 m: the same.
+    /// The low rock, 0.25 m: its south-western and north-eastern cells.
     pub low: [Cell; 2],
 }
 
@@ -65,7 +65,7 @@ impl Rocks {
     pub const TALL_M: f64 = 1.0;
     /// Height of the low rock, metres.
     pub const LOW_M: f64 = 0.25;
-    /// The outlines used.
+    /// The outlines that the experiment uses.
     pub const CHOSEN: Rocks =
         Rocks { tall: [Cell::new(3, 3), Cell::new(6, 6)], low: [Cell::new(10, 10), Cell::new(12, 12)] };
 
@@ -82,31 +82,31 @@ impl Rocks {
     }
 }
 
-/// The scatter of a hop, with how far it goes.
+/// Scatter and length of hops from one soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoilHop {
-    /// The scatter on the flat.
+    /// Scatter on flat ground.
     pub motion: SoilMotion,
-    /// Length of a flight at 45° over the flat, metres.
+    /// Length of a flight at 45° on flat ground, metres.
     pub flight_m: f64,
-    /// Cells that the intended hop leads on.
+    /// Cells from start to intended landing.
     pub cells: u32,
-    /// Cells that a slip leads aside.
+    /// Cells that a slip leads aside of the start.
     pub slip_cells: u32,
 }
 
-/// A world, known from edge to edge.
+/// One of the paper's maps, known completely to the planner.
 #[derive(Clone, Debug, PartialEq)]
-pub struct World {
-    /// Which one.
+pub struct KnownMap {
+    /// Simulation of the paper it belongs to.
     pub experiment: Experiment,
-    /// The lattice of 1 m cells.
+    /// Lattice of 1 m cells.
     pub grid: Grid,
-    /// Ground of every cell in index order.
+    /// True ground of every cell in index order.
     pub ground: Vec<Ground>,
-    /// Where the hopper starts.
+    /// Start of every path.
     pub start: Cell,
-    /// Where it is to go.
+    /// Goal of every path.
     pub goal: Cell,
     /// Hops from hard ground.
     pub hard: SoilHop,
@@ -116,8 +116,8 @@ pub struct World {
     pub stepped: bool,
 }
 
-impl World {
-    /// The world of `experiment` under `reading`.
+impl KnownMap {
+    /// The map of `experiment` under `reading`.
     #[must_use]
     pub fn new(experiment: Experiment, reading: &Reading) -> Self {
         match experiment {
@@ -126,7 +126,7 @@ impl World {
         }
     }
 
-    /// The fourth world with rocks of one's own.
+    /// The fourth map with other rocks.
     #[must_use]
     pub fn with_rocks(rocks: Rocks) -> Self {
         let grid = grid(14);
@@ -198,7 +198,7 @@ impl World {
             / self.ground.len() as f64
     }
 
-    /// How hops go from `soil`.
+    /// Scatter and length of hops from `soil`.
     #[must_use]
     pub fn hop(&self, soil: Soil) -> &SoilHop {
         match soil {
@@ -207,23 +207,23 @@ impl World {
         }
     }
 
-    /// The ground of `cell`; `None` outside.
+    /// The ground of `cell`; `None` outside of the map.
     #[must_use]
     pub fn at(&self, cell: Cell) -> Option<&Ground> {
         self.grid.index(cell).map(|index| &self.ground[index])
     }
 
-    /// The cell `cells` on from `from` towards `direction`; may lie outside.
+    /// The cell `cells` away from `from` towards `direction`; it may lie outside of the map.
     #[must_use]
     pub fn beyond(from: Cell, direction: Direction, cells: u32) -> Cell {
         let (dx, dy) = direction.step();
         Cell::new(from.x + dx * cells as i32, from.y + dy * cells as i32)
     }
 
-    /// The ground under `cells` hops' worth of way from `from` towards `direction`, as far as the map goes.
+    /// Height profile over `cells` cells from `from` towards `direction`, as far as the map reaches.
     ///
     /// # Panics
-    /// If `from` lies outside.
+    /// If `from` lies outside of the map.
     #[must_use]
     pub fn profile(&self, from: Cell, direction: Direction, cells: u32) -> GroundProfile {
         let heights_m: Vec<f64> = (0..=cells)
@@ -259,7 +259,7 @@ fn grid(side: u32) -> Grid {
     Grid::new(side, side, 1.0, 1).expect("a grid within bounds")
 }
 
-/// Table 2.
+/// Centres of the hills and hollows, metres (Table 2).
 const CENTRES: [[f64; 2]; 8] =
     [[1.0, 6.0], [5.0, 0.0], [5.0, 20.0], [7.0, 14.0], [8.0, 8.0], [10.0, 18.0], [12.0, 1.0], [15.0, 10.0]];
 
