@@ -1,23 +1,23 @@
 //! A world as the rows of a general Markov decision process, which every solver can read.
 //!
-//! The free nodes alone are states, numbered in the order of their nodes. Each has four rows, one a hop,
-//! and a row has a reward and four weights: V(s) = max over rows of reward + Σ weight · V(to). Discount,
-//! second periods, goals and losses are in the numbers already: a weight is a probability times the
-//! discount between departure and landing; what is paid on the way or on landing, and all that a goal or
-//! a loss is worth, is in the reward. Weights of a row sum to less than 1; the rest ends the process.
+//! Only the free nodes are states, numbered in the order of their nodes. Each has four rows, one per hop,
+//! and a row has a reward and four weights: V(s) = max over rows of reward + Σ weight · V(to). The numbers
+//! include discount, second periods, goals and losses: a weight is a probability times the
+//! discount between departure and landing; the payoffs on the way and on landing, goals' and losses' included,
+//! are in the reward. Weights of a row sum to less than 1; the rest ends the process.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use solver::{GridWorld, Hop, Kind, Leaving};
 
-/// A row leads to at most so many states.
+/// Most states that a row leads to.
 pub const LANDINGS: usize = 4;
 
 /// The rows of a world, flat: four to a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
-    /// The node of each state.
+    /// The world's node of each state.
     pub nodes: Vec<usize>,
     /// Reward of each row.
     pub rewards: Vec<f64>,

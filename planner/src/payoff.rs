@@ -69,7 +69,7 @@ impl<'a> LandingPayoff<'a> {
         if map.treasures().contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
     }
 
-    /// S, normalised.
+    /// S, normalised to [0, 1] over the brief's range.
     fn safety(&self, ground: &Ground) -> f64 {
         let range = self.brief.priors.safety;
         let sand_term = self.brief.payoff.sand_term;

@@ -73,7 +73,7 @@ impl fmt::Debug for Pulse<'_> {
 /// Whether a plan is final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanStatus {
-    /// The algorithm completed.
+    /// The algorithm ran to its end.
     Solved,
     /// The budget ran out; the action is the best so far.
     Cut,
@@ -102,7 +102,7 @@ impl Plan {
     }
 }
 
-/// A planning algorithm.
+/// An algorithm that decides hop by hop.
 ///
 /// # Law
 /// The plan is a function of the situation and the budget alone, bit for bit. What a planner keeps between calls may

@@ -80,7 +80,7 @@ impl Fixture {
         2.min(self.height - 1) * self.width + 1.min(self.width - 1)
     }
 
-    /// The goal's node.
+    /// The node of the goal.
     #[must_use]
     pub fn goal(&self) -> usize {
         let (far_x, far_y) = (self.width.saturating_sub(2), self.height.saturating_sub(2));
@@ -92,7 +92,7 @@ impl Fixture {
         y * self.width + x
     }
 
-    /// Builds the world.
+    /// Builds the world as it is, all of it seen.
     ///
     /// # Errors
     /// If its size is out of range.

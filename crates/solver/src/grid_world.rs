@@ -10,7 +10,7 @@ use crate::{Error, Hop, Soil, pages};
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Passable ground.
+    /// Passable ground, from which the hopper hops on.
     Free,
     /// A goal, where the process ends; its afterstate value is its payoff.
     Goal,

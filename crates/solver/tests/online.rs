@@ -1,4 +1,4 @@
-//! Decisions on a growing map: whatever the history, the same hop; and the proofs behind them.
+//! Decisions on a growing map: the same hop whatever the history, and the proofs behind it.
 //!
 //! `ONLINE_HOPS=300000 cargo test --release -p solver --test online` flies further.
 
@@ -11,18 +11,18 @@ use solver::online::choice::{CANONICAL_ERROR, TIE};
 use solver::online::{DecisionStatus, HopDecision, Method, OnlineSolver};
 use solver::{Effort, GoalSearch, GridWorld, Hop, Kind, Leaving, Rules, Site, Soil, Solver, bellman, policy};
 
-/// What a small world is like.
+/// The kind of a small world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Land {
-    /// All alike: ties everywhere.
+    /// Uniform and flat, so that ties are everywhere.
     Flat,
-    /// Slopes, sand, a payoff a node.
+    /// Slopes, sand, and a different payoff at each node.
     Rough,
-    /// Payoffs in which lingering beats the goal.
+    /// Payoffs for which lingering beats the goal.
     Trap,
-    /// Rocks that show only when seen, the goal walled in now and then.
+    /// Rocks that are known only when seen, and sometimes surround the goal.
     Rocky,
-    /// Flat, with a few payoffs that make losses close to the tie's bound.
+    /// Flat, with a few payoffs that make gaps close to [`TIE`].
     Doubtful,
 }
 
@@ -80,7 +80,7 @@ fn mission(land: Land, seed: u64) -> Mission {
     Mission { truth, unseen, start, radius }
 }
 
-/// The canonical hop, by the procedure itself; `None` where there is nothing to decide or no way.
+/// The canonical hop, by the procedure itself; `None` where the node is not free or no way leads to the goal.
 fn canonical(solver: &mut Solver, world: &GridWorld, here: usize) -> Option<Hop> {
     if !GoalSearch::default().leads_to_goal(world, here) {
         return None;
@@ -93,7 +93,7 @@ fn hops_wanted(quick: u64) -> u64 {
     std::env::var("ONLINE_HOPS").ok().and_then(|hops| hops.parse().ok()).unwrap_or(quick)
 }
 
-/// Brings all values to the certificate, and holds each of them to it.
+/// Converges all values to the certificate, and checks each of them against it.
 fn assert_certified(online: &mut OnlineSolver, of: &dyn std::fmt::Debug) {
     let world = online.world().clone();
     let (values, certificate) = online.values();
@@ -104,7 +104,7 @@ fn assert_certified(online: &mut OnlineSolver, of: &dyn std::fmt::Debug) {
     }
 }
 
-/// Method many decisions were proven in which way.
+/// Number of decisions by method.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     focused: u64,
@@ -128,8 +128,8 @@ impl Tally {
     }
 }
 
-/// Flies one mission with a session that lives through it, and holds each hop to the canonical procedure;
-/// now and then to a session that knows nothing.
+/// Flies one mission with one online solver, and compares each hop with the canonical procedure, and some with a solver
+/// that knows nothing.
 fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
     let mut solver = Solver::new();
     let mut online = OnlineSolver::new(mission.unseen.clone());
@@ -138,7 +138,7 @@ fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
         for (node, site) in flight.seen() {
             online.update(node, site);
         }
-        // Steeper ground than any seen so far makes being lost worse.
+        // As when steeper ground than any before is seen: being lost gets worse.
         if hops % 7 == 4 {
             online.set_loss(online.world().rules().loss - 3.0).expect("a finite loss");
         }
@@ -151,7 +151,7 @@ fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
             let novice = OnlineSolver::new(online.world().clone()).act(flight.here, None);
             assert_eq!((novice.action, novice.status), (decision.action, decision.status));
         }
-        // Missions go on where the plan sees no way: somewhere else, what was learned kept.
+        // Where there is no way, the mission continues in some direction with what was learned.
         let hop = decision.action.unwrap_or(Hop::ALL[(hops % 4) as usize]);
         if !flight.hop(hop) {
             break;
@@ -174,11 +174,11 @@ fn warm_cold_and_canonical_decisions_are_the_same_on_every_land() {
         }
     }
     assert!(tally.warm > 0 && tally.canonical > 0 && tally.infeasible > 0, "{tally:?}");
-    // Ties do not cost a cold solve each: what does are losses that happen to lie at the bound.
+    // Only gaps that happen to lie at the bound need a cold solve, not every tie.
     assert!(10 * tally.canonical < tally.hops(), "{tally:?}");
 }
 
-/// A mission over hills and sand, large enough for a line behind the hopper.
+/// A mission over hills and sand, large enough for frozen levels behind the hopper.
 fn hills_mission(fixture: Fixture, radius: f64) -> Mission {
     Mission {
         truth: fixture.world().expect("a size in range"),
@@ -271,7 +271,7 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
     }
 }
 
-/// P-AT-REST. Marks are kept 64 blocks of 8 nodes to a word: here changes cross from word to word.
+/// P-AT-REST. Marks are stored for 64 blocks of 8 nodes in a word; here changes cross from word to word.
 #[test]
 fn news_crosses_long_rings() {
     for (width, height, place) in [
@@ -371,7 +371,7 @@ fn the_slope_of_a_goal_is_no_news() {
     assert_eq!((after.action, after.work), (before.action, 0));
 }
 
-/// P-ENDS. Steps that foresee what follows them went round in circles here.
+/// P-ENDS. Over-relaxed steps cycled here.
 #[test]
 fn a_relaxation_that_would_go_round_in_circles_comes_to_rest() {
     let rules = Rules { discount: DISCOUNT, loss: -100.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };
@@ -445,7 +445,7 @@ fn what_a_lost_node_would_pay_is_without_meaning() {
     assert_certified(&mut OnlineSolver::new(world), &lost);
 }
 
-/// A large loss makes the canonical procedure coarser for everyone, whatever they saw before.
+/// A large loss makes the canonical procedure coarser, whatever was seen before.
 #[test]
 fn a_loss_that_nobody_can_meet_is_no_reason_to_fail() {
     let sure = Soil { intended: 1.0, stuck: 0.0, sideways: 0.0, wait: 0.0 };
@@ -484,7 +484,7 @@ fn another_loss_is_taken_in_from_where_values_are() {
 }
 
 #[test]
-fn a_session_may_change_its_goal_its_rules_and_its_loss() {
+fn an_online_solver_may_change_its_goal_its_rules_and_its_loss() {
     let mut solver = Solver::new();
     for seed in 0..6 {
         let mission = mission(Land::Rocky, 4 * seed + 1);

@@ -10,7 +10,7 @@ pub struct HopLattice {
     origin: Cell,
     /// Nodes per row.
     pub width: usize,
-    /// Number of rows.
+    /// Number of rows of nodes.
     pub height: usize,
 }
 
@@ -29,7 +29,7 @@ impl HopLattice {
         }
     }
 
-    /// Number of nodes.
+    /// Number of nodes: width times height.
     #[must_use]
     pub fn nodes(&self) -> usize {
         self.width * self.height

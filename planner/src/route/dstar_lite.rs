@@ -5,7 +5,7 @@
 //! rhs)). A landing moves the hopper: k_m grows by the bound on the distance, so that old keys stay lower
 //! bounds. Changed costs reopen the cells that the hops leave from.
 //!
-//! # The law
+//! # Why it obeys the law of planners
 //! A search is over when no key is below the hopper's and the hopper's own g and rhs agree. A
 //! neighbour n with cost + g(n), or rhs(n), up to g(hopper) would have a key below the hopper's if it
 //! were unsettled: the bound is at most the cost, and min(g, rhs) < g(hopper). So all neighbours that
@@ -80,7 +80,7 @@ pub struct IncrementalSearch {
     /// Key of each cell in the queue.
     keys: Vec<Option<(u64, u64)>>,
     queue: BTreeSet<((u64, u64), usize)>,
-    /// k_m.
+    /// k_m, the sum of the bounds on the hopper's moves.
     offset: u64,
 }
 

@@ -20,11 +20,11 @@ pub(crate) enum SweepOrder {
     Alternating,
 }
 
-/// When sweeps end.
+/// The limits of sweeps before the Krylov method takes over.
 struct PassLimits {
-    /// Sweeps per pass.
+    /// Sweeps per pass, at least 1.
     sweeps: usize,
-    /// Slow passes in all before a Krylov method takes over.
+    /// Slow passes in all that are tolerated.
     slow_max: usize,
 }
 

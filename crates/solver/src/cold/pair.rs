@@ -44,11 +44,11 @@ const SPINS_MAX: u32 = 1_000;
 /// Which sweeps of a wavefront a thread makes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ThreadRole<'a> {
-    /// All of them.
+    /// All sweeps, in the only thread.
     Alone,
-    /// The first half.
+    /// The first half, reporting its progress.
     Leader(&'a LeaderProgress),
-    /// The rest.
+    /// The rest, behind the leader.
     Follower(&'a LeaderProgress),
 }
 

@@ -101,7 +101,7 @@ impl Planes {
 /// What the free nodes' afterstate values start from.
 #[derive(Clone, Copy, Debug)]
 enum Initial<'a> {
-    /// One value everywhere.
+    /// The same value at every free node.
     Same(f64),
     /// One value per node, row-major.
     Values(&'a [f64]),

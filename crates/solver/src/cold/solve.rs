@@ -100,9 +100,9 @@ const STALL: f32 = 0.7;
 /// Wavefronts between two residual passes where the hopper lingers, every other one towards the goal.
 const WAVEFRONTS_MAX: usize = 8;
 
-/// Sweeps per wavefront.
+/// Numbers of sweeps per wavefront, tuned by benchmark.
 struct SweepCounts {
-    /// In the first.
+    /// In the first wavefront.
     first: u64,
     /// In each after it.
     next: u64,
@@ -182,7 +182,7 @@ impl<'a> Task<'a> {
 
 /// What changes from round to round of one solve.
 struct Rounds {
-    /// Node updates made.
+    /// Node updates so far.
     updates: u64,
     residual_passes: u64,
     /// Residual passes in a row without progress.

@@ -63,7 +63,7 @@ fn landings(world: &GridWorld, node: usize) -> u8 {
 }
 
 impl GoalReachability {
-    /// Forgets everything.
+    /// Forgets all chains.
     pub fn forget(&mut self) {
         self.links.clear();
     }

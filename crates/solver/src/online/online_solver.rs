@@ -32,7 +32,7 @@ const RETREATS: [usize; 2] = [8, 24];
 enum Readiness {
     /// Nothing: the layout is that of another world.
     Outdated,
-    /// The layout.
+    /// The layout; values have to be solved for.
     LaidOut,
     /// Layout and values.
     Solved,

@@ -173,7 +173,7 @@ pub(super) struct Slot {
     pub ring: usize,
     /// The block in it.
     pub block: usize,
-    /// The entry.
+    /// Index in a field.
     pub entry: usize,
 }
 
@@ -252,7 +252,7 @@ impl Rings {
         self.entries += (blocks.1 - blocks.0 + 1) as usize * LANES;
     }
 
-    /// Numbers the rows.
+    /// Numbers the rows by level, and links them with those of adjacent rings.
     fn number(&mut self) {
         let ring_at = |sector: &Sector, k: usize| {
             let k = k.checked_sub(sector.level)?;
@@ -383,7 +383,7 @@ impl Rings {
         self.coordinates(node).map(|(sector, _, _)| sector)
     }
 
-    /// Sector and coordinates.
+    /// The sector of a node and its coordinates there; `None` for a centre without a slot.
     fn coordinates(&self, node: usize) -> Option<(usize, i32, i32)> {
         let (dx, dy) =
             ((node % self.width) as i32 - self.centre.0, (node / self.width) as i32 - self.centre.1);

@@ -1,10 +1,10 @@
-//! Random worlds.
+//! Random worlds for tests of the solver.
 
 use solver::fixtures::{DISCOUNT, Fixture, GoalPlace, HARD, SAND, SplitMix64};
 use solver::{GridWorld, Kind, Leaving, Rules, Site, Soil};
 
 /// A small world with everything in it: both ways of leaving, several soils and goals or none, walls, steep
-/// slopes, odd shapes.
+/// slopes, narrow shapes.
 pub fn random(seed: u64) -> GridWorld {
     let mut draw = SplitMix64(seed);
     let sides = [1, 2, 3, 5, 7, 11, 13, 16, 17, 23];

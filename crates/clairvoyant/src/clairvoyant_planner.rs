@@ -1,4 +1,4 @@
-//! The planner that reaches the bound on success, and of such plans takes the quickest.
+//! The planner that reaches the bound on success, by the quickest of such plans.
 
 use contract::{Action, Brief, Direction, Name};
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
@@ -9,24 +9,24 @@ use crate::horizon::Horizon;
 /// Most entries of the table of hops, cells times steps.
 pub const TABLE_MAX: u64 = 1 << 28;
 
-/// Why there is no clairvoyant planner.
+/// Why a mission has no clairvoyant planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ClairvoyantError {
-    /// The table would not fit.
+    /// The table of hops would exceed [`TABLE_MAX`].
     #[error("a clairvoyant planner needs cells times steps of at most {TABLE_MAX}, got {cells} x {steps}")]
     TooLarge {
-        /// Cells of the map.
+        /// Cells of the grid.
         cells: u64,
-        /// Steps of the mission.
+        /// Step limit of the mission.
         steps: u64,
     },
 }
 
-/// Knows the whole map and minds the step clock. All the work is done beforehand, so a plan is a look
-/// into a table, and the law of planners holds: it depends on cell and steps left alone.
+/// Knows the whole map, and takes the steps left into account. All work is done in advance, so a plan is a table lookup,
+/// and the law of planners holds: it depends on the cell and the steps left alone.
 #[derive(Clone, Debug)]
 pub struct Clairvoyant {
-    /// Best hop of each cell, layer after layer from 1 step left on.
+    /// Best hop of each cell, layer by layer from 1 step left on.
     hops: Vec<Direction>,
     cells: usize,
     steps_max: u64,
