@@ -13,18 +13,18 @@ use node::{Exit, Failure};
 /// Planning on fully known ground.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
-    /// Plan everything the paper planned, and say which of its claims hold.
+    /// Repeat every plan of the paper, and report which of its claims hold.
     Findings(findings::Args),
-    /// Plan one experiment at one weight: policy, path, and what it runs over.
+    /// Plan one experiment at one weight: policy, path, and the ground along it.
     Plan(plan::Args),
     /// Search for the reading of what the paper leaves open that reproduces most of it; takes minutes.
     Search(search::Args),
 }
 
-/// Form of an answer.
+/// Format of an answer.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Form {
-    /// Lines for a terminal.
+    /// Text for a terminal.
     #[default]
     Text,
     /// One JSON object.
@@ -46,7 +46,7 @@ impl fmt::Display for Form {
 /// Runs the command.
 ///
 /// # Errors
-/// Exit code 2 for a flag at fault; 1 if files cannot be written.
+/// Exit code 2 for a wrong flag; 1 if files cannot be written.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Findings(args) => findings::run(args),
@@ -55,7 +55,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     }
 }
 
-/// A table in the form asked for: for a terminal, or for a document.
+/// A table in the format asked for.
 fn table<const COLUMNS: usize>(form: Form, headings: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
     match form {
         Form::Markdown => ::campaign::markdown::table(headings, rows),
@@ -63,7 +63,7 @@ fn table<const COLUMNS: usize>(form: Form, headings: [&str; COLUMNS], rows: &[[S
     }
 }
 
-/// A heading in the form asked for.
+/// A heading in the format asked for.
 fn heading(form: Form, words: &str) -> String {
     match form {
         Form::Markdown => format!("## {words}\n\n"),
@@ -71,7 +71,7 @@ fn heading(form: Form, words: &str) -> String {
     }
 }
 
-/// Writes `files` into `dir`, which is made if need be.
+/// Writes `files` into `dir`, which is created if it does not exist.
 fn write_out<'a>(dir: &Path, files: impl IntoIterator<Item = (String, &'a str)>) -> Result<(), Failure> {
     fs::create_dir_all(dir)
         .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;

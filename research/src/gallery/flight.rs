@@ -1,4 +1,4 @@
-//! A mission flown to be drawn.
+//! A mission flown in lockstep, to be drawn.
 
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
 use lockstep::Crew;
@@ -37,7 +37,7 @@ impl Flight {
         Ok(Self { world, brief, planner, route })
     }
 
-    /// Hops from start to end.
+    /// Number of hops from start to end.
     pub fn hops(&self) -> usize {
         self.route.len()
     }

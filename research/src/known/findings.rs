@@ -1,4 +1,4 @@
-//! `hopper known findings`: the paper's four observations by one command.
+//! `hopper known findings`: repeats the paper's four experiments and checks its claims.
 
 use std::path::PathBuf;
 
@@ -15,21 +15,21 @@ use super::{Form, heading, table, write_out};
 /// Arguments of `hopper known findings`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Journeys by which each policy is carried out, every slip drawn.
+    /// Journeys simulated for each policy, with every slip drawn.
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=execution::TRIALS_MAX))]
     trials: u64,
-    /// Seed of the first journey; the others follow.
+    /// Seed of the first journey; the following count up from it.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write the figures and the report in all forms into this folder.
+    /// Write the figures and the report in all formats into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Form of the report on standard output.
+    /// Format of the report on standard output.
     #[arg(long, default_value_t)]
     format: Form,
 }
 
-/// The findings with what becomes of each policy when it is carried out.
+/// The findings, and how often each policy arrives when it is simulated; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 struct Account {
     seed: u64,
@@ -41,7 +41,7 @@ struct Account {
 /// Prints the report.
 ///
 /// # Errors
-/// Exit code 2 if the folder cannot be made, 1 if it cannot be written.
+/// Exit code 2 if the folder cannot be created, 1 if it cannot be written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let findings = Findings::new(&P22);
     let executions = findings

@@ -1,4 +1,4 @@
-//! `hopper known plan`: one plan, in words, as data, or as a picture.
+//! `hopper known plan`: prints one plan as text or data, and draws it.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use super::{Form, heading, table, write_out};
 /// Arguments of `hopper known plan`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// The world: hard, heterogeneous, sandy or rocks.
+    /// World to plan on: hard, heterogeneous, sandy or rocks.
     #[arg(value_name = "EXPERIMENT")]
     experiment: Experiment,
     /// Weight of safety, 0 to 1; that of information gain is the rest.
@@ -25,34 +25,34 @@ pub struct Args {
     /// Write the picture and the plan as data into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Form of the answer on standard output.
+    /// Format of the answer on standard output.
     #[arg(long, default_value_t)]
     format: Form,
 }
 
-/// The plan as data.
+/// The plan; field names are those of the JSON.
 #[derive(Debug, Serialize)]
 struct Account<'a> {
     experiment: Experiment,
     weights: Weights,
     arrives: bool,
     path: &'a ::known::Path,
-    /// Sweeps of value iteration.
+    /// Number of sweeps of value iteration.
     sweeps: u32,
-    /// Whether the values settled.
+    /// Whether value iteration converged.
     settled: bool,
     /// Columns of the map, by which `policy` and `values` are laid out, southernmost row first.
     width: u32,
-    /// The hop of every cell; none where none is offered.
+    /// Hop of every cell; `None` where no hop is possible.
     policy: Vec<Option<Hop>>,
-    /// V of every cell.
+    /// Value of every cell, laid out as `policy`.
     values: &'a [f64],
 }
 
 /// Prints the plan.
 ///
 /// # Errors
-/// Exit code 2 for weights that are none.
+/// Exit code 2 for weights out of range.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let weights = Weights::new(args.w1, args.goal).map_err(Failure::usage)?;
     let world = KnownMap::new(args.experiment, &P22);

@@ -1,4 +1,4 @@
-//! `hopper known search`: which reading of the paper reproduces most of it.
+//! `hopper known search`: searches for the reading of the paper that reproduces most of its claims.
 
 use ::known::search::{self, Found, Judged, Search};
 use ::known::{P22, Reading};
@@ -12,33 +12,33 @@ use super::{Form, heading, table};
 /// Arguments of `hopper known search`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Readings drawn at random to begin with.
+    /// Readings drawn at random at the start.
     #[arg(long, default_value_t = 3000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: u32,
-    /// Best of them that are climbed from, one answer at a time.
+    /// How many of the best of them to climb from, one answer at a time.
     #[arg(long, default_value_t = 30, value_name = "N")]
     climbs: u32,
-    /// Best of the summits that are climbed on from, two answers at a time.
+    /// How many of the best summits to climb on from, two answers at a time.
     #[arg(long, default_value_t = 3, value_name = "N")]
     high_climbs: u32,
-    /// Seed of the sample.
+    /// Seed of the random readings.
     #[arg(long, default_value_t = 7, value_name = "N")]
     seed: u64,
-    /// Threads [default: one a core]; the result does not depend on them.
+    /// Number of threads [default: one per core]; it does not change the result.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     jobs: Option<u16>,
-    /// Form of the result on standard output.
+    /// Format of the result on standard output.
     #[arg(long, default_value_t)]
     format: Form,
 }
 
-/// Longer lists of answers are summed up.
+/// Longer lists of answers are abbreviated.
 const ANSWERS_SHOWN: usize = 12;
 
-/// Searches, and prints what was found.
+/// Searches, and prints the result.
 ///
 /// # Errors
-/// Exit code 1 if the threads cannot be had.
+/// Exit code 1 if the threads cannot be started.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.jobs.map_or(0, usize::from))
@@ -114,7 +114,7 @@ fn written(form: Form, found: &Found) -> String {
     text + &table(form, ["claims", "answers, in the order of the questions"], &rows)
 }
 
-/// What `reading` answers to a question.
+/// Value of a field of `reading`, as in its JSON.
 fn answer(reading: &Reading, field: &str) -> String {
     let value = serde_json::to_value(reading).ok();
     let value = value.as_ref().and_then(|value| value.get(field));
