@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use contract::{Brief, MonotonicNs, Record, RunId, Timing};
 use flown::{median, overhead_us, timings};
-use lockstep::Crew;
 use hopper_sim::Mission;
+use lockstep::Crew;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
 use perception::{Cartographer, Effect, Event};

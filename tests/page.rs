@@ -12,8 +12,8 @@ use contract::{
     Action, Brief, Decision, MapPatch, MonotonicNs, Name, PastPage, Policy, PolicyCell, Record, RobotId,
     RunId, State, Tempo,
 };
-use lockstep::Crew;
 use hopper_sim::{Arbiter, Mission, Pace};
+use lockstep::Crew;
 use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;
 use monitor::{Chronicle, News, Watcher};

@@ -126,7 +126,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let _claim = instance.claim(Role::HopperSim)?;
     let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
     if journal.torn_bytes() > 0 {
-        tracing::warn!("cut off {} bytes of a record that a killed process left incomplete", journal.torn_bytes());
+        tracing::warn!(
+            "cut off {} bytes of a record that a killed process left incomplete",
+            journal.torn_bytes()
+        );
     }
     let seed = args.mission.seed();
     let brief = Brief { run: journal.header().run(), ..world.brief };

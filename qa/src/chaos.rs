@@ -12,10 +12,10 @@ pub mod tally;
 use std::fmt::Write as _;
 
 use contract::Role;
-use lockstep::Crew;
 use hopper::stdout::print;
 use hopper::tool;
 use hopper_sim::Mission;
+use lockstep::Crew;
 use node::{Exit, Failure, Node, ShutdownSignal};
 use report::{Format, table};
 use serde::Serialize;

@@ -98,11 +98,8 @@ pub fn sweep(seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
     while from < seeds.end {
         let to = seeds.end.min(from.saturating_add(batch));
         let numbers: Vec<u64> = (from..to).collect();
-        let reports: Vec<Report> = numbers
-            .into_par_iter()
-            .with_max_len(8)
-            .map(|seed| simulate(&Plan::of(seed), false))
-            .collect();
+        let reports: Vec<Report> =
+            numbers.into_par_iter().with_max_len(8).map(|seed| simulate(&Plan::of(seed), false)).collect();
         for (seed, report) in (from..to).zip(&reports) {
             campaign.add(report);
             if let Some(violation) = &report.violation {

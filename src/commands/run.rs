@@ -12,10 +12,10 @@ use node::{Exit, Failure};
 use report::Summary;
 use scenario::{ResolvedScenario, Scenario};
 
-use lockstep::Crew;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight, Launch, Recording};
+use lockstep::Crew;
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]

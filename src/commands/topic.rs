@@ -370,7 +370,8 @@ fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
 
 /// The message, with the number of its cells if it has any; the cells themselves only in full, as they take a hundred
 /// times their memory as JSON.
-pub(crate) fn summary(message: impl Payload, full: bool) -> Value {
+#[must_use]
+pub fn summary(message: impl Payload, full: bool) -> Value {
     summary_of(message, full, Payload::clear_cells)
 }
 

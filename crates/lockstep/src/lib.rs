@@ -8,8 +8,8 @@ mod ports;
 use std::collections::{BTreeMap, VecDeque};
 
 use contract::{
-    Decision, Incarnation, MonotonicNs, Name, ObservedMap, PastPage, PolicyCell, Record, RefusalCounts, RobotId,
-    RunId, State,
+    Decision, Incarnation, MonotonicNs, Name, ObservedMap, PastPage, PolicyCell, Record, RefusalCounts,
+    RobotId, RunId, State,
 };
 use hopper_sim::process::{HopperSim, RecordStore, SimTerms};
 use hopper_sim::{Fallback, JournalError, Mission, Pace};
@@ -120,7 +120,11 @@ pub fn fly(
     }
     let refusals = host.sim.arbiter().refusals().clone();
     let expected: u64 = ["repeated_decision", "vetoed"].map(|reason| refusals.of(reason)).iter().sum();
-    debug_assert_eq!(refusals.0.values().sum::<u64>(), expected, "lockstep refuses only what is repeated or vetoed");
+    debug_assert_eq!(
+        refusals.0.values().sum::<u64>(),
+        expected,
+        "lockstep refuses only what is repeated or vetoed"
+    );
     Ok(Flown {
         state: *host.sim.arbiter().state(),
         map: host.perception.cartographer().map().expect("a flown mission has a map").clone(),

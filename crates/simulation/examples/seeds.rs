@@ -22,13 +22,15 @@ fn main() -> ExitCode {
     let (next, failing) = (AtomicU64::new(from), AtomicU64::new(u64::MAX));
     std::thread::scope(|scope| {
         for _ in 0..THREADS {
-            scope.spawn(|| loop {
-                let seed = next.fetch_add(1, Ordering::Relaxed);
-                if seed >= to.min(failing.load(Ordering::Relaxed)) {
-                    return;
-                }
-                if simulate(&Plan::of(seed), false).violation.is_some() {
-                    failing.fetch_min(seed, Ordering::Relaxed);
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= to.min(failing.load(Ordering::Relaxed)) {
+                        return;
+                    }
+                    if simulate(&Plan::of(seed), false).violation.is_some() {
+                        failing.fetch_min(seed, Ordering::Relaxed);
+                    }
                 }
             });
         }
@@ -42,7 +44,10 @@ fn main() -> ExitCode {
         say(1, &format!("{:>12.3} ms  {}", line.ms, line.text));
     }
     let Some(violation) = report.violation else {
-        return say(1, &format!("seed {seed} breaks a promise once, and not again: the simulation is not deterministic"));
+        return say(
+            1,
+            &format!("seed {seed} breaks a promise once, and not again: the simulation is not deterministic"),
+        );
     };
     say(1, &format!("seed {seed} breaks: {}: {}", violation.rule, violation.detail))
 }

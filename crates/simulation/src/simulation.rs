@@ -556,7 +556,8 @@ impl<'a> Simulation<'a> {
     fn forge(&mut self, forgery: Forgery) {
         let world = &mut *self.world.borrow_mut();
         let Some(command) = world.commanded else { return };
-        let Some((sim, wakes, queue)) = world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
+        let Some((sim, wakes, queue)) =
+            world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
         else {
             return;
         };

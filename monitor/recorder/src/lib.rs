@@ -13,8 +13,8 @@ pub use shell::open;
 use std::io::Write;
 
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy, RobotId,
-    RunId, State, Tempo,
+    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy,
+    RobotId, RunId, State, Tempo,
 };
 use process::{Client, Exit, Failure, Ports, Reader, accept};
 use recording::{Context, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
@@ -122,8 +122,7 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
         let now = ports.now();
         let (mut messages, most) = self.ports.receive();
         messages.extend(self.sink.load(now, HOST_PERIOD_NS).map(Message::Host));
-        self.period_ns =
-            if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
+        self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
         match self.record(messages, now) {
             Ok(wanted) => {
                 self.append();
@@ -221,9 +220,6 @@ impl<P: Ports> RecorderPorts<P> {
 }
 
 /// The well-formed messages; others are logged and dropped.
-fn known<M>(
-    messages: Vec<Result<M, contract::Refusal>>,
-    message: impl Fn(M) -> Message,
-) -> Vec<Message> {
+fn known<M>(messages: Vec<Result<M, contract::Refusal>>, message: impl Fn(M) -> Message) -> Vec<Message> {
     messages.into_iter().filter_map(|received| accept(Some(received)).map(&message)).collect()
 }

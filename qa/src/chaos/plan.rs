@@ -1,9 +1,9 @@
 //! The faults of one mission, drawn from its seed and its victim.
 
 use contract::Role;
-use simulation::chance::Chance;
 use hopper_sim::Pace;
 use serde::Serialize;
+use simulation::chance::Chance;
 
 /// Most faults in a mission.
 const FAULTS_MAX: u64 = 4;

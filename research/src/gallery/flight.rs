@@ -1,9 +1,9 @@
 //! A mission flown in lockstep, to be drawn.
 
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
-use lockstep::Crew;
 use hopper::mission::Snapshot;
 use hopper_sim::Mission;
+use lockstep::Crew;
 use node::Failure;
 use scenario::ResolvedScenario;
 

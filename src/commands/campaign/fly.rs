@@ -17,8 +17,8 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::store::{self, Manifest, Store, Times};
-use lockstep::Crew;
 use crate::stdout::print;
+use lockstep::Crew;
 
 /// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
 const AHEAD_PER_JOB: u64 = 32;

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
-use contract::{Brief, Decision, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
+use contract::{Brief, Decision, Heartbeat, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
 use hopper::stdout::print;
-use node::peer::{Patience, TICK, accept};
 use node::{Exit, Failure, Instance, Node};
+use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
 use recording::last_run;
 use report::decisions::{compare, plot};
 use report::{Conditions, DecisionTiming, DecisionTimings, Format};
@@ -195,20 +195,21 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
 fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let instance = Instance::new(name)?;
     let mut node = Node::visit(&instance)?;
-    let mut briefs = node.brief_reader()?;
-    let mut past = node.past_client()?;
-    let mut patience = Patience::new(Some(wait), &instance);
+    let mut briefs = node.reader::<Brief>(RobotId(0), false)?;
+    let mut heartbeats = node.reader::<Heartbeat>(RobotId(0), false)?;
+    let mut past = node.client::<PastRequest>(RobotId(0))?;
+    let mut patience = Patience::new(Some(wait));
     let mut roster = Roster::default();
     let mut gathered = Gathered::default();
     let flown = loop {
         if let Some(request) = gathered.ask(Node::now()) {
-            past.request(&request)?;
+            past.request(request)?;
         }
-        node.wait(TICK);
+        node.sleep(Duration::from_nanos(TICK_NS));
         if node.stop_requested() {
             return Ok(None);
         }
-        for beat in node.heartbeats().into_iter().flatten() {
+        for beat in heartbeats.drain().into_iter().flatten() {
             roster.observe(beat, Node::now());
         }
         if let Some(brief) = accept(briefs.newest()) {
@@ -219,7 +220,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
         }
         let lacks = gathered.brief.is_none().then_some("hopper-sim: no brief yet");
         let silent = !roster.has(Role::HopperSim, Node::now());
-        patience.check(lacks.or(silent.then_some("hopper-sim")), Node::now())?;
+        patience.check(lacks.or(silent.then_some("hopper-sim")), &mut node)?;
     };
     let (brief, steps) = flown;
     let load = node::host::load();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 
 use contract::Stage;
-use hopper::topic::summary;
+use hopper::commands::topic::summary;
 use node::{Exit, Failure};
 use recording::{Channel, RecordedMessage, RecordedRun, Recording, RecordingError, last_run};
 use report::DecisionTiming;
