@@ -473,7 +473,7 @@ fn settle(rogue: &mut Rogue, marker: CommandV1) -> u64 {
         markers += 1;
         eventually("hopper-sim to go round", || {
             rogue.node.sleep(Duration::from_millis(2));
-            let states = rogue.states.drain().count();
+            let states = rogue.states.drain().len();
             heard += states;
             states > 0
         });

@@ -72,6 +72,8 @@ pub struct Recorder {
     state: Option<State>,
     /// First decision whose record is still missing.
     due: Decision,
+    /// The decisions before this have their records among the bytes given out.
+    flushed: Decision,
     asked: MonotonicNs,
     map: Replica,
     /// Fingerprint of the last grid made for viewers, and when it was made.
@@ -116,6 +118,7 @@ impl Recorder {
             brief: None,
             state: None,
             due: Decision(0),
+            flushed: Decision(0),
             asked: MonotonicNs(0),
             map: Replica::new(ROBOT),
             drawn: None,
@@ -168,17 +171,21 @@ impl Recorder {
     /// Lets time pass: closes the chunk if it is due, and returns the requests that are due.
     pub fn tick(&mut self, now: MonotonicNs) -> Result<Requests, RecordingError> {
         self.draw(now, false)?;
-        if now.since_ns(self.closed) >= CHUNK_NS {
+        // The end of a mission is acknowledged once its last record is in the file, so it does not wait for its chunk.
+        let is_last = self.state.is_some_and(|state| state.status.is_over() && self.due >= state.decision);
+        if now.since_ns(self.closed) >= CHUNK_NS || is_last && self.flushed < self.due {
             self.closed = now;
             self.writer.flush()?;
+            self.flushed = self.due;
         }
         Ok(Requests { past: self.past_wanted(now), map: self.map.ask(now) })
     }
 
-    /// Whether the record of every decision of `run` before `decision` was recorded.
+    /// Whether the record of every decision of `run` before `decision` is among the bytes given out, and not only in a
+    /// chunk that is still open.
     #[must_use]
     pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
-        self.brief.is_some_and(|brief| brief.run == run) && self.due >= decision
+        self.brief.is_some_and(|brief| brief.run == run) && self.flushed >= decision
     }
 
     /// Number of missing messages so far, by topic.
@@ -214,7 +221,8 @@ impl Recorder {
             return Ok(());
         }
         self.gaps.begin();
-        (self.brief, self.state, self.due, self.drawn) = (Some(brief), None, Decision(0), None);
+        (self.brief, self.state, self.drawn) = (Some(brief), None, None);
+        (self.due, self.flushed) = (Decision(0), Decision(0));
         self.map = Replica::new(ROBOT);
         self.map.begin(brief.run, brief.grid);
         let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
@@ -235,6 +243,7 @@ impl Recorder {
         let before = self.state.replace(*state);
         // After a journal lost its tail, those decisions are executed again.
         self.due = self.due.min(state.decision);
+        self.flushed = self.flushed.min(state.decision);
         if before.is_none_or(|before| before.decision != state.decision) {
             let (pose, scene) = (view::pose_of(&brief, state), view::scene(&brief, state));
             self.put(Channel::ViewPose, &pose.encode_to_vec(), state.published, now)?;
