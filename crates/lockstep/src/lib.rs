@@ -239,7 +239,7 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
         let state = self.sim.arbiter().state();
         let mapped = self.perception.cartographer().map().and_then(|map| map.through);
         let due = mapped == Some(state.decision) && !state.status.is_over();
-        self.fallbacks.remove(&state.decision).filter(|_| due)
+        if due { self.fallbacks.remove(&state.decision) } else { None }
     }
 
     /// Hands over to the next shift if it begins by now.

@@ -228,7 +228,10 @@ impl Checker {
         }
         self.succession(before.leader, record.leader, due);
         let leader = record.leader.incarnation;
-        let refused = self.foreign.contains(&leader) && self.heard.contains_key(&(self.sim, leader));
+        // The fallback leaves the command with whom it was.
+        let refused = !record.origin.is_fallback()
+            && self.foreign.contains(&leader)
+            && self.heard.contains_key(&(self.sim, leader));
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {due} was commanded by {leader}, which is of another build")
         });
@@ -418,14 +421,14 @@ impl Checker {
 
     /// A process receives an order.
     pub(crate) fn ordered(&mut self, life: &Life, control: &Control) {
-        if control.run != self.mission.brief.run {
-            return;
-        }
+        let is_sim = life.role == Role::HopperSim && control.run == self.mission.brief.run;
         match control.order {
-            Order::Step if life.role == Role::HopperSim => self.pacing.steps += 1,
-            Order::Pace(pace) if life.role == Role::HopperSim && self.pacing.control => {
+            // Resumed and paused again in one turn, it lets one landing come, and no pacing message says so.
+            Order::Step | Order::Resume if is_sim => self.pacing.steps += 1,
+            Order::Pace(pace) if is_sim && self.pacing.control => {
                 self.pacing.paces.push(pace);
             }
+            // A planner may still be in the run before.
             Order::HandOver(incarnation) if incarnation == life.incarnation => {
                 self.handed_over.insert(incarnation);
             }

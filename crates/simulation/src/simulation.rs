@@ -589,8 +589,8 @@ impl<'a> Simulation<'a> {
         let checker = &mut world.checker;
         let records: Result<Vec<_>, _> =
             History::on(world.disk.clone(), "disk".into()).and_then(|history| history.records().collect());
-        match records {
-            Ok(records) if records == checker.records() => {}
+        let records = match records {
+            Ok(records) if records == checker.records() => records,
             Ok(records) => {
                 let held = checker.records().len();
                 return checker.violate("what is committed is never lost", || {
@@ -598,16 +598,18 @@ impl<'a> Simulation<'a> {
                 });
             }
             Err(error) => return checker.violate("the journal can be read", || error.to_string()),
-        }
-        let records = checker.records().iter().map(|record| Ok::<_, ()>(*record));
-        let crew = Crew::from_records(records).expect("no record is an error");
+        };
+        let crew = Crew::from_records(records.iter().map(|record| Ok::<_, ()>(*record))).expect("no record is an error");
         let mission = checker.mission().clone();
         let last = checker.records().last().map(|record| (record.decision.next(), record.digest));
-        let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
+        let mut undisturbed = Vec::new();
+        let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |record| undisturbed.push(*record));
         let need = flown.map(|flown| Some((flown.state.decision, flown.state.digest))).unwrap_or_default();
         if last != need {
             checker.violate("the mission has the digest of the undisturbed one", || {
-                format!("it ended as {last:?}, undisturbed as {need:?}")
+                let (got, need) = (last.map(|last| last.0), need.map(|need| need.0));
+                let differs = records.iter().zip(&undisturbed).find(|(is, due)| is.digest != due.digest);
+                format!("it ended at {got:?}, undisturbed at {need:?}; first, with its undisturbed record: {differs:?}")
             });
         }
         let status = checker.status().as_str();
