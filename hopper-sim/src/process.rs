@@ -17,6 +17,9 @@ use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pa
 /// millisecond late.
 const AWAKE_NS: u64 = 300_000;
 
+/// How often the pacing is published again, nanoseconds.
+const TEMPO_NS: u64 = 1_000_000_000;
+
 /// Lives of one role that are remembered for the summary; a mission of any length stays bounded.
 const LIVES_MAX: usize = 256;
 
@@ -81,8 +84,8 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     commands: P::Reader<Command>,
     controls: P::Reader<Control>,
     tempos: P::Writer<Tempo>,
-    /// The pacing published last.
-    tempo_sent: Option<Tempo>,
+    /// The pacing published last, and when.
+    tempo_sent: Option<(Tempo, MonotonicNs)>,
     /// Read only where there may be a fallback: planners write policies for readers alone.
     policies: Option<P::Reader<Policy>>,
     past: P::Server<PastRequest>,
@@ -295,14 +298,16 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         }
     }
 
-    /// Publishes the pacing when it has changed.
-    fn publish_tempo(&mut self) -> Result<(), P::Error> {
+    /// Publishes the pacing when it has changed, and again now and then: a screen that missed a pause would never
+    /// offer to resume.
+    fn publish_tempo(&mut self, now: MonotonicNs) -> Result<(), P::Error> {
         let tempo = self.arbiter.tempo();
-        if self.tempo_sent != Some(tempo) {
-            if self.tempo_sent.is_some() {
-                tracing::info!(paused = tempo.paused, pace = %tempo.pace, "ordered to change the pacing");
-            }
-            self.tempo_sent = Some(tempo);
+        let changed = self.tempo_sent.is_none_or(|(sent, _)| sent != tempo);
+        if changed && self.tempo_sent.is_some() {
+            tracing::info!(paused = tempo.paused, pace = %tempo.pace, "ordered to change the pacing");
+        }
+        if changed || self.tempo_sent.is_some_and(|(_, at)| now.since_ns(at) >= TEMPO_NS) {
+            self.tempo_sent = Some((tempo, now));
             self.tempos.publish(tempo)?;
         }
         self.tempos.idle();
@@ -338,7 +343,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         self.serve(ports).await.map_err(Into::into)?;
         self.states.idle();
         self.briefs.idle();
-        self.publish_tempo().map_err(Into::into)?;
+        self.publish_tempo(ports.now()).map_err(Into::into)?;
         let State { run, decision, status, .. } = *self.arbiter.state();
         self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
         if let Some(status) = self.finished {

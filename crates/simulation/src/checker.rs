@@ -73,6 +73,8 @@ pub struct Checker {
     handed_over: BTreeSet<Incarnation>,
     /// Lives of other builds.
     foreign: BTreeSet<Incarnation>,
+    /// Which life has received a heartbeat of which life of another build.
+    recognised: BTreeSet<(Incarnation, Incarnation)>,
     /// The present life of hopper-sim.
     sim: Incarnation,
     pacing: Pacing,
@@ -109,6 +111,7 @@ impl Checker {
             commanders: BTreeSet::new(),
             handed_over: BTreeSet::new(),
             foreign: BTreeSet::new(),
+            recognised: BTreeSet::new(),
             sim: Incarnation(0),
             pacing,
             violation: None,
@@ -128,6 +131,7 @@ impl Checker {
         self.heard = old.heard;
         self.handed_over = old.handed_over;
         self.foreign = old.foreign;
+        self.recognised = old.recognised;
         self.sim = old.sim;
         self.violation = old.violation;
     }
@@ -227,14 +231,6 @@ impl Checker {
             });
         }
         self.succession(before.leader, record.leader, due);
-        let leader = record.leader.incarnation;
-        // The fallback leaves the command with whom it was.
-        let refused = !record.origin.is_fallback()
-            && self.foreign.contains(&leader)
-            && self.heard.contains_key(&(self.sim, leader));
-        self.require(!refused, "a process of another build is not obeyed", || {
-            format!("decision {due} was commanded by {leader}, which is of another build")
-        });
         self.guarded(&before, record);
         if record.origin.is_fallback() {
             self.fell_back(before.leader, record);
@@ -250,6 +246,18 @@ impl Checker {
         }
         self.records.push(*record);
         self.see(record.pose, due.next(), record.digest);
+    }
+
+    /// hopper-sim has executed a command just now.
+    pub(crate) fn executed(&mut self, record: &Record) {
+        let leader = record.leader.incarnation;
+        // The fallback leaves the command with whom it was.
+        let refused = !record.origin.is_fallback()
+            && self.foreign.contains(&leader)
+            && self.recognised.contains(&(self.sim, leader));
+        self.require(!refused, "a process of another build is not obeyed", || {
+            format!("decision {} was commanded by {leader}, which is of another build", record.decision)
+        });
     }
 
     /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
@@ -557,6 +565,11 @@ impl Checker {
 
     /// A process has heard that another lives.
     pub(crate) fn heard(&mut self, listener: &Life, beat: &Heartbeat, now: MonotonicNs) {
+        if beat.version != listener.version {
+            // It proves nothing to a process of this build but that the other is none.
+            self.recognised.insert((listener.incarnation, beat.incarnation));
+            return;
+        }
         let last = self.heard.entry((listener.incarnation, beat.incarnation)).or_insert((0, now));
         if beat.counter > last.0 {
             *last = (beat.counter, now);

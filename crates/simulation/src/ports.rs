@@ -341,6 +341,7 @@ impl World {
         else {
             return;
         };
+        self.checker.executed(&record);
         self.checker.committed(&record);
         self.decisions += 1;
         self.stirred_ns = self.stirred_ns.max(self.time_ns);

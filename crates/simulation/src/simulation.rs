@@ -599,11 +599,13 @@ impl<'a> Simulation<'a> {
             }
             Err(error) => return checker.violate("the journal can be read", || error.to_string()),
         };
-        let crew = Crew::from_records(records.iter().map(|record| Ok::<_, ()>(*record))).expect("no record is an error");
+        let crew = Crew::from_records(records.iter().map(|record| Ok::<_, ()>(*record)))
+            .expect("no record is an error");
         let mission = checker.mission().clone();
         let last = checker.records().last().map(|record| (record.decision.next(), record.digest));
         let mut undisturbed = Vec::new();
-        let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |record| undisturbed.push(*record));
+        let flown =
+            lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |record| undisturbed.push(*record));
         let need = flown.map(|flown| Some((flown.state.decision, flown.state.digest))).unwrap_or_default();
         if last != need {
             checker.violate("the mission has the digest of the undisturbed one", || {

@@ -158,7 +158,7 @@ impl Message for Control {
 
 fixed_payload!(Tempo => TempoV1);
 
-/// Published when it changes.
+/// Published when it changes, and again every second.
 impl Message for Tempo {
     const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/tempo", &[Role::HopperSim]);
 }
