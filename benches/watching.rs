@@ -15,10 +15,10 @@ use std::thread::JoinHandle;
 use contract::Timing;
 use flown::{median, overhead_us, timings};
 
-/// Interleaved rounds.
+/// Interleaved rounds of each kind.
 const ROUNDS: u64 = 51;
 
-/// Landings a second.
+/// Pace of the missions, landings a second.
 const PACE_HZ: &str = "50";
 
 fn main() {

@@ -1,22 +1,15 @@
-//! The command `hopper`: missions as separate processes or in lockstep, and the tools around them.
+//! The command `hopper`: missions as separate processes or in lockstep, and the commands around them.
+//!
+//! The programs beside it ([`tool`]) build on this library.
 
-pub mod bag;
-pub mod campaign;
-pub mod chaos;
-pub mod child;
-pub mod doctor;
-pub mod endure;
-pub mod gallery;
-pub mod journal;
-pub mod known;
-pub mod latency;
-pub mod lockstep;
-pub mod manual;
-pub mod moment;
-pub mod outbox;
-pub mod run;
-pub mod scenario;
-pub mod simulate;
-pub mod supervisor;
-pub mod terrain;
-pub mod topic;
+pub mod cli;
+pub mod commands;
+pub mod mission;
+pub mod stdout;
+pub mod tool;
+
+/// Release and commit, as `hopper --version` prints them.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("HOPPER_COMMIT"), ")");
+
+/// The commit this was built from, with `-dirty` after it if the work tree differed from it.
+pub const COMMIT: &str = env!("HOPPER_COMMIT");

@@ -9,7 +9,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
 
-use harness::{Mission, Process, hopper, lockstep, stderr};
+use harness::{Mission, Process, lockstep, stderr};
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -93,53 +93,6 @@ fn random_kills_of_every_role_leave_the_digest() {
         let verified = mission.verified();
         assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()), "{victim}");
     }
-}
-
-/// P-CHAOS: kill -9, SIGSTOP and restarts of every role, at crash points and at random, start-up included,
-/// leave the digest as it was, and nothing behind.
-#[test]
-fn a_sample_of_chaos_breaks_no_promise() {
-    let output = hopper(&["chaos", "--faults", "8", "--format", "json"]).output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let answer = harness::json(&output);
-    let roles = answer["roles"].as_array().unwrap();
-    assert_eq!(roles.len(), ROLES.len(), "{answer}");
-    for role in roles {
-        let (faults, recovery) = (role["faults"].as_u64().unwrap(), &role["recovery"]);
-        assert!(faults >= 8 && role["failures"] == 0, "{role}");
-        assert_eq!(role["bound"], 3.0 / faults as f64, "{role}");
-        assert_eq!(
-            role["kinds"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum::<u64>(),
-            faults
-        );
-        assert!(
-            recovery["count"].as_u64().unwrap() <= faults
-                && recovery["p50_ms"].as_f64() <= recovery["p99_ms"].as_f64()
-        );
-    }
-}
-
-/// P-CHAOS-SEED: a promise that breaks ends `hopper chaos` with exit code 1 and the seed.
-#[test]
-fn a_broken_promise_is_told_with_its_seed() {
-    let mut mission = Mission::new("seed");
-    let mut command = mission.hopper(&["chaos", "--faults", "1", "--role", "monitor", "--seed", "71"]);
-    command.env("TMPDIR", mission.path(""));
-    let mut chaos = Process::spawn("chaos", command, &mission.path(""));
-    // Of all processes the one that nobody planned to kill.
-    kill_child(chaos.pid(), "planner");
-    assert_eq!(chaos.code(), 1, "{}", chaos.log());
-    for part in [
-        "seed 71 breaks: nobody but the victim dies",
-        "planner ended by itself",
-        "again: hopper chaos --seed 71 --role monitor --faults 1",
-    ] {
-        assert!(chaos.out().contains(part), "{part:?} is not in {}", chaos.out());
-    }
-    let kept = fs::read_dir(mission.path("")).unwrap().flatten();
-    let kept: Vec<_> = kept.filter(|entry| entry.path().is_dir()).collect();
-    assert!(kept.len() == 1 && kept[0].path().join("planner.log").exists(), "{kept:?}");
-    mission.assert_nothing_left();
 }
 
 /// `hopper doctor WORDS` of the mission's instance: it must do.
@@ -308,7 +261,7 @@ fn hopper_run_restarts_whatever_dies() {
     let mut slow = run("1");
     for (decisions, role) in (1..).zip(["planner", "perception", "sim", "monitor"]) {
         mission.await_decisions(decisions);
-        kill_child(slow.pid(), role);
+        slow.kill_child(role);
     }
     mission.await_decisions(6);
     slow.signal(rustix::process::Signal::TERM);
@@ -351,25 +304,4 @@ fn a_crash_looping_monitor_stops_nobody() {
     assert_eq!(run.code(), 0, "{}", run.log());
     assert_eq!(run.json()["digest"], lockstep(&[])["digest"]);
     mission.assert_nothing_left();
-}
-
-fn kill_child(parent: u32, role: &str) {
-    let find = || {
-        let tasks = std::fs::read_dir(format!("/proc/{parent}/task")).ok()?;
-        let children: Vec<u32> = tasks
-            .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
-            .flat_map(|text| text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>())
-            .collect();
-        children.into_iter().find(|pid| {
-            std::fs::read(format!("/proc/{pid}/cmdline"))
-                .is_ok_and(|line| line.split(|byte| *byte == 0).nth(1) == Some(role.as_bytes()))
-        })
-    };
-    let mut pid = None;
-    harness::eventually("the child to run", || {
-        pid = find();
-        pid.is_some()
-    });
-    let pid = rustix::process::Pid::from_raw(pid.unwrap() as i32).unwrap();
-    rustix::process::kill_process(pid, rustix::process::Signal::KILL).unwrap();
 }

@@ -149,6 +149,7 @@ fn a_full_disk_under_the_log_ends_nobody() {
 #[test]
 fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {
     let mission = Mission::new("fullbag");
+    harness::program("hopper-recordings");
     let recording = hostile::recording::seeds().remove(0);
     std::fs::write(mission.path("cut.mcap"), &recording[..recording.len() - 100]).unwrap();
     let script = "

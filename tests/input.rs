@@ -44,10 +44,10 @@ fn bad_flags_are_usage_errors() {
 /// P-FLAGS: what only the monitor would find out is told before anything flies.
 #[test]
 fn a_recording_or_a_page_that_cannot_be_made_is_a_usage_error() {
-    refuses(&["run", "--record", "no/such/folder/x.mcap"], 2, &["no/such/folder", "make it first"]);
+    refuses(&["run", "--record", "no/such/folder/x.mcap"], 2, &["no/such/folder", "create it first"]);
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = taken.local_addr().unwrap().to_string();
-    refuses(&["run", "--web", &address], 2, &[&address, "name another, or port 0"]);
+    refuses(&["run", "--web", &address], 2, &[&address, "choose another port, or 0"]);
 }
 
 /// P-SCENARIO: scenarios missing, cut short, of the wrong type, or out of range.

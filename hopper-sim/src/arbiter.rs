@@ -427,7 +427,8 @@ impl Arbiter {
     fn deadline(&self) -> Option<MonotonicNs> {
         let deadline_ns = self.mission.brief.guard.deadline_ns;
         let waits = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
-        (deadline_ns > 0 && self.deadlines && waits && self.sent.is_some()).then(|| self.state.published.plus_ns(deadline_ns))
+        (deadline_ns > 0 && self.deadlines && waits && self.sent.is_some())
+            .then(|| self.state.published.plus_ns(deadline_ns))
     }
 
     /// Acts in the planner's stead. Who commands goes on commanding: the term stays.

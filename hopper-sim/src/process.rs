@@ -11,9 +11,7 @@ use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
 };
 
-use crate::{
-    Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pace, ROBOT, Storage, crash,
-};
+use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pace, ROBOT, Storage, crash};
 
 /// How long before a landing hopper-sim no longer sleeps, nanoseconds: a sleeping process wakes a tenth of a
 /// millisecond late.

@@ -9,7 +9,7 @@ use contract::{Brief, Profile, Record, Role};
 use node::{Exit, Failure, Instance, MemoryBudget, Node};
 use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, Scenario, World};
+use scenario::{Overrides, ResolvedScenario, Scenario};
 
 use crate::process::{HopperSim, SimTerms};
 use crate::{Journal, JournalError, JournalHeader, Mission, Pace, crash};
@@ -55,7 +55,7 @@ impl MissionArgs {
     ///
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
-    pub fn world(&self) -> Result<World, Failure> {
+    pub fn world(&self) -> Result<ResolvedScenario, Failure> {
         self.scenario()?.resolve().map_err(Failure::usage)
     }
 
@@ -126,7 +126,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let _claim = instance.claim(Role::HopperSim)?;
     let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
     if journal.torn_bytes() > 0 {
-        tracing::warn!("cut off {} bytes of a record that a killed process left incomplete", journal.torn_bytes());
+        tracing::warn!(
+            "cut off {} bytes of a record that a killed process left incomplete",
+            journal.torn_bytes()
+        );
     }
     let seed = args.mission.seed();
     let brief = Brief { run: journal.header().run(), ..world.brief };
@@ -203,7 +206,7 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 ///
 /// # Errors
 /// If the folder holds another mission's journal, a damaged one, or one in use.
-pub fn open_journal(dir: &Path, world: &World, seed: u64, sync: bool) -> Result<Journal, Failure> {
+pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
     let fault = |error: JournalError| Failure::new(error.exit(), error.to_string());
     let journal = if Journal::exists(dir) {

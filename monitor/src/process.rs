@@ -3,7 +3,9 @@
 //! No message wakes it: it looks twenty times a second, so that watching costs the watched nothing, and fills what it
 //! missed from `hop/past`.
 
-use contract::{Brief, Decision, MapPatch, MonotonicNs, Name, PastRequest, Refusal, RobotId, Role, RunId, State, Status};
+use contract::{
+    Brief, Decision, MapPatch, MonotonicNs, Name, PastRequest, Refusal, RobotId, Role, RunId, State, Status,
+};
 use process::{Client, Exit, Failure, Membership, Ports, Process, Reader, TICK_NS, Terms, Turn};
 
 use crate::{Effect, Event, Progress, View, Watcher};

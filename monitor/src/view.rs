@@ -5,9 +5,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use contract::{
-    Control, MapPage, MapRequest, MonotonicNs, Order, Policy, RobotId, Tempo,
-};
+use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Policy, RobotId, Tempo};
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
 use crate::{Chronicle, Event, News, Progress};

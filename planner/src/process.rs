@@ -7,7 +7,9 @@ use contract::{
     Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy, Refusal, RobotId, Role, RunId,
     State,
 };
-use process::{Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal};
+use process::{
+    Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
+};
 
 use crate::pilot::{Commission, Effect, Event, Pilot};
 use crate::{Budget, Planner, Pulse};

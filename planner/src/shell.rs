@@ -30,8 +30,7 @@ pub struct Args {
 /// # Errors
 /// If the algorithm is unknown, shared memory fails, or a peer was waited for longer than `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let planner =
-        algorithm(&args.algorithm).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    let planner = algorithm(&args.algorithm).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
     let name = planner.name();
     let instance = Instance::new(&args.peer.instance)?;
     let mut node = Node::join(&instance, Role::Planner)?;

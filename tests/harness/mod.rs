@@ -8,6 +8,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -144,9 +145,37 @@ impl Drop for Mission {
 
 /// `hopper WORDS`, free of the caller's settings.
 pub fn hopper(words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hopper"));
+    let mut command = Command::new(program("hopper"));
     command.args(words).env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(Stdio::null());
     command
+}
+
+/// The program `name` of this build. `cargo test` builds every program of the workspace; with `-p` it builds those of
+/// that package only, and another that is missing or out of date is built here.
+pub fn program(name: &str) -> PathBuf {
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let _alone = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let test = std::env::current_exe().unwrap();
+    let folder = test.ancestors().nth(2).unwrap();
+    let path = folder.join(name);
+    if !is_up_to_date(&path) {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["build", "--quiet", "-p", name]).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let profile = if folder.ends_with("release") { &["--release"][..] } else { &[] };
+        assert!(cargo.args(profile).status().unwrap().success(), "{name} cannot be built");
+    }
+    path
+}
+
+/// Whether the program is there and newer than each of its sources, which Cargo lists beside it.
+fn is_up_to_date(program: &Path) -> bool {
+    let modified = |path: &Path| path.metadata().and_then(|metadata| metadata.modified()).ok();
+    let Some(built) = modified(program) else { return false };
+    let list = std::fs::read_to_string(program.with_extension("d")).unwrap_or_default();
+    let sources = list.split_once(": ").map_or("", |(_, sources)| sources);
+    sources
+        .split_whitespace()
+        .all(|source| modified(Path::new(source)).is_some_and(|changed| changed <= built))
 }
 
 /// A process that is killed when the test ends.
@@ -173,6 +202,31 @@ impl Process {
     pub fn signal(&self, signal: rustix::process::Signal) {
         let pid = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(pid, signal).unwrap();
+    }
+
+    /// Kills the child process that was started as `hopper ROLE`; waits for it if it is still to come.
+    pub fn kill_child(&self, role: &str) {
+        let parent = self.pid();
+        let find = || {
+            let tasks = std::fs::read_dir(format!("/proc/{parent}/task")).ok()?;
+            let children: Vec<i32> = tasks
+                .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
+                .flat_map(|text| {
+                    text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>()
+                })
+                .collect();
+            children.into_iter().find(|pid| {
+                std::fs::read(format!("/proc/{pid}/cmdline"))
+                    .is_ok_and(|line| line.split(|byte| *byte == 0).nth(1) == Some(role.as_bytes()))
+            })
+        };
+        let mut pid = None;
+        eventually("the child to run", || {
+            pid = find();
+            pid.is_some()
+        });
+        let pid = rustix::process::Pid::from_raw(pid.unwrap()).unwrap();
+        rustix::process::kill_process(pid, rustix::process::Signal::KILL).unwrap();
     }
 
     /// kill -9, and the corpse is buried.

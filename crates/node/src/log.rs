@@ -3,9 +3,11 @@
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 /// Where the middleware's own lines come from; they are for its developers.
 const MIDDLEWARE: &str = "iceoryx2_bb_loggers=error";
@@ -19,20 +21,23 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         1 => "debug",
         _ => "trace",
     };
-    let default = || EnvFilter::new(format!("{level},{MIDDLEWARE}"));
+    // Not `EnvFilter`: it would bring a regular-expression engine, and nobody filters by the values of fields.
+    let filter = |text: &str| format!("{MIDDLEWARE},{text}").parse::<Targets>();
     let asked = std::env::var("HOPPER_LOG").ok().filter(|text| !text.is_empty());
-    let given = asked.as_ref().map(|text| EnvFilter::try_new(format!("{MIDDLEWARE},{text}")));
+    let given = asked.as_deref().map(filter);
     let refused = given.as_ref().and_then(|given| given.as_ref().err().map(ToString::to_string));
-    let filter = given.and_then(Result::ok).unwrap_or_else(default);
+    let given = given.and_then(Result::ok).unwrap_or_else(|| filter(level).unwrap_or_default());
     let installed = tracing_subscriber::fmt()
         .compact()
-        .with_env_filter(filter)
+        .with_max_level(LevelFilter::TRACE)
         .with_writer(writer)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         // A line that cannot be written is lost; telling so would end the process where it tells it.
         .log_internal_errors(false)
         .with_timer(Stamp { role: role.to_owned() })
+        .finish()
+        .with(given)
         .try_init()
         .is_ok();
     if installed {

@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Action, Branch, Cell, Command, Control, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch,
-    MonotonicNs, Name, Order, Pace, PastPage, Pose, Record, Role, RunId, SeenCell, State, Status, Tempo, Term, Vetoed,
+    Action, Branch, Cell, Command, Control, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage,
+    MapPatch, MonotonicNs, Name, Order, Pace, PastPage, Pose, Record, Role, RunId, SeenCell, State, Status,
+    Tempo, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission, ROBOT};
@@ -275,9 +276,11 @@ impl Checker {
         self.require(!need.has(action), "nothing dangerous is executed", || {
             format!("decision {due} was {action} from {}", before.pose.cell)
         });
-        self.require(record.vetoed.union(need) == need, "only what is seen to be dangerous is vetoed", || {
-            format!("decision {due}: {:?} were vetoed, {need:?} are dangerous", record.vetoed)
-        });
+        self.require(
+            record.vetoed.union(need) == need,
+            "only what is seen to be dangerous is vetoed",
+            || format!("decision {due}: {:?} were vetoed, {need:?} are dangerous", record.vetoed),
+        );
     }
 
     /// The fallback acted when it should, and left the command where it was.
@@ -401,9 +404,11 @@ impl Checker {
         let Pacing { control, paces, .. } = &self.pacing;
         let obeyed = tempo.heeds == *control && (*control || !tempo.paused) && paces.contains(&tempo.pace);
         let control = *control;
-        self.require(obeyed, "orders are obeyed by a hopper-sim started with --control, and by no other", || {
-            format!("with control {control} the pacing is {tempo:?}")
-        });
+        self.require(
+            obeyed,
+            "orders are obeyed by a hopper-sim started with --control, and by no other",
+            || format!("with control {control} the pacing is {tempo:?}"),
+        );
         let pacing = &mut self.pacing;
         if !tempo.paused || !pacing.paused {
             (pacing.steps, pacing.landings) = (0, 0);
@@ -434,13 +439,22 @@ impl Checker {
     }
 
     /// A monitor that records acknowledges the end of the mission, with these decisions on record.
-    pub(crate) fn recorded(&mut self, monitor: Incarnation, decisions: &BTreeSet<Decision>, now: MonotonicNs) {
-        let asked = self.heard.get(&(monitor, self.sim)).is_some_and(|&(_, at)| now.since_ns(at) < SILENCE_NS);
-        let missing = (0..self.records.len() as u64).map(Decision).find(|decision| !decisions.contains(decision));
+    pub(crate) fn recorded(
+        &mut self,
+        monitor: Incarnation,
+        decisions: &BTreeSet<Decision>,
+        now: MonotonicNs,
+    ) {
+        let asked =
+            self.heard.get(&(monitor, self.sim)).is_some_and(|&(_, at)| now.since_ns(at) < SILENCE_NS);
+        let missing =
+            (0..self.records.len() as u64).map(Decision).find(|decision| !decisions.contains(decision));
         let held = self.records.len();
-        self.require(!asked || missing.is_none(), "the end is acknowledged once every decision is recorded", || {
-            format!("decision {missing:?} of {held} is missing in the recording")
-        });
+        self.require(
+            !asked || missing.is_none(),
+            "the end is acknowledged once every decision is recorded",
+            || format!("decision {missing:?} of {held} is missing in the recording"),
+        );
     }
 
     /// hopper-sim answers for the past.
@@ -530,9 +544,11 @@ impl Checker {
         } else {
             None
         };
-        self.require(cause.is_some() && term == leader.term.next(), "nobody takes over without a cause", || {
-            format!("{incarnation} asks for term {term} after {}, whose leader beats", leader.term)
-        });
+        self.require(
+            cause.is_some() && term == leader.term.next(),
+            "nobody takes over without a cause",
+            || format!("{incarnation} asks for term {term} after {}, whose leader beats", leader.term),
+        );
         cause
     }
 

@@ -1,13 +1,12 @@
-//! The processes in one thread: without faults, or with every fault there is.
+//! The processes in one thread, under a virtual clock and with every fault there is.
 //!
-//! [`lockstep`] calls one process after the other, with nothing lost and no time passing. [`simulation`] runs them under
-//! a virtual clock with a plan of faults ([`fault`]): messages lost, doubled, late or out of order, processes killed or
+//! [`simulation`] runs them with a plan of faults ([`fault`]): messages lost, doubled, late or out of order, processes killed or
 //! stopped anywhere, a write to the journal cut at any byte, a full disk, rival planners, orders from a screen, a process
 //! of another build, another mission in the midst of one, a loss of power, a wall clock that jumps. The [`checker`]
 //! compares everything with the promises; then the faults stop, and the mission must end with the digest that lockstep
 //! gives the same planners.
 //!
-//! Both hosts implement `process::Ports`, so the work loops are the very functions that ship. No clock, file or thread:
+//! The simulation implements `process::Ports`, so the work loops are the very functions that ship. No clock, file or thread:
 //! `examples/seeds.rs` and the command `hopper simulate` run seeds side by side.
 //!
 //! Two clocks are told apart. Processes see CLOCK_MONOTONIC alone, which never jumps: it stands still with a sleeping
@@ -19,7 +18,6 @@ pub mod checker;
 pub mod coverage;
 pub mod disk;
 pub mod fault;
-pub mod lockstep;
 mod observed;
 mod ports;
 mod screen;

@@ -27,7 +27,7 @@ impl Planner for Observed {
         self.planner.plan(situation, budget)
     }
 
-    fn policy(&self) -> Option<Vec<PolicyCell>> {
+    fn policy(&mut self) -> Option<Vec<PolicyCell>> {
         self.planner.policy()
     }
 }

@@ -97,7 +97,8 @@ impl SimulatedPorts {
 
     /// Goes on once nothing stops it.
     async fn resumed(&self) {
-        poll_fn(|_| if self.life.stopped_until.get().is_none() { Poll::Ready(()) } else { Poll::Pending }).await;
+        poll_fn(|_| if self.life.stopped_until.get().is_none() { Poll::Ready(()) } else { Poll::Pending })
+            .await;
     }
 }
 
@@ -336,7 +337,8 @@ fn shorten<R: 'static>(response: &mut R, world: &World) {
 impl World {
     /// The checker looks at what the journal has just taken.
     fn check_commit(&mut self) {
-        let Some(record) = self.disk.take_write().and_then(|frame| hopper_sim::journal::record_of(&frame)) else {
+        let Some(record) = self.disk.take_write().and_then(|frame| hopper_sim::journal::record_of(&frame))
+        else {
             return;
         };
         self.checker.committed(&record);
@@ -400,7 +402,8 @@ impl World {
 
     fn sent(&mut self, life: &Life, command: &Command, now: MonotonicNs) {
         let (run, decision, leader) = life.known_leader.get();
-        let leader = if (run, decision) == (command.run, command.decision) { leader } else { Default::default() };
+        let leader =
+            if (run, decision) == (command.run, command.decision) { leader } else { Default::default() };
         if let Some(cause) = self.checker.sent(command, life, leader, now) {
             self.coverage.count("takeover_asked", cause);
         }
@@ -424,13 +427,16 @@ impl World {
         } else if let Some(control) = message.downcast_ref::<Control>() {
             self.checker.ordered(life, control);
             if life.role == Role::HopperSim {
-                self.coverage.count("order", match control.order {
-                    Order::Pause => "pause",
-                    Order::Resume => "resume",
-                    Order::Step => "step",
-                    Order::Pace(_) => "pace",
-                    Order::HandOver(_) => "hand_over",
-                });
+                self.coverage.count(
+                    "order",
+                    match control.order {
+                        Order::Pause => "pause",
+                        Order::Resume => "resume",
+                        Order::Step => "step",
+                        Order::Pace(_) => "pace",
+                        Order::HandOver(_) => "hand_over",
+                    },
+                );
             }
         }
     }
@@ -461,10 +467,5 @@ impl World {
 pub(crate) const NOTHING_KNOWN: (contract::RunId, Decision, contract::Leader) = (
     contract::RunId(0),
     Decision(u64::MAX),
-    contract::Leader {
-        term: contract::Term(0),
-        incarnation: Incarnation(0),
-        pid: 0,
-        planner: Name::NONE,
-    },
+    contract::Leader { term: contract::Term(0), incarnation: Incarnation(0), pid: 0, planner: Name::NONE },
 );

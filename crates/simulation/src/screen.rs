@@ -33,9 +33,9 @@ impl Somebody {
             _ => {
                 let leader = account.state().map(|state| state.leader.incarnation);
                 let peers = account.lives().peers();
-                let stands_by = peers.iter().find(|peer| {
-                    peer.beat.role == Role::Planner && Some(peer.beat.incarnation) != leader
-                });
+                let stands_by = peers
+                    .iter()
+                    .find(|peer| peer.beat.role == Role::Planner && Some(peer.beat.incarnation) != leader);
                 stands_by.map(|peer| Order::HandOver(peer.beat.incarnation))
             }
         }

@@ -131,11 +131,7 @@ pub fn mission(seed: u64, number: u64) -> Mission {
     };
     brief.sensor.gain = 1.0;
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
-    Mission {
-        brief,
-        terrain: Terrain { grid, datum_m: brief.datum_m, cells, treasures },
-        seed: chance.bits(),
-    }
+    Mission { brief, terrain: Terrain { grid, cells, treasures }, seed: chance.bits() }
 }
 
 /// Now and then a patrol there and back.

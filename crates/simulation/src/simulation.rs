@@ -15,6 +15,7 @@ use contract::{
 };
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{History, Journal, JournalHeader, Mission, crash};
+use lockstep::Crew;
 use monitor::process::{Display, Monitor};
 use monitor::{Chronicle, Progress, Screen, View, Watcher};
 use perception::Cartographer;
@@ -22,7 +23,7 @@ use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
 use process::{Exit, Failure, Ports, Terms};
 use recorder::{Recorder, RecorderPorts, Sink};
-use recording::{Message, Recording};
+use recording::{RecordedMessage as Message, Recording};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -30,7 +31,6 @@ use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
-use crate::lockstep::{self, Crew};
 use crate::observed::Observed;
 use crate::ports::{NOTHING_KNOWN, SimulatedPorts};
 use crate::screen::Somebody;
@@ -556,7 +556,8 @@ impl<'a> Simulation<'a> {
     fn forge(&mut self, forgery: Forgery) {
         let world = &mut *self.world.borrow_mut();
         let Some(command) = world.commanded else { return };
-        let Some((sim, wakes, queue)) = world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
+        let Some((sim, wakes, queue)) =
+            world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
         else {
             return;
         };
@@ -702,7 +703,7 @@ impl Sink for Memory {
         "memory".into()
     }
 
-    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::Host> {
+    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
         None
     }
 }

@@ -3,8 +3,8 @@
 use std::any::TypeId;
 use std::sync::LazyLock;
 
-use contract::message::{Message, Request, Visitor};
 use crate::ports::{Answered, Asked};
+use contract::message::{Message, Request, Visitor};
 use serde::{Serialize, Serializer};
 
 /// A way that messages take: a publish-subscribe service, or one direction of a request-response service.
@@ -44,7 +44,12 @@ impl Visitor for Topics {
     fn request<Q: Request>(&mut self) {
         let (name, buffer) = (Q::SERVICE.short_name(), Q::SERVICE.max_clients);
         let has_history = false;
-        self.0.push(Facts { of: TypeId::of::<Asked<Q>>(), name: format!("{name}_asked"), buffer, has_history });
+        self.0.push(Facts {
+            of: TypeId::of::<Asked<Q>>(),
+            name: format!("{name}_asked"),
+            buffer,
+            has_history,
+        });
         let of = TypeId::of::<Answered<Q::Response>>();
         self.0.push(Facts { of, name: format!("{name}_answered"), buffer, has_history });
     }

@@ -13,11 +13,11 @@ pub use shell::open;
 use std::io::Write;
 
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy, RobotId,
-    RunId, State, Tempo,
+    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy,
+    RobotId, RunId, State, Tempo,
 };
 use process::{Client, Exit, Failure, Ports, Reader, accept};
-use recording::{Context, Host, Message, RecordingError, Wanted};
+use recording::{Context, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
 
 /// Longest and shortest pause between two looks, nanoseconds.
 const PERIODS_NS: [u64; 2] = [20_000_000, 1_000_000];
@@ -34,7 +34,7 @@ pub trait Sink: Write {
     fn name(&self) -> String;
 
     /// How busy the machine was since the last call, if that is at least `least_ns` ago.
-    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<Host>;
+    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<MachineLoad>;
 }
 
 /// Records until the mission ends.
@@ -101,8 +101,8 @@ impl<P: Ports, S: Sink> Recorder<P, S> {
         );
     }
 
-    fn record(&mut self, messages: Vec<Message>, now: MonotonicNs) -> Result<Wanted, RecordingError> {
-        let mut wanted = Wanted::default();
+    fn record(&mut self, messages: Vec<Message>, now: MonotonicNs) -> Result<Requests, RecordingError> {
+        let mut wanted = Requests::default();
         for message in messages {
             wanted = wanted.or(self.engine.on(message, now)?);
         }
@@ -122,8 +122,7 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
         let now = ports.now();
         let (mut messages, most) = self.ports.receive();
         messages.extend(self.sink.load(now, HOST_PERIOD_NS).map(Message::Host));
-        self.period_ns =
-            if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
+        self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
         match self.record(messages, now) {
             Ok(wanted) => {
                 self.append();
@@ -147,7 +146,7 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
         let last = self.sink.load(now, 0).map(Message::Host);
         if !self.failed
             && let Err(error) = last
-                .map_or(Ok(Wanted::default()), |host| self.engine.on(host, now))
+                .map_or(Ok(Requests::default()), |host| self.engine.on(host, now))
                 .and_then(|_| self.engine.finish(now))
         {
             self.fail(&error);
@@ -185,7 +184,7 @@ impl<P: Ports> RecorderPorts<P> {
         })
     }
 
-    fn ask(&mut self, wanted: Wanted) -> Result<(), P::Error> {
+    fn ask(&mut self, wanted: Requests) -> Result<(), P::Error> {
         if let Some(request) = wanted.past {
             self.past.request(request)?;
         }
@@ -221,9 +220,6 @@ impl<P: Ports> RecorderPorts<P> {
 }
 
 /// The well-formed messages; others are logged and dropped.
-fn known<M>(
-    messages: Vec<Result<M, contract::Refusal>>,
-    message: impl Fn(M) -> Message,
-) -> Vec<Message> {
+fn known<M>(messages: Vec<Result<M, contract::Refusal>>, message: impl Fn(M) -> Message) -> Vec<Message> {
     messages.into_iter().filter_map(|received| accept(Some(received)).map(&message)).collect()
 }

@@ -10,7 +10,7 @@ use contract::MonotonicNs;
 use monitor::record_args::{RecordArgs, RecordNotes, files};
 use node::host::{self, Load};
 use node::{Exit, Failure, Node};
-use recording::{Context, Host};
+use recording::{Context, MachineLoad};
 
 use crate::{Recorder, RecorderPorts, Sink};
 
@@ -62,7 +62,7 @@ impl Sink for RecordingFile {
         self.path.display().to_string()
     }
 
-    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<Host> {
+    fn load(&mut self, now: MonotonicNs, least_ns: u64) -> Option<MachineLoad> {
         let (before, since) = self.host;
         if now.since_ns(since) < least_ns {
             return None;
@@ -70,7 +70,7 @@ impl Sink for RecordingFile {
         let load = host::load();
         self.host = (load, now);
         let busy = load.busy_since(&before);
-        Some(Host { since, until: now, busy, load_1min: load.load_1min, cores: self.cores })
+        Some(MachineLoad { since, until: now, busy, load_1min: load.load_1min, cores: self.cores })
     }
 }
 

@@ -11,8 +11,8 @@ use contract::{MonotonicNs, Order};
 use node::{Exit, Failure, Node};
 
 use super::gate::{Answer, Gate, HEAD_BYTES_MAX, HEADERS, Head, Rejection};
-use crate::{Chronicle, Screen, Wish};
 use crate::chronicle::{Cursor, Frame};
+use crate::{Chronicle, Screen, Wish};
 
 /// Connections at once; whoever comes beyond is told so.
 pub const CONNECTIONS_MAX: usize = 32;

@@ -11,10 +11,10 @@ use contract::{
     ObservedMap, Pace, Policy, RobotId, Role, SeenCell, Status, Tempo,
 };
 use mission::{Step, brief, ground, name, policy, records};
-use terminal::{Knobs, draw};
 use monitor::{Chronicle, Event, News, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use terminal::{Knobs, draw};
 
 const ROBOT: RobotId = RobotId(0);
 const SIDE: u32 = 16;

@@ -6,8 +6,8 @@ use crate::Role;
 use crate::fixed_payload;
 
 use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
-use crate::pace::{HERTZ_MAX, HERTZ_MIN};
 use crate::message::{Message, PublishSubscribe};
+use crate::pace::{HERTZ_MAX, HERTZ_MIN};
 use crate::{Control, Incarnation, Order, Pace, Refusal, Tempo};
 
 /// One order.

@@ -34,11 +34,11 @@ use bytemuck::{Pod, Zeroable};
 use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, STEPS_MAX, TREASURES_MAX};
 use crate::message::Visitor;
 use crate::{
-    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, State, Tempo, TruthRequest,
-};
-use crate::{
     Action, Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose,
     Refusal, RobotId, RunId, Term, Timing, Vetoed,
+};
+use crate::{
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, State, Tempo, TruthRequest,
 };
 
 /// A type that may cross shared memory under a versioned name.

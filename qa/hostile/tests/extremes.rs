@@ -1,0 +1,221 @@
+//! Every field of every message at every extreme: refused and counted, or borne.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::wire::{
+    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV3, SeenCellV1,
+    StateV3, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
+};
+use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
+use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
+use hostile::{extremes, specimen, wire};
+use monitor::watcher::{self, Watcher};
+use perception::Observation;
+use perception::cartographer::{self, Cartographer};
+use planner::pilot::{self, Commission, Pilot};
+use planner::{Budget, Situation, algorithm};
+
+const NOW: MonotonicNs = MonotonicNs(5_000_000_000);
+
+/// An arbiter whose planner in command has had its first command executed.
+fn led() -> Arbiter {
+    let mut arbiter = Arbiter::new(specimen::mission(), None, Pace::Max, 1_000_000_000, NOW);
+    arbiter.on(Event::Tick, NOW);
+    let command = specimen::command(arbiter.state());
+    assert!(matches!(arbiter.on(Event::Command(Ok(command)), NOW)[..], [Effect::Append(_)]));
+    arbiter.on(Event::Appended, NOW);
+    assert_eq!(arbiter.state().decision, Decision(1));
+    arbiter
+}
+
+/// P-EXTREMES: a stranger's command with any field at any extreme moves nothing, and each is counted.
+#[test]
+fn a_strangers_command_with_any_field_at_any_extreme_is_refused_and_counted() {
+    let mut arbiter = led();
+    let before = *arbiter.state();
+    let stranger = Command { incarnation: Incarnation(0xbad), ..specimen::command(&before) };
+    let commands = extremes::of(&CommandV1::from(&stranger));
+    assert!(commands.len() > 400, "{}", commands.len());
+    for wire in &commands {
+        let effects = arbiter.on(Event::Command(Command::try_from(wire)), NOW);
+        assert!(matches!(effects[0], Effect::Refused(_)), "{wire:?}: {effects:?}");
+        assert!(effects.iter().all(|effect| !matches!(effect, Effect::Append(_))), "{wire:?}");
+        assert_eq!(arbiter.state(), &before);
+    }
+    let counted: u64 = arbiter.refusals().0.values().sum();
+    assert_eq!(counted, commands.len() as u64, "{:?}", arbiter.refusals());
+    // And the planner in command is obeyed as before.
+    let effects = arbiter.on(Event::Command(Ok(specimen::command(&before))), NOW);
+    assert!(matches!(effects[..], [Effect::Append(_)]), "{effects:?}");
+}
+
+/// Machines in the midst of a mission.
+struct Crew {
+    cartographer: Cartographer,
+    pilot: Pilot,
+    watcher: Watcher,
+}
+
+impl Crew {
+    fn new() -> Self {
+        let commission = Commission {
+            robot: ROBOT,
+            incarnation: Incarnation(77),
+            pid: 1,
+            planner: specimen::heartbeat().planner,
+            takeover: false,
+            succeeds_pid: None,
+        };
+        Self {
+            cartographer: Cartographer::new(ROBOT),
+            pilot: Pilot::new(commission),
+            watcher: Watcher::new(ROBOT),
+        }
+    }
+
+    fn brief(&mut self, brief: Brief) {
+        self.cartographer.on(cartographer::Event::Brief(brief), NOW);
+        self.pilot.on(pilot::Event::Brief(brief), NOW);
+        self.watcher.on(watcher::Event::Brief(brief), NOW);
+    }
+
+    fn state(&mut self, state: State) {
+        self.cartographer.on(cartographer::Event::State(state), NOW);
+        self.pilot.on(pilot::Event::State(state), NOW);
+        self.watcher.on(watcher::Event::State(state), NOW);
+    }
+
+    /// Time passes; whatever there is to be told is told.
+    fn tick(&mut self) {
+        let later = NOW.plus_ns(3_000_000_000);
+        for now in [NOW, later] {
+            for effect in self.cartographer.on(cartographer::Event::Tick, now) {
+                if effect == cartographer::Effect::PublishMap {
+                    self.cartographer.patches(now, &mut || now);
+                }
+            }
+            self.pilot.on(pilot::Event::Tick, now);
+            self.watcher.on(watcher::Event::Tick, now);
+        }
+        let _ = (
+            self.watcher.progress(later),
+            self.watcher.latency(),
+            self.pilot.seen(),
+            self.cartographer.seen(),
+        );
+    }
+
+    /// With the brief, the truth and the opening state of the specimen's mission.
+    fn aboard() -> Self {
+        let mut crew = Self::new();
+        crew.brief(specimen::brief());
+        crew.cartographer.on(cartographer::Event::Truth(wire::truth()), NOW);
+        crew.state(specimen::flown().1[0]);
+        crew
+    }
+}
+
+/// P-EXTREMES-PEERS: whatever of a rogue's briefs, states, maps, pages and beats passes the checks of the wire,
+/// perception, planner and monitor bear it.
+#[test]
+fn no_extreme_of_what_peers_read_ends_one_of_them() {
+    let (records, states) = specimen::flown();
+    let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
+    let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
+    let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
+    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
+        if let Ok(brief) = Brief::try_from(&wire) {
+            for run in [specimen::RUN, brief.run] {
+                let mut crew = Crew::aboard();
+                crew.brief(Brief { run, ..brief });
+                crew.state(State { run, ..states[0] });
+                crew.tick();
+            }
+        }
+    }
+    for wire in extremes::of(&StateV3::from(&states[1])) {
+        if let Ok(state) = State::try_from(&wire) {
+            let mut crew = Crew::aboard();
+            crew.state(state);
+            crew.state(states[2]);
+            crew.tick();
+        }
+    }
+    for header in extremes::of(&MapPatchV1::from(&patch)) {
+        if let Ok(patch) = patch_from_wire(&header, &cells) {
+            let mut crew = Crew::aboard();
+            crew.watcher.on(watcher::Event::Map(patch.clone()), NOW);
+            crew.pilot.on(pilot::Event::Patch(patch), NOW);
+            crew.tick();
+        }
+    }
+    for header in extremes::of(&MapPageV1::from(&page)) {
+        if let Ok(page) = map_page_from_wire(&header, &cells) {
+            let mut crew = Crew::aboard();
+            crew.pilot.on(pilot::Event::Page(page), NOW);
+            crew.tick();
+        }
+    }
+    for header in extremes::of(&TruthPageV1::from(&truth)) {
+        if let Ok(truth) = truth_page_from_wire(&header, &ground) {
+            let mut crew = Crew::new();
+            crew.brief(specimen::brief());
+            crew.cartographer.on(cartographer::Event::Truth(truth), NOW);
+            crew.state(states[0]);
+            crew.tick();
+        }
+    }
+    let page =
+        PastPage { run: specimen::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
+    for record in extremes::of(&RecordV3::from(&records[0])) {
+        if let Ok(page) = page_from_wire(&PastHeaderV1::from(&page), &[record]) {
+            let mut crew = Crew::aboard();
+            crew.state(states[2]);
+            crew.cartographer.on(cartographer::Event::Past(page.clone()), NOW);
+            crew.watcher.on(watcher::Event::Past(page), NOW);
+            crew.tick();
+        }
+    }
+    for wire in extremes::of(&HeartbeatV1::from(&specimen::heartbeat())) {
+        if let Ok(beat) = Heartbeat::try_from(&wire) {
+            let (mut crew, mut arbiter) = (Crew::aboard(), led());
+            crew.pilot.on(pilot::Event::Heartbeat(beat), NOW);
+            crew.watcher.on(watcher::Event::Heartbeat(beat), NOW);
+            let before = *arbiter.state();
+            arbiter.on(Event::Heartbeat(beat), NOW);
+            assert_eq!(arbiter.state(), &before, "a beat moves nothing");
+            crew.tick();
+        }
+    }
+    assert!(Record::try_from(&RecordV3::from(&records[0])).is_ok());
+}
+
+/// What a plan may take: sweeps, expansions.
+const WORK_MAX: u64 = 200_000;
+
+/// P-EXTREMES-PLAN: for whatever brief passes the checks of the wire, every planner decides within its budget.
+#[test]
+fn every_planner_decides_under_every_brief_that_passes() {
+    let mut planned = 0;
+    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
+        let Ok(brief) = Brief::try_from(&wire) else { continue };
+        let mut terrain = specimen::mission().terrain;
+        if brief.grid.cells() != terrain.cells.len() {
+            continue;
+        }
+        terrain.grid = brief.grid;
+        let mission = Mission { brief, terrain: terrain.clone(), seed: 1 };
+        let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
+        let mut observation = Observation::unseen(&brief, ROBOT);
+        observation.fold(&brief, &terrain, state.pose, Decision(0));
+        for name in planner::ALGORITHMS {
+            let mut planner = algorithm(name).unwrap();
+            let situation = Situation { brief: &brief, map: observation.map(), state: &state };
+            let plan = planner.plan(&situation, &Budget::of(Some(WORK_MAX)));
+            assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
+            assert!(plan.work <= WORK_MAX, "{name}: work {} under {brief:?}", plan.work);
+            planned += 1;
+        }
+    }
+    assert!(planned > 300, "{planned} plans");
+}

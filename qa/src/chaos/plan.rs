@@ -1,0 +1,183 @@
+//! The faults of one mission, drawn from its seed and its victim.
+
+use contract::Role;
+use hopper_sim::Pace;
+use serde::Serialize;
+use simulation::chance::Chance;
+
+/// Most faults in a mission.
+const FAULTS_MAX: u64 = 4;
+
+/// Latest start-up fault, microseconds after the start: by then a process has joined, unless the machine is busy.
+const START_UP_US: u64 = 40_000;
+
+/// Last decision after which a fault is injected; missions on hard ground take at least 35.
+const DECISIONS: u64 = 34;
+
+/// Latest fault after its decision, microseconds.
+const FLIGHT_US: u64 = 8_000;
+
+/// Highest passage of a crash point at which a process is killed.
+const PASSAGES: u64 = 12;
+
+/// Shortest and longest pause, milliseconds: a short one, and one after which a process counts as gone.
+const PAUSE_MS: [(u64, u64); 2] = [(1, 120), (1_050, 1_400)];
+
+/// When a fault is injected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultTime {
+    /// After the victim was started.
+    StartUp {
+        /// Delay, microseconds.
+        after_us: u64,
+    },
+    /// After the journal first held a number of decisions.
+    Flight {
+        /// Number of decisions.
+        decisions: u64,
+        /// Delay, microseconds.
+        after_us: u64,
+    },
+}
+
+/// A fault of the victim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// kill -9 at a passage of a named crash point; set when the process is started.
+    Point {
+        /// One of [`crash_points`].
+        name: &'static str,
+        /// How many times the process reaches the point, this time included.
+        passage: u64,
+    },
+    /// kill -9.
+    Kill(FaultTime),
+    /// SIGSTOP, then SIGCONT.
+    Pause {
+        /// When the process is stopped.
+        at: FaultTime,
+        /// Time until it is continued, milliseconds.
+        for_ms: u64,
+    },
+    /// SIGTERM, then a new process.
+    Restart(FaultTime),
+}
+
+impl Fault {
+    /// Name under which it is counted.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Fault::Point { name, .. } => name,
+            Fault::Kill(FaultTime::StartUp { .. }) => "kill in start-up",
+            Fault::Kill(FaultTime::Flight { .. }) => "kill in flight",
+            Fault::Pause { .. } => "pause",
+            Fault::Restart(_) => "restart",
+        }
+    }
+
+    /// When it is injected; `None` at a crash point.
+    #[must_use]
+    pub fn at(&self) -> Option<FaultTime> {
+        match *self {
+            Fault::Point { .. } => None,
+            Fault::Kill(at) | Fault::Restart(at) | Fault::Pause { at, .. } => Some(at),
+        }
+    }
+}
+
+/// The faults of one mission.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// Seed of the plan and of the mission.
+    pub seed: u64,
+    /// Role whose process the faults are injected into.
+    pub victim: Role,
+    /// Order in which the four are started.
+    pub order: [Role; 4],
+    /// Pace of the mission, landings a second.
+    #[serde(skip)]
+    pub pace: Pace,
+    /// Faults in the order in which they are injected.
+    pub faults: Vec<Fault>,
+}
+
+impl Plan {
+    /// The plan of `seed` for `victim`.
+    #[must_use]
+    pub fn of(seed: u64, victim: Role) -> Self {
+        let mut chance = Chance::new(seed, victim.as_str());
+        let mut order = Role::ALL;
+        for last in (1..order.len()).rev() {
+            order.swap(last, chance.below(last as u64 + 1) as usize);
+        }
+        // A mission does not wait for its monitor: at full pace it would be over before the monitor is back.
+        let slow = victim == Role::Monitor || chance.one_in(2);
+        let pace = if slow { Pace::Hertz(150.0) } else { Pace::Max };
+        let mut faults = Vec::new();
+        let mut fresh = true;
+        for _ in 0..chance.between(1, FAULTS_MAX) {
+            let fault = draw(&mut chance, victim, fresh);
+            // A crash point is set when a process is started; after a pause it is still the same process.
+            fresh = !matches!(fault, Fault::Pause { .. });
+            faults.push(fault);
+        }
+        Self { seed, victim, order, pace, faults }
+    }
+}
+
+/// The crash points of a role.
+#[must_use]
+pub fn crash_points(role: Role) -> &'static [&'static str] {
+    match role {
+        Role::HopperSim => hopper_sim::CRASH_POINTS,
+        Role::Perception => perception::process::CRASH_POINTS,
+        Role::Planner => planner::process::CRASH_POINTS,
+        Role::Monitor => monitor::process::CRASH_POINTS,
+    }
+}
+
+fn draw(chance: &mut Chance, victim: Role, fresh: bool) -> Fault {
+    match chance.below(8) {
+        0..3 if fresh => {
+            let name = chance.pick(crash_points(victim));
+            let passage = if chance.one_in(2) { 1 } else { chance.between(2, PASSAGES) };
+            Fault::Point { name, passage }
+        }
+        0..6 => Fault::Kill(fault_time(chance)),
+        6 => {
+            let (least, most) = PAUSE_MS[usize::from(chance.one_in(8))];
+            Fault::Pause { at: fault_time(chance), for_ms: chance.between(least, most) }
+        }
+        _ => Fault::Restart(fault_time(chance)),
+    }
+}
+
+fn fault_time(chance: &mut Chance) -> FaultTime {
+    if chance.one_in(2) {
+        FaultTime::StartUp { after_us: chance.below(START_UP_US) }
+    } else {
+        FaultTime::Flight { decisions: chance.between(1, DECISIONS), after_us: chance.below(FLIGHT_US) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_hundred_plans_of_a_role_name_every_crash_point_and_every_kind_of_fault() {
+        for victim in Role::ALL {
+            let plans: Vec<Plan> = (0..200).map(|seed| Plan::of(seed, victim)).collect();
+            assert_eq!(plans, (0..200).map(|seed| Plan::of(seed, victim)).collect::<Vec<_>>());
+            let names: std::collections::BTreeSet<&str> =
+                plans.iter().flat_map(|plan| &plan.faults).map(Fault::name).collect();
+            let kinds = ["kill in start-up", "kill in flight", "pause", "restart"];
+            for name in crash_points(victim).iter().chain(&kinds) {
+                assert!(names.contains(name), "{victim}: {name}");
+            }
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Quality rigs: faults injected into real and simulated processes, and long runs.
+
+pub mod chaos;
+pub mod endure;
+pub mod simulate;
+
+use clap::Subcommand;
+use node::{Exit, Failure};
+
+/// The commands of `hopper` that this package serves.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Simulate the whole system in one thread while faults are injected.
+    #[command(after_help = "Examples:\n  hopper simulate --seeds 0..2000")]
+    Simulate(simulate::Args),
+    /// Kill, stop and restart real processes of real missions, and count the effects.
+    #[command(
+        after_help = "Examples:\n  hopper chaos --faults 20\n  hopper chaos --role planner --format json"
+    )]
+    Chaos(chaos::Args),
+    /// Fly a long patrol, kill its processes in turn, and check that nothing grows.
+    #[command(
+        after_help = "Examples:\n  hopper endure --hops 20000 --kill-every 2000\n  hopper endure --scenario patrol --hops 5000 --kill-every 0 --format json"
+    )]
+    Endure(endure::Args),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Simulate(args) => simulate::run(args),
+        Command::Chaos(args) => chaos::run(args),
+        Command::Endure(args) => endure::run(args),
+    }
+}

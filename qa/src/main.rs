@@ -1,0 +1,17 @@
+//! `hopper-qa`: serves `hopper chaos` and `hopper endure`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+#[derive(Parser)]
+#[command(name = "hopper", bin_name = "hopper", version = hopper::VERSION)]
+struct Cli {
+    #[command(subcommand)]
+    command: hopper_qa::Command,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    hopper::tool::main("hopper", || hopper_qa::run(&cli.command))
+}

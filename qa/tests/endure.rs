@@ -1,0 +1,71 @@
+//! `hopper endure`: a long patrol through real processes, some of which are killed.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+#[path = "../../tests/harness/mod.rs"]
+mod harness;
+
+use std::process::Command;
+
+use harness::{Mission, json, stderr};
+use serde_json::Value;
+
+/// `hopper-qa WORDS`, in the mission's folder.
+fn qa(mission: &Mission, words: &[&str]) -> Command {
+    harness::program("hopper");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hopper-qa"));
+    command.args(words).current_dir(mission.path("")).env_remove("HOPPER_INSTANCE");
+    command
+}
+
+/// P-PATROL-FLOWN: a short sample of the long run; `hopper endure` alone flies the million.
+#[test]
+fn a_patrol_under_kills_has_the_digest_of_lockstep_and_leaves_nothing_behind() {
+    let mut mission = Mission::new("endure");
+    let words = [
+        "endure",
+        "--hops",
+        "3000",
+        "--kill-every",
+        "700",
+        "--samples",
+        "10",
+        "--seed",
+        "5",
+        // A sample is due every 0.6 s, whatever the machine does meanwhile.
+        "--pace",
+        "500",
+        "--format",
+        "json",
+    ];
+    let output = qa(&mission, &words).args(["--instance", &mission.name, "--out", "out"]).output().unwrap();
+    // Memory is measured over longer runs: in the first tenth of this one not every role has warmed up.
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{}", stderr(&output));
+    let answer = json(&output);
+    let is = |field: &str, need: Value| assert_eq!(answer[field], need, "{field} of {answer}");
+    is("outcome", "goal".into());
+    is("decisions", 3000.into());
+    is("kills", 4.into());
+    is("leaked_nodes", 0.into());
+    is("leaked_files", 0.into());
+    assert!(answer["visits"].as_u64() > Some(20), "{answer}");
+    assert_eq!(answer["samples"].as_array().map(Vec::len), Some(9), "{answer}");
+    assert_eq!(answer["memory"].as_array().map(Vec::len), Some(4));
+    assert!(answer["p50"]["half_width_us"].as_f64() > Some(0.0));
+    mission.assert_nothing_left();
+
+    let words = ["run", "--lockstep", "--scenario", "out/scenario.toml", "--seed", "5", "--format", "json"];
+    let flown = mission.hopper(&words).args(["--out", "again"]).output().unwrap();
+    assert_eq!(flown.status.code(), Some(0), "a patrol that is flown is a success: {}", stderr(&flown));
+    let summary = json(&flown);
+    assert_eq!((&summary["digest"], &summary["visits"]), (&answer["digest"], &answer["visits"]));
+    assert!(mission.path("again/mission.svg").exists());
+}
+
+#[test]
+fn a_mission_that_is_no_patrol_is_no_long_run() {
+    let mission = Mission::new("no-patrol");
+    let output = qa(&mission, &["endure", "--scenario", "hard"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("patrol"), "{}", stderr(&output));
+}

@@ -1,0 +1,30 @@
+//! Commands that reproduce published results: what the papers report, and their figures.
+
+pub mod gallery;
+pub mod known;
+
+use clap::Subcommand;
+use node::{Exit, Failure};
+
+/// The commands of `hopper` that this package serves.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Draw the figures of docs/gallery.md again.
+    #[command(after_help = "Examples:\n  hopper gallery")]
+    Gallery(gallery::Args),
+    /// Plan on fully known ground, as the predecessor paper did.
+    #[command(subcommand)]
+    #[command(after_help = "Examples:\n  hopper known findings --out out/known")]
+    Known(known::Command),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Gallery(args) => gallery::run(args),
+        Command::Known(command) => known::run(command),
+    }
+}

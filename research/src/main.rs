@@ -1,0 +1,17 @@
+//! `hopper-research`: serves `hopper known` and `hopper gallery`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+#[derive(Parser)]
+#[command(name = "hopper", bin_name = "hopper", version = hopper::VERSION)]
+struct Cli {
+    #[command(subcommand)]
+    command: hopper_research::Command,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    hopper::tool::main("hopper", || hopper_research::run(&cli.command))
+}

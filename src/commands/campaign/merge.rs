@@ -1,0 +1,82 @@
+//! `hopper campaign merge`: merges the shards of a campaign row by row.
+
+use std::path::PathBuf;
+
+use ::campaign::Shard;
+use node::{Exit, Failure};
+
+use super::store::{self, Manifest, Rows, Store, Times};
+use crate::stdout::print;
+
+/// Arguments of `hopper campaign merge`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Folders of all shards, in any order.
+    #[arg(value_name = "DIR", required = true)]
+    dirs: Vec<PathBuf>,
+    /// Folder for the whole [default: out/NAME].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Merges the shards.
+///
+/// # Errors
+/// Exit code 2 if a shard is missing, given twice, unfinished, or of another campaign.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let mut parts =
+        args.dirs.iter().map(|dir| Ok((dir, store::manifest(dir)?))).collect::<Result<Vec<_>, Failure>>()?;
+    parts.sort_by_key(|(_, manifest)| manifest.shard.number);
+    check(&parts)?;
+    let plan = parts[0].1.plan.clone();
+    let trials = plan.trials();
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&plan.name));
+    let whole = Manifest { shard: Shard::WHOLE, plan };
+    let mut store = Store::open(&out, &whole, false)?;
+    let mut rows =
+        parts.iter().map(|(dir, manifest)| Rows::open(dir, manifest)).collect::<Result<Vec<_>, _>>()?;
+    let mut times = parts.iter().map(|(dir, _)| store::times(dir)).collect::<Result<Vec<_>, _>>()?;
+    for trial in 0..trials {
+        let part = (trial % parts.len() as u64) as usize;
+        let Some(row) = rows[part].next()? else {
+            let (dir, manifest) = &parts[part];
+            return Err(Failure::usage(format!(
+                "{}: shard {} is not finished, trial {trial} is missing: run it with --resume",
+                dir.display(),
+                manifest.shard
+            )));
+        };
+        let unknown = Times { trial, planning_s: f64::NAN, episode_s: f64::NAN };
+        let times = times[part].next().filter(|times| times.trial == trial).unwrap_or(unknown);
+        store.append(&row, &times)?;
+    }
+    store.flush()?;
+    print(&format!("{trials} rows in {}; see: hopper campaign report {}\n", out.display(), out.display()))?;
+    Ok(Exit::Done)
+}
+
+fn check(parts: &[(&PathBuf, Manifest)]) -> Result<(), Failure> {
+    let (first_dir, first) = &parts[0];
+    for (dir, manifest) in parts {
+        if manifest.plan != first.plan || manifest.shard.count != first.shard.count {
+            return Err(Failure::usage(format!(
+                "need shards of one campaign, got {} (plan {}, shard {}) and {} (plan {}, shard {})",
+                first_dir.display(),
+                first.plan.hash,
+                first.shard,
+                dir.display(),
+                manifest.plan.hash,
+                manifest.shard
+            )));
+        }
+    }
+    let numbers: Vec<u64> = parts.iter().map(|(_, manifest)| manifest.shard.number).collect();
+    if let Some(twice) = numbers.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Failure::usage(format!("shard {}/{} is given twice", twice[0], first.shard.count)));
+    }
+    let missing = (1..=first.shard.count).find(|number| !numbers.contains(number));
+    match missing {
+        Some(number) => Err(Failure::usage(format!("shard {number}/{} is missing", first.shard.count))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,77 @@
+//! `hopper campaign rerun`: flies one trial again, with picture and journal.
+
+use std::path::PathBuf;
+
+use ::campaign::Row;
+use hopper_sim::shell::print_summary;
+use node::{Exit, Failure};
+use report::Format;
+
+use super::store;
+use crate::mission::OutputDir;
+use crate::mission::run::in_lockstep;
+use lockstep::Crew;
+
+/// Arguments of `hopper campaign rerun`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Folder of a campaign.
+    #[arg(value_name = "DIR")]
+    dir: PathBuf,
+    /// Number of the trial, as in its row.
+    #[arg(long, value_name = "K")]
+    trial: u64,
+    /// Folder for journal, summary and picture [default: a new folder under out/].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Form of the summary on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
+/// Flies the trial again and prints its summary.
+///
+/// # Errors
+/// Exit code 2 if the folder does not hold the trial, 1 if the digest is not the row's.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let manifest = store::manifest(&args.dir)?;
+    let row = row(args, &manifest)?;
+    let Some(trial) = manifest.plan.trial(row.trial) else {
+        return Err(Failure::usage(format!("trial {} is not in the plan", row.trial)));
+    };
+    let world = trial.cell.world().map_err(Failure::usage)?;
+    let output_dir = OutputDir::open(args.out.clone(), &world, row.seed)?;
+    let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let mut summary = in_lockstep(&world, row.seed, &crew, &output_dir)?;
+    output_dir.illustrate(&world, &mut summary)?;
+    output_dir.keep(&summary)?;
+    print_summary(&summary, args.format)?;
+    if summary.digest != row.digest {
+        return Err(Failure::run(format!(
+            "trial {}: need the digest of its row, {}, got {}: this program (version {}) is not the one that flew it \
+             (version {})",
+            row.trial,
+            row.digest,
+            summary.digest,
+            store::VERSION,
+            row.version
+        )));
+    }
+    Ok(Exit::Done)
+}
+
+fn row(args: &Args, manifest: &store::Manifest) -> Result<Row, Failure> {
+    let mut rows = store::Rows::open(&args.dir, manifest)?;
+    while let Some(row) = rows.next()? {
+        if row.trial == args.trial {
+            return Ok(row);
+        }
+    }
+    Err(Failure::usage(format!(
+        "--trial: need a trial that {} holds (shard {} of 0 to {}), got {}",
+        args.dir.display(),
+        manifest.shard,
+        manifest.plan.trials().saturating_sub(1),
+        args.trial
+    )))
+}

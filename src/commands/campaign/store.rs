@@ -1,0 +1,293 @@
+//! The folder of a campaign: its plan, its rows as JSON lines and CSV, its times.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `campaign.json` | the plan and the shard: all that decides the rows |
+//! | `trials.jsonl` | one row a trial with its checksum, in order of trial; equal however they were flown |
+//! | `trials.csv` | the same rows as a table, made anew on resuming |
+//! | `times.csv` | wall-clock times of each trial; of that machine and that day |
+//! | `run.json` | how the last run of this folder went |
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+pub use ::campaign::Manifest;
+use ::campaign::manifest::MANIFEST_BYTES_MAX;
+use ::campaign::{Row, Rows as Lines};
+use node::{Exit, Failure};
+use serde::{Deserialize, Serialize};
+
+/// Version of this program: the release, and after the `+` a hash of the sources that decide rows, so that
+/// a changed planner is never taken for the one that flew the first half of a campaign.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("HOPPER_SOURCES"));
+
+const PLAN: &str = "campaign.json";
+const ROWS: &str = "trials.jsonl";
+const TABLE: &str = "trials.csv";
+const TIMES: &str = "times.csv";
+const RUN: &str = "run.json";
+
+const TABLE_HEADINGS: &str = "trial,cell,repetition,seed,config,version,scenario,profile,planner,safety,\
+                              information,distance,outcome,steps,hops,treasures,coverage,digest\n";
+const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
+
+/// Wall-clock times of one trial.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    /// Number of the trial in the plan.
+    pub trial: u64,
+    /// Time spent planning, seconds.
+    pub planning_s: f64,
+    /// The whole episode, seconds.
+    pub episode_s: f64,
+}
+
+/// The folder being written.
+#[derive(Debug)]
+pub struct Store {
+    dir: PathBuf,
+    rows: BufWriter<File>,
+    table: BufWriter<File>,
+    times: BufWriter<File>,
+    done: u64,
+}
+
+impl Store {
+    /// Opens `dir` for `manifest`: a new folder, or with `resume` one that holds the first of its rows.
+    ///
+    /// # Errors
+    /// Exit code 2 if the folder holds another campaign, or trials and `resume` is not asked for.
+    pub fn open(dir: &Path, manifest: &Manifest, resume: bool) -> Result<Self, Failure> {
+        std::fs::create_dir_all(dir)
+            .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
+        let rows = file(dir, ROWS)?;
+        match rows.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Failure::usage(format!("{} is in use by another campaign", dir.display())));
+            }
+            Err(TryLockError::Error(error)) => return Err(failed(&dir.join(ROWS), &error)),
+        }
+        if dir.join(PLAN).exists() {
+            let held = self::manifest(dir)?;
+            if held != *manifest {
+                return Err(Failure::usage(difference(dir, manifest, &held)));
+            }
+        } else {
+            write(dir, PLAN, &manifest.text())?;
+        }
+        let (table, times) = (file(dir, TABLE)?, file(dir, TIMES)?);
+        let held = whole_lines(&rows)?;
+        if held > 0 && !resume {
+            return Err(Failure::usage(format!(
+                "{} holds {held} trials: go on with --resume, or name another folder with --out",
+                dir.display()
+            )));
+        }
+        // A killed run may have written more to one file than to another.
+        let done = held.min(whole_lines(&times)?.saturating_sub(1));
+        cut(&rows, done)?;
+        begin(&times, done, TIMES_HEADINGS)?;
+        // The table says what the rows say, and only they have checksums: it is made anew.
+        begin(&table, 0, TABLE_HEADINGS)?;
+        let mut table = BufWriter::new(table);
+        each_row(dir, manifest, |row| record(&mut table, &row))?;
+        Ok(Self { dir: dir.into(), rows: BufWriter::new(rows), table, times: BufWriter::new(times), done })
+    }
+
+    /// Trials of the shard that the folder holds already.
+    #[must_use]
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+
+    /// Appends the next row.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn append(&mut self, row: &Row, times: &Times) -> Result<(), Failure> {
+        self.rows.write_all(row.line().as_bytes())?;
+        record(&mut self.table, row)?;
+        record(&mut self.times, times)?;
+        self.done += 1;
+        Ok(())
+    }
+
+    /// Hands what was appended to the operating system, so that the death of this process loses nothing.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn flush(&mut self) -> Result<(), Failure> {
+        for file in [&mut self.rows, &mut self.table, &mut self.times] {
+            file.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes down how the run went.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn keep(&self, run: &impl Serialize) -> Result<(), Failure> {
+        write(&self.dir, RUN, &json(run)?)
+    }
+}
+
+/// The manifest of `dir`.
+///
+/// # Errors
+/// Exit code 2 if the folder is no campaign's, or its plan is not as it was written.
+pub fn manifest(dir: &Path) -> Result<Manifest, Failure> {
+    let path = dir.join(PLAN);
+    let text = scenario::text::read(&path, MANIFEST_BYTES_MAX).map_err(Failure::usage)?;
+    Manifest::parse(&text).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
+}
+
+/// Hands each row of `dir` to `tell`, in order, checked against the plan. Returns how many there are.
+///
+/// # Errors
+/// If a row is damaged, out of order or of another campaign.
+pub fn each_row(
+    dir: &Path,
+    manifest: &Manifest,
+    mut tell: impl FnMut(Row) -> Result<(), Failure>,
+) -> Result<u64, Failure> {
+    let mut rows = Rows::open(dir, manifest)?;
+    while let Some(row) = rows.next()? {
+        tell(row)?;
+    }
+    Ok(rows.lines.count())
+}
+
+/// The rows of a folder, one after another.
+#[derive(Debug)]
+pub struct Rows<'a> {
+    path: PathBuf,
+    lines: Lines<'a, BufReader<File>>,
+}
+
+impl<'a> Rows<'a> {
+    /// Opens the rows of `dir`.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub fn open(dir: &Path, manifest: &'a Manifest) -> Result<Self, Failure> {
+        let path = dir.join(ROWS);
+        let file = File::open(&path).map_err(|error| failed(&path, &error))?;
+        Ok(Self { path, lines: Lines::new(manifest, BufReader::new(file)) })
+    }
+
+    /// The next row; `None` at the end, where a torn line counts as none.
+    ///
+    /// # Errors
+    /// If it is damaged, out of order or of another campaign.
+    #[allow(clippy::should_implement_trait, reason = "it fails")]
+    pub fn next(&mut self) -> Result<Option<Row>, Failure> {
+        self.lines.next().map_err(|error| Failure::usage(format!("{}: {error}", self.path.display())))
+    }
+}
+
+/// The times of a folder, one after another, as far as they go.
+///
+/// # Errors
+/// If there are none.
+pub fn times(dir: &Path) -> Result<impl Iterator<Item = Times> + use<>, Failure> {
+    let path = dir.join(TIMES);
+    let reader = csv::Reader::from_path(&path).map_err(|error| failed(&path, &error.into()))?;
+    Ok(reader.into_deserialize().map_while(Result::ok))
+}
+
+fn difference(dir: &Path, need: &Manifest, held: &Manifest) -> String {
+    let pairs = [
+        ("shard", need.shard.to_string(), held.shard.to_string()),
+        ("name", need.plan.name.clone(), held.plan.name.clone()),
+        ("seed", need.plan.seed.to_string(), held.plan.seed.to_string()),
+        ("repetitions", need.plan.repetitions.to_string(), held.plan.repetitions.to_string()),
+        ("version", need.plan.version.clone(), held.plan.version.clone()),
+        ("plan", need.plan.hash.clone(), held.plan.hash.clone()),
+    ];
+    let odd = pairs.into_iter().find(|(_, need, held)| need != held);
+    let (field, need, held) = odd.unwrap_or(("cells", "this grid".into(), "another".into()));
+    format!(
+        "{} holds another campaign: {field}: need {need}, got {held}; name another folder with --out",
+        dir.display()
+    )
+}
+
+fn file(dir: &Path, name: &str) -> Result<File, Failure> {
+    let path = dir.join(name);
+    OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(&path)
+        .map_err(|error| failed(&path, &error))
+}
+
+fn whole_lines(file: &File) -> Result<u64, Failure> {
+    Ok(lines_and_bytes(file, u64::MAX)?.0)
+}
+
+/// Lines up to `lines_max` that are ended, and the bytes they take.
+fn lines_and_bytes(mut file: &File, lines_max: u64) -> Result<(u64, u64), Failure> {
+    file.seek(SeekFrom::Start(0))?;
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let (mut lines, mut bytes, mut read) = (0, 0, 0);
+    while lines < lines_max {
+        let buffer = reader.fill_buf()?;
+        if buffer.is_empty() {
+            break;
+        }
+        let ends = buffer.iter().zip(1..).filter(|(byte, _)| **byte == b'\n').map(|(_, end)| end);
+        for end in ends.take(usize::try_from(lines_max - lines).unwrap_or(usize::MAX)) {
+            lines += 1;
+            bytes = read + end;
+        }
+        let length = buffer.len();
+        read += length as u64;
+        reader.consume(length);
+    }
+    Ok((lines, bytes))
+}
+
+/// Keeps the first `lines` and leaves the file ready to be appended to.
+fn cut(mut file: &File, lines: u64) -> Result<(), Failure> {
+    let (_, bytes) = lines_and_bytes(file, lines)?;
+    file.set_len(bytes)?;
+    file.seek(SeekFrom::End(0))?;
+    Ok(())
+}
+
+/// Keeps the headings and the first `lines` after them.
+fn begin(mut file: &File, lines: u64, headings: &str) -> Result<(), Failure> {
+    if lines > 0 {
+        return cut(file, lines + 1);
+    }
+    cut(file, 0)?;
+    Ok(file.write_all(headings.as_bytes())?)
+}
+
+fn record(out: &mut impl Write, value: &impl Serialize) -> Result<(), Failure> {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
+    writer.serialize(value).map_err(Failure::run)?;
+    Ok(writer.flush()?)
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(value).map_err(Failure::run)? + "\n")
+}
+
+/// Writes a file whole or not at all.
+fn write(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
+    let (path, fresh) = (dir.join(name), dir.join(format!("{name}.new")));
+    std::fs::write(&fresh, text)
+        .and_then(|()| std::fs::rename(&fresh, &path))
+        .map_err(|error| failed(&path, &error))
+}
+
+fn failed(path: &Path, error: &std::io::Error) -> Failure {
+    let exit = if error.kind() == ErrorKind::NotFound { Exit::Usage } else { Exit::Failed };
+    Failure::new(exit, format!("{}: {error}", path.display()))
+}

@@ -1,0 +1,92 @@
+//! `hopper journal`: verifies the journal of a mission, shows its records.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use hopper_sim::JournalError;
+use hopper_sim::journal::{Show, verify};
+use node::{Exit, Failure};
+use report::Format;
+
+use crate::stdout::{print, print_json, stream};
+
+/// Subcommands of `hopper journal`.
+#[derive(clap::Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Check a journal from its first byte to its last; exit code 1 if it is not sound, 2 if it is no journal.
+    Verify(Args),
+    /// Check a journal, then show its records.
+    Show(Args),
+}
+
+/// Arguments of `hopper journal verify` and `hopper journal show`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Folder of the journal; a mission may be writing to it.
+    #[arg(value_name = "DIR")]
+    dir: PathBuf,
+    /// Format of the answer on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
+/// Runs the command: done if the journal is sound, failed if it can be read but is not sound.
+///
+/// # Errors
+/// If the journal is missing, damaged, or cannot be read.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    let is_sound = match command {
+        Command::Verify(Args { dir, format }) => {
+            let verification = verify(folder(dir)?).map_err(failure)?;
+            match format {
+                Format::Text => print(&verification.to_string())?,
+                Format::Json => print_json(&verification)?,
+            }
+            verification.is_sound()
+        }
+        Command::Show(Args { dir, format }) => {
+            let show = Show::new(folder(dir)?).map_err(failure)?;
+            match format {
+                Format::Text => print_tables(&show)?,
+                Format::Json => stream(|out| {
+                    serde_json::to_writer(&mut *out, &show)?;
+                    writeln!(out)
+                })?,
+            }
+            show.verification.is_sound()
+        }
+    };
+    Ok(if is_sound { Exit::Done } else { Exit::Failed })
+}
+
+/// Prints the records table by table: a journal may be longer than memory holds.
+fn print_tables(show: &Show) -> Result<(), Failure> {
+    let mut unreadable = None;
+    stream(|out| {
+        for table in show.tables() {
+            match table {
+                Ok(table) => writeln!(out, "{table}")?,
+                Err(error) => {
+                    unreadable = Some(error);
+                    return Ok(());
+                }
+            }
+        }
+        write!(out, "{}", show.verification)
+    })?;
+    unreadable.map_or(Ok(()), |error| Err(failure(error)))
+}
+
+/// `path`, unless it is the file inside the journal's folder.
+fn folder(path: &Path) -> Result<&Path, Failure> {
+    if path.is_file() {
+        let message =
+            format!("a journal is a folder, got the file {}: name the folder it is in", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(path)
+}
+
+fn failure(error: JournalError) -> Failure {
+    Failure::new(error.exit(), error.to_string())
+}

@@ -1,0 +1,244 @@
+//! `hopper run`: a mission from start to end, as four processes or in lockstep.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use contract::{Digest, Name, Status};
+use hopper_sim::shell::{MissionArgs, print_summary};
+use hopper_sim::{History, Pace};
+use monitor::record_args::RecordArgs;
+use monitor::shell::ViewArgs;
+use node::{Exit, Failure};
+use report::Summary;
+use scenario::{ResolvedScenario, Scenario};
+
+use crate::mission::OutputDir;
+use crate::mission::run::in_lockstep;
+use crate::mission::supervisor::{self, Flight, Launch, Recording};
+use lockstep::Crew;
+
+/// Arguments of `hopper run`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    mission: MissionArgs,
+    /// Algorithm of the planner: mdp, greedy, astar, dstar_lite, hold; with --lockstep also clairvoyant.
+    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    planner: String,
+    /// Name of the instance; processes of different instances never talk to each other.
+    #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
+    instance: String,
+    /// Folder for journal, summary and picture; one that holds a journal of the same mission is resumed
+    /// [default: a new folder under out/].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Run in one thread, without shared memory; the digest is the same.
+    #[arg(long, conflicts_with_all = ["pace", "web"])]
+    lockstep: bool,
+    /// Repeat the mission of this journal, each decision by the planner that commanded then.
+    #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
+    planners_from: Option<PathBuf>,
+    /// Exit with code 3 if a decision missed its budget.
+    #[arg(long)]
+    strict_budget: bool,
+    /// When a process keeps dying, how long to hold before the mission is stopped, so that another can be
+    /// started by hand.
+    #[arg(long, default_value = "60s", value_parser = humantime::parse_duration, value_name = "DURATION")]
+    patience: Duration,
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Format of the summary on standard output.
+    #[arg(long, default_value = "text")]
+    format: report::Format,
+    #[command(flatten)]
+    record: RecordArgs,
+}
+
+/// Flies the mission and prints its summary.
+///
+/// # Errors
+/// Exit code 2 if an argument, the scenario or the output folder is wrong; 1 if the processes cannot run.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    check(args)?;
+    let (world, seed) = match &args.planners_from {
+        Some(dir) => world_of_journal(args, dir)?,
+        None => (args.mission.world()?, args.mission.seed()),
+    };
+    let output_dir = OutputDir::open(args.out.clone(), &world, seed)?;
+    // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
+    let earlier: Vec<PathBuf> = recordings(args, 1).collect();
+    let flight = fly(args, &world, seed, &output_dir)?;
+    let Some(mut summary) = flight.summary else {
+        return Err(match flight.verdict {
+            Ok(true) => Failure::new(Exit::Interrupted, "interrupted before the first decision"),
+            Ok(false) => {
+                Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
+            }
+            Err(failure) => failure,
+        });
+    };
+    output_dir.illustrate(&world, &mut summary)?;
+    let recorded = recordings(args, 0).filter(|file| !earlier.contains(file));
+    for (number, file) in (1..).zip(recorded) {
+        let name = if number == 1 { "recording".into() } else { format!("recording-{number}") };
+        summary.artifacts.insert(name, file);
+    }
+    output_dir.keep(&summary)?;
+    print_summary(&summary, args.format)?;
+    let interrupted = flight.verdict?;
+    if let Some(path) = args.record.record.as_ref().filter(|_| !flight.watched && !interrupted) {
+        let message = format!(
+            "--record {} needs a complete recording, got one that is not whole: the log above says why; the \
+             mission itself is complete",
+            path.display()
+        );
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    Ok(exit(&summary, args.strict_budget, interrupted))
+}
+
+fn fly(args: &Args, world: &ResolvedScenario, seed: u64, output_dir: &OutputDir) -> Result<Flight, Failure> {
+    if args.lockstep {
+        let summary = in_lockstep(world, seed, &crew(args)?, output_dir)?;
+        check_repetition(args, summary.digest)?;
+        return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true });
+    }
+    let launch = Launch {
+        instance: args.instance.clone(),
+        planner: args.planner.clone(),
+        seed,
+        pace: args.mission.pace,
+        web: args.view.web,
+        control: args.view.control,
+        recording: args
+            .record
+            .record
+            .as_ref()
+            .map(|file| Recording { file: file.clone(), with_policies: args.record.record_policies }),
+        patience: args.patience,
+    };
+    supervisor::fly(&launch, output_dir)
+}
+
+/// The files of the recording asked for that exist, without the first `skipped`.
+fn recordings(args: &Args, skipped: usize) -> impl Iterator<Item = PathBuf> {
+    let files = args.record.record.as_deref().map(monitor::record_args::files);
+    files.into_iter().flatten().skip(skipped).take_while(|file| file.exists())
+}
+
+/// Rejects arguments that cannot work before anything is started.
+fn check(args: &Args) -> Result<(), Failure> {
+    if args.view.control && args.view.web.is_none() {
+        return Err(Failure::usage("--control needs --web to give orders from"));
+    }
+    if args.view.web.is_some() && args.mission.pace == Pace::Max {
+        tracing::info!(
+            "at --pace max the mission is over before a browser has opened; --pace 2 is slow enough"
+        );
+    }
+    let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
+    if !clairvoyant {
+        planner::algorithm(&args.planner).map_err(Failure::usage)?;
+    }
+    check_recording(args)?;
+    check_page(args)
+}
+
+fn check_page(args: &Args) -> Result<(), Failure> {
+    let Some(address) = args.view.web.filter(|address| address.port() != 0) else { return Ok(()) };
+    let tried = std::net::TcpListener::bind(address);
+    tried.map(drop).map_err(|error| {
+        let message = format!(
+            "--web {address} cannot be listened on: {error}: choose another port, or 0 for a free one"
+        );
+        Failure::new(Exit::Usage, message)
+    })
+}
+
+/// A recording needs processes that exchange messages, and never replaces an existing file.
+fn check_recording(args: &Args) -> Result<(), Failure> {
+    let Some(path) = &args.record.record else { return Ok(()) };
+    if args.lockstep {
+        let why = "--record needs processes whose messages it records, got --lockstep";
+        return Err(Failure::new(Exit::Usage, why));
+    }
+    if path.exists() {
+        let message = format!("--record {} exists already: name another file", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let message = format!(
+            "--record {} needs a folder that exists, got {}: create it first",
+            path.display(),
+            folder.display()
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(())
+}
+
+/// World and seed of the journal in `dir`; if the command line names them too, they must be the same.
+fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
+    let history = History::open(dir).map_err(Failure::usage)?;
+    let (header, mission) = (history.header(), &args.mission);
+    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
+    let world = scenario.resolve().map_err(Failure::usage)?;
+    let given = match mission.is_given() {
+        true => mission.world()?.brief.scenario_hash,
+        false => header.brief.scenario_hash,
+    };
+    let seed = mission.seed.unwrap_or(header.seed);
+    if (given, seed) != (header.brief.scenario_hash, header.seed) {
+        let message = format!(
+            "--planners-from needs the journal's own mission, scenario {} with seed {}, got another: \
+             leave --scenario, --profile, --dem and --seed out",
+            header.brief.scenario, header.seed
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok((world, seed))
+}
+
+fn exit(summary: &Summary, strict_budget: bool, interrupted: bool) -> Exit {
+    if interrupted {
+        Exit::Interrupted
+    } else if summary.outcome != Status::Goal {
+        Exit::Failed
+    } else if strict_budget && summary.latency.misses > 0 {
+        Exit::Threshold
+    } else {
+        Exit::Done
+    }
+}
+
+/// The repetition of a complete mission must have the digest of its journal.
+fn check_repetition(args: &Args, digest: Digest) -> Result<(), Failure> {
+    let Some(dir) = &args.planners_from else { return Ok(()) };
+    let verified = hopper_sim::verify(dir).map_err(Failure::usage)?;
+    if verified.outcome.is_over() && verified.digest != digest {
+        let message =
+            format!("the repeated mission has digest {digest}, the journal's is {}", verified.digest);
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    tracing::info!("the mission of {} is repeated, digest {digest}", dir.display());
+    Ok(())
+}
+
+fn crew(args: &Args) -> Result<Crew, Failure> {
+    let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
+    match &args.planners_from {
+        Some(dir) => {
+            let history = History::open(dir).map_err(|error| usage(&error))?;
+            let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
+            if crew.shifts().is_empty() && crew.fallbacks().is_empty() {
+                return Err(usage(&format!("--planners-from {} holds no decision", dir.display())));
+            }
+            Ok(crew)
+        }
+        None => {
+            let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;
+            Ok(Crew::single(planner))
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! Supervises the four processes of a mission: starts them, restarts those that die or hang, ends them.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitStatus;
+use std::time::Duration;
+
+use contract::roster::SILENCE_NS;
+use contract::{Heartbeat, MonotonicNs, RobotId, Role, Roster};
+use hopper_sim::Pace;
+use node::{Exit, Failure, Instance, Node};
+use process::{Ports as _, Reader as _};
+use report::{Process, Summary};
+
+use super::OutputDir;
+use super::child::{RESTARTS_MAX, Supervised};
+
+/// A child whose heartbeat has not advanced for this long counts as hung and is killed, nanoseconds.
+const HANG_NS: u64 = 10 * SILENCE_NS;
+
+/// How long children may take to end by themselves, nanoseconds.
+const FAREWELL_NS: u64 = 3_000_000_000;
+
+/// How long a mission that is to be recorded waits for the monitor's first heartbeat, nanoseconds.
+const RECORDER_NS: u64 = 5_000_000_000;
+
+/// Pause between two checks of the children.
+const PERIOD: Duration = Duration::from_millis(20);
+
+/// What the four processes are started with.
+#[derive(Clone, Debug)]
+pub struct Launch {
+    /// Instance that all four join.
+    pub instance: String,
+    /// Algorithm of the planner.
+    pub planner: String,
+    /// Seed of the draws; the scenario itself is read from the output folder.
+    pub seed: u64,
+    /// Landings a second at most, simulated by hopper-sim.
+    pub pace: Pace,
+    /// Address at which the monitor serves its page, if it does.
+    pub web: Option<SocketAddr>,
+    /// Whether hopper-sim obeys orders, and the monitor gives them.
+    pub control: bool,
+    /// What the monitor records, if it does.
+    pub recording: Option<Recording>,
+    /// How long the hopper holds when a process it needs was given up, before the mission is stopped.
+    pub patience: Duration,
+}
+
+/// The recording that the monitor makes.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// File to write, which must not exist yet.
+    pub file: PathBuf,
+    /// Whether policies are recorded too.
+    pub with_policies: bool,
+}
+
+/// A mission flown by four processes.
+#[derive(Debug)]
+pub struct Flight {
+    /// The summary; `None` if no decision was executed.
+    pub summary: Option<Summary>,
+    /// Whether it was interrupted, or the reason why it was stopped.
+    pub verdict: Result<bool, Failure>,
+    /// Whether the monitor ended without an error; only then is a recording complete.
+    pub watched: bool,
+}
+
+/// Flies the mission with four processes.
+///
+/// # Errors
+/// If shared memory cannot be opened, or a process cannot be started.
+pub fn fly(launch: &Launch, output_dir: &OutputDir) -> Result<Flight, Failure> {
+    let instance = Instance::new(&launch.instance)?;
+    instance.clean()?;
+    let mut supervisor = Supervisor::start(launch, &instance, output_dir)?;
+    let verdict = supervisor.watch(launch);
+    supervisor.end()?;
+    let watched = supervisor.was_watched();
+    let summary = match supervisor.summary() {
+        Some(summary) => Some(summary),
+        None => output_dir.summary_of_journal()?,
+    };
+    drop(supervisor);
+    instance.clean()?;
+    let verdict = verdict.map_err(|failure| output_dir.with_resumption(failure));
+    Ok(Flight { summary, verdict, watched })
+}
+
+impl Launch {
+    fn words(&self, words: &[&str]) -> Vec<String> {
+        words.iter().copied().chain(["--instance", &self.instance]).map(str::to_owned).collect()
+    }
+
+    fn sim(&self, output_dir: &OutputDir) -> Vec<String> {
+        let mut words = self.words(&["sim", "--format", "json"]);
+        for (flag, value) in [
+            ("--seed", self.seed.to_string()),
+            ("--pace", self.pace.to_string()),
+            ("--scenario", text(&output_dir.scenario())),
+            ("--journal", text(&output_dir.journal_dir())),
+        ] {
+            words.extend([flag.to_owned(), value]);
+        }
+        words.extend(self.control.then(|| "--control".to_owned()));
+        words
+    }
+
+    fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
+        let mut words = self.words(&["monitor"]);
+        words.extend(self.web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
+        words.extend(self.control.then(|| "--control".to_owned()));
+        let Some(recording) = &self.recording else { return words };
+        words.extend(["--record".into(), text(&recording.file)]);
+        words.extend(["--record-scenario".into(), text(&output_dir.scenario())]);
+        for (key, value) in [
+            ("seed", self.seed.to_string()),
+            ("pace", self.pace.to_string()),
+            ("commit", crate::COMMIT.to_owned()),
+        ] {
+            words.extend(["--record-note".into(), format!("{key}={value}")]);
+        }
+        words.extend(recording.with_policies.then(|| "--record-policies".to_owned()));
+        words
+    }
+}
+
+/// `path` as an argument.
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+struct Supervisor {
+    node: Node,
+    beats: node::Reader<Heartbeat>,
+    roster: Roster,
+    sim: Supervised,
+    peers: Vec<Supervised>,
+    /// When the children were last checked.
+    turned: MonotonicNs,
+    /// When the supervisor itself was last found to have been stopped; heartbeats missed before that prove nothing.
+    woke: MonotonicNs,
+    /// Since when the hopper has been holding because a process it needs was given up.
+    holding: Option<MonotonicNs>,
+    /// Whether any monitor process exited with an error.
+    monitor_failed: bool,
+}
+
+impl Supervisor {
+    fn start(launch: &Launch, instance: &Instance, output_dir: &OutputDir) -> Result<Self, Failure> {
+        let mut node = Node::visit(instance)?;
+        let mut beats = node.reader(RobotId(0), false)?;
+        let program = std::env::current_exe().map_err(Failure::run)?;
+        let start = |role, words| Supervised::start(&program, role, words);
+        let mut monitor = start(Role::Monitor, launch.monitor(output_dir))?;
+        if launch.recording.is_some() {
+            // Only messages published after it has joined are recorded.
+            await_heartbeat(&mut node, &mut beats, &mut monitor)?;
+        }
+        Ok(Self {
+            node,
+            beats,
+            roster: Roster::default(),
+            sim: start(Role::HopperSim, launch.sim(output_dir))?,
+            peers: vec![
+                start(Role::Perception, launch.words(&["perception"]))?,
+                start(Role::Planner, launch.words(&["planner", "--algorithm", &launch.planner]))?,
+                monitor,
+            ],
+            turned: Node::now(),
+            woke: Node::now(),
+            holding: None,
+            monitor_failed: false,
+        })
+    }
+
+    /// Returns once hopper-sim has ended, with whether the mission was interrupted.
+    fn watch(&mut self, launch: &Launch) -> Result<bool, Failure> {
+        loop {
+            self.node.sleep(PERIOD);
+            if Node::now().since_ns(self.turned) > SILENCE_NS {
+                self.woke = Node::now();
+            }
+            self.turned = Node::now();
+            if self.node.stop_requested() {
+                return Ok(true);
+            }
+            for beat in self.beats.drain().into_iter().flatten() {
+                self.roster.observe(beat, Node::now());
+            }
+            if let Some(status) = self.sim.ended()? {
+                match status.code() {
+                    Some(0 | 1) => return Ok(false),
+                    Some(130) => return Ok(true),
+                    Some(code) => return Err(gave_in(Role::HopperSim, code)),
+                    None => self.revive_sim(status)?,
+                }
+            }
+            self.revive_peers()?;
+            self.kill_hung()?;
+            self.hold_for_help(launch)?;
+        }
+    }
+
+    fn revive_sim(&mut self, status: ExitStatus) -> Result<(), Failure> {
+        if self.sim.restarts >= RESTARTS_MAX {
+            return Err(Failure::new(
+                Exit::Failed,
+                format!("hopper-sim died {} times, the last time with {status}", RESTARTS_MAX + 1),
+            ));
+        }
+        tracing::warn!("hopper-sim died ({status}): restarting it on its journal");
+        self.sim.restart()
+    }
+
+    fn revive_peers(&mut self) -> Result<(), Failure> {
+        for peer in &mut self.peers {
+            let Some(status) = peer.ended()? else { continue };
+            // A mission does not need its monitor, but one that refuses its arguments was given wrong ones.
+            let is_vital = |code: &i32| peer.role != Role::Monitor || (*code == 2 && peer.restarts == 0);
+            if let Some(code @ (2 | 4)) = status.code().filter(is_vital) {
+                return Err(gave_in(peer.role, code));
+            }
+            let finished = status.success();
+            if finished {
+                continue;
+            }
+            self.monitor_failed |= peer.role == Role::Monitor && failed(status);
+            if peer.restarts < RESTARTS_MAX {
+                tracing::warn!("{} died ({status}): restarting it", peer.role);
+                peer.restart()?;
+            } else if !peer.given_up {
+                peer.given_up = true;
+                tracing::error!(
+                    "{} died {} times, the last time with {status}: giving it up",
+                    peer.role,
+                    RESTARTS_MAX + 1
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Without perception or planner the hopper holds. Somebody may start another by hand until patience runs out.
+    fn hold_for_help(&mut self, launch: &Launch) -> Result<(), Failure> {
+        let now = Node::now();
+        let wanted = |peer: &&Supervised| {
+            peer.given_up && peer.role != Role::Monitor && !self.roster.has(peer.role, now)
+        };
+        let Some(role) = self.peers.iter().find(wanted).map(|peer| peer.role) else {
+            self.holding = None;
+            return Ok(());
+        };
+        let since = *self.holding.get_or_insert_with(|| {
+            tracing::error!(
+                "the hopper holds: start another {role} with `hopper {role} --instance {}` within {:?}",
+                launch.instance,
+                launch.patience
+            );
+            now
+        });
+        if u128::from(now.since_ns(since)) < launch.patience.as_nanos() {
+            return Ok(());
+        }
+        let message =
+            format!("the hopper held for {:?} without a {role}, and nobody started one", launch.patience);
+        Err(Failure::new(Exit::Failed, message))
+    }
+
+    fn kill_hung(&mut self) -> Result<(), Failure> {
+        let now = Node::now();
+        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            let heard =
+                self.roster.by_pid(child.pid()).map_or(child.started, |peer| peer.advanced).max(self.woke);
+            if child.ended()?.is_none() && now.since_ns(heard) > HANG_NS {
+                tracing::warn!("{} hangs (no heartbeat): killing it", child.role);
+                child.kill();
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether every monitor process exited without an error, and the last one was not killed.
+    fn was_watched(&mut self) -> bool {
+        let mut monitors = self.peers.iter_mut().filter(|peer| peer.role == Role::Monitor);
+        let last_ended_well = monitors.all(|monitor| {
+            let ended = monitor.ended().ok().flatten();
+            ended.is_some_and(|status| status.code().is_some() && !failed(status))
+        });
+        last_ended_well && !self.monitor_failed
+    }
+
+    /// Waits for all children to exit, and kills those that do not.
+    fn end(&mut self) -> Result<(), Failure> {
+        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            child.release();
+        }
+        let deadline = Node::now().plus_ns(FAREWELL_NS);
+        while Node::now() < deadline && self.any_is_alive()? {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            if child.ended()?.is_none() {
+                tracing::warn!("{} does not exit: killing it", child.role);
+                child.kill();
+            }
+        }
+        Ok(())
+    }
+
+    fn any_is_alive(&mut self) -> Result<bool, Failure> {
+        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            if child.ended()?.is_none() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The summary that hopper-sim printed, with restarts as counted here; `None` if it printed none.
+    fn summary(&mut self) -> Option<Summary> {
+        let mut summary: Summary = serde_json::from_str(&self.sim.output()).ok()?;
+        let children: Vec<&Supervised> = std::iter::once(&self.sim).chain(&self.peers).collect();
+        let own = children.iter().map(|child| Process {
+            role: child.role,
+            pid: child.pid(),
+            restarts: child.restarts,
+        });
+        // Processes that were started by hand.
+        let guests =
+            summary.processes.iter().filter(|process| !children.iter().any(|child| child.is(process.pid)));
+        summary.processes = own.chain(guests.copied()).collect();
+        Some(summary)
+    }
+}
+
+/// Waits for the first heartbeat of `child`, unless it ends, the command is interrupted, or [`RECORDER_NS`] pass.
+fn await_heartbeat(
+    node: &mut Node,
+    beats: &mut node::Reader<Heartbeat>,
+    child: &mut Supervised,
+) -> Result<(), Failure> {
+    let deadline = Node::now().plus_ns(RECORDER_NS);
+    let mut is_heard = |pid| beats.drain().into_iter().flatten().any(|beat| beat.pid == pid);
+    while !is_heard(child.pid()) {
+        if child.ended()?.is_some() || node.stop_requested() {
+            break;
+        }
+        if Node::now() >= deadline {
+            tracing::warn!(
+                "no heartbeat of the monitor yet: the first messages may be missing from the recording"
+            );
+            break;
+        }
+        node.sleep(PERIOD);
+    }
+    Ok(())
+}
+
+/// Whether a process exited with an error: neither done nor interrupted.
+fn failed(status: ExitStatus) -> bool {
+    let without_error = [Exit::Done, Exit::Interrupted].map(|exit| i32::from(exit.code()));
+    status.code().is_some_and(|code| !without_error.contains(&code))
+}
+
+/// Exit codes 2 and 4 are not worth a restart: the process would exit the same way again.
+fn gave_in(role: Role, code: i32) -> Failure {
+    let exit = match code {
+        2 => Exit::Usage,
+        4 => Exit::Peer,
+        _ => Exit::Failed,
+    };
+    Failure::new(exit, format!("{role} exited with code {code}: its log above says why"))
+}

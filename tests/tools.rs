@@ -1,0 +1,40 @@
+//! Commands that programs of their own serve: passed on to them, or refused with the way to build them.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use std::process::Command;
+
+use harness::{hopper, program, stderr};
+use hopper::tool::TOOLS;
+
+#[test]
+fn a_tool_that_is_not_built_is_named_with_the_command_that_builds_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("hopper");
+    std::fs::copy(program("hopper"), &alone).unwrap();
+    for (tool, commands) in TOOLS {
+        for command in commands {
+            let output = Command::new(&alone).args([command, "--help"]).output().unwrap();
+            assert_eq!(output.status.code(), Some(2), "{command}: {}", stderr(&output));
+            let build = format!("cargo build --release -p {tool}");
+            assert!(stderr(&output).contains(&build), "{command}: {}", stderr(&output));
+            assert!(output.stdout.is_empty(), "{command}");
+        }
+    }
+}
+
+#[test]
+fn a_tool_gets_the_arguments_and_gives_its_exit_code() {
+    program("hopper-research");
+    let output = hopper(&["known", "plan", "rocks", "--w1", "0.5"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with("rocks ground"), "{output:?}");
+    let output = hopper(&["known", "plan", "rocks", "--moon"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("Usage: hopper known plan"), "{}", stderr(&output));
+    let output = hopper(&["known", "--help"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: hopper known"), "{output:?}");
+}

@@ -1,0 +1,84 @@
+//! Shell completions and manual pages of `hopper`, its tools included.
+
+use std::path::PathBuf;
+
+use clap::{CommandFactory, Subcommand};
+use clap_complete::Shell;
+use hopper::stdout::print;
+use node::{Exit, Failure};
+
+/// The commands of `hopper` that this package serves.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Print the completions for a shell.
+    Completions(Completions),
+    /// Print the manual page, or write those of all commands to a folder.
+    Man(Man),
+}
+
+/// Arguments of `hopper completions`.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  hopper completions bash > ~/.local/share/bash-completion/completions/hopper
+  hopper completions zsh > ~/.zfunc/_hopper
+  hopper completions fish > ~/.config/fish/completions/hopper.fish")]
+pub struct Completions {
+    /// Shell to print them for.
+    shell: Shell,
+}
+
+/// Arguments of `hopper man`.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  hopper man | man -l -
+  hopper man --out ~/.local/share/man/man1")]
+pub struct Man {
+    /// Write the page of every command to this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Exit code 2 if the folder cannot be written; 1 if standard output cannot.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    let mut hopper = hopper_command();
+    let mut text = Vec::new();
+    match command {
+        Command::Completions(Completions { shell }) => {
+            clap_complete::generate(*shell, &mut hopper, "hopper", &mut text);
+        }
+        Command::Man(Man { out: None }) => clap_mangen::Man::new(hopper).render(&mut text)?,
+        Command::Man(Man { out: Some(dir) }) => {
+            let written = std::fs::create_dir_all(dir).and_then(|()| clap_mangen::generate_to(hopper, dir));
+            written.map_err(|error| {
+                Failure::usage(format!("--out {} cannot be written: {error}", dir.display()))
+            })?;
+        }
+    }
+    print(&String::from_utf8_lossy(&text))?;
+    Ok(Exit::Done)
+}
+
+/// The command line of `hopper` with that of every tool in its place.
+#[must_use]
+pub fn hopper_command() -> clap::Command {
+    let tools = [
+        hopper_recordings::Command::augment_subcommands(clap::Command::new("hopper-recordings")),
+        hopper_research::Command::augment_subcommands(clap::Command::new("hopper-research")),
+        hopper_qa::Command::augment_subcommands(clap::Command::new("hopper-qa")),
+        Command::augment_subcommands(clap::Command::new("hopper-manual")),
+    ];
+    let mut hopper = hopper::cli::Cli::command();
+    for tool in tools {
+        for command in tool.get_subcommands() {
+            let about =
+                hopper.find_subcommand(command.get_name()).and_then(clap::Command::get_about).cloned();
+            // In the list of commands it keeps the name of its program.
+            let served = command.clone().about(about.unwrap_or_default());
+            hopper = hopper.mut_subcommand(command.get_name(), |_| served);
+        }
+    }
+    hopper
+}

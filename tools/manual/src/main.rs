@@ -1,0 +1,17 @@
+//! `hopper-manual`: serves `hopper completions` and `hopper man`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+#[derive(Parser)]
+#[command(name = "hopper", bin_name = "hopper", version = hopper::VERSION)]
+struct Cli {
+    #[command(subcommand)]
+    command: hopper_manual::Command,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    hopper::tool::main("hopper", || hopper_manual::run(&cli.command))
+}

@@ -1,0 +1,74 @@
+//! What the command line says about itself: help, completions, manual pages.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::process::Command;
+
+use hopper_manual::hopper_command;
+
+fn manual(words: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_hopper-manual")).args(words).output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{words:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Every command of `hopper`.
+fn commands() -> Vec<String> {
+    let names: Vec<String> =
+        hopper_command().get_subcommands().map(|command| command.get_name().to_owned()).collect();
+    assert!(names.len() > 10, "{names:?}");
+    names
+}
+
+/// P-HELP: every command's help has examples, each of that very command.
+#[test]
+fn every_command_is_helped_with_examples() {
+    for command in hopper_command().get_subcommands_mut() {
+        let name = command.get_name().to_owned();
+        let help = command.render_long_help().to_string();
+        let examples = help.split("Examples:\n").nth(1).unwrap_or_else(|| panic!("{name} has no examples"));
+        assert!(examples.contains(&format!("hopper {name}")), "{name}: {examples}");
+    }
+}
+
+#[test]
+fn every_command_of_a_tool_is_listed_with_its_program() {
+    for (program, served) in hopper::tool::TOOLS {
+        for name in served {
+            let command = hopper_command();
+            let about = command.find_subcommand(name).and_then(clap::Command::get_about).unwrap().to_string();
+            assert!(about.starts_with(&format!("[{program}] ")), "{name}: {about}");
+        }
+    }
+}
+
+/// P-MANUAL: completions and manual pages know every command.
+#[test]
+fn completions_and_manual_pages_know_every_command() {
+    let page = manual(&["man"]);
+    let dir = tempfile::tempdir().unwrap();
+    manual(&["man", "--out", &dir.path().to_string_lossy()]);
+    /// What a shell's completions say of a command.
+    type Form = fn(&str) -> String;
+    let forms: [(&str, Form); 5] = [
+        ("bash", |command| format!("hopper,{command})\n")),
+        ("zsh", |command| format!("\n'{command}:")),
+        ("fish", |command| format!("-n \"__fish_hopper_needs_command\" -f -a \"{command}\" ")),
+        ("elvish", |command| format!("&'hopper;{command}'= {{")),
+        ("powershell", |command| format!("'hopper;{command}' {{")),
+    ];
+    for (shell, form) in forms {
+        let text = manual(&["completions", shell]);
+        for command in commands() {
+            assert!(text.contains(&form(&command)), "{shell} does not know {command}");
+        }
+        assert!(!text.contains(&form("no-such")), "{shell} knows anything");
+    }
+    for command in commands() {
+        // A hyphen of a manual page is written as \-.
+        assert!(page.contains(&format!("\nhopper\\-{command}(1)\n")), "the manual does not know {command}");
+        let own = std::fs::read_to_string(dir.path().join(format!("hopper-{command}.1"))).unwrap();
+        assert!(own.contains(&format!("\n.TH hopper-{command} 1")), "{command}: {own}");
+    }
+}

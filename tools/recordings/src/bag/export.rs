@@ -1,0 +1,298 @@
+//! `hopper bag export`: prints a recording as rows for tables and scripts.
+
+use std::collections::BTreeSet;
+use std::io::{self, ErrorKind, Write};
+
+use contract::Stage;
+use hopper::commands::topic::summary;
+use node::{Exit, Failure};
+use recording::{Channel, RecordedMessage, RecordedRun, Recording, RecordingError, last_run};
+use report::DecisionTiming;
+use serde_json::{Map, Value, json};
+
+use super::{Source, at_fault, load, open};
+
+/// Arguments of `hopper bag export`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    #[command(flatten)]
+    source: Source,
+    /// `decisions`: one row per decision with action, outcome and the time of every stage; or a topic such as
+    /// hop/r0/state: one row per message.
+    #[arg(long, default_value = "decisions", value_name = "NAME")]
+    topic: String,
+    /// Format of the rows on standard output: csv, or json with one object per line.
+    #[arg(long, default_value = "csv", value_parser = ["csv", "json"])]
+    format: String,
+    /// Print the cells of patches, pages and policies, not only their count; in JSON.
+    #[arg(long)]
+    full: bool,
+}
+
+/// Writes the rows, one message in memory at a time.
+///
+/// # Errors
+/// If the recording cannot be read or has no such topic; or holds a malformed message, which ends the rows of JSON
+/// and allows none of CSV.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let path = &args.source.file;
+    let bytes = load(path)?;
+    let recording = open(path, &bytes)?;
+    match args.topic.as_str() {
+        "decisions" => {
+            let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+            write(args, || flown.decisions.iter().map(|step| Ok(decision(&flown, step))))
+        }
+        name => match Channel::of(name).filter(|topic| !topic.is_view()) {
+            Some(topic) => write(args, || messages(&recording, topic, args.full)),
+            None => {
+                let names = Channel::ALL.into_iter().filter(|topic| !topic.is_view()).map(Channel::name);
+                let names: Vec<String> = names.collect();
+                let message = format!("--topic needs decisions or one of {}, got {name}", names.join(", "));
+                Err(Failure::new(Exit::Usage, message))
+            }
+        },
+    }
+}
+
+/// One row, or why there is none.
+type Row = Result<Value, RecordingError>;
+
+/// Writes what `rows` makes, in the form that is asked for.
+fn write<R: Iterator<Item = Row>>(args: &Args, rows: impl Fn() -> R) -> Result<Exit, Failure> {
+    let out = io::BufWriter::new(io::stdout().lock());
+    let written = match args.format.as_str() {
+        "csv" => as_csv(out, rows),
+        _ => as_json(out, rows()),
+    };
+    match written {
+        // The reader has seen enough.
+        Err(Unwritten::Output(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(Exit::Done),
+        Err(Unwritten::Output(error)) => Err(error.into()),
+        Err(Unwritten::Recording(error)) => Err(at_fault(&args.source.file, &error)),
+        Ok(()) => Ok(Exit::Done),
+    }
+}
+
+/// What ended the rows.
+#[derive(Debug)]
+enum Unwritten {
+    Output(io::Error),
+    Recording(RecordingError),
+}
+
+impl From<io::Error> for Unwritten {
+    fn from(error: io::Error) -> Self {
+        Unwritten::Output(error)
+    }
+}
+
+impl From<serde_json::Error> for Unwritten {
+    fn from(error: serde_json::Error) -> Self {
+        Unwritten::Output(error.into())
+    }
+}
+
+impl From<csv::Error> for Unwritten {
+    fn from(error: csv::Error) -> Self {
+        // Its own way to an error of I/O forgets which.
+        match error.into_kind() {
+            csv::ErrorKind::Io(error) => Unwritten::Output(error),
+            other => Unwritten::Output(io::Error::other(format!("{other:?}"))),
+        }
+    }
+}
+
+/// A row a decision, in the columns of `timing.csv` and more.
+fn decision(flown: &RecordedRun, step: &DecisionTiming) -> Value {
+    let us = |ns: u64| ns as f64 / 1e3;
+    let mut row = json!({
+        "decision": step.decision,
+        "planner": step.leader.planner,
+        "term": step.leader.term,
+        "pid": step.leader.pid,
+        "origin": step.origin,
+        "vetoes": step.vetoes,
+        "work": step.work,
+        "cut": step.cut,
+        "landed_ns": step.timing.landed,
+        "landing_to_command_us": us(step.timing.answer_ns()),
+        "total_us": us(step.timing.total_ns()),
+    });
+    for (stage, ns) in Stage::ALL.into_iter().zip(step.timing.stages_ns()) {
+        row[format!("{stage}_us")] = json!(us(ns));
+    }
+    if let Some(record) = flown.records.get(&step.decision) {
+        row["action"] = json!(record.action.to_string());
+        row["branch"] = json!(record.outcome.branch);
+        row["from_x"] = json!(record.outcome.from.x);
+        row["from_y"] = json!(record.outcome.from.y);
+        row["to_x"] = json!(record.outcome.to.x);
+        row["to_y"] = json!(record.outcome.to.y);
+        row["height_m"] = json!(record.pose.height_m);
+        row["steps"] = json!(record.steps);
+        row["status"] = json!(record.status);
+        row["observation"] = json!(format!("{:016x}", record.observation));
+        row["digest"] = json!(record.digest);
+    }
+    row
+}
+
+/// A row a message; of the past, a row a record. Cells are counted, as by `hopper topic echo`, and written if `full`: a
+/// policy may have hundreds of thousands.
+fn messages<'a>(recording: &'a Recording<'a>, wanted: Channel, full: bool) -> impl Iterator<Item = Row> + 'a {
+    let of_topic = recording.entries().filter(move |entry| entry.known == Some(wanted));
+    of_topic.flat_map(move |entry| match entry.message() {
+        Ok(message) => {
+            let stamped = |mut value: Value| {
+                value["logged"] = json!(entry.logged);
+                Ok(value)
+            };
+            message
+                .map(|message| values(message, full))
+                .unwrap_or_default()
+                .into_iter()
+                .map(stamped)
+                .collect()
+        }
+        Err(error) => vec![Err(error)],
+    })
+}
+
+fn values(message: RecordedMessage, full: bool) -> Vec<Value> {
+    match message {
+        RecordedMessage::Brief(brief) => vec![json!(brief)],
+        RecordedMessage::State(state) => vec![json!(state)],
+        RecordedMessage::Patch(patch) => vec![summary(patch, full)],
+        RecordedMessage::Page(page) => vec![summary(page, full)],
+        RecordedMessage::Command(command) => vec![json!(command)],
+        RecordedMessage::Policy(policy) => vec![summary(policy, full)],
+        RecordedMessage::Control(control) => vec![json!(control)],
+        RecordedMessage::Tempo(tempo) => vec![json!(tempo)],
+        RecordedMessage::Heartbeat(beat) => vec![json!(beat)],
+        RecordedMessage::Past(page) => page.records.iter().map(|record| json!(record)).collect(),
+        RecordedMessage::Host(host) => vec![json!({
+            "since": host.since, "until": host.until, "busy": host.busy, "load_1min": host.load_1min,
+            "cores": host.cores,
+        })],
+        RecordedMessage::Gap(gap) => vec![json!({
+            "topic": gap.topic, "from": gap.from, "through": gap.through, "counted": gap.counted,
+        })],
+    }
+}
+
+fn as_json(mut out: impl Write, rows: impl Iterator<Item = Row>) -> Result<(), Unwritten> {
+    for row in rows {
+        serde_json::to_writer(&mut out, &row.map_err(Unwritten::Recording)?)?;
+        writeln!(out)?;
+    }
+    Ok(out.flush()?)
+}
+
+/// Nested fields become columns joined by points, in the order of their names but for the decision, which comes
+/// first; lists become their length. The rows are made twice, first for the names of the columns.
+fn as_csv<R: Iterator<Item = Row>>(out: impl Write, rows: impl Fn() -> R) -> Result<(), Unwritten> {
+    let mut columns = BTreeSet::new();
+    for row in rows() {
+        columns.extend(flat(&row.map_err(Unwritten::Recording)?).into_iter().map(|(name, _)| name));
+    }
+    let mut columns: Vec<String> = columns.into_iter().collect();
+    columns.sort_by_key(|name| *name != "decision");
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(&columns)?;
+    for row in rows() {
+        let row = flat(&row.map_err(Unwritten::Recording)?);
+        writer.write_record(columns.iter().map(|name| row.get(name).map_or_else(String::new, plain)))?;
+    }
+    Ok(writer.flush()?)
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn flat(value: &Value) -> Map<String, Value> {
+    fn walk(into: &mut Map<String, Value>, path: &str, value: &Value) {
+        match value {
+            Value::Object(fields) => {
+                for (key, value) in fields {
+                    let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                    walk(into, &path, value);
+                }
+            }
+            Value::Array(list) => {
+                into.insert(format!("{path}.count"), json!(list.len()));
+            }
+            other => {
+                into.insert(path.to_owned(), other.clone());
+            }
+        }
+    }
+    let mut into = Map::new();
+    walk(&mut into, "", value);
+    into
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::MonotonicNs;
+    use recording::{Context, Recorder};
+
+    use super::*;
+
+    fn csv_of(rows: &[Value]) -> String {
+        let mut out = Vec::new();
+        as_csv(&mut out, || rows.iter().cloned().map(Ok)).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn rows_with_other_fields_share_one_heading() {
+        let rows =
+            [json!({ "b": { "c": 1 }, "decision": 0 }), json!({ "decision": 1, "a": [1, 2], "b": null })];
+        assert_eq!(csv_of(&rows), "decision,a.count,b,b.c\n0,,,1\n1,2,,\n");
+    }
+
+    /// P-BAG-EXPORT: every topic is written row by row, cells counted rather than written.
+    #[test]
+    fn every_topic_is_exported_with_its_cells_counted() {
+        let messages = hostile::recording::messages();
+        let mut recorder = Recorder::new(&Context::default(), MonotonicNs(1)).unwrap();
+        for message in &messages {
+            recorder.on(message.clone(), MonotonicNs(1)).unwrap();
+        }
+        recorder.finish(MonotonicNs(2)).unwrap();
+        let bytes = recorder.bytes();
+        let recording = Recording::read(&bytes).unwrap();
+        for topic in Channel::ALL.into_iter().filter(|topic| !topic.is_view()) {
+            let rows: Vec<Value> = super::messages(&recording, topic, false).map(Result::unwrap).collect();
+            assert!(!rows.is_empty() && rows.iter().all(|row| row["logged"] == 1), "{topic:?}: {rows:?}");
+            let counted =
+                messages.iter().filter(|message| message.topic() == topic).filter_map(|m| match m {
+                    RecordedMessage::Policy(policy) => Some(policy.cells.len()),
+                    RecordedMessage::Patch(patch) => Some(patch.cells.len()),
+                    RecordedMessage::Page(page) => Some(page.cells.len()),
+                    _ => None,
+                });
+            for (row, count) in rows.iter().zip(counted) {
+                assert_eq!((row.get("cells"), &row["cell_count"]), (None, &json!(count)), "{topic:?}");
+            }
+            for row in super::messages(&recording, topic, true).map(Result::unwrap) {
+                let cells = row.get("cells").and_then(Value::as_array);
+                assert_eq!(
+                    cells.map(|cells| json!(cells.len())),
+                    row.get("cell_count").cloned(),
+                    "{topic:?}"
+                );
+            }
+            let mut lines = Vec::new();
+            as_json(&mut lines, rows.iter().cloned().map(Ok)).unwrap();
+            assert_eq!(lines.iter().filter(|byte| **byte == b'\n').count(), rows.len());
+            assert_eq!(csv_of(&rows).lines().count(), 1 + rows.len(), "{topic:?}");
+        }
+    }
+}

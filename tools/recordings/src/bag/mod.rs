@@ -1,0 +1,99 @@
+//! `hopper bag`: inspects, recovers, replays and exports recordings.
+
+mod export;
+mod info;
+mod recover;
+mod replay;
+
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use node::{Exit, Failure};
+use recording::{Recording, RecordingError};
+
+/// Tools for recordings made by `hopper run --record` or `hopper monitor --record`.
+#[derive(clap::Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Show what is in a recording; exit code 1 if it is not whole.
+    Info(info::Args),
+    /// Write a whole file from a recording that was cut, up to its last valid chunk.
+    Recover(recover::Args),
+    /// Let a planner decide again on what was sensed, and show where it decides differently.
+    Replay(replay::Args),
+    /// Print decisions, or the messages of a topic, as rows.
+    Export(export::Args),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be read, is no recording, or cannot be written.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Info(args) => info::run(args),
+        Command::Recover(args) => recover::run(args),
+        Command::Replay(args) => replay::run(args),
+        Command::Export(args) => export::run(args),
+    }
+}
+
+/// The bytes of a recording.
+///
+/// # Errors
+/// Exit code 2 if the file cannot be read.
+pub fn load(path: &Path) -> Result<Vec<u8>, Failure> {
+    std::fs::read(path).map_err(|error| Failure::new(Exit::Usage, format!("{}: {error}", path.display())))
+}
+
+/// The recording in `bytes`, with a warning if it is not whole.
+///
+/// # Errors
+/// Exit code 2 if `bytes` are no recording.
+pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> {
+    let recording = Recording::read(bytes).map_err(|error| at_fault(path, &error))?;
+    if let Some(fault) = &recording.fault {
+        let lost = match recording.lost_bytes() {
+            0 => String::new(),
+            bytes => format!("; its last {bytes} bytes are left out"),
+        };
+        tracing::warn!("{} is not whole: {fault}{lost}", path.display());
+    }
+    Ok(recording)
+}
+
+/// A failure that names the recording, with exit code 2.
+#[must_use]
+pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
+    Failure::new(Exit::Usage, format!("{}: {error}", path.display()))
+}
+
+/// Writes a new file for its owner only: whole, or not at all.
+///
+/// # Errors
+/// Exit code 2 if it is there already or its folder cannot be written to, 1 if it cannot be written.
+pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let there = || Failure::new(Exit::Usage, format!("{} exists already: name another file", path.display()));
+    let failed =
+        |exit, error: io::Error| Failure::new(exit, format!("{} cannot be written: {error}", path.display()));
+    if path.symlink_metadata().is_ok() {
+        return Err(there());
+    }
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    // Under another name until it is whole; dropping `file` removes it.
+    let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
+    let mut file = file.map_err(|error| failed(Exit::Usage, error.kind().into()))?;
+    file.as_file_mut().write_all(bytes).map_err(|error| failed(Exit::Failed, error))?;
+    match file.persist_noclobber(path) {
+        Ok(_) => Ok(()),
+        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Err(there()),
+        Err(error) => Err(failed(Exit::Failed, error.error)),
+    }
+}
+
+/// A recording on the command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Source {
+    /// The recording; it may still be written to, or have been cut.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+}

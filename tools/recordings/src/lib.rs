@@ -1,0 +1,35 @@
+//! Commands that read recordings, which `hopper run --record` and `hopper monitor --record` make.
+
+pub mod bag;
+pub mod latency;
+
+use clap::Subcommand;
+use node::{Exit, Failure};
+
+/// The commands of `hopper` that this package serves.
+#[derive(Subcommand, Clone, Debug)]
+pub enum Command {
+    /// Inspect, recover, replay or export a recording.
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper bag info hard.mcap\n  hopper bag recover cut.mcap whole.mcap\n  hopper bag replay hard.mcap --planner greedy\n  hopper bag export hard.mcap > decisions.csv"
+    )]
+    Bag(bag::Command),
+    /// Report where the time of decisions went, and why the longest took so long.
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  hopper latency report hard.mcap --budget 600ms\n  hopper latency report --instance hopper\n  hopper latency report --compare a.mcap b.mcap"
+    )]
+    Latency(latency::Command),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of the command.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Bag(command) => bag::run(command),
+        Command::Latency(command) => latency::run(command),
+    }
+}

@@ -1,0 +1,17 @@
+//! `hopper-recordings`: serves `hopper bag` and `hopper latency`.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+#[derive(Parser)]
+#[command(name = "hopper", bin_name = "hopper", version = hopper::VERSION)]
+struct Cli {
+    #[command(subcommand)]
+    command: hopper_recordings::Command,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    hopper::tool::main("hopper", || hopper_recordings::run(&cli.command))
+}
