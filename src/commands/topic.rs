@@ -445,12 +445,12 @@ mod tests {
 
     #[test]
     fn help_names_every_topic() {
-        for (name, command) in [("echo", Echo::augment_args), ("hz", Hz::augment_args as fn(_) -> _)] {
-            let command = command(clap::Command::new(name));
+        let (echo, hz) = (clap::Command::new("echo"), clap::Command::new("hz"));
+        for command in [Echo::augment_args(echo), Hz::augment_args(hz)] {
             let argument = command.get_arguments().find(|argument| argument.get_id() == "topic").unwrap();
             let help = argument.get_help().unwrap().to_string();
             for (topic, _) in topics(RobotId(0)) {
-                assert!(help.contains(topic), "{name}: {topic} in {help}");
+                assert!(help.contains(topic), "{topic} is not in {help:?}");
             }
         }
     }

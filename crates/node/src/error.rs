@@ -13,7 +13,7 @@ pub enum NodeError {
     /// The instance's name cannot be used.
     #[error("an instance needs a name of 1 to {max} printable ASCII characters without spaces, got {got:?}")]
     InstanceName {
-        /// Longest name.
+        /// Longest name, characters.
         max: usize,
         /// The name asked for.
         got: String,
@@ -21,7 +21,7 @@ pub enum NodeError {
     /// The instance's folder belongs to another user.
     #[error("{root} needs to be a folder of user {need}, got one of user {got}")]
     ForeignRoot {
-        /// The folder.
+        /// Folder of the instance.
         root: PathBuf,
         /// Number of our user.
         need: u32,
@@ -31,11 +31,11 @@ pub enum NodeError {
     /// Two names share one folder.
     #[error("{root} needs to hold instance {need:?}, got {got:?}; choose another name")]
     Collision {
-        /// The folder.
+        /// Folder of the instance.
         root: PathBuf,
-        /// Our name.
+        /// The name that this process asked for.
         need: String,
-        /// The name found.
+        /// The name in the folder's label.
         got: String,
     },
     /// Processes of another build live in the instance.
@@ -48,7 +48,7 @@ pub enum NodeError {
         instance: String,
         /// The build of those who live in it.
         need: String,
-        /// Our build.
+        /// The build of this process.
         got: String,
     },
     /// Another build keeps the same instance elsewhere.
@@ -59,21 +59,21 @@ pub enum NodeError {
     Elsewhere {
         /// Name of the instance.
         instance: String,
-        /// Where it lives.
+        /// Folder in which it lives.
         need: PathBuf,
-        /// Where we would look for it.
+        /// Folder in which this process would look for it.
         got: PathBuf,
         /// The build of those who live in it.
         build: String,
-        /// Our build.
+        /// The build of this process.
         own_build: String,
     },
     /// Another process makes or removes something in the instance and does not finish; it may be stopped.
     #[error("{root} needs to be free for a moment, another process has been working in it for {waited_s} s")]
     Busy {
-        /// The folder.
+        /// Folder of the instance.
         root: PathBuf,
-        /// How long we waited, seconds.
+        /// Time waited, seconds.
         waited_s: f64,
     },
     /// Another process has a role that only one may have.
@@ -91,7 +91,7 @@ pub enum NodeError {
     Mismatch {
         /// Name of the service.
         service: String,
-        /// What we open it with.
+        /// What this process opens it with.
         need: String,
         /// What it was created with.
         got: String,
@@ -101,11 +101,11 @@ pub enum NodeError {
     Open {
         /// Name of the service.
         service: String,
-        /// What was tried.
+        /// The step that failed, such as `publishing`.
         what: &'static str,
-        /// How long it was tried, seconds.
+        /// Time spent on trying, seconds.
         waited_s: f64,
-        /// The last error.
+        /// The middleware's last error.
         cause: String,
     },
     /// Every place of the service is taken.
@@ -116,7 +116,7 @@ pub enum NodeError {
     Full {
         /// Name of the service.
         service: String,
-        /// What was tried.
+        /// What the place is for, such as `publishing`.
         what: &'static str,
     },
     /// A message has more cells than its writer was made for.
@@ -144,9 +144,9 @@ pub enum NodeError {
         SHARED_MEMORY
     )]
     NoRoom {
-        /// What needs it.
+        /// Who needs it, such as `joining as planner`.
         what: String,
-        /// Bytes needed.
+        /// Bytes that it needs.
         need_bytes: u64,
         /// Bytes free.
         free_bytes: u64,
@@ -154,9 +154,9 @@ pub enum NodeError {
     /// The operating system refused.
     #[error("{what} {path}: {source}")]
     System {
-        /// What was tried.
+        /// What was tried, as a verb such as `open`.
         what: &'static str,
-        /// On which file.
+        /// The file it was tried on.
         path: PathBuf,
         /// The error.
         source: std::io::Error,
@@ -164,9 +164,9 @@ pub enum NodeError {
     /// The middleware could not be listed or asked.
     #[error("{what} needs to succeed, got {cause}")]
     Middleware {
-        /// What was tried.
+        /// The step that failed, such as `listing nodes`.
         what: &'static str,
-        /// Its error.
+        /// The middleware's error.
         cause: String,
     },
 }

@@ -1,8 +1,8 @@
-//! What the machine is, for records of how results came about.
+//! Facts about the machine, to be recorded beside results.
 
 use std::fs;
 
-/// The processor's model name; its architecture where the kernel does not tell.
+/// The processor's model name, or its architecture where the kernel does not say.
 #[must_use]
 pub fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -45,7 +45,7 @@ pub fn memory(pid: u32) -> Option<Memory> {
     Some(Memory { own_bytes: field("RssAnon")?, resident_bytes: field("VmRSS")? })
 }
 
-/// How much the cores have worked since the machine started.
+/// Work of all cores since the machine started.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Load {
     /// Work of all cores, in the kernel's ticks.
@@ -66,7 +66,7 @@ impl Load {
     }
 }
 
-/// The load of the machine at present; zeros where the kernel does not tell.
+/// The load of the machine at present; zeros where the kernel does not say.
 #[must_use]
 pub fn load() -> Load {
     let read = |path| fs::read_to_string(path).unwrap_or_default();
@@ -80,14 +80,14 @@ pub fn load() -> Load {
     Load { busy_ticks: all - idle, ticks: all, load_1min }
 }
 
-/// Seconds since 1970 on the host's clock, for provenance alone.
+/// Seconds since 1970 on the host's clock, for provenance only.
 #[must_use]
 pub fn unix_time_s() -> f64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since.map_or(0.0, |since| since.as_secs_f64())
 }
 
-/// Whether the operating system knows a process of this number; one that nobody has buried yet counts.
+/// Whether the operating system knows a process of this number; one that has ended and is not yet waited for counts.
 #[must_use]
 pub fn process_exists(pid: u32) -> bool {
     let pid = i32::try_from(pid).ok().and_then(rustix::process::Pid::from_raw);

@@ -54,7 +54,7 @@ pub struct NodeReport {
 pub struct ProcessReport {
     /// The role it joined in.
     pub role: Role,
-    /// Process number.
+    /// Number of the process.
     pub pid: u32,
     /// Version of its build.
     pub version: Name,

@@ -24,9 +24,7 @@
 //!
 //! The processes that live clean up after those that died, and the last to leave removes everything.
 //!
-//! Modules import only from those before them in this list: `shared_memory`, `error`, `file_lock`, `middleware`,
-//! `signature`, `membership`, `memory_budget`, `cleanup`, `session`, `ports`, `node`, and last `peer`, `inspect` and
-//! `relay`.
+//! Modules import only from those before them, in the order that `tests/layers.rs` states.
 
 mod cleanup;
 mod clock;

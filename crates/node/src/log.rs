@@ -9,7 +9,7 @@ use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// Where the middleware's own lines come from; they are for its developers.
+/// The filter for the middleware's own lines, which are for its developers.
 const MIDDLEWARE: &str = "iceoryx2_bb_loggers=error";
 
 /// Sends log lines to standard error: `HOPPER_LOG` (a filter such as `debug` or `node=trace`), else
@@ -33,7 +33,7 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         .with_writer(writer)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
-        // A line that cannot be written is lost; telling so would end the process where it tells it.
+        // A line that cannot be written is lost; reporting that would end the process.
         .log_internal_errors(false)
         .with_timer(Stamp { role: role.to_owned() })
         .finish()
@@ -50,10 +50,10 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
     }
 }
 
-/// Whether somebody draws on the terminal that log lines would go to.
+/// Whether something is drawn on the terminal that log lines would go to.
 static HELD_BACK: AtomicBool = AtomicBool::new(false);
 
-/// Holds log lines back, or lets them come again, where standard error is a terminal: for whoever draws on it.
+/// Suppresses log lines, or allows them again, if standard error is a terminal: for a view that draws on it.
 pub fn hold_log_back(held_back: bool) {
     HELD_BACK.store(held_back && std::io::stderr().is_terminal(), Ordering::Relaxed);
 }

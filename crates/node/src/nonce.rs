@@ -1,4 +1,4 @@
-//! Random numbers that name a run or a life; nothing an engine computes depends on them.
+//! Random numbers that identify a run or a process; nothing an engine computes depends on them.
 
 use contract::{Incarnation, RunId};
 use rustix::rand::{GetRandomFlags, getrandom};
@@ -18,7 +18,7 @@ fn random<const N: usize>() -> Result<[u8; N], NodeError> {
     Ok(bytes)
 }
 
-/// A run's nonce, never zero.
+/// The nonce of a new run, never zero.
 ///
 /// # Errors
 /// If the kernel has no random numbers.
@@ -26,7 +26,7 @@ pub fn random_run() -> Result<RunId, NodeError> {
     Ok(RunId(u128::from_le_bytes(random()?).max(1)))
 }
 
-/// A life's nonce, never zero.
+/// The nonce of a process that starts, never zero.
 pub(crate) fn random_incarnation() -> Result<Incarnation, NodeError> {
     Ok(Incarnation(u64::from_le_bytes(random()?).max(1)))
 }

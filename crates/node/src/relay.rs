@@ -18,8 +18,9 @@ use crate::clock;
 use crate::error::NodeError;
 use crate::membership::instance::Instance;
 use crate::middleware::Ipc;
-use crate::ports::{
-    MiddlewarePublisher, MiddlewareSubscriber, ZeroCopy, count_readers, count_writers, open_publish_subscribe,
+use crate::ports::ZeroCopy;
+use crate::ports::service::{
+    MiddlewarePublisher, MiddlewareSubscriber, count_readers, count_writers, open_publish_subscribe,
 };
 use crate::session::{self, Session};
 

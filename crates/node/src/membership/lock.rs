@@ -49,9 +49,9 @@ pub enum Cleaned {
     Alive,
     /// Leftovers were removed.
     Removed {
-        /// Files removed.
+        /// Files removed, in the folder and beside it.
         files: usize,
-        /// Bytes freed.
+        /// Bytes of shared memory freed.
         bytes: u64,
     },
 }

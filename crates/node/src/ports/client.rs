@@ -5,7 +5,8 @@ use std::rc::Rc;
 use contract::{Payload, Refusal, Request, RobotId};
 use iceoryx2::port::notifier::Notifier;
 
-use super::{Answer, MiddlewareClient, Pending, ZeroCopy, notify, open_request_response, requested};
+use super::service::{Answer, MiddlewareClient, Pending, notify, open_request_response, requested};
+use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::middleware::Ipc;
 use crate::session::{PATIENCE, Session};

@@ -6,7 +6,9 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use contract::{Message, Refusal, RobotId};
 
-use super::{MiddlewareSubscriber, PublishSubscribe, connect, count_writers, open_publish_subscribe};
+use super::service::{
+    MiddlewareSubscriber, PublishSubscribe, connect, count_writers, open_publish_subscribe,
+};
 use crate::error::NodeError;
 use crate::session::Session;
 

@@ -6,7 +6,8 @@ use contract::{Payload, Refusal, Request, RobotId};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::AllocationStrategy;
 
-use super::{Active, Answer, MiddlewareServer, ZeroCopy, notify, open_request_response, responded};
+use super::service::{Active, Answer, MiddlewareServer, notify, open_request_response, responded};
+use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::memory_budget;
 use crate::middleware::Ipc;

@@ -8,9 +8,10 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::{LoanError, SendError};
 use iceoryx2::prelude::AllocationStrategy;
 
-use super::{
-    MiddlewarePublisher, PublishSubscribe, ZeroCopy, connect, count_readers, notify, open_publish_subscribe,
+use super::service::{
+    MiddlewarePublisher, PublishSubscribe, connect, count_readers, notify, open_publish_subscribe,
 };
+use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::memory_budget;
 use crate::middleware::Ipc;
