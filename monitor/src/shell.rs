@@ -18,7 +18,7 @@ use node::{
 use crate::recorder::{RecordArgs, RecordNotes, Recorder};
 use crate::terminal::{self, Terminal};
 use crate::web::Page;
-use crate::{Chronicle, Display, Effect, Event, News, Watcher};
+use crate::{Display, Effect, Event, History, Input, Watcher};
 
 /// Points at which a test may kill this process: see [`node::crash_point`].
 pub const CRASH_POINTS: &[&str] = &["monitor.joined", "monitor.state_received"];
@@ -135,7 +135,7 @@ fn watch(
                     Effect::Progress(progress) => {
                         display.show(&progress, Node::now());
                         if let Some(view) = &view {
-                            view.account().stands(*progress);
+                            view.account().set_progress(*progress);
                         }
                     }
                     Effect::Finished(status) => {
@@ -212,7 +212,7 @@ impl Ports {
 
 /// Page, terminal, or both, with the account they show and what it needs beyond other monitors.
 struct View {
-    account: Arc<Mutex<Chronicle>>,
+    account: Arc<Mutex<History>>,
     page: Option<Page>,
     terminal: Option<Terminal>,
     robot: RobotId,
@@ -234,7 +234,7 @@ impl View {
             let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
             return if control { Err(alone()) } else { Ok(None) };
         }
-        let account = Arc::new(Mutex::new(Chronicle::new(robot)));
+        let account = Arc::new(Mutex::new(History::new(robot)));
         let page = web.map(|address| Page::open(address, control, Arc::clone(&account))).transpose()?;
         Ok(Some(Self {
             account,
@@ -250,7 +250,7 @@ impl View {
         }))
     }
 
-    fn account(&self) -> MutexGuard<'_, Chronicle> {
+    fn account(&self) -> MutexGuard<'_, History> {
         self.account.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -265,19 +265,19 @@ impl View {
         let policy = self.policy(node);
         let mut request = None;
         let mut account = self.account();
-        let mut add = |news: News<'_>| request = account.on(news, Node::now()).or(request);
+        let mut add = |news: Input<'_>| request = account.on(news, Node::now()).or(request);
         for event in events {
             match event {
-                Event::Brief(brief) => add(News::Brief(brief)),
-                Event::State(state) => add(News::State(state)),
-                Event::Past(page) => add(News::Past(page)),
-                Event::Map(patch) => add(News::Patch(patch.clone())),
-                Event::Heartbeat(beat) => add(News::Heartbeat(beat)),
+                Event::Brief(brief) => add(Input::Brief(brief)),
+                Event::State(state) => add(Input::State(state)),
+                Event::Past(page) => add(Input::Past(page)),
+                Event::Map(patch) => add(Input::Patch(patch.clone())),
+                Event::Heartbeat(beat) => add(Input::Heartbeat(beat)),
                 Event::Refused(_) | Event::Tick => {}
             }
         }
-        let (page, tempo) = (page.as_ref().map(News::Page), tempo.map(News::Tempo));
-        let late = [page, tempo, policy.map(News::Policy), Some(News::Tick)];
+        let (page, tempo) = (page.as_ref().map(Input::Page), tempo.map(Input::Tempo));
+        let late = [page, tempo, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
         drop(account);
         request.map_or(Ok(()), |request| self.snapshots.request(&request))?;
@@ -288,19 +288,19 @@ impl View {
     fn show(&mut self) -> Result<bool, Failure> {
         let mut orders = Vec::new();
         if let Some(page) = &self.page {
-            page.ring();
+            page.notify();
             orders.extend(page.orders());
         }
         if let Some(terminal) = &mut self.terminal {
             let account = self.account.lock().unwrap_or_else(PoisonError::into_inner);
             for order in terminal.turn(&account, Node::now())? {
                 match order {
-                    terminal::Order::Quit => return Ok(true),
-                    terminal::Order::Tell(order) => orders.push(order),
+                    terminal::KeyAction::Quit => return Ok(true),
+                    terminal::KeyAction::Order(order) => orders.push(order),
                 }
             }
         }
-        let run = self.account().brief_known().map(|brief| brief.run);
+        let run = self.account().brief().map(|brief| brief.run);
         if let (Some(run), Some(controls)) = (run, &self.controls) {
             for order in orders {
                 tracing::info!("asked to {}", words(&order));
