@@ -98,7 +98,7 @@ impl Page {
     pub fn open(address: SocketAddr, control: bool, history: Arc<Mutex<History>>) -> Result<Self, Failure> {
         let unavailable = |error: std::io::Error| {
             let message =
-                format!("--web {address}: {error}; use another address, or port 0 for any free port");
+                format!("--web {address}: {error}; use another address, or port 0 for any free one");
             Failure::new(Exit::Usage, message)
         };
         let listener = TcpListener::bind(address).map_err(unavailable)?;
