@@ -14,9 +14,9 @@ use contract::{
 };
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::Crew;
-use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
+use monitor::history::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;
-use monitor::{Chronicle, News, Watcher};
+use monitor::{History, Input, Watcher};
 use perception::{Cartographer, Event};
 use scenario::{ResolvedScenario, Scenario};
 use serde_json::Value;
@@ -67,7 +67,7 @@ fn flown_in(world: ResolvedScenario) -> Flown {
 }
 
 /// Everything that a reader gets until there is no more.
-fn drain(account: &Chronicle, cursor: &mut Cursor) -> Vec<Frame> {
+fn drain(account: &History, cursor: &mut Cursor) -> Vec<Frame> {
     let frames: Vec<Frame> = std::iter::from_fn(|| account.next(cursor, MonotonicNs(1))).collect();
     assert!(!account.has_news(cursor));
     for frame in &frames {
@@ -136,15 +136,15 @@ hop_distance_m = 2.1
 "#;
 
 fn the_account_is_the_same_for_all(flown: &Flown) {
-    let mut live = Chronicle::new(ROBOT);
-    live.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let mut live = History::new(ROBOT);
+    live.on(Input::Brief(&flown.brief), MonotonicNs(0));
     let (mut quick, mut frames) = (Cursor::default(), Vec::new());
     for (state, patches) in flown.states.iter().zip(&flown.patches) {
-        live.on(News::State(state), state.landed);
+        live.on(Input::State(state), state.landed);
         for patch in patches {
-            assert_eq!(live.on(News::Patch(patch.clone()), state.landed), None, "nothing was missed");
+            assert_eq!(live.on(Input::Patch(patch.clone()), state.landed), None, "nothing was missed");
         }
-        live.on(News::Tick, state.landed);
+        live.on(Input::Tick, state.landed);
         frames.extend(drain(&live, &mut quick));
     }
     assert_eq!(
@@ -158,20 +158,20 @@ fn the_account_is_the_same_for_all(flown: &Flown) {
     let slow = content(&drain(&live, &mut Cursor::default()));
     assert!(slow == from_the_start, "who read nothing until now has missed nothing");
 
-    let mut late = Chronicle::new(ROBOT);
+    let mut late = History::new(ROBOT);
     let now = MonotonicNs(1 << 40);
-    late.on(News::Brief(&flown.brief), now);
-    late.on(News::State(flown.states.last().unwrap()), now);
-    let mut request = late.on(News::Tick, now);
+    late.on(Input::Brief(&flown.brief), now);
+    late.on(Input::State(flown.states.last().unwrap()), now);
+    let mut request = late.on(Input::Tick, now);
     for (page, records) in flown.records.chunks(PAST_PAGE_RECORDS).enumerate() {
         let from = Decision((page * PAST_PAGE_RECORDS) as u64);
         let page = PastPage { run: flown.brief.run, robot: ROBOT, from, records: records.to_vec() };
-        late.on(News::Past(&page), now);
+        late.on(Input::Past(&page), now);
     }
     while let Some(asked) = request {
-        request = late.on(News::Page(&flown.cartographer.page(&asked).unwrap()), now);
+        request = late.on(Input::Page(&flown.cartographer.page(&asked).unwrap()), now);
     }
-    late.on(News::Tick, now);
+    late.on(Input::Tick, now);
     assert!(content(&drain(&late, &mut Cursor::default())) == from_the_start, "the past tells the same");
 }
 
@@ -179,13 +179,13 @@ fn the_account_is_the_same_for_all(flown: &Flown) {
 #[test]
 fn looking_back_shows_the_treasures_of_that_moment() {
     let flown = flown("treasures");
-    let mut account = Chronicle::new(ROBOT);
-    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
     let mut lying = Vec::new();
     for (state, patches) in flown.states.iter().zip(&flown.patches) {
-        account.on(News::State(state), state.landed);
-        patches.iter().for_each(|patch| _ = account.on(News::Patch(patch.clone()), state.landed));
-        account.on(News::Tick, state.landed);
+        account.on(Input::State(state), state.landed);
+        patches.iter().for_each(|patch| _ = account.on(Input::Patch(patch.clone()), state.landed));
+        account.on(Input::Tick, state.landed);
         lying.push(sorted(account.treasures(state.decision)));
     }
     let collected = flown.states.last().unwrap().collected.count();
@@ -203,9 +203,9 @@ fn sorted(mut cells: Vec<contract::Cell>) -> Vec<contract::Cell> {
 #[test]
 fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
     let flown = flown("patrol");
-    let mut account = Chronicle::new(ROBOT);
-    account.on(News::Brief(&flown.brief), MonotonicNs(0));
-    flown.states.iter().for_each(|state| _ = account.on(News::State(state), state.landed));
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
+    flown.states.iter().for_each(|state| _ = account.on(Input::State(state), state.landed));
     let frames = drain(&account, &mut Cursor::default());
     let mission: Value = serde_json::from_str(&frames[0].data).unwrap();
     assert_eq!(mission["goals"].as_array().unwrap().len(), 4);
@@ -227,18 +227,18 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));
     cartographer.on(Event::Brief(brief), MonotonicNs(0));
-    let mut account = Chronicle::new(ROBOT);
-    account.on(News::Brief(&brief), MonotonicNs(0));
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&brief), MonotonicNs(0));
     let mut cursor = Cursor::default();
     for step in 0..40_u64 {
         cartographer.on(Event::State(state), MonotonicNs(step));
         let patches = cartographer.patches(MonotonicNs(step), &mut || MonotonicNs(step));
         let revealed: usize = patches.iter().map(|patch| patch.cells.len()).sum();
-        account.on(News::State(&state), MonotonicNs(step));
+        account.on(Input::State(&state), MonotonicNs(step));
         for patch in patches {
-            account.on(News::Patch(patch), MonotonicNs(step));
+            account.on(Input::Patch(patch), MonotonicNs(step));
         }
-        account.on(News::Tick, MonotonicNs(step));
+        account.on(Input::Tick, MonotonicNs(step));
         let bytes: usize = drain(&account, &mut cursor).iter().map(|frame| frame.data.len()).sum();
         assert!(bytes <= 1024 + 24 * revealed, "{bytes} bytes for {revealed} cells");
         let before = state.pose.cell;
@@ -255,12 +255,12 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
             ..state
         };
     }
-    assert!(account.ground().unwrap().seen() > 100);
+    assert!(account.seen_cells().unwrap().seen() > 100);
     // Of a policy there is the window around the hopper.
     let cells = vec![PolicyCell { action: Action::Hold, value: 0.5 }; brief.grid.cells()];
     let (planner, decision): (Name, Decision) = ("mdp".parse().unwrap(), Decision(1));
     account.on(
-        News::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.25, cells }),
+        Input::Policy(Policy { run: brief.run, robot: ROBOT, decision, planner, error_bound: 0.25, cells }),
         MonotonicNs(1),
     );
     let mut policies = Cursor::of_policies();
@@ -279,8 +279,8 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
     let flown = flown("hard");
     let mut watcher = Watcher::new(ROBOT);
     watcher.on(monitor::Event::Brief(flown.brief), MonotonicNs(0));
-    let mut account = Chronicle::new(ROBOT);
-    account.on(News::Brief(&flown.brief), MonotonicNs(0));
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
     let account = Arc::new(Mutex::new(account));
     let page = Page::open("127.0.0.1:0".parse().unwrap(), false, account).unwrap();
     let open = || {
@@ -296,11 +296,11 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
         progress.decision = Decision(turn);
         let tempo =
             Tempo { run: flown.brief.run, robot: ROBOT, pace: Pace::Max, paused: false, heeds: false };
-        let mut account = page.account();
-        account.on(News::Tempo(tempo), MonotonicNs(turn));
-        account.stands(progress);
+        let mut account = page.history();
+        account.on(Input::Tempo(tempo), MonotonicNs(turn));
+        account.set_progress(progress);
         drop(account);
-        page.ring();
+        page.notify();
     }
     let mut reader = open();
     let (mut text, mut piece) = (Vec::new(), [0; 4096]);

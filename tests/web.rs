@@ -236,7 +236,7 @@ fn without_leave_every_order_is_refused() {
         let answer = post(address, &headers, r#"{"order":"pause"}"#);
         assert!(answer.starts_with("HTTP/1.1 409 "), "{answer}");
         assert!(
-            ["has not been heard yet", "started with --control"].iter().any(|why| answer.contains(why)),
+            ["has not reported yet", "started with --control"].iter().any(|why| answer.contains(why)),
             "{answer}"
         );
         answer.contains("hopper-sim started with --control")
@@ -253,7 +253,7 @@ fn a_page_that_fell_behind_finds_its_hops_by_their_numbers() {
     let mut node = Command::new("node");
     let output = node
         .arg(root.join("tests/web/account.mjs"))
-        .arg(root.join("monitor/src/web/page/account.js"))
+        .arg(root.join("monitor/src/web/page/history.js"))
         .output()
         .unwrap_or_else(|error| panic!("the page's test needs node on PATH, got: {error}"));
     assert!(output.status.success(), "{}", harness::stderr(&output));

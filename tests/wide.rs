@@ -5,7 +5,7 @@
 mod harness;
 
 use harness::{Mission, hopper, json, lockstep, stderr};
-use hopper_sim::History;
+use hopper_sim::JournalReader;
 
 const WORDS: [&str; 4] = ["--scenario", "wide", "--seed", "3"];
 
@@ -23,7 +23,7 @@ fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     let mut lines = text.lines();
     let headings: Vec<&str> = lines.next().unwrap().split(',').collect();
     let column = |name: &str| headings.iter().position(|heading| *heading == name).unwrap();
-    let journal = History::open(&mission.path("out/journal")).unwrap();
+    let journal = JournalReader::open(&mission.path("out/journal")).unwrap();
     let mut records = journal.records();
     let mut decisions = 0;
     for line in lines {

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use contract::Timing;
-use hopper_sim::History;
+use hopper_sim::JournalReader;
 
 /// Moments of every decision but the first, which waits for processes to start and says nothing of the pipeline.
 pub fn timings(journal: &Path) -> Vec<Timing> {
-    let history = History::open(journal).expect("a journal");
+    let history = JournalReader::open(journal).expect("a journal");
     history.records().skip(1).map(|record| record.expect("a sound record").timing).collect()
 }
 

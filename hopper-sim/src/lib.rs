@@ -20,6 +20,6 @@ pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use contract::Pace;
 pub use crash::CRASH_POINTS;
 pub use guard::{Fallback, Guard};
-pub use journal::{History, Journal, JournalError, JournalHeader, Storage, Verification, verify};
+pub use journal::{Journal, JournalError, JournalHeader, JournalReader, Storage, Verification, verify};
 pub use mission::{Mission, ROBOT};
 pub use throttle::Throttle;

@@ -1,13 +1,13 @@
 //! Watches a mission from outside.
 //!
-//! [`Watcher`] folds public messages into [`Progress`], [`Chronicle`] into an account of every hop and cell: no
-//! clock, file or port in them. [`mod@process`] is the work loop against ports, with the [`View`] that page and terminal
-//! share. The shell has the command line and shared memory, `bar` shows progress, `web` serves the account as a page.
+//! [`Watcher`] folds public messages into [`Progress`], [`History`] into every hop and cell: no clock,
+//! file or port in them. [`mod@process`] is the work loop against ports, with the [`View`] that page and terminal
+//! share. The shell has the command line and shared memory, `bar` shows progress, `web` serves the history as a page.
 //! The terminal view and the recorder are crates of their own.
 
 #[cfg(feature = "shell")]
 pub mod bar;
-pub mod chronicle;
+pub mod history;
 pub mod process;
 pub mod progress;
 #[cfg(feature = "shell")]
@@ -19,7 +19,7 @@ pub mod watcher;
 #[cfg(feature = "shell")]
 pub mod web;
 
-pub use chronicle::{Chronicle, News};
+pub use history::{History, Input};
 pub use progress::{Health, Progress, Pulse};
 pub use view::{Screen, View, Wish};
 pub use watcher::{Effect, Event, Watcher};

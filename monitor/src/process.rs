@@ -132,7 +132,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
             Effect::Progress(progress) => {
                 self.display.show(&progress, &self.watcher, now);
                 if let Some(view) = &self.view {
-                    view.progress(*progress);
+                    view.set_progress(*progress);
                 }
             }
             Effect::Finished(status) => {

@@ -12,7 +12,7 @@ use crate::bar::Bar;
 use crate::process::{Display, Monitor, Recorder};
 use crate::record_args::{RecordArgs, RecordNotes};
 use crate::web::Page;
-use crate::{Chronicle, Progress, Screen, View, Watcher};
+use crate::{History, Progress, Screen, View, Watcher};
 
 /// Where the page is served unless an address is given.
 pub const PAGE_ADDRESS: &str = "127.0.0.1:8427";
@@ -103,7 +103,7 @@ fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Option<
         let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
         return if control { Err(alone()) } else { Ok(None) };
     }
-    let account = Arc::new(Mutex::new(Chronicle::new(contract::RobotId(0))));
+    let account = Arc::new(Mutex::new(History::new(contract::RobotId(0))));
     let mut screens: Vec<Box<dyn Screen>> = Vec::new();
     if let Some(address) = web {
         screens.push(Box::new(Page::open(address, control, Arc::clone(&account))?));

@@ -1,4 +1,4 @@
-//! What page and terminal need beyond other monitors: the account they show, and ports of their own.
+//! What page and terminal need beyond other monitors: the history they show, and ports of their own.
 //!
 //! The map is folded from patches and pages. Policies cost the planner something, so they are read only while somebody
 //! looks at them.
@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Policy, RobotId, Tempo};
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
-use crate::{Chronicle, Event, News, Progress};
+use crate::{Event, History, Input, Progress};
 
 /// Pause between two looks at the policy, nanoseconds, and that for each cell: a planner that looks ahead only as
 /// far as it must computes the rest for display, of 821 × 821 cells in a good part of a second.
@@ -18,16 +18,16 @@ const POLICY_CELL_NS: u64 = 10_000;
 /// Pause before a place among the policy's readers is tried for again, nanoseconds.
 const POLICY_PLACE_NS: u64 = 2_000_000_000;
 
-/// Something that shows the account: a page, a terminal.
+/// Something that shows the history: a page, a terminal.
 pub trait Screen {
     /// Whether somebody looks at the policy.
     fn wants_policy(&self) -> bool;
 
-    /// Shows the account as it stands at `now`; what whoever looks asks for.
+    /// Shows the history as it stands at `now`; what whoever looks asks for.
     ///
     /// # Errors
     /// If the screen is gone.
-    fn show(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Wish>, Failure>;
+    fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure>;
 }
 
 /// What whoever looks asks for.
@@ -39,9 +39,9 @@ pub enum Wish {
     Order(Order),
 }
 
-/// The account of one robot's mission, the screens that show it, and its ports.
+/// The history of one robot's mission, the screens that show it, and its ports.
 pub struct View<P: Ports> {
-    account: Arc<Mutex<Chronicle>>,
+    history: Arc<Mutex<History>>,
     screens: Vec<Box<dyn Screen>>,
     robot: RobotId,
     snapshots: P::Client<MapRequest>,
@@ -64,19 +64,19 @@ pub struct Early {
 }
 
 impl<P: Ports> View<P> {
-    /// Opens the ports. `account` is shared with the screens.
+    /// Opens the ports. `history` is shared with the screens.
     ///
     /// # Errors
     /// If a port cannot be had.
     pub fn open(
         ports: &mut P,
-        account: Arc<Mutex<Chronicle>>,
+        history: Arc<Mutex<History>>,
         screens: Vec<Box<dyn Screen>>,
         control: bool,
     ) -> Result<Self, P::Error> {
         let robot = RobotId(0);
         Ok(Self {
-            account,
+            history,
             screens,
             robot,
             snapshots: ports.client(robot)?,
@@ -88,59 +88,59 @@ impl<P: Ports> View<P> {
         })
     }
 
-    /// Shows the account on one more screen.
+    /// Shows the history on one more screen.
     pub fn add(&mut self, screen: Box<dyn Screen>) {
         self.screens.push(screen);
     }
 
     /// Adds how the mission stands.
-    pub(crate) fn progress(&self, progress: Progress) {
-        self.account().stands(progress);
+    pub(crate) fn set_progress(&self, progress: Progress) {
+        self.history().set_progress(progress);
     }
 
     pub(crate) fn receive_early(&mut self) -> Early {
         Early { tempo: accept(self.tempos.newest()), page: accept(self.snapshots.receive()) }
     }
 
-    /// Adds to the account what came, and asks perception for what is missing.
+    /// Adds to the history what came, and asks perception for what is missing.
     pub(crate) fn take(&mut self, events: &[Event], early: Early, ports: &mut P) -> Result<(), Failure> {
         let policy = self.policy(ports);
         let mut request = None;
-        let mut account = self.account();
-        let mut add = |news: News<'_>| request = account.on(news, ports.now()).or(request);
+        let mut history = self.history();
+        let mut add = |news: Input<'_>| request = history.on(news, ports.now()).or(request);
         for event in events {
             match event {
-                Event::Brief(brief) => add(News::Brief(brief)),
-                Event::State(state) => add(News::State(state)),
-                Event::Past(page) => add(News::Past(page)),
-                Event::Map(patch) => add(News::Patch(patch.clone())),
-                Event::Heartbeat(beat) => add(News::Heartbeat(beat)),
+                Event::Brief(brief) => add(Input::Brief(brief)),
+                Event::State(state) => add(Input::State(state)),
+                Event::Past(page) => add(Input::Past(page)),
+                Event::Map(patch) => add(Input::Patch(patch.clone())),
+                Event::Heartbeat(beat) => add(Input::Heartbeat(beat)),
                 Event::Refused(_) | Event::Tick => {}
             }
         }
-        let (page, tempo) = (early.page.as_ref().map(News::Page), early.tempo.map(News::Tempo));
-        let late = [page, tempo, policy.map(News::Policy), Some(News::Tick)];
+        let (page, tempo) = (early.page.as_ref().map(Input::Page), early.tempo.map(Input::Tempo));
+        let late = [page, tempo, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
-        drop(account);
+        drop(history);
         if let Some(request) = request {
             self.snapshots.request(request).map_err(Into::into)?;
         }
         Ok(())
     }
 
-    /// Shows the account and passes orders on; whether whoever looks has had enough.
+    /// Shows the history and passes orders on; whether whoever looks has had enough.
     pub(crate) fn show(&mut self, ports: &mut P) -> Result<bool, Failure> {
         let mut orders = Vec::new();
         for screen in &mut self.screens {
-            let account = self.account.lock().unwrap_or_else(PoisonError::into_inner);
-            for wish in screen.show(&account, ports.now())? {
+            let history = self.history.lock().unwrap_or_else(PoisonError::into_inner);
+            for wish in screen.show(&history, ports.now())? {
                 match wish {
                     Wish::Quit => return Ok(true),
                     Wish::Order(order) => orders.push(order),
                 }
             }
         }
-        let run = self.account().brief_known().map(|brief| brief.run);
+        let run = self.history().brief().map(|brief| brief.run);
         if let (Some(run), Some(controls)) = (run, &mut self.controls) {
             for order in orders {
                 tracing::info!("asked to {}", words(&order));
@@ -151,8 +151,8 @@ impl<P: Ports> View<P> {
         Ok(false)
     }
 
-    fn account(&self) -> MutexGuard<'_, Chronicle> {
-        self.account.lock().unwrap_or_else(PoisonError::into_inner)
+    fn history(&self) -> MutexGuard<'_, History> {
+        self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A policy, now and then, while somebody wants to see one.

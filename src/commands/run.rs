@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use contract::{Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, print_summary};
-use hopper_sim::{History, Pace};
+use hopper_sim::{JournalReader, Pace};
 use monitor::record_args::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure};
@@ -180,7 +180,7 @@ fn check_recording(args: &Args) -> Result<(), Failure> {
 
 /// World and seed of the journal in `dir`; if the command line names them too, they must be the same.
 fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
-    let history = History::open(dir).map_err(Failure::usage)?;
+    let history = JournalReader::open(dir).map_err(Failure::usage)?;
     let (header, mission) = (history.header(), &args.mission);
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
     let world = scenario.resolve().map_err(Failure::usage)?;
@@ -229,7 +229,7 @@ fn crew(args: &Args) -> Result<Crew, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
     match &args.planners_from {
         Some(dir) => {
-            let history = History::open(dir).map_err(|error| usage(&error))?;
+            let history = JournalReader::open(dir).map_err(|error| usage(&error))?;
             let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
             if crew.shifts().is_empty() && crew.fallbacks().is_empty() {
                 return Err(usage(&format!("--planners-from {} holds no decision", dir.display())));

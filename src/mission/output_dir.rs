@@ -7,7 +7,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use contract::{Decision, Pose, RefusalCounts, RobotId};
-use hopper_sim::{History, Journal, JournalHeader};
+use hopper_sim::{Journal, JournalHeader, JournalReader};
 use node::{Exit, Failure};
 use perception::Observation;
 use report::{Picture, Summary, SummaryBuilder};
@@ -49,7 +49,7 @@ impl OutputDir {
         let journal_dir = dir.join("journal");
         if Journal::exists(&journal_dir) {
             // Checked before anything in the folder is overwritten.
-            let history = History::open(&journal_dir).map_err(Failure::usage)?;
+            let history = JournalReader::open(&journal_dir).map_err(Failure::usage)?;
             JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
         }
         DirBuilder::new().recursive(true).mode(0o700).create(&dir).map_err(|error| {
@@ -99,7 +99,7 @@ impl OutputDir {
         if !Journal::exists(&dir) {
             return Ok(None);
         }
-        let history = History::open(&dir).map_err(Failure::run)?;
+        let history = JournalReader::open(&dir).map_err(Failure::run)?;
         let (brief, seed) = (history.header().brief, history.header().seed);
         let mut summary = SummaryBuilder::new(&brief, seed);
         let mut last = None;
@@ -132,7 +132,7 @@ impl OutputDir {
     /// # Errors
     /// If the journal cannot be read or the picture not be written.
     pub fn illustrate(&self, world: &ResolvedScenario, summary: &mut Summary) -> Result<(), Failure> {
-        let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
+        let history = JournalReader::open(&self.journal_dir()).map_err(Failure::run)?;
         let run = history.header().run();
         let brief = contract::Brief { run, ..world.brief };
         // Times as in the journal, where the commit is the time at which the append was requested.

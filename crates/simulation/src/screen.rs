@@ -1,7 +1,7 @@
 //! Somebody in front of the monitor: looks at policies, and gives orders.
 
 use contract::{MonotonicNs, Order, Pace, Role};
-use monitor::{Chronicle, Screen, Wish};
+use monitor::{History, Screen, Wish};
 use process::Failure;
 
 use crate::chance::Chance;
@@ -25,14 +25,14 @@ impl Somebody {
         Self { chance, orders: 0, paused_since: None, looks_at_policy: false }
     }
 
-    fn order(&mut self, account: &Chronicle) -> Option<Order> {
+    fn order(&mut self, history: &History) -> Option<Order> {
         match self.chance.below(6) {
             0 | 1 => Some(Order::Pause),
             2 => Some(Order::Step),
             3 => Some(Order::Pace(Pace::Hertz(self.chance.pick(&[30.0, 80.0, 400.0])))),
             _ => {
-                let leader = account.state().map(|state| state.leader.incarnation);
-                let peers = account.lives().peers();
+                let leader = history.state().map(|state| state.leader.incarnation);
+                let peers = history.peers().peers();
                 let stands_by = peers
                     .iter()
                     .find(|peer| peer.beat.role == Role::Planner && Some(peer.beat.incarnation) != leader);
@@ -47,9 +47,9 @@ impl Screen for Somebody {
         self.looks_at_policy
     }
 
-    fn show(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
+    fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
         self.looks_at_policy ^= self.chance.one_in(5);
-        if account.tempo().is_some_and(|tempo| tempo.paused) {
+        if history.tempo().is_some_and(|tempo| tempo.paused) {
             let since = *self.paused_since.get_or_insert(now);
             if now.since_ns(since) > PAUSE_NS {
                 self.paused_since = Some(now);
@@ -62,6 +62,6 @@ impl Screen for Somebody {
             return Ok(Vec::new());
         }
         self.orders += 1;
-        Ok(self.order(account).map(Wish::Order).into_iter().collect())
+        Ok(self.order(history).map(Wish::Order).into_iter().collect())
     }
 }

@@ -14,10 +14,10 @@ use contract::{
     Command, Decision, Incarnation, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId, Status, Term,
 };
 use hopper_sim::process::{HopperSim, SimTerms};
-use hopper_sim::{History, Journal, JournalHeader, Mission, crash};
+use hopper_sim::{Journal, JournalHeader, JournalReader, Mission, crash};
 use lockstep::Crew;
 use monitor::process::{Display, Monitor};
-use monitor::{Chronicle, Progress, Screen, View, Watcher};
+use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;
 use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
@@ -587,8 +587,8 @@ impl<'a> Simulation<'a> {
     fn conclude(&mut self) {
         let world = &mut *self.world.borrow_mut();
         let checker = &mut world.checker;
-        let records: Result<Vec<_>, _> =
-            History::on(world.disk.clone(), "disk".into()).and_then(|history| history.records().collect());
+        let records: Result<Vec<_>, _> = JournalReader::on(world.disk.clone(), "disk".into())
+            .and_then(|history| history.records().collect());
         let records = match records {
             Ok(records) if records == checker.records() => records,
             Ok(records) => {
@@ -663,9 +663,9 @@ async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
         (world.setup.screen, world.setup.records, ports.life.incarnation.0 ^ world.setup.uptime_ns)
     };
     let view = screen.then(|| {
-        let account = Arc::new(Mutex::new(Chronicle::new(RobotId(0))));
+        let history = Arc::new(Mutex::new(History::new(RobotId(0))));
         let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
-        View::open(&mut ports, account, screens, true)
+        View::open(&mut ports, history, screens, true)
     });
     let recorder = match records {
         true => Some(recorder(&mut ports)?),

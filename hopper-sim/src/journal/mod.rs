@@ -14,8 +14,8 @@ mod codec;
 mod error;
 mod frame;
 mod header;
-mod history;
 mod index;
+mod journal_reader;
 mod lock;
 mod reader;
 mod show;
@@ -38,7 +38,7 @@ use reader::Reader;
 
 pub use error::JournalError;
 pub use header::{FORMAT, JournalHeader};
-pub use history::{History, Records};
+pub use journal_reader::{JournalReader, Records};
 pub use show::Show;
 pub use storage::Storage;
 pub use verification::{Verification, verify};
@@ -184,7 +184,7 @@ impl<S: Storage> Journal<S> {
         sync: bool,
         allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
     ) -> Result<Self, JournalError> {
-        let history = History::on(file, path.clone())?;
+        let history = JournalReader::on(file, path.clone())?;
         let mut records = history.records();
         allowed(history.header())?;
         let mut digest = genesis(&history.header().brief, history.header().seed);

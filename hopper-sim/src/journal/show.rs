@@ -6,7 +6,7 @@ use contract::Record;
 use serde::ser::Error as _;
 use serde::{Serialize, Serializer};
 
-use super::{History, JournalError, Verification};
+use super::{JournalError, JournalReader, Verification};
 
 /// Rows of one table; memory is bounded however long the journal is.
 const TABLE_ROWS: usize = 1_000;
@@ -18,7 +18,7 @@ pub struct Show {
     #[serde(flatten)]
     pub verification: Verification,
     #[serde(rename = "records", serialize_with = "records")]
-    history: History,
+    history: JournalReader,
 }
 
 impl Show {
@@ -27,7 +27,7 @@ impl Show {
     /// # Errors
     /// As [`super::verify`].
     pub fn new(dir: &Path) -> Result<Self, JournalError> {
-        let history = History::open(dir)?;
+        let history = JournalReader::open(dir)?;
         Ok(Self { verification: Verification::of(&history)?, history })
     }
 
@@ -77,7 +77,7 @@ fn row(record: &Record) -> [String; 13] {
     ]
 }
 
-fn records<S: Serializer>(history: &History, serializer: S) -> Result<S::Ok, S::Error> {
+fn records<S: Serializer>(history: &JournalReader, serializer: S) -> Result<S::Ok, S::Error> {
     let mut failure = None;
     let records = history.records().map_while(|record| record.map_err(|error| failure = Some(error)).ok());
     let done = serializer.collect_seq(records)?;

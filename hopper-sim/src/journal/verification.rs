@@ -7,7 +7,7 @@ use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Stat
 use report::{Fallbacks, Leadership};
 use serde::Serialize;
 
-use super::{History, JournalError, Storage};
+use super::{JournalError, JournalReader, Storage};
 use crate::mission::{genesis, opening_status};
 
 /// What a journal proves.
@@ -85,7 +85,7 @@ impl Verification {
     ///
     /// # Errors
     /// If it cannot be read through.
-    pub fn of<S: Storage>(history: &History<S>) -> Result<Self, JournalError> {
+    pub fn of<S: Storage>(history: &JournalReader<S>) -> Result<Self, JournalError> {
         let mut verification = Self::new(history);
         let mut due = Decision(0);
         let mut records = history.records();
@@ -96,7 +96,7 @@ impl Verification {
         Ok(verification)
     }
 
-    fn new<S: Storage>(history: &History<S>) -> Self {
+    fn new<S: Storage>(history: &JournalReader<S>) -> Self {
         let header = history.header();
         let brief = &header.brief;
         Self {
@@ -206,5 +206,5 @@ impl fmt::Display for Verification {
 /// # Errors
 /// If it cannot be read through: missing, a damaged header, a broken frame before whole ones.
 pub fn verify(dir: &Path) -> Result<Verification, JournalError> {
-    Verification::of(&History::open(dir)?)
+    Verification::of(&JournalReader::open(dir)?)
 }

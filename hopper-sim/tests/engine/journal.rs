@@ -8,7 +8,7 @@ use std::process::Command;
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{Branch, Cell, Collected, Decision, Flight, Outcome, Pose, Profile, Record, Status};
 use hopper_sim::journal::FILE_NAME;
-use hopper_sim::{History, Journal, JournalError, JournalHeader};
+use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader};
 use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
 
@@ -58,7 +58,7 @@ impl Written {
 
 /// What can be read of the journal in `dir` without changing it: records and torn bytes.
 fn read(dir: &Path) -> Result<(Vec<Record>, u64), JournalError> {
-    let history = History::open(dir)?;
+    let history = JournalReader::open(dir)?;
     let mut records = history.records();
     let whole = records.by_ref().collect::<Result<_, _>>()?;
     Ok((whole, records.torn_bytes()))

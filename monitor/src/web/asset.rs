@@ -1,19 +1,19 @@
-//! The files of the page, part of the executable.
+//! The files of the page, embedded in the executable.
 
-/// One file.
+/// One file of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Asset {
     /// Path under which it is served.
     pub path: &'static str,
-    /// Its media type.
+    /// Media type, for the Content-Type header.
     pub kind: &'static str,
-    /// Its text.
+    /// Contents of the file.
     pub text: &'static str,
 }
 
 macro_rules! assets {
     ($($path:literal $kind:literal $file:literal),* $(,)?) => {
-        /// Every file; there is no other.
+        /// Every file that is served.
         pub const ASSETS: &[Asset] =
             &[$(Asset { path: $path, kind: $kind, text: include_str!(concat!("page/", $file)) }),*];
     };
@@ -24,14 +24,14 @@ assets! {
     "/page.css" "text/css; charset=utf-8" "page.css",
     "/icon.svg" "image/svg+xml" "icon.svg",
     "/main.js" "text/javascript; charset=utf-8" "main.js",
-    "/account.js" "text/javascript; charset=utf-8" "account.js",
+    "/history.js" "text/javascript; charset=utf-8" "history.js",
     "/map.js" "text/javascript; charset=utf-8" "map.js",
     "/charts.js" "text/javascript; charset=utf-8" "charts.js",
     "/scale.js" "text/javascript; charset=utf-8" "scale.js",
     "/theme.js" "text/javascript; charset=utf-8" "theme.js",
 }
 
-/// The file at `path`.
+/// The file served at `path`; `None` if there is none.
 #[must_use]
 pub fn asset(path: &str) -> Option<&'static Asset> {
     ASSETS.iter().find(|asset| asset.path == path)

@@ -1,9 +1,8 @@
-//! What a request may have: home of every refusal.
+//! Decides which requests are served and which are refused.
 //!
-//! A page on this machine's loopback is within reach of every page that its user's browser shows, so nothing is
-//! taken on trust: the host must be this one by address (a name could be bound anew to it by whoever owns the
-//! name), the path a known one, an order must come from this very page with the key that only whoever started
-//! the monitor was told.
+//! Every page in the user's browser can reach a server on loopback, so requests are not trusted. The Host header must
+//! be an address of this machine (a name could be rebound by its owner), the path must be known, and an order must come
+//! from this page with the key that only the log of the monitor shows.
 
 // Addresses, but no sockets.
 use core::net::{IpAddr, SocketAddr};
@@ -13,7 +12,7 @@ use contract::Order;
 use super::asset::{Asset, asset};
 use super::order::order;
 
-/// Most bytes of a request's line and headers.
+/// Most bytes of request line and headers.
 pub const HEAD_BYTES_MAX: usize = 8 << 10;
 
 /// Most headers of a request.
@@ -22,43 +21,43 @@ pub const HEADERS_MAX: usize = 64;
 /// Most bytes of an order.
 pub const BODY_BYTES_MAX: usize = 512;
 
-/// Paths of the account and of the policies.
+/// Paths of the event streams: history, policies.
 const STREAMS: [&str; 2] = ["/events", "/policy"];
 
-/// What everything that is served tells the browser: nothing from elsewhere, nothing in frames, nothing guessed.
+/// Headers of every response: no foreign content, no embedding in frames, no guessing of types.
 pub const HEADERS: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
     img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\
     X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\nCross-Origin-Opener-Policy: same-origin\r\n\
     Cross-Origin-Resource-Policy: same-origin\r\nCache-Control: no-store\r\n";
 
-/// Decides about requests.
+/// The rules for requests to one page.
 #[derive(Clone, Debug)]
 pub struct Gate {
-    /// Where the page is served.
+    /// Address the page is served at.
     address: SocketAddr,
-    /// What orders must come with; `None` where there are no orders.
+    /// Key that orders must have; `None` if orders are not allowed.
     key: Option<String>,
 }
 
-/// What a request gets.
+/// How to answer a request that is served.
 #[derive(Clone, Debug)]
 pub enum Answer {
-    /// A file.
+    /// With a file.
     Asset(&'static Asset),
-    /// The account, frame by frame, or the policies alone.
+    /// The history, frame by frame, or the policies alone.
     Events {
-        /// Whether it is policies that are wanted.
+        /// Whether policies are requested instead of the history.
         policy: bool,
     },
-    /// An order is to be passed on.
+    /// By passing on an order.
     Order(Order),
 }
 
-/// Why a request gets nothing: the status, and a sentence.
+/// Why a request is refused: the HTTP status code and a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rejection(pub u16, pub String);
 
-/// A request's line and headers, as far as they matter.
+/// Request line and headers, as far as they are used.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Head {
     method: String,
@@ -69,7 +68,7 @@ pub struct Head {
     site: Option<String>,
     kind: Option<String>,
     key: Option<String>,
-    /// Bytes of the body.
+    /// Length of the body, bytes.
     pub length: usize,
 }
 
@@ -78,7 +77,7 @@ impl Rejection {
         Self(status, reason.into())
     }
 
-    /// The status in words.
+    /// The reason phrase of the status code.
     #[must_use]
     pub fn phrase(&self) -> &'static str {
         match self.0 {
@@ -100,10 +99,10 @@ impl Rejection {
 }
 
 impl Head {
-    /// The head at the beginning of `bytes`, with its length in bytes; `None` while it is not whole.
+    /// Parses the head at the beginning of `bytes`; returns it with its length in bytes, or `None` if it is incomplete.
     ///
     /// # Errors
-    /// If it is none, says one thing twice, or is too long.
+    /// If it is not HTTP/1.1, repeats a header, or is too long.
     pub fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, Rejection> {
         let too_long =
             || Rejection::new(431, format!("a request needs at most {HEAD_BYTES_MAX} bytes of head"));
@@ -163,16 +162,16 @@ impl Head {
 }
 
 impl Gate {
-    /// A gate to a page at `address`, with a key if orders may come through.
+    /// The rules of a page at `address`; orders need `key`, and are refused without one.
     #[must_use]
     pub fn new(address: SocketAddr, key: Option<String>) -> Self {
         Self { address, key }
     }
 
-    /// Whether a request may go on at all, before its body is read.
+    /// Checks the head of a request, before its body is read.
     ///
     /// # Errors
-    /// Why it gets nothing.
+    /// Why the request is refused.
     pub fn admit(&self, head: &Head) -> Result<(), Rejection> {
         let host = head.host.as_deref().unwrap_or_default();
         if !self.is_ours(host) {
@@ -213,10 +212,10 @@ impl Gate {
         Ok(())
     }
 
-    /// What an admitted request gets.
+    /// The answer to a request, once its body is read.
     ///
     /// # Errors
-    /// If its body is no order.
+    /// If it is not admitted, or its body is not an order.
     pub fn answer(&self, head: &Head, body: &[u8]) -> Result<Answer, Rejection> {
         self.admit(head)?;
         if head.method == "POST" {
@@ -228,8 +227,8 @@ impl Gate {
         asset(&head.path).map(Answer::Asset).ok_or_else(|| Rejection::new(404, "there is no such path"))
     }
 
-    /// Whether a Host header names this page: its port, with localhost or an address that is ours. Any other name,
-    /// whatever it resolves to, may be somebody else's.
+    /// Whether a Host header names this page: our port, with localhost or one of our addresses. Any other name may
+    /// belong to somebody else, whatever it resolves to.
     fn is_ours(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
             Some((name, port)) if !port.ends_with(']') => (name, port),
@@ -247,7 +246,7 @@ impl Gate {
     }
 }
 
-/// Whether two keys are the same, in a time that does not tell where they differ.
+/// Whether two keys are equal, compared in constant time.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |differences, (a, b)| differences | (a ^ b)) == 0
 }

@@ -1,8 +1,8 @@
-//! The monitor's page.
+//! The monitor's web page.
 //!
-//! [`gate`] decides what a request may have: no socket in it. [`shell`] has the sockets, a bounded number of
-//! them, each in a thread of its own that reads the [`crate::Chronicle`] at its own speed: a client that is slow
-//! or stands still is behind, and nobody waits for it.
+//! [`gate`] decides which requests are served, without sockets. [`shell`] has the sockets, a bounded number of them,
+//! each in a thread of its own that reads the [`crate::History`] at its own speed: a slow or stalled client falls
+//! behind, and nobody waits for it.
 
 pub mod asset;
 pub mod gate;

@@ -1,34 +1,34 @@
-//! What a page may ask for, as it comes: one JSON object.
+//! Parses the orders of the page: one JSON object each.
 
 use contract::{Incarnation, Order, Pace};
 use serde::Deserialize;
 
-/// An order of a page.
+/// An order as the page sends it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "order", rename_all = "snake_case", deny_unknown_fields)]
 enum Wanted {
-    /// Hold the next landing back.
+    /// Hold back the next landing.
     Pause {},
-    /// Let landings come again.
+    /// Allow landings again.
     Resume {},
-    /// Let one landing come.
+    /// Allow one landing.
     Step {},
     /// Land at another pace.
     Pace {
-        /// max, real, or landings a second.
+        /// `max`, `real`, or landings per second.
         pace: String,
     },
-    /// Another planner shall command.
+    /// Hand over to another planner.
     HandOver {
-        /// Its life in sixteen hexadecimal digits.
+        /// Incarnation of that planner, sixteen hexadecimal digits.
         life: String,
     },
 }
 
-/// The order in `body`.
+/// The order in `body`, which is at most [`super::gate::BODY_BYTES_MAX`] bytes long.
 ///
 /// # Errors
-/// What was needed, in a sentence.
+/// What was needed and what was got, in a sentence.
 pub fn order(body: &[u8]) -> Result<Order, String> {
     let wanted: Wanted = serde_json::from_slice(body).map_err(|error| {
         format!("an order needs to be one JSON object such as {{\"order\":\"pause\"}}: {error}")

@@ -11,34 +11,34 @@ use contract::{MonotonicNs, Order};
 use node::{Exit, Failure, Node};
 
 use super::gate::{Answer, Gate, HEAD_BYTES_MAX, HEADERS, Head, Rejection};
-use crate::chronicle::{Cursor, Frame};
-use crate::{Chronicle, Screen, Wish};
+use crate::history::{Cursor, Frame};
+use crate::{History, Screen, Wish};
 
-/// Connections at once; whoever comes beyond is told so.
+/// Most connections served at once; more get status 503.
 pub const CONNECTIONS_MAX: usize = 32;
 
-/// Connections at once, those that are told so included; whoever comes beyond finds the door closed.
+/// Most connections at once including those that get status 503; more are closed without an answer.
 const THREADS_MAX: usize = 2 * CONNECTIONS_MAX;
 
-/// Orders that wait for the next turn of the work loop.
+/// Most orders that wait for the next turn of the work loop.
 const ORDERS_MAX: usize = 16;
 
 /// How long a request may take to arrive, nanoseconds.
 const ARRIVAL_NS: u64 = 5_000_000_000;
 
-/// How long a client may take nothing before it is let go.
+/// How long a client may accept no data before its connection is closed.
 const STALL: Duration = Duration::from_secs(10);
 
-/// An idle stream says this often that it lives.
+/// Interval of comments on an idle event stream, which show that it is alive.
 const IDLE: Duration = Duration::from_secs(1);
 
-/// Bytes that are put together for one write.
+/// Bytes collected for one write.
 const WRITE_BYTES: usize = 64 << 10;
 
-/// How long the end of the account may take to reach its readers, nanoseconds.
-const FAREWELL_NS: u64 = 400_000_000;
+/// How long closing waits for clients to read the end of the history, nanoseconds.
+const CLOSE_NS: u64 = 400_000_000;
 
-/// A page under way; dropping it tells its clients goodbye.
+/// A page being served. Dropping it ends all connections.
 #[derive(Debug)]
 pub struct Page {
     address: SocketAddr,
@@ -48,57 +48,57 @@ pub struct Page {
 #[derive(Debug)]
 struct Shared {
     gate: Gate,
-    account: Arc<Mutex<Chronicle>>,
-    /// Rings when the account has news.
-    bell: Condvar,
+    history: Arc<Mutex<History>>,
+    /// Notified when the history has grown.
+    changed: Condvar,
     orders: Mutex<VecDeque<Order>>,
     connections: AtomicUsize,
     policies: AtomicUsize,
     closing: AtomicBool,
 }
 
-/// Counts for as long as it lives.
-struct Counted<'a>(&'a AtomicUsize);
+/// Counts one in `self.0` until it is dropped.
+struct CountGuard<'a>(&'a AtomicUsize);
 
-impl<'a> Counted<'a> {
+impl<'a> CountGuard<'a> {
     fn new(counter: &'a AtomicUsize) -> Self {
         counter.fetch_add(1, Ordering::SeqCst);
         Self(counter)
     }
 }
 
-impl Drop for Counted<'_> {
+impl Drop for CountGuard<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
-/// A connection's place among all, from its coming to the end of its thread.
-struct Place(Arc<Shared>);
+/// Counts one connection until its thread ends.
+struct ConnectionSlot(Arc<Shared>);
 
-impl Place {
-    /// A place and its number, 1 for the only one.
+impl ConnectionSlot {
+    /// A slot, and the number of connections including it.
     fn take(shared: &Arc<Shared>) -> (Self, usize) {
         let number = shared.connections.fetch_add(1, Ordering::SeqCst) + 1;
         (Self(Arc::clone(shared)), number)
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.0.connections.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 impl Page {
-    /// Serves the account at `address`, with orders if `control`.
+    /// Serves the history at `address`, with orders if `control`.
     ///
     /// # Errors
-    /// If the address cannot be had.
-    pub fn open(address: SocketAddr, control: bool, account: Arc<Mutex<Chronicle>>) -> Result<Self, Failure> {
+    /// If the address cannot be bound.
+    pub fn open(address: SocketAddr, control: bool, history: Arc<Mutex<History>>) -> Result<Self, Failure> {
         let unavailable = |error: std::io::Error| {
             let message =
-                format!("--web {address} cannot be had: {error}; name another, or port 0 for any free one");
+                format!("--web {address}: {error}; use another address, or port 0 for any free one");
             Failure::new(Exit::Usage, message)
         };
         let listener = TcpListener::bind(address).map_err(unavailable)?;
@@ -107,12 +107,12 @@ impl Page {
         let fragment = key.as_ref().map_or(String::new(), |key| format!("#key={key}"));
         tracing::info!("page at http://{address}/{fragment}");
         if !address.ip().is_loopback() {
-            tracing::warn!("the page can be read by whoever reaches {address}: nothing on it is encrypted");
+            tracing::warn!("anyone who can reach {address} can read the page: nothing on it is encrypted");
         }
         let shared = Arc::new(Shared {
             gate: Gate::new(address, key),
-            account,
-            bell: Condvar::new(),
+            history,
+            changed: Condvar::new(),
             orders: Mutex::default(),
             connections: AtomicUsize::new(0),
             policies: AtomicUsize::new(0),
@@ -124,29 +124,29 @@ impl Page {
         Ok(Self { address, shared })
     }
 
-    /// Where it is served.
+    /// Address it is served at, with the actual port.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The account, to add to it.
-    pub fn account(&self) -> MutexGuard<'_, Chronicle> {
-        self.shared.account()
+    /// The history, locked, to add to it.
+    pub fn history(&self) -> MutexGuard<'_, History> {
+        self.shared.history()
     }
 
-    /// Tells readers that there is news.
-    pub fn ring(&self) {
-        self.shared.bell.notify_all();
+    /// Wakes the readers after the history has grown.
+    pub fn notify(&self) {
+        self.shared.changed.notify_all();
     }
 
-    /// Whether somebody wants to see policies.
+    /// Whether a client displays policies.
     #[must_use]
     pub fn wants_policy(&self) -> bool {
         self.shared.policies.load(Ordering::SeqCst) > 0
     }
 
-    /// Orders that came since.
+    /// Orders received since the last call.
     #[must_use]
     pub fn orders(&self) -> VecDeque<Order> {
         std::mem::take(&mut *self.shared.orders.lock().unwrap_or_else(PoisonError::into_inner))
@@ -158,8 +158,8 @@ impl Screen for Page {
         Page::wants_policy(self)
     }
 
-    fn show(&mut self, _account: &Chronicle, _now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
-        self.ring();
+    fn show(&mut self, _history: &History, _now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
+        self.notify();
         Ok(self.orders().into_iter().map(Wish::Order).collect())
     }
 }
@@ -167,10 +167,10 @@ impl Screen for Page {
 impl Drop for Page {
     fn drop(&mut self) {
         self.shared.closing.store(true, Ordering::SeqCst);
-        // Whoever found it open still holds the account, or sleeps already and hears the bell.
-        drop(self.account());
-        self.ring();
-        let deadline = Node::now().plus_ns(FAREWELL_NS);
+        // A reader that saw it open still holds the lock, or already waits and is notified.
+        drop(self.history());
+        self.notify();
+        let deadline = Node::now().plus_ns(CLOSE_NS);
         while self.shared.connections.load(Ordering::SeqCst) > 0 && Node::now() < deadline {
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -178,34 +178,34 @@ impl Drop for Page {
 }
 
 impl Shared {
-    fn account(&self) -> MutexGuard<'_, Chronicle> {
-        // A thread that panicked while reading has left the account as it was.
-        self.account.lock().unwrap_or_else(PoisonError::into_inner)
+    fn history(&self) -> MutexGuard<'_, History> {
+        // A thread that panicked while reading did not change the history.
+        self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn is_closing(&self) -> bool {
         self.closing.load(Ordering::SeqCst)
     }
 
-    /// An order goes to the work loop if there is anybody to carry it out.
+    /// Queues an order for the work loop, if a process can carry it out.
     fn order(&self, order: Order) -> Result<(), Rejection> {
-        let account = self.account();
-        let heeds = account.tempo().map(|tempo| tempo.heeds);
+        let history = self.history();
+        let heeds = history.tempo().map(|tempo| tempo.heeds);
         let refusal = match (order, heeds) {
-            (Order::HandOver(life), _) if !account.lives().is_live_planner(life) => {
-                Some("a hand-over needs a planner that lives")
+            (Order::HandOver(life), _) if !history.peers().is_live_planner(life) => {
+                Some("a hand-over needs a running planner")
             }
             (Order::HandOver(_), _) | (_, Some(true)) => None,
             (_, Some(false)) => Some("this order needs a hopper-sim started with --control"),
-            (_, None) => Some("hopper-sim has not been heard yet"),
+            (_, None) => Some("hopper-sim has not reported yet"),
         };
-        drop(account);
+        drop(history);
         if let Some(reason) = refusal {
             return Err(Rejection(409, reason.into()));
         }
         let mut orders = self.orders.lock().unwrap_or_else(PoisonError::into_inner);
         if orders.len() >= ORDERS_MAX {
-            return Err(Rejection(503, "too many orders wait already".into()));
+            return Err(Rejection(503, "too many orders are waiting already; try again".into()));
         }
         orders.push_back(order);
         Ok(())
@@ -218,26 +218,26 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
             return;
         }
         let Ok(stream) = stream else {
-            // Out of descriptors, say: not a reason to spin.
+            // For example out of file descriptors: do not spin.
             std::thread::sleep(Duration::from_millis(10));
             continue;
         };
-        let (place, number) = Place::take(shared);
+        let (slot, number) = ConnectionSlot::take(shared);
         if number > THREADS_MAX {
             continue;
         }
         let serve = move || {
-            if let Err(error) = connection(&stream, &place.0, number > CONNECTIONS_MAX) {
-                tracing::debug!("a client of the page is gone: {error}");
+            if let Err(error) = connection(&stream, &slot.0, number > CONNECTIONS_MAX) {
+                tracing::debug!("a client of the page disconnected: {error}");
             }
         };
         if let Err(error) = std::thread::Builder::new().name("client".into()).spawn(serve) {
-            tracing::warn!("a client of the page is turned away: {error}");
+            tracing::warn!("a client of the page was refused: {error}");
         }
     }
 }
 
-/// Serves a client; one who comes when it is `full` is only told so.
+/// Serves a client; if the server is `full`, with status 503.
 fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(STALL))?;
@@ -257,7 +257,7 @@ fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::R
             let status = format!("{} {}", rejection.0, rejection.phrase());
             tracing::debug!(status, "refused a request: {}", rejection.1);
             respond(stream, &status, "text/plain; charset=utf-8", &format!("{}\n", rejection.1))?;
-            // What is still under way is read and dropped, or the answer might be lost with it.
+            // Remaining input is read and dropped: closing with unread data could discard the answer.
             stream.shutdown(std::net::Shutdown::Write)?;
             stream.set_read_timeout(Some(Duration::from_millis(100)))?;
             let mut rest = [0; 1024];
@@ -266,7 +266,7 @@ fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::R
     }
 }
 
-/// Reads one request, and what it gets.
+/// Reads one request and decides how to answer it.
 fn request(stream: &TcpStream, gate: &Gate) -> Result<Answer, Rejection> {
     let deadline = Node::now().plus_ns(ARRIVAL_NS);
     let mut bytes = Vec::new();
@@ -283,7 +283,7 @@ fn request(stream: &TcpStream, gate: &Gate) -> Result<Answer, Rejection> {
     gate.answer(&head, &bytes[size..size + head.length])
 }
 
-/// Reads on, up to `most` bytes in all.
+/// Reads more, up to `most` bytes in total.
 fn more(
     mut stream: &TcpStream,
     bytes: &mut Vec<u8>,
@@ -301,7 +301,7 @@ fn more(
         .set_read_timeout(Some(Duration::from_nanos(left_ns)))
         .and_then(|()| stream.read(&mut piece[..room]));
     match read {
-        Ok(0) => Err(Rejection(400, "the request broke off".into())),
+        Ok(0) => Err(Rejection(400, "the request was cut short".into())),
         Ok(count) => {
             bytes.extend_from_slice(&piece[..count]);
             Ok(())
@@ -320,9 +320,9 @@ fn respond(mut stream: &TcpStream, status: &str, kind: &str, text: &str) -> std:
     stream.write_all(text.as_bytes())
 }
 
-/// Server-sent events: the account from its beginning, as fast as the client takes it.
+/// Sends the history from its beginning as server-sent events, as fast as the client reads.
 fn events(mut stream: &TcpStream, shared: &Shared, policy: bool) -> std::io::Result<()> {
-    let counted = policy.then(|| Counted::new(&shared.policies));
+    let counted = policy.then(|| CountGuard::new(&shared.policies));
     let head = format!(
         "HTTP/1.1 200 OK\r\n{HEADERS}Content-Type: text/event-stream\r\nConnection: close\r\n\r\nretry: 1000\n\n"
     );
@@ -341,23 +341,23 @@ fn events(mut stream: &TcpStream, shared: &Shared, policy: bool) -> std::io::Res
     }
 }
 
-/// What there is for a reader, up to about [`WRITE_BYTES`].
+/// The next frames for a reader, up to about [`WRITE_BYTES`].
 fn frames(shared: &Shared, cursor: &mut Cursor) -> String {
     let mut text = String::new();
     while text.len() < WRITE_BYTES {
-        // The account is let go between two frames: the work loop waits for one at most.
-        let Some(Frame { event, data }) = shared.account().next(cursor, Node::now()) else { break };
+        // The lock is released between two frames: the work loop waits for one at most.
+        let Some(Frame { event, data }) = shared.history().next(cursor, Node::now()) else { break };
         text += &format!("event: {event}\ndata: {data}\n\n");
     }
     text
 }
 
-/// Sleeps until there may be news; whether there may.
+/// Waits until the history may have grown; false if nothing happened for [`IDLE`].
 fn wait(shared: &Shared, cursor: &mut Cursor) -> bool {
-    let account = shared.account();
-    if shared.is_closing() || account.has_news(cursor) {
+    let history = shared.history();
+    if shared.is_closing() || history.has_news(cursor) {
         return true;
     }
-    let woken = shared.bell.wait_timeout(account, IDLE);
+    let woken = shared.changed.wait_timeout(history, IDLE);
     woken.is_ok_and(|(_, timeout)| !timeout.timed_out())
 }

@@ -1,11 +1,11 @@
 //! The mission on a terminal, down to eighty columns by twenty-four rows.
 //!
-//! [`picture`] draws the account: no terminal in it. [`shell`] has the terminal.
+//! [`picture`] draws the history: no terminal in it. [`shell`] has the terminal.
 
 pub mod picture;
 pub mod shell;
 
-pub use picture::{Knobs, draw};
+pub use picture::{ViewSettings, draw};
 pub use shell::Terminal;
 
 use node::Failure;

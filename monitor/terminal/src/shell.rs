@@ -8,9 +8,9 @@ use node::{Exit, Failure, hold_log_back};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use monitor::{Chronicle, Screen, Wish};
+use monitor::{History, Screen, Wish};
 
-use crate::picture::{Knobs, draw};
+use crate::picture::{ViewSettings, draw};
 
 /// Maps longer than this are followed from the start: whole, they would be a blot.
 const WHOLE_CELLS_MAX: u32 = 60;
@@ -19,7 +19,7 @@ const WHOLE_CELLS_MAX: u32 = 60;
 #[derive(Debug)]
 pub struct Terminal {
     screen: DefaultTerminal,
-    knobs: Knobs,
+    settings: ViewSettings,
     /// Whether the map's size has been looked at.
     begun: bool,
 }
@@ -35,44 +35,46 @@ impl Terminal {
         }
         let screen = ratatui::try_init().map_err(Failure::run)?;
         hold_log_back(true);
-        let knobs = Knobs { policy: true, control, ..Knobs::default() };
-        Ok(Self { screen, knobs, begun: false })
+        let settings = ViewSettings { policy: true, control, ..ViewSettings::default() };
+        Ok(Self { screen, settings, begun: false })
     }
 
-    fn press(&mut self, key: &KeyEvent, account: &Chronicle) -> Option<Wish> {
+    fn press(&mut self, key: &KeyEvent, history: &History) -> Option<Wish> {
         if key.kind != KeyEventKind::Press {
             return None;
         }
-        let due = account.hops().map_or(Decision(0), |hops| hops.due());
-        let tell = |order| self.knobs.control.then_some(Wish::Order(order));
-        let paused = account.tempo().is_some_and(|tempo| tempo.paused);
-        let heeds = account.tempo().is_none_or(|tempo| tempo.heeds);
+        let due = history.hops().map_or(Decision(0), |hops| hops.due());
+        let order = |order| self.settings.control.then_some(Wish::Order(order));
+        let paused = history.tempo().is_some_and(|tempo| tempo.paused);
+        let heeds = history.tempo().is_none_or(|tempo| tempo.heeds);
         match key.code {
-            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Wish::Quit),
+            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                return Some(Wish::Quit);
+            }
             KeyCode::Char('q') | KeyCode::Esc => return Some(Wish::Quit),
             KeyCode::Char(' ' | 's') if !heeds => {
                 tracing::warn!("hopper-sim obeys no orders: it was started without --control");
             }
             KeyCode::Char(' ') => {
-                return tell(if paused { contract::Order::Resume } else { contract::Order::Pause });
+                return order(if paused { contract::Order::Resume } else { contract::Order::Pause });
             }
-            KeyCode::Char('s') => return tell(contract::Order::Step),
+            KeyCode::Char('s') => return order(contract::Order::Step),
             KeyCode::Char('h') => {
-                let leader = account.state().map(|state| state.leader.incarnation);
-                let peers = account.lives().peers();
+                let leader = history.state().map(|state| state.leader.incarnation);
+                let peers = history.peers().peers();
                 let stands_by = peers.iter().find(|peer| {
                     peer.beat.role == Role::Planner && !peer.silent && Some(peer.beat.incarnation) != leader
                 });
-                return stands_by.and_then(|peer| tell(contract::Order::HandOver(peer.beat.incarnation)));
+                return stands_by.and_then(|peer| order(contract::Order::HandOver(peer.beat.incarnation)));
             }
-            KeyCode::Left => self.knobs.go(-1, due),
-            KeyCode::Right => self.knobs.go(1, due),
-            KeyCode::PageUp => self.knobs.go(-10, due),
-            KeyCode::PageDown => self.knobs.go(10, due),
-            KeyCode::Home => self.knobs.at = Some(Decision(0)),
-            KeyCode::End => self.knobs.at = None,
-            KeyCode::Char('p') => self.knobs.policy = !self.knobs.policy,
-            KeyCode::Char('f') => self.knobs.follow = !self.knobs.follow,
+            KeyCode::Left => self.settings.go(-1, due),
+            KeyCode::Right => self.settings.go(1, due),
+            KeyCode::PageUp => self.settings.go(-10, due),
+            KeyCode::PageDown => self.settings.go(10, due),
+            KeyCode::Home => self.settings.at = Some(Decision(0)),
+            KeyCode::End => self.settings.at = None,
+            KeyCode::Char('p') => self.settings.policy = !self.settings.policy,
+            KeyCode::Char('f') => self.settings.follow = !self.settings.follow,
             _ => {}
         }
         None
@@ -81,22 +83,22 @@ impl Terminal {
 
 impl Screen for Terminal {
     fn wants_policy(&self) -> bool {
-        self.knobs.policy
+        self.settings.policy
     }
 
-    fn show(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
-        if let Some(brief) = account.brief_known().filter(|_| !self.begun) {
+    fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
+        if let Some(brief) = history.brief().filter(|_| !self.begun) {
             self.begun = true;
-            self.knobs.follow = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
-            self.knobs.policy &= !self.knobs.follow;
+            self.settings.follow = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
+            self.settings.policy &= !self.settings.follow;
         }
         let mut wishes = Vec::new();
         while event::poll(Duration::ZERO).map_err(Failure::run)? {
             if let Event::Key(key) = event::read().map_err(Failure::run)? {
-                wishes.extend(self.press(&key, account));
+                wishes.extend(self.press(&key, history));
             }
         }
-        self.screen.draw(|frame| draw(frame, account, &self.knobs, now)).map_err(Failure::run)?;
+        self.screen.draw(|frame| draw(frame, history, &self.settings, now)).map_err(Failure::run)?;
         Ok(wishes)
     }
 }

@@ -11,10 +11,10 @@ use contract::{
     ObservedMap, Pace, Policy, RobotId, Role, SeenCell, Status, Tempo,
 };
 use mission::{Step, brief, ground, name, policy, records};
-use monitor::{Chronicle, Event, News, Watcher};
+use monitor::{Event, History, Input, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use terminal::{Knobs, draw};
+use terminal::{ViewSettings, draw};
 
 const ROBOT: RobotId = RobotId(0);
 const SIDE: u32 = 16;
@@ -36,11 +36,11 @@ fn steps() -> Vec<Step> {
 }
 
 /// A mission some way along: a swap after six hops, a perception that fell silent.
-fn account() -> Chronicle {
+fn account() -> History {
     let brief = brief(SIDE);
-    let mut account = Chronicle::new(ROBOT);
+    let mut account = History::new(ROBOT);
     let mut watcher = Watcher::new(ROBOT);
-    account.on(News::Brief(&brief), NOW);
+    account.on(Input::Brief(&brief), NOW);
     watcher.on(Event::Brief(brief), NOW);
     let lives = [
         (Role::HopperSim, 1, Name::NONE),
@@ -60,13 +60,13 @@ fn account() -> Chronicle {
             status: Status::Underway,
         };
         let heard = if role == Role::Perception { MonotonicNs(NOW.0 - 2_500_000_000) } else { NOW };
-        account.on(News::Heartbeat(&beat), heard);
+        account.on(Input::Heartbeat(&beat), heard);
     }
     let records = records(&brief, &steps(), 6);
     for record in &records {
         let state = record.state_after(brief.run, record.timing.committed, record.timing.committed);
         let leader = Leader { incarnation: Incarnation(3), ..state.leader };
-        account.on(News::State(&contract::State { leader, ..state }), NOW);
+        account.on(Input::State(&contract::State { leader, ..state }), NOW);
         watcher.on(Event::State(state), NOW);
     }
     let (_, map) = ground(&brief);
@@ -89,43 +89,43 @@ fn account() -> Chronicle {
         treasures: map.treasures().to_vec(),
         cells,
     };
-    assert_eq!(account.on(News::Patch(patch), NOW), None);
+    assert_eq!(account.on(Input::Patch(patch), NOW), None);
     let (run, robot, decision) = (brief.run, ROBOT, Decision(13));
     let planner = records.last().unwrap().leader.planner;
     account.on(
-        News::Policy(Policy { run, robot, decision, planner, error_bound: 3.1e-7, cells: policy(&brief) }),
+        Input::Policy(Policy { run, robot, decision, planner, error_bound: 3.1e-7, cells: policy(&brief) }),
         NOW,
     );
-    account.on(News::Tempo(Tempo { run, robot, pace: Pace::Hertz(2.0), paused: false, heeds: true }), NOW);
-    account.on(News::Tick, NOW);
-    account.stands(watcher.progress(NOW).unwrap());
+    account.on(Input::Tempo(Tempo { run, robot, pace: Pace::Hertz(2.0), paused: false, heeds: true }), NOW);
+    account.on(Input::Tick, NOW);
+    account.set_progress(watcher.progress(NOW).unwrap());
     account
 }
 
-fn picture(account: &Chronicle, knobs: &Knobs, columns: u16, rows: u16) -> TestBackend {
+fn picture(account: &History, settings: &ViewSettings, columns: u16, rows: u16) -> TestBackend {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| draw(frame, account, knobs, NOW)).unwrap();
+    terminal.draw(|frame| draw(frame, account, settings, NOW)).unwrap();
     terminal.backend().clone()
 }
 
 /// P-TUI: everything stands on eighty columns by twenty-four rows.
 #[test]
 fn the_whole_mission_stands_on_eighty_by_twenty_four() {
-    let knobs = Knobs { policy: true, control: true, ..Knobs::default() };
-    insta::assert_snapshot!("eighty_by_twenty_four", picture(&account(), &knobs, 80, 24));
+    let settings = ViewSettings { policy: true, control: true, ..ViewSettings::default() };
+    insta::assert_snapshot!("eighty_by_twenty_four", picture(&account(), &settings, 80, 24));
 }
 
 #[test]
 fn looking_back_shows_the_mission_as_it_was() {
-    let knobs = Knobs { at: Some(Decision(5)), ..Knobs::default() };
-    insta::assert_snapshot!("looking_back", picture(&account(), &knobs, 100, 30));
+    let settings = ViewSettings { at: Some(Decision(5)), ..ViewSettings::default() };
+    insta::assert_snapshot!("looking_back", picture(&account(), &settings, 100, 30));
 }
 
 #[test]
 fn a_terminal_too_small_says_what_it_needs_and_nothing_is_drawn_of_nothing() {
-    let small = picture(&account(), &Knobs::default(), 60, 20).to_string();
+    let small = picture(&account(), &ViewSettings::default(), 60, 20).to_string();
     assert!(small.contains("needs 80 x 24, got 60 x 20"), "{small}");
-    let nothing = picture(&Chronicle::new(ROBOT), &Knobs::default(), 80, 24).to_string();
+    let nothing = picture(&History::new(ROBOT), &ViewSettings::default(), 80, 24).to_string();
     assert!(nothing.contains("waiting for a mission"), "{nothing}");
 }
 
@@ -135,8 +135,8 @@ fn every_size_of_terminal_and_every_moment_can_be_drawn() {
     for (columns, rows) in [(80, 24), (81, 25), (120, 40), (300, 100), (80, 200), (500, 24)] {
         for at in [None, Some(Decision(0)), Some(Decision(3)), Some(Decision(999))] {
             for follow in [false, true] {
-                let knobs = Knobs { at, follow, policy: true, control: false };
-                let text = picture(&account, &knobs, columns, rows).to_string();
+                let settings = ViewSettings { at, follow, policy: true, control: false };
+                let text = picture(&account, &settings, columns, rows).to_string();
                 assert!(text.contains('@'), "{columns} x {rows} at {at:?}: {text}");
             }
         }
@@ -145,13 +145,13 @@ fn every_size_of_terminal_and_every_moment_can_be_drawn() {
 
 #[test]
 fn time_goes_back_and_ahead_to_now() {
-    let mut knobs = Knobs::default();
-    knobs.go(-1, Decision(14));
-    assert_eq!(knobs.at, Some(Decision(13)));
-    knobs.go(-100, Decision(14));
-    assert_eq!(knobs.at, Some(Decision(0)));
-    knobs.go(10, Decision(14));
-    assert_eq!(knobs.at, Some(Decision(10)));
-    knobs.go(10, Decision(14));
-    assert_eq!(knobs.at, None, "now again");
+    let mut settings = ViewSettings::default();
+    settings.go(-1, Decision(14));
+    assert_eq!(settings.at, Some(Decision(13)));
+    settings.go(-100, Decision(14));
+    assert_eq!(settings.at, Some(Decision(0)));
+    settings.go(10, Decision(14));
+    assert_eq!(settings.at, Some(Decision(10)));
+    settings.go(10, Decision(14));
+    assert_eq!(settings.at, None, "now again");
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hopper_sim::{History, Journal, JournalHeader, Verification};
+use hopper_sim::{Journal, JournalHeader, JournalReader, Verification};
 
 use crate::disk::Disk;
 use crate::{specimen, told};
@@ -11,7 +11,7 @@ use crate::{specimen, told};
 pub fn read(bytes: &[u8]) {
     let path = || PathBuf::from("hostile");
     let disk = Disk::of(bytes);
-    let history = match History::on(&disk, path()) {
+    let history = match JournalReader::on(&disk, path()) {
         Ok(history) => history,
         Err(error) => return told(&error),
     };

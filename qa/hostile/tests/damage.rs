@@ -4,7 +4,7 @@
 
 use campaign::{CampaignError, Manifest, Row, Rows};
 use contract::Record;
-use hopper_sim::{History, JournalError};
+use hopper_sim::{JournalError, JournalReader};
 use hostile::disk::Disk;
 use recording::{Channel, RecordedMessage, Recording, recover};
 
@@ -20,7 +20,7 @@ fn flipped(bytes: &[u8]) -> impl Iterator<Item = (usize, Vec<u8>)> + '_ {
 /// Records and torn bytes of a journal.
 fn records(bytes: &[u8]) -> Result<(Vec<Record>, u64), JournalError> {
     let disk = Disk::of(bytes);
-    let history = History::on(&disk, "journal".into())?;
+    let history = JournalReader::on(&disk, "journal".into())?;
     let mut records = history.records();
     let whole = records.by_ref().collect::<Result<_, _>>()?;
     Ok((whole, records.torn_bytes()))

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use contract::{Digest, MonotonicNs, Role, Status};
 use hopper::mission::child::Supervised;
-use hopper_sim::{History, Journal};
+use hopper_sim::{Journal, JournalReader};
 use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use report::Summary;
 use rustix::process::{Pid, Signal, kill_process};
@@ -420,7 +420,7 @@ fn commit_moments(journal: &Path) -> Vec<MonotonicNs> {
     if !Journal::exists(journal) {
         return Vec::new();
     }
-    let Ok(history) = History::open(journal) else { return Vec::new() };
+    let Ok(history) = JournalReader::open(journal) else { return Vec::new() };
     history.records().map_while(Result::ok).map(|record| record.timing.committed).collect()
 }
 

@@ -58,13 +58,13 @@ function budgetLine(context, axis, budgetUs, width, top, height) {
 }
 
 /** The last decisions, a column each, with the budget above, or told where it is beyond. */
-export function drawHistory(canvas, account, at, budgetUs, names, logarithmic) {
+export function drawHistory(canvas, history, at, budgetUs, names, logarithmic) {
   const { context, width, height } = fitted(canvas);
   const [gutter, foot] = [42, 4];
   const column = 4;
   const count = Math.floor((width - gutter) / column);
-  const until = Math.min(Math.max(at - account.first, 0), account.hops.length);
-  const hops = account.hops.slice(Math.max(until - count, 0), until);
+  const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
+  const hops = history.hops.slice(Math.max(until - count, 0), until);
   const longest = hops.reduce((most, hop) => Math.max(most, hop.totalUs), 0);
   const axis = new TimeAxis(height - foot - 8, longest, logarithmic);
   const floor = height - foot;
@@ -88,7 +88,7 @@ export function drawHistory(canvas, account, at, budgetUs, names, logarithmic) {
       context.fillStyle = colour(names[stage]);
       context.fillRect(x, floor - upTo, column - 1, Math.max(upTo - from, upTo > from ? 0.6 : 0));
     });
-    const previous = account.hops[hop.decision - account.first - 1];
+    const previous = history.hops[hop.decision - history.first - 1];
     if (previous && previous.term !== hop.term) {
       context.fillStyle = colour("text");
       context.fillRect(x - 1, 0, 1, floor);
@@ -100,13 +100,13 @@ export function drawHistory(canvas, account, at, budgetUs, names, logarithmic) {
 }
 
 /** Bins of durations a decade wide each cut in twelve, from 1 µs to 100 s; misses are told apart. */
-export function drawHistogram(canvas, account, at, budgetUs) {
+export function drawHistogram(canvas, history, at, budgetUs) {
   const { context, width, height } = fitted(canvas);
   const bins = new Uint32Array(8 * BINS_A_DECADE);
-  const until = Math.min(Math.max(at - account.first, 0), account.hops.length);
+  const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
   const totals = new Float64Array(until);
   for (let n = 0; n < until; n += 1) {
-    totals[n] = account.hops[n].totalUs;
+    totals[n] = history.hops[n].totalUs;
     const bin = Math.floor(Math.log10(Math.max(totals[n], 1)) * BINS_A_DECADE);
     bins[Math.min(bin, bins.length - 1)] += 1;
   }
@@ -148,29 +148,29 @@ export function drawHistogram(canvas, account, at, budgetUs) {
 }
 
 /** The mission from its first hop to now: who commanded, what strayed, who came and went. */
-export function drawLine(canvas, account, at) {
+export function drawLine(canvas, history, at) {
   const { context, width, height } = fitted(canvas);
-  const { first, due } = account;
+  const { first, due } = history;
   // As wide as the thumb of the slider below leaves room for.
   const inset = 8;
   const x = (decision) => inset + ((decision - first) / Math.max(due - first, 1)) * (width - 2 * inset);
   const [top, thick] = [9, 8];
   context.fillStyle = colour("raised");
   context.fillRect(inset, top, width - 2 * inset, thick);
-  account.reigns.forEach((reign, n) => {
-    const until = account.reigns[n + 1]?.from ?? due;
+  history.reigns.forEach((reign, n) => {
+    const until = history.reigns[n + 1]?.from ?? due;
     const from = Math.max(reign.from, first);
     if (until <= from) return;
-    context.fillStyle = colour(`planner${account.plannerNumber(reign.planner)}`);
+    context.fillStyle = colour(`planner${history.plannerNumber(reign.planner)}`);
     context.fillRect(x(from), top, x(until) - x(from), thick);
   });
   const stray = new Set();
-  account.hops.forEach((hop) => {
+  history.hops.forEach((hop) => {
     if (hop.stray) stray.add(Math.round(x(hop.decision + 0.5)));
   });
   context.fillStyle = colour("stray");
   stray.forEach((place) => context.fillRect(place, top + thick + 1, 1.5, 4));
-  account.reigns.slice(1).forEach((reign) => {
+  history.reigns.slice(1).forEach((reign) => {
     if (reign.from < first) return;
     context.fillStyle = colour("text");
     context.beginPath();
@@ -179,7 +179,7 @@ export function drawLine(canvas, account, at) {
     context.lineTo(x(reign.from) + SWAP_SIZE, top - SWAP_SIZE - 2);
     context.fill();
   });
-  account.marks.forEach((mark) => {
+  history.marks.forEach((mark) => {
     if (mark.change === "joined" && mark.decision === 0) return;
     if (mark.decision < first) return;
     context.fillStyle = colour(mark.change === "silent" ? "bad" : "good");

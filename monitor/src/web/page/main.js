@@ -1,16 +1,16 @@
 // The page: frames in, pixels out.
 
-import { Account } from "./account.js";
+import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
 import { MapView, drawRamp } from "./map.js";
 import { duration } from "./scale.js";
 import * as theme from "./theme.js";
 
 const by = (id) => document.getElementById(id);
-const account = new Account();
+const history = new MissionHistory();
 const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, connected: "connecting", retry: 0 };
 const key = new URLSearchParams(location.hash.slice(1)).get("key");
-const map = new MapView(by("map"), account, () => { view.dirty = true; });
+const map = new MapView(by("map"), history, () => { view.dirty = true; });
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
 
@@ -35,7 +35,7 @@ function make(tag, properties = {}, ...children) {
 
 /** The moment that is shown: a decision, the one that is due if nothing else is asked for. */
 function moment() {
-  return account.mission ? Math.min(Math.max(view.at, account.first), account.due) : 0;
+  return history.mission ? Math.min(Math.max(view.at, history.first), history.due) : 0;
 }
 
 const isLive = () => view.at === Infinity;
@@ -59,9 +59,9 @@ function connect() {
     if (view.connected === "lost") retry = setTimeout(connect, 1500);
   };
   on("mission", (mission) => {
-    const known = account.mission?.run === mission.run;
+    const known = history.mission?.run === mission.run;
     const zoom = [map.zoom, map.centre];
-    account.begin(mission);
+    history.begin(mission);
     map.begin();
     if (!known) {
       const small = mission.grid.width * mission.grid.height <= SMALL_CELLS;
@@ -71,10 +71,10 @@ function connect() {
     if (known) [map.zoom, map.centre] = zoom; else view.at = Infinity;
     beginMission(mission);
   });
-  on("hops", (frame) => account.addHops(frame));
-  on("cells", (frame) => account.addCells(frame));
-  on("marks", (marks) => account.marks.push(...marks));
-  on("status", (status) => { account.status = status; });
+  on("hops", (frame) => history.addHops(frame));
+  on("cells", (frame) => history.addCells(frame));
+  on("marks", (marks) => history.marks.push(...marks));
+  on("status", (status) => { history.status = status; });
   on("bye", () => { view.connected = "bye"; source.close(); policies?.close(); });
 }
 
@@ -85,7 +85,7 @@ function followPolicies() {
   policies?.close();
   policies = wanted ? new EventSource("/policy") : null;
   policies?.addEventListener("policy", ({ data }) => {
-    account.addPolicy(JSON.parse(data));
+    history.addPolicy(JSON.parse(data));
     view.dirty = true;
   });
 }
@@ -117,28 +117,28 @@ function beginMission(mission) {
 const FIGURES = ["hop", "step", "to goal", "seen", "height", "sensing", "stray", "treasures"];
 
 function figures(at) {
-  const { mission, status } = account;
+  const { mission, status } = history;
   const progress = status?.progress;
-  const pose = account.pose(at);
-  const hop = account.hopBefore(at);
+  const pose = history.pose(at);
+  const hop = history.hopBefore(at);
   const size = mission.grid.cell_size_m;
-  const goal = account.goal(at);
+  const goal = history.goal(at);
   const distance = Math.hypot(pose.cell[0] - goal[0], pose.cell[1] - goal[1]) * size;
   let stray = 0;
-  for (let n = 0; n < at - account.first && n < account.hops.length; n += 1) stray += account.hops[n].stray ? 1 : 0;
-  let seen = account.seen;
+  for (let n = 0; n < at - history.first && n < history.hops.length; n += 1) stray += history.hops[n].stray ? 1 : 0;
+  let seen = history.seen;
   if (!isLive()) {
     seen = 0;
-    for (const first of account.seenAt) seen += first <= at ? 1 : 0;
+    for (const first of history.seenAt) seen += first <= at ? 1 : 0;
   }
-  const share = (100 * seen) / (account.width * account.height);
+  const share = (100 * seen) / (history.width * history.height);
   return [
     [`${at}`, ""],
-    mission.hops_max === null ? [`${hop?.steps ?? 0}`, `/${mission.steps_max}`] : [`${account.visits(at)}`, "goals"],
+    mission.hops_max === null ? [`${hop?.steps ?? 0}`, `/${mission.steps_max}`] : [`${history.visits(at)}`, "goals"],
     [distance.toFixed(1), "m"],
     [share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
     [pose.heightM.toFixed(2), "m"],
-    [(account.radiusCells(pose.heightM) * size).toFixed(1), "m"],
+    [(history.radiusCells(pose.heightM) * size).toFixed(1), "m"],
     [`${stray + (isLive() && progress ? Math.max(progress.stray_hops - stray, 0) : 0)}`, ""],
     [`${hop?.treasures ?? 0}`, ""],
   ];
@@ -149,7 +149,7 @@ function showFigures(at) {
   if (list.children.length === 0) {
     list.append(...FIGURES.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
-  list.children[1].firstChild.textContent = account.mission.hops_max === null ? "step" : "visited";
+  list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
   figures(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;
     if (number.textContent !== value) number.textContent = value;
@@ -158,15 +158,15 @@ function showFigures(at) {
 }
 
 function showTimes(at) {
-  const { mission } = account;
-  const hop = account.hopBefore(at);
+  const { mission } = history;
+  const hop = history.hopBefore(at);
   drawBar(by("bar"), hop, mission.stages, mission.budget_us, view.logarithmic);
   mission.stages.forEach((name, n) => put(`stage-${name}`, hop ? duration(hop.stages[n]) : "–"));
   put("stage-total", hop ? duration(hop.totalUs) : "–");
-  const count = drawHistory(by("history"), account, at, mission.budget_us, mission.stages, view.logarithmic);
+  const count = drawHistory(by("history"), history, at, mission.budget_us, mission.stages, view.logarithmic);
   put("history-note", count > 0 ? `the last ${count}` : "");
-  const { p50, p99, longest } = drawHistogram(by("histogram"), account, at, mission.budget_us);
-  const misses = account.status?.progress?.latency?.misses ?? 0;
+  const { p50, p99, longest } = drawHistogram(by("histogram"), history, at, mission.budget_us);
+  const misses = history.status?.progress?.latency?.misses ?? 0;
   const missed = isLive() ? ` · ${misses} missed` : "";
   put("histogram-note", hop ? `p50 ${duration(p50)} · p99 ${duration(p99)} · max ${duration(longest)}${missed}` : "");
   by("bar").setAttribute("aria-label", hop ? `Decision ${hop.decision}: ${duration(hop.totalUs)} of a budget of ${duration(mission.budget_us)}` : "No decision yet");
@@ -178,24 +178,24 @@ function bound(value) {
 }
 
 function showReigns(at) {
-  const rows = account.reigns.map((reign, n) => {
-    const until = Math.min(account.reigns[n + 1]?.from ?? account.due, at);
+  const rows = history.reigns.map((reign, n) => {
+    const until = Math.min(history.reigns[n + 1]?.from ?? history.due, at);
     return [reign, Math.max(until - reign.from, 0)];
-  }).filter(([reign]) => reign.from < at || at === account.due).slice(-8).reverse();
-  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}:${account.bounds.get(reign.term)}`).join();
+  }).filter(([reign]) => reign.from < at || at === history.due).slice(-8).reverse();
+  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}:${history.bounds.get(reign.term)}`).join();
   if (TEXTS.get("reigns") === text) return;
   TEXTS.set("reigns", text);
-  by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${account.plannerNumber(reign.planner)}` },
+  by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${history.plannerNumber(reign.planner)}` },
     make("td", { textContent: reign.term }),
     make("td", {}, make("i", { className: "swatch" }), reign.planner),
     make("td", { className: "n", textContent: reign.from }),
     make("td", { className: "n", textContent: hops }),
-    make("td", { className: "n", textContent: bound(account.bounds.get(reign.term)) }),
+    make("td", { className: "n", textContent: bound(history.bounds.get(reign.term)) }),
     make("td", { className: "n", textContent: reign.pid || "–" }))));
 }
 
 function showPeers() {
-  const peers = account.status?.peers ?? [];
+  const peers = history.status?.peers ?? [];
   const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
@@ -222,8 +222,8 @@ const ACTIONS = { n: "north", e: "east", s: "south", w: "west", "-": "to stand s
 
 /** What the guard did of late: the last thousand hops are looked through. */
 function guarded(at) {
-  const until = Math.max(at - account.first, 0);
-  return account.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin }) => {
+  const until = Math.max(at - history.first, 0);
+  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin }) => {
     const events = [];
     if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => ACTIONS[letter]).join(", ")}` });
     if (origin !== "planner") events.push({ decision, kind: "bad", text: `no command in time: the fallback acts (${origin})` });
@@ -232,16 +232,16 @@ function guarded(at) {
 }
 
 function showEvents(at) {
-  const swaps = account.reigns.slice(1).map((reign) => ({ decision: reign.from, kind: "swap", text: `${reign.planner} takes command, term ${reign.term}` }));
-  const changes = account.marks.map((mark) => {
+  const swaps = history.reigns.slice(1).map((reign) => ({ decision: reign.from, kind: "swap", text: `${reign.planner} takes command, term ${reign.term}` }));
+  const changes = history.marks.map((mark) => {
     const who = mark.planner ? `${mark.role} ${mark.planner}` : mark.role;
     const words = { joined: "is heard", silent: "fell silent", back: "is back" }[mark.change];
     return { decision: mark.decision, kind: mark.change === "silent" ? "bad" : mark.change === "back" ? "good" : "", text: `${who} (${mark.pid}) ${words}` };
   });
-  const last = account.hopBefore(account.due);
-  const end = last && last.status !== "underway" ? [{ decision: account.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] : [];
+  const last = history.hopBefore(history.due);
+  const end = last && last.status !== "underway" ? [{ decision: history.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] : [];
   const all = [...changes, ...swaps, ...guarded(at), ...end].filter((event) => event.decision <= at);
-  const text = `${all.length}:${at === account.due}`;
+  const text = `${all.length}:${at === history.due}`;
   if (TEXTS.get("events") === text) return;
   TEXTS.set("events", text);
   all.reverse().sort((a, b) => b.decision - a.decision);
@@ -250,16 +250,16 @@ function showEvents(at) {
 }
 
 function measuredPace(at) {
-  const hops = account.hops.slice(Math.max(at - account.first - 9, 0), Math.max(at - account.first, 0));
+  const hops = history.hops.slice(Math.max(at - history.first - 9, 0), Math.max(at - history.first, 0));
   if (hops.length < 2) return null;
   const ms = hops[hops.length - 1].landedMs - hops[0].landedMs;
   return ms > 0 ? ((hops.length - 1) * 1e3) / ms : null;
 }
 
 function showHead(at) {
-  const progress = account.status?.progress;
-  const tempo = account.status?.tempo;
-  const silent = (account.status?.peers ?? []).filter((peer) => !peer.alive).length;
+  const progress = history.status?.progress;
+  const tempo = history.status?.tempo;
+  const silent = (history.status?.peers ?? []).filter((peer) => !peer.alive).length;
   const over = progress && progress.status !== "underway";
   let [text, kind] = ["waiting for a mission", "warn"];
   if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
@@ -271,12 +271,12 @@ function showHead(at) {
   else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
   put("status", text);
   by("status").className = `chip ${kind}`;
-  const term = account.hopBefore(at)?.term ?? account.status?.state?.term;
-  const reign = account.reignOf(term);
+  const term = history.hopBefore(at)?.term ?? history.status?.state?.term;
+  const reign = history.reignOf(term);
   put("leader", reign ? `${reign.planner}, term ${reign.term}` : "nobody yet");
   const pace = measuredPace(at);
   put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} hops/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
-  document.title = account.mission ? `${text} · hop ${account.due} · Hopper` : "Hopper";
+  document.title = history.mission ? `${text} · hop ${history.due} · Hopper` : "Hopper";
 }
 
 function policyNote(at) {
@@ -286,12 +286,12 @@ function policyNote(at) {
     const certified = policy.error_bound > 0 ? ` · |V − V*| ≤ ${bound(policy.error_bound)}` : "";
     return `policy of ${policy.planner} at hop ${policy.decision}${certified}`;
   }
-  const planner = account.plannerAt(at);
+  const planner = history.plannerAt(at);
   return planner ? `no policy of ${planner}` : "";
 }
 
 function showControls() {
-  const tempo = account.status?.tempo;
+  const tempo = history.status?.tempo;
   const allowed = Boolean(key) && Boolean(tempo?.heeds) && view.connected === "open";
   const why = !key ? "needs a monitor started with --control" : "needs a hopper-sim started with --control";
   for (const id of ["pause", "step", "tempo"]) by(id).disabled = !allowed;
@@ -305,7 +305,7 @@ function show() {
   requestAnimationFrame(show);
   if (!view.dirty) return;
   view.dirty = false;
-  if (!account.mission) {
+  if (!history.mission) {
     showHead(0);
     return;
   }
@@ -323,25 +323,25 @@ function show() {
   showPeers();
   showEvents(at);
   showControls();
-  drawLine(by("line"), account, at);
+  drawLine(by("line"), history, at);
   const slider = by("moment");
-  if (slider.min !== `${account.first}`) slider.min = account.first;
-  if (slider.max !== `${account.due}`) slider.max = account.due;
+  if (slider.min !== `${history.first}`) slider.min = history.first;
+  if (slider.max !== `${history.due}`) slider.max = history.due;
   if (slider.value !== `${at}`) slider.value = at;
-  slider.setAttribute("aria-valuetext", `hop ${at} of ${account.due}`);
-  put("at", `hop ${at} of ${account.due}`);
+  slider.setAttribute("aria-valuetext", `hop ${at} of ${history.due}`);
+  put("at", `hop ${at} of ${history.due}`);
   by("live").setAttribute("aria-pressed", isLive());
   by("play").textContent = view.replay ? "❚❚" : "▶";
   for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
   by("log").setAttribute("aria-pressed", view.logarithmic);
   by("contrast").setAttribute("aria-pressed", theme.isStark());
-  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}: hopper at cell ${account.pose(at).cell.join(", ")}`);
+  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}: hopper at cell ${history.pose(at).cell.join(", ")}`);
 }
 
 // Time.
 
 function go(at) {
-  view.at = at >= account.due ? Infinity : Math.max(at, account.first ?? 0);
+  view.at = at >= history.due ? Infinity : Math.max(at, history.first ?? 0);
   view.dirty = true;
 }
 
@@ -353,10 +353,10 @@ function stopReplay() {
 
 function replay() {
   if (view.replay) return stopReplay();
-  if (!account.mission) return undefined;
-  if (isLive()) go(account.first);
+  if (!history.mission) return undefined;
+  if (isLive()) go(history.first);
   // Any mission in half a minute, or ten hops a second.
-  const stride = Math.max(1, Math.round((account.due - account.first) / 600));
+  const stride = Math.max(1, Math.round((history.due - history.first) / 600));
   view.replay = setInterval(() => {
     go(moment() + stride);
     if (isLive()) stopReplay();
@@ -390,7 +390,7 @@ function toggle(option) {
 }
 
 const KEYS = {
-  Home: () => go(account.first),
+  Home: () => go(history.first),
   End: () => go(Infinity),
   r: replay,
   p: () => toggle("policy"),
@@ -403,7 +403,7 @@ const KEYS = {
   l: () => { view.logarithmic = !view.logarithmic; },
   t: () => { theme.toggleTheme(); map.recolour(); },
   c: () => { theme.toggleContrast(); map.recolour(); },
-  k: () => { if (!by("pause").disabled) tell({ order: account.status?.tempo?.paused ? "resume" : "pause" }); },
+  k: () => { if (!by("pause").disabled) tell({ order: history.status?.tempo?.paused ? "resume" : "pause" }); },
   s: () => { if (!by("step").disabled) tell({ order: "step" }); },
   "?": () => by("help").showModal(),
 };

@@ -1,6 +1,6 @@
 // The ground as it is discovered, with route, disc, policy, goal.
 
-import { UNSEEN } from "./account.js";
+import { UNSEEN } from "./history.js";
 import { fitted } from "./scale.js";
 import { colour, isLight, isStark } from "./theme.js";
 
@@ -31,9 +31,9 @@ function rgb(hex) {
 }
 
 export class MapView {
-  constructor(canvas, account, onChange) {
+  constructor(canvas, history, onChange) {
     this.canvas = canvas;
-    this.account = account;
+    this.history = history;
     this.onChange = onChange;
     this.options = { policy: false, values: false, follow: false };
     this.zoom = 1;
@@ -43,7 +43,7 @@ export class MapView {
   }
 
   begin() {
-    const { width, height, mission } = this.account;
+    const { width, height, mission } = this.history;
     this.layer = new OffscreenCanvas(width, height);
     this.layerContext = this.layer.getContext("2d");
     this.image = this.layerContext.createImageData(width, height);
@@ -68,25 +68,25 @@ export class MapView {
 
   recolour() {
     if (!this.layer) return;
-    this.paint({ left: 0, bottom: 0, right: this.account.width - 1, top: this.account.height - 1 });
+    this.paint({ left: 0, bottom: 0, right: this.history.width - 1, top: this.history.height - 1 });
     this.show(this.shownAt, true);
     this.valueLayer = null;
   }
 
-  /** Takes over what is new in the account. */
+  /** Takes over what is new in the history. */
   update(at) {
-    const fresh = this.account.takeFresh();
+    const fresh = this.history.takeFresh();
     if (fresh) {
-      const { low, high } = this.account;
+      const { low, high } = this.history;
       const [rangeLow, rangeHigh] = this.range;
       if (low < rangeLow || high > rangeHigh) {
         // The brief foresaw less: shade anew, with room for more.
         const room = 0.15 * (Math.max(high, rangeHigh) - Math.min(low, rangeLow));
         this.range = [Math.min(rangeLow, low - room), Math.max(rangeHigh, high + room)];
-        this.paint({ left: 0, bottom: 0, right: this.account.width - 1, top: this.account.height - 1 });
+        this.paint({ left: 0, bottom: 0, right: this.history.width - 1, top: this.history.height - 1 });
         this.show(at, true);
       } else {
-        const { width, height } = this.account;
+        const { width, height } = this.history;
         // Shading looks at neighbours.
         const area = {
           left: Math.max(fresh.left - 1, 0), right: Math.min(fresh.right + 1, width - 1),
@@ -101,10 +101,10 @@ export class MapView {
 
   /** Computes the colours of an area. */
   paint({ left, right, bottom, top }) {
-    const { width, height, heights, flags, seenAt } = this.account;
+    const { width, height, heights, flags, seenAt } = this.history;
     const [low, high] = this.range;
     const sand = rgb(colour("sand"));
-    const relief = 1.6 / Math.max(this.account.mission.grid.cell_size_m, 1e-9);
+    const relief = 1.6 / Math.max(this.history.mission.grid.cell_size_m, 1e-9);
     const gain = this.range[1] - this.range[0] < 4 ? 1.3 : 0.8;
     for (let y = bottom; y <= top; y += 1) {
       for (let x = left; x <= right; x += 1) {
@@ -130,7 +130,7 @@ export class MapView {
 
   /** Puts an area of what was seen at a moment on the layer. */
   reveal({ left, right, bottom, top }, at) {
-    const { width, height, seenAt } = this.account;
+    const { width, height, seenAt } = this.history;
     for (let y = bottom; y <= top; y += 1) {
       const row = (height - 1 - y) * width;
       for (let x = left; x <= right; x += 1) {
@@ -144,37 +144,37 @@ export class MapView {
   show(at, anew = false) {
     if (at === this.shownAt && !anew) return;
     this.shownAt = at;
-    this.reveal({ left: 0, bottom: 0, right: this.account.width - 1, top: this.account.height - 1 }, at);
+    this.reveal({ left: 0, bottom: 0, right: this.history.width - 1, top: this.history.height - 1 }, at);
   }
 
   /** Where the map lies on the canvas: its scale, and the corner of cell (0, 0)'s row from the top. */
   frame(width, height) {
-    const { account } = this;
-    const whole = Math.min((width - 16) / account.width, (height - 16) / account.height);
+    const { history } = this;
+    const whole = Math.min((width - 16) / history.width, (height - 16) / history.height);
     const scale = whole * this.zoom;
-    let [x, y] = [account.width / 2, account.height / 2];
+    let [x, y] = [history.width / 2, history.height / 2];
     if (this.zoom > 1 && this.centre) {
       const [halfX, halfY] = [Math.min(width / scale / 2, x), Math.min(height / scale / 2, y)];
-      x = Math.min(Math.max(this.centre[0], halfX), account.width - halfX);
-      y = Math.min(Math.max(this.centre[1], halfY), account.height - halfY);
+      x = Math.min(Math.max(this.centre[0], halfX), history.width - halfX);
+      y = Math.min(Math.max(this.centre[1], halfY), history.height - halfY);
     }
-    return { scale, left: width / 2 - x * scale, top: height / 2 - (account.height - y) * scale };
+    return { scale, left: width / 2 - x * scale, top: height / 2 - (history.height - y) * scale };
   }
 
   draw(at) {
     const { context, width, height } = fitted(this.canvas);
     if (!this.layer) return;
-    const { account } = this;
-    const pose = account.pose(at);
+    const { history } = this;
+    const pose = history.pose(at);
     if (this.options.follow) {
-      this.zoom = Math.max(this.zoom, 1.5, Math.max(account.width, account.height) / FOLLOWED_CELLS);
+      this.zoom = Math.max(this.zoom, 1.5, Math.max(history.width, history.height) / FOLLOWED_CELLS);
       this.centre = [pose.cell[0] + 0.5, pose.cell[1] + 0.5];
     }
     const frame = this.frame(width, height);
     this.placed = frame;
     const { scale, left, top } = frame;
-    const right = left + account.width * scale;
-    const bottom = top + account.height * scale;
+    const right = left + history.width * scale;
+    const bottom = top + history.height * scale;
     context.save();
     context.beginPath();
     context.rect(left, top, right - left, bottom - top);
@@ -187,7 +187,7 @@ export class MapView {
     if (policy && this.options.values) this.drawValues(context, policy, frame);
     if (scale >= 14) this.drawGrid(context, frame, width, height);
     if (policy && this.options.policy) this.drawArrows(context, policy, frame, width, height, at);
-    const disc = account.radiusCells(pose.heightM) * scale;
+    const disc = history.radiusCells(pose.heightM) * scale;
     const [x, y] = this.spot(pose.cell, frame);
     context.beginPath();
     context.arc(x, y, disc, 0, 2 * Math.PI);
@@ -203,19 +203,19 @@ export class MapView {
     context.strokeStyle = colour("edge");
     context.lineWidth = 1;
     context.strokeRect(left - 0.5, top - 0.5, right - left + 1, bottom - top + 1);
-    this.drawMarks(context, frame, at, [x, y], account.inside(pose.cell));
+    this.drawMarks(context, frame, at, [x, y], history.inside(pose.cell));
     this.drawScaleBar(context, scale, left, Math.min(bottom, height), Math.max(left, 0));
   }
 
   /** The policy, if the planner in command at a moment is the one that made it. */
   policyAt(at) {
-    const { policy } = this.account;
+    const { policy } = this.history;
     const wanted = this.options.policy || this.options.values;
-    return wanted && policy && policy.planner === this.account.plannerAt(at) ? policy : null;
+    return wanted && policy && policy.planner === this.history.plannerAt(at) ? policy : null;
   }
 
   spot([x, y], { scale, left, top }) {
-    return [left + (x + 0.5) * scale, top + (this.account.height - 0.5 - y) * scale];
+    return [left + (x + 0.5) * scale, top + (this.history.height - 0.5 - y) * scale];
   }
 
   hatch(context) {
@@ -240,13 +240,13 @@ export class MapView {
 
   drawGrid(context, { scale, left, top }, width, height) {
     context.beginPath();
-    for (let x = Math.max(0, Math.ceil(-left / scale)); x <= this.account.width && left + x * scale <= width; x += 1) {
+    for (let x = Math.max(0, Math.ceil(-left / scale)); x <= this.history.width && left + x * scale <= width; x += 1) {
       context.moveTo(left + x * scale, Math.max(top, 0));
-      context.lineTo(left + x * scale, Math.min(top + this.account.height * scale, height));
+      context.lineTo(left + x * scale, Math.min(top + this.history.height * scale, height));
     }
-    for (let y = Math.max(0, Math.ceil(-top / scale)); y <= this.account.height && top + y * scale <= height; y += 1) {
+    for (let y = Math.max(0, Math.ceil(-top / scale)); y <= this.history.height && top + y * scale <= height; y += 1) {
       context.moveTo(Math.max(left, 0), top + y * scale);
-      context.lineTo(Math.min(left + this.account.width * scale, width), top + y * scale);
+      context.lineTo(Math.min(left + this.history.width * scale, width), top + y * scale);
     }
     context.strokeStyle = colour("grid");
     context.lineWidth = 1;
@@ -277,7 +277,7 @@ export class MapView {
       this.valueLayer = { policy, layer };
     }
     context.globalAlpha = 0.62;
-    const y = top + (this.account.height - policy.y - policy.height) * scale;
+    const y = top + (this.history.height - policy.y - policy.height) * scale;
     context.drawImage(this.valueLayer.layer, left + policy.x * scale, y, policy.width * scale, policy.height * scale);
     context.globalAlpha = 1;
   }
@@ -298,7 +298,7 @@ export class MapView {
       const [x, y] = this.spot(cell, frame);
       if (x < -scale || y < -scale || x > width + scale || y > height + scale) continue;
       const [c, s] = [Math.cos(turn) * length, Math.sin(turn) * length];
-      const arrow = this.account.seenAt[cell[1] * this.account.width + cell[0]] <= at ? arms : faint;
+      const arrow = this.history.seenAt[cell[1] * this.history.width + cell[0]] <= at ? arms : faint;
       arrow.moveTo(x - c, y - s);
       arrow.lineTo(x + c, y + s);
       arrow.moveTo(x + 0.2 * c + 0.55 * s, y + 0.2 * s - 0.55 * c);
@@ -316,16 +316,16 @@ export class MapView {
 
   /** The route grows with the mission; it is made anew only when time goes back, or on a patrol with a visit. */
   routeUntil(at) {
-    const { account } = this;
-    const from = account.routeFrom(at);
-    if (at < this.route.at || this.route.first !== account.first || this.route.from !== from) {
+    const { history } = this;
+    const from = history.routeFrom(at);
+    if (at < this.route.at || this.route.first !== history.first || this.route.from !== from) {
       this.forgetRoute();
-      Object.assign(this.route, { first: account.first, from, until: from });
+      Object.assign(this.route, { first: history.first, from, until: from });
     }
     const { route } = this;
-    const y = (cell) => account.height - 0.5 - cell[1];
-    for (; route.until < account.hops.length && account.first + route.until < at; route.until += 1) {
-      const hop = account.hops[route.until];
+    const y = (cell) => history.height - 0.5 - cell[1];
+    for (; route.until < history.hops.length && history.first + route.until < at; route.until += 1) {
+      const hop = history.hops[route.until];
       if (hop.branch === "stayed") route.stuck.push(hop.from);
       if (hop.branch === "stayed" || hop.branch === "held") continue;
       const path = hop.stray ? route.stray : route.path;
@@ -375,7 +375,7 @@ export class MapView {
   }
 
   drawMarks(context, frame, at, [x, y], inside) {
-    const { account } = this;
+    const { history } = this;
     const size = Math.min(Math.max(frame.scale * 0.32, 6), 11);
     const outlined = (paint, fill) => {
       context.beginPath();
@@ -391,10 +391,10 @@ export class MapView {
         context.fill();
       }
     };
-    const [startX, startY] = this.spot(account.mission.start, frame);
+    const [startX, startY] = this.spot(history.mission.start, frame);
     outlined(() => context.rect(startX - size * 0.6, startY - size * 0.6, size * 1.2, size * 1.2), null);
-    const goal = account.goal(at);
-    for (const other of account.mission.goals) {
+    const goal = history.goal(at);
+    for (const other of history.mission.goals) {
       const [goalX, goalY] = this.spot(other, frame);
       outlined(() => {
         context.moveTo(goalX, goalY);
@@ -403,7 +403,7 @@ export class MapView {
         context.lineTo(goalX, goalY - 1.1 * size);
       }, colour(other === goal ? "good" : "state"));
     }
-    for (const treasure of account.treasures(at)) {
+    for (const treasure of history.treasures(at)) {
       const [cx, cy] = this.spot(treasure, frame);
       outlined(() => {
         for (let n = 0; n < 10; n += 1) {
@@ -421,7 +421,7 @@ export class MapView {
   }
 
   drawScaleBar(context, scale, left, bottom, edge) {
-    const metre = scale / this.account.mission.grid.cell_size_m;
+    const metre = scale / this.history.mission.grid.cell_size_m;
     const lengthM = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((m) => m * metre >= 50) ?? 1000;
     const [x, y] = [edge + 12, bottom - 12];
     context.font = "11px system-ui, sans-serif";
@@ -437,22 +437,22 @@ export class MapView {
   cellAt(x, y) {
     if (!this.placed) return null;
     const { scale, left, top } = this.placed;
-    const cell = [Math.floor((x - left) / scale), Math.floor(this.account.height - (y - top) / scale)];
-    return this.account.inside(cell) ? cell : null;
+    const cell = [Math.floor((x - left) / scale), Math.floor(this.history.height - (y - top) / scale)];
+    return this.history.inside(cell) ? cell : null;
   }
 
   /** What the pointer is over, in words. */
   reading(at) {
     const cell = this.pointer && this.layer ? this.cellAt(...this.pointer) : null;
     if (!cell) return "";
-    const { account } = this;
-    const index = cell[1] * account.width + cell[0];
+    const { history } = this;
+    const index = cell[1] * history.width + cell[0];
     const words = [`(${cell[0]}, ${cell[1]})`];
-    if (account.seenAt[index] > at) words.push("unseen");
+    if (history.seenAt[index] > at) words.push("unseen");
     else {
-      words.push(`${account.heights[index].toFixed(2)} m`, account.flags[index] & 1 ? "sand" : "hard");
-      if (account.flags[index] & 2) words.push("impassable");
-      words.push(`seen at hop ${account.seenAt[index]}`);
+      words.push(`${history.heights[index].toFixed(2)} m`, history.flags[index] & 1 ? "sand" : "hard");
+      if (history.flags[index] & 2) words.push("impassable");
+      words.push(`seen at hop ${history.seenAt[index]}`);
     }
     const policy = this.policyAt(at);
     const [x, y] = policy ? [cell[0] - policy.x, cell[1] - policy.y] : [-1, -1];
@@ -473,7 +473,7 @@ export class MapView {
   magnify(factor, [x, y] = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2]) {
     if (!this.placed) return;
     const { scale, left, top } = this.placed;
-    const point = [(x - left) / scale, this.account.height - (y - top) / scale];
+    const point = [(x - left) / scale, this.history.height - (y - top) / scale];
     const zoom = Math.min(Math.max(this.zoom * factor, 1), 64);
     const next = scale * (zoom / this.zoom);
     const middle = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
@@ -499,7 +499,7 @@ export class MapView {
         const middle = [canvas.clientWidth / 2, canvas.clientHeight / 2];
         const shift = [this.pointer[0] - dragged[0], this.pointer[1] - dragged[1]];
         const x = (middle[0] - left - shift[0]) / scale;
-        const y = this.account.height - (middle[1] - top - shift[1]) / scale;
+        const y = this.history.height - (middle[1] - top - shift[1]) / scale;
         dragged = this.pointer;
         this.options.follow = this.options.follow && shift[0] === 0 && shift[1] === 0;
         this.turnTo(this.zoom, [x, y]);

@@ -1,131 +1,131 @@
-//! The hops of a mission in order, a bounded number of them.
+//! The executed decisions of a mission, a bounded number of them.
 
 use std::collections::VecDeque;
 
 use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Origin, Status, Term, Vetoed};
 use report::Executed;
 
-/// Hops that are kept; of a longer mission the last.
+/// Number of hops that are kept, the last ones.
 pub const HOPS_KEPT: usize = 1 << 16;
 
-/// Changes of command that are kept.
-const REIGNS_KEPT: usize = 4096;
+/// Number of changes of leader that are kept, the last ones.
+const LEADER_CHANGES_KEPT: usize = 4096;
 
-/// One executed decision, as far as it is shown.
+/// One executed decision with the fields that are displayed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hop {
-    /// What became of it.
+    /// How it ended: as intended, as a slip, or not at all.
     pub branch: Branch,
-    /// Where it began.
+    /// Cell it began in.
     pub from: Cell,
-    /// Where it landed.
+    /// Cell it landed in.
     pub to: Cell,
     /// Height of the landing above the datum, metres.
     pub height_m: f64,
-    /// Term under which it was commanded.
+    /// Term in which it was commanded.
     pub term: Term,
-    /// Steps afterwards, in the papers' count.
+    /// Steps after it, in the papers' count.
     pub steps: u64,
-    /// Status afterwards.
+    /// Status after it.
     pub status: Status,
-    /// Treasures collected so far.
+    /// Treasures collected up to and including it.
     pub collected: Collected,
-    /// Goals visited so far.
+    /// Goals visited up to and including it.
     pub visits: u64,
-    /// Who chose the action.
+    /// Who chose the action: a planner or the guard's fallback.
     pub origin: Origin,
-    /// What the guard vetoed before it.
+    /// Actions that the guard vetoed before it.
     pub vetoed: Vetoed,
-    /// When the hopper had come to rest before it.
+    /// When the hopper had landed before it, on CLOCK_MONOTONIC.
     pub landed: MonotonicNs,
     /// Durations of its stages, nanoseconds, in the order of [`contract::Stage::ALL`].
     pub stages_ns: [u64; 7],
 }
 
 impl Hop {
-    /// Landed to committed, nanoseconds.
+    /// Time from landing to commit, nanoseconds.
     #[must_use]
     pub fn total_ns(&self) -> u64 {
         self.stages_ns.iter().sum()
     }
 }
 
-/// Who commanded from which decision on.
+/// The planner that took command at a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reign {
-    /// The term.
+pub struct LeaderChange {
+    /// Term that began.
     pub term: Term,
-    /// The algorithm.
+    /// Name of the algorithm.
     pub planner: Name,
-    /// Its process.
+    /// Process id of the planner.
     pub pid: u32,
-    /// The first decision it commanded.
+    /// First decision it commanded.
     pub from: Decision,
 }
 
-/// Hops in order without a gap.
+/// Consecutive hops, oldest first.
 #[derive(Clone, Debug, Default)]
 pub struct Hops {
     first: u64,
     kept: VecDeque<Hop>,
-    reigns: VecDeque<Reign>,
-    /// Reigns that are no longer kept.
-    reigns_gone: u64,
+    leader_changes: VecDeque<LeaderChange>,
+    /// Number of changes of leader that are no longer kept.
+    leader_changes_dropped: u64,
 }
 
 impl Hops {
-    /// The decision that is due: the number folded in so far.
+    /// The decision that is due: the number of decisions added so far.
     #[must_use]
     pub fn due(&self) -> Decision {
         Decision(self.first + self.kept.len() as u64)
     }
 
-    /// The first decision that is kept.
+    /// First decision that is kept.
     #[must_use]
     pub fn first(&self) -> Decision {
         Decision(self.first)
     }
 
-    /// The hop of a decision, if it is kept.
+    /// The hop of a decision; `None` if it is not kept.
     #[must_use]
     pub fn get(&self, decision: Decision) -> Option<&Hop> {
         self.kept.get(decision.0.checked_sub(self.first)? as usize)
     }
 
-    /// The hops from `decision` on, or from the first that is kept.
+    /// The hops from `decision` on, or from the first one kept.
     pub fn from(&self, decision: Decision) -> impl DoubleEndedIterator<Item = &Hop> + ExactSizeIterator {
         let skipped = decision.0.saturating_sub(self.first).min(self.kept.len() as u64) as usize;
         self.kept.range(skipped..)
     }
 
-    /// Who commanded, in order; the last is in force.
-    pub fn reigns(&self) -> impl DoubleEndedIterator<Item = &Reign> {
-        self.reigns.iter()
+    /// The changes of leader, in order; the last one leads now.
+    pub fn leader_changes(&self) -> impl DoubleEndedIterator<Item = &LeaderChange> {
+        self.leader_changes.iter()
     }
 
-    /// The reigns from the `number`th of the mission on.
-    pub(super) fn reigns_from(&self, number: u64) -> impl Iterator<Item = &Reign> {
-        self.reigns.iter().skip(number.saturating_sub(self.reigns_gone) as usize)
+    /// The changes of leader from number `number` of the mission on.
+    pub(super) fn leader_changes_from(&self, number: u64) -> impl Iterator<Item = &LeaderChange> {
+        self.leader_changes.iter().skip(number.saturating_sub(self.leader_changes_dropped) as usize)
     }
 
-    /// Reigns of the mission so far.
-    pub(super) fn reigns_count(&self) -> u64 {
-        self.reigns_gone + self.reigns.len() as u64
+    /// Number of changes of leader in the mission so far.
+    pub(super) fn leader_changes_count(&self) -> u64 {
+        self.leader_changes_dropped + self.leader_changes.len() as u64
     }
 
-    /// Folds in the decision that is due; any other changes nothing.
+    /// Adds the decision that is due; any other is ignored.
     pub fn fold(&mut self, executed: &Executed) {
         if executed.decision != self.due() {
             return;
         }
         let Executed { outcome, leader, .. } = executed;
-        if self.reigns.back().is_none_or(|reign| reign.term != leader.term) {
-            if self.reigns.len() == REIGNS_KEPT {
-                self.reigns.pop_front();
-                self.reigns_gone += 1;
+        if self.leader_changes.back().is_none_or(|change| change.term != leader.term) {
+            if self.leader_changes.len() == LEADER_CHANGES_KEPT {
+                self.leader_changes.pop_front();
+                self.leader_changes_dropped += 1;
             }
             let Executed { decision: from, .. } = *executed;
-            self.reigns.push_back(Reign {
+            self.leader_changes.push_back(LeaderChange {
                 term: leader.term,
                 planner: leader.planner,
                 pid: leader.pid,

@@ -1,4 +1,4 @@
-// The page's account of the mission, from the monitor's frames.
+// The page's history of the mission, from the monitor's frames.
 
 export const UNSEEN = 0xffffffff;
 
@@ -18,7 +18,7 @@ function hop(row) {
   };
 }
 
-export class Account {
+export class MissionHistory {
   constructor() {
     this.mission = null;
     this.status = null;

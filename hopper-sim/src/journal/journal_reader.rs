@@ -11,7 +11,7 @@ use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, T
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
-pub struct History<S: Storage = File> {
+pub struct JournalReader<S: Storage = File> {
     path: PathBuf,
     file: S,
     header: JournalHeader,
@@ -20,7 +20,7 @@ pub struct History<S: Storage = File> {
     file_bytes: u64,
 }
 
-impl History {
+impl JournalReader {
     /// Opens the journal in `dir` as it is: nothing is locked, nothing is cut.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ impl History {
     }
 }
 
-impl<S: Storage> History<S> {
+impl<S: Storage> JournalReader<S> {
     /// The journal that `file` holds; errors call it `path`.
     ///
     /// # Errors
@@ -63,10 +63,10 @@ impl<S: Storage> History<S> {
     }
 }
 
-/// The records of a [`History`]; ends before a torn tail, or with the first error.
+/// The records of a [`JournalReader`]; ends before a torn tail, or with the first error.
 #[derive(Debug)]
 pub struct Records<'a, S: Storage = File> {
-    history: &'a History<S>,
+    history: &'a JournalReader<S>,
     reader: Reader<'a, S>,
     ended: bool,
 }
@@ -85,7 +85,7 @@ impl<S: Storage> Records<'_, S> {
     }
 
     fn record(&mut self) -> Result<Option<Record>, JournalError> {
-        let History { path, file, file_bytes, .. } = self.history;
+        let JournalReader { path, file, file_bytes, .. } = self.history;
         let offset = self.reader.offset;
         let bytes_left = file_bytes - offset;
         if bytes_left == 0 {

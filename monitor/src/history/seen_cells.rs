@@ -1,16 +1,16 @@
-//! The ground in the order of its discovery.
+//! The cells of the observed map in the order they were first seen.
 
 use contract::{Brief, Cell, Decision, Grid, ObservedMap, SensorParameters, Soil};
 
 use super::Hops;
 
-/// Seen at a time that is about to be found out.
+/// Value of [`Seen::at`] for a cell whose first sight is not determined yet.
 const PENDING: u32 = u32::MAX - 1;
 
-/// Not seen.
+/// Value of [`Seen::at`] for a cell that was not seen.
 const UNSEEN: u32 = u32::MAX;
 
-/// One seen cell, as far as it is shown.
+/// One seen cell with the fields that are displayed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Height above the datum, metres.
@@ -19,29 +19,29 @@ pub struct Seen {
     pub sand: bool,
     /// Whether a hopper survives landing there.
     pub passable: bool,
-    /// The decision at which it was first seen.
+    /// Decision that was due when it was first seen.
     pub at: u32,
 }
 
-/// Cells with the decision at which each was first seen.
+/// Every cell with the decision that was due when it was first seen.
 #[derive(Clone, Debug)]
-pub struct Ground {
+pub struct SeenCells {
     grid: Grid,
     sensor: SensorParameters,
     start: Cell,
     cells: Vec<Seen>,
-    /// Indices in the order in which they were seen, or seen better.
+    /// Indices of cells in the order they were seen or updated.
     log: Vec<u32>,
-    /// Counts how often the log was written anew.
-    edition: u64,
-    /// Fingerprint of the map that was learnt last, and the decision it went through.
+    /// Number of times the log was compacted, which invalidates positions.
+    revision: u64,
+    /// Fingerprint of the map that was added last, and the decision it covers.
     learnt: Option<(u64, u64)>,
     treasures: Vec<Cell>,
     seen: usize,
 }
 
-impl Ground {
-    /// Nothing seen of the brief's grid.
+impl SeenCells {
+    /// No cell of the brief's grid seen yet.
     #[must_use]
     pub fn new(brief: &Brief) -> Self {
         let unseen = Seen { height_m: 0.0, sand: false, passable: true, at: UNSEEN };
@@ -51,26 +51,26 @@ impl Ground {
             start: brief.start,
             cells: vec![unseen; brief.grid.cells()],
             log: Vec::new(),
-            edition: 0,
+            revision: 0,
             learnt: None,
             treasures: Vec::new(),
             seen: 0,
         }
     }
 
-    /// What is known of the cell at `index`.
+    /// The cell at `index`; `None` if it was not seen.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<&Seen> {
         self.cells.get(index).filter(|seen| seen.at != UNSEEN)
     }
 
-    /// Cells seen so far.
+    /// Number of cells seen so far.
     #[must_use]
     pub fn seen(&self) -> usize {
         self.seen
     }
 
-    /// Cells seen by the time a decision was due.
+    /// Number of cells seen by the time `decision` was due.
     #[must_use]
     pub fn seen_by(&self, decision: Decision) -> usize {
         self.cells.iter().filter(|seen| u64::from(seen.at) <= decision.0).count()
@@ -82,15 +82,15 @@ impl Ground {
         &self.treasures
     }
 
-    /// The log from `position` on, with the edition that positions are of.
+    /// The log from `position` on, with the revision that positions refer to.
     pub(super) fn log(&self, position: usize) -> (u64, &[u32]) {
-        (self.edition, &self.log[position.min(self.log.len())..])
+        (self.revision, &self.log[position.min(self.log.len())..])
     }
 
-    /// Writes down what `map` has news of. The past must be known up to the decision the map goes through.
+    /// Adds what is new in `map`. The hops must be known up to the decision that the map covers.
     ///
-    /// A cell counts as seen from the first pose whose disc holds it, so that an account begun late tells the
-    /// same as one from the start.
+    /// A cell counts as seen from the first pose whose sensing disc contains it, so a history that starts late equals
+    /// one from the start.
     pub fn learn(&mut self, map: &ObservedMap, hops: &Hops) {
         let Some(through) = map.through else { return };
         let observation = map.observation();
@@ -112,11 +112,11 @@ impl Ground {
         if self.log.len() > 4 * self.cells.len() {
             self.log =
                 (0..self.cells.len() as u32).filter(|&i| self.cells[i as usize].at != UNSEEN).collect();
-            self.edition += 1;
+            self.revision += 1;
         }
     }
 
-    /// Takes a cell over; 1 if it is seen for the first time.
+    /// Copies a cell from the map; 1 if it is seen for the first time, else 0.
     fn note(&mut self, map: &ObservedMap, index: usize) -> usize {
         let Some(ground) = map.cells()[index] else { return 0 };
         let known = self.cells[index];
@@ -125,7 +125,7 @@ impl Ground {
         if known.at == UNSEEN {
             self.cells[index] = Seen { at: PENDING, ..now };
             self.seen += 1;
-            // It goes into the log when it is dated.
+            // It is logged once its first sight is determined.
             return 1;
         }
         if now != known {
@@ -137,7 +137,7 @@ impl Ground {
         0
     }
 
-    /// Finds out from which pose each of `pending` new cells was seen first.
+    /// Determines from which pose each of `pending` new cells was seen first.
     fn date(&mut self, hops: &Hops, from: u64, through: u64, mut pending: usize) {
         for decision in from.max(hops.first().0)..=through {
             if pending == 0 {
@@ -165,7 +165,7 @@ impl Ground {
         }
     }
 
-    /// Dates a cell that waits for it; says whether it did.
+    /// Sets the first sight of a pending cell; whether it was pending.
     fn stamp(&mut self, cell: Cell, decision: u64) -> bool {
         let Some(index) = self.grid.index(cell).filter(|&index| self.cells[index].at == PENDING) else {
             return false;
@@ -175,7 +175,7 @@ impl Ground {
         true
     }
 
-    /// Where the hopper stood at a decision, and how high.
+    /// Cell and height of the hopper when a decision was due; `None` if not known.
     fn pose(&self, hops: &Hops, decision: u64) -> Option<(Cell, f64)> {
         let Some(before) = decision.checked_sub(1) else {
             let height_m = self.cells[self.grid.index(self.start)?].height_m;

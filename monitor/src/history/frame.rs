@@ -1,54 +1,55 @@
-//! What goes to a page: small pieces of the account, each a named event with JSON in it.
+//! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{Change, Chronicle, Ground, Hops, Lives, Mark, Reign, Story};
+use super::{History, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory, RunHistory, SeenCells};
 
-/// Hops in one frame at most.
+/// Most hops in one frame.
 pub const HOPS_A_FRAME: usize = 256;
 
-/// Cells in one frame at most.
+/// Most cells in one frame.
 pub const CELLS_A_FRAME: usize = 4096;
 
-/// Longest side of the window of a policy around the hopper, cells: arrows beyond it could not be told apart.
+/// Longest side of the part of a policy that is sent, cells around the hopper: more arrows could not be
+/// distinguished.
 pub const POLICY_SIDE_MAX: u32 = 128;
 
-/// One event for a page.
+/// One server-sent event.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// What it is: mission, hops, cells, marks, policy or status.
+    /// Name of the event: mission, hops, cells, marks, policy or status.
     pub event: &'static str,
-    /// JSON in one line.
+    /// JSON data in one line.
     pub data: String,
 }
 
-/// How far a reader has come, of the account or of the policies. A new one is at the beginning.
+/// Position of a reader in the history or in the policies. A new cursor is at the beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cursor {
     policy: bool,
     epoch: u64,
     hops: u64,
-    reigns: u64,
+    leader_changes: u64,
     cells: usize,
-    edition: u64,
-    marks: u64,
+    revision: u64,
+    events: u64,
     policies: u64,
     status: u64,
 }
 
 impl Cursor {
-    /// A reader of policies alone.
+    /// A cursor for policies only.
     #[must_use]
     pub fn of_policies() -> Self {
         Self { policy: true, ..Self::default() }
     }
 }
 
-/// Stages and a few facts of one hop, as a row: decision, branch, from x and y, to x and y, height, term,
-/// steps, status, treasures, visits, origin, letters of vetoed actions, moment of the landing before it in
-/// milliseconds, then seven stages in microseconds.
+/// One hop as a row: decision, branch, from x and y, to x and y, height, term, steps, status, treasures, visits,
+/// origin, letters of vetoed actions, time of the landing before it in milliseconds, then seven stages in
+/// microseconds.
 type Row = Vec<Value>;
 
 #[derive(Serialize)]
@@ -63,39 +64,39 @@ struct PeerRow<'a> {
     leads: bool,
 }
 
-impl Chronicle {
-    /// The next piece for a reader, if there is news for it. Whatever never changes comes in order and whole;
-    /// of what does change, status and policy, a slow reader gets the newest only.
+impl History {
+    /// The next frame for a reader; `None` if it is up to date. Hops, cells and events are delivered completely and
+    /// in order; of status and policy a slow reader gets only the newest.
     pub fn next(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
-        let story = self.story.as_ref()?;
+        let run = self.run.as_ref()?;
         if cursor.epoch != self.epoch {
             *cursor = Cursor { epoch: self.epoch, policy: cursor.policy, ..Cursor::default() };
             if !cursor.policy {
-                return Some(frame("mission", &mission(&story.brief)));
+                return Some(frame("mission", &mission(&run.brief)));
             }
         }
         if cursor.policy {
-            return policy(story, cursor);
+            return policy(run, cursor);
         }
-        hops(&story.hops, cursor)
-            .or_else(|| cells(&story.ground, cursor))
-            .or_else(|| marks(&self.lives, cursor))
+        hops(&run.hops, cursor)
+            .or_else(|| cells(&run.seen_cells, cursor))
+            .or_else(|| events(&self.peers, cursor))
             .or_else(|| self.status(cursor, now))
     }
 
-    /// Whether there is anything for a reader.
+    /// Whether there is a frame for a reader.
     #[must_use]
     pub fn has_news(&self, cursor: &Cursor) -> bool {
-        let Some(story) = &self.story else { return false };
+        let Some(run) = &self.run else { return false };
         if cursor.policy {
-            return cursor.policies < story.policy.0 || cursor.epoch != self.epoch && story.policy.0 > 0;
+            return cursor.policies < run.policy.0 || cursor.epoch != self.epoch && run.policy.0 > 0;
         }
-        let (edition, log) = story.ground.log(cursor.cells);
+        let (revision, log) = run.seen_cells.log(cursor.cells);
         cursor.epoch != self.epoch
-            || cursor.hops < story.hops.due().0
-            || cursor.edition != edition
+            || cursor.hops < run.hops.due().0
+            || cursor.revision != revision
             || !log.is_empty()
-            || cursor.marks < self.lives.marks_count()
+            || cursor.events < self.peers.events_count()
             || (cursor.status < self.progress.0 && self.progress.1.is_some())
     }
 
@@ -104,7 +105,7 @@ impl Chronicle {
         let progress = progress.as_ref().filter(|_| *number > cursor.status)?;
         cursor.status = *number;
         let leader = self.state().map(|state| state.leader.incarnation);
-        let peers = self.lives.peers();
+        let peers = self.peers.peers();
         let peers = peers.iter().map(|peer| PeerRow {
             role: peer.beat.role.as_str(),
             pid: peer.beat.pid,
@@ -115,7 +116,7 @@ impl Chronicle {
             alive: !peer.silent,
             leads: Some(peer.beat.incarnation) == leader,
         });
-        let treasures: &[Cell] = self.ground().map_or(&[], Ground::treasures);
+        let treasures: &[Cell] = self.seen_cells().map_or(&[], SeenCells::treasures);
         let tempo = self.tempo.map(
             |tempo| json!({ "pace": tempo.pace.to_string(), "paused": tempo.paused, "heeds": tempo.heeds }),
         );
@@ -157,7 +158,7 @@ fn mission(brief: &Brief) -> Value {
     })
 }
 
-/// The goals in the order in which they are in force; the first follows the last again.
+/// The goals in the order they are visited; on a patrol the first follows the last.
 fn goals(brief: &Brief) -> &[Cell] {
     brief.patrol.as_ref().map_or(std::slice::from_ref(&brief.goal), Patrol::goals)
 }
@@ -192,23 +193,24 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
         decision += 1;
     }
     cursor.hops = decision;
-    let reigns: Vec<Value> = hops.reigns_from(cursor.reigns).map(reign).collect();
-    cursor.reigns = hops.reigns_count();
-    Some(frame("hops", &json!({ "rows": rows, "reigns": reigns })))
+    let leader_changes: Vec<Value> =
+        hops.leader_changes_from(cursor.leader_changes).map(leader_change).collect();
+    cursor.leader_changes = hops.leader_changes_count();
+    Some(frame("hops", &json!({ "rows": rows, "reigns": leader_changes })))
 }
 
-fn reign(reign: &Reign) -> Value {
-    json!({ "term": reign.term, "planner": reign.planner, "pid": reign.pid, "from": reign.from })
+fn leader_change(leader_change: &LeaderChange) -> Value {
+    json!({ "term": leader_change.term, "planner": leader_change.planner, "pid": leader_change.pid, "from": leader_change.from })
 }
 
-/// Cells as three lists of one length: index less the one before, height in millimetres times four plus one for
-/// sand and two for impassable, and the decision of first sight less the one before.
-fn cells(ground: &Ground, cursor: &mut Cursor) -> Option<Frame> {
-    let (edition, _) = ground.log(0);
-    if cursor.edition != edition {
-        (cursor.edition, cursor.cells) = (edition, 0);
+/// Cells as three lists of equal length: difference of the index to the one before; height in millimetres times
+/// four, plus one for sand and two for impassable; difference of the decision of first sight to the one before.
+fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
+    let (revision, _) = seen_cells.log(0);
+    if cursor.revision != revision {
+        (cursor.revision, cursor.cells) = (revision, 0);
     }
-    let (_, log) = ground.log(cursor.cells);
+    let (_, log) = seen_cells.log(cursor.cells);
     let log = &log[..log.len().min(CELLS_A_FRAME)];
     if log.is_empty() {
         return None;
@@ -216,7 +218,7 @@ fn cells(ground: &Ground, cursor: &mut Cursor) -> Option<Frame> {
     let (mut indices, mut heights, mut dates) = (Vec::new(), Vec::new(), Vec::new());
     let (mut index_before, mut date_before) = (0, 0);
     for &index in log {
-        let Some(seen) = ground.get(index as usize) else { continue };
+        let Some(seen) = seen_cells.get(index as usize) else { continue };
         let millimetres = (f64::from(seen.height_m) * 1e3).round() as i64;
         indices.push(i64::from(index) - index_before);
         heights.push(4 * millimetres + i64::from(seen.sand) + 2 * i64::from(!seen.passable));
@@ -227,18 +229,18 @@ fn cells(ground: &Ground, cursor: &mut Cursor) -> Option<Frame> {
     Some(frame("cells", &json!({ "i": indices, "h": heights, "at": dates })))
 }
 
-fn marks(lives: &Lives, cursor: &mut Cursor) -> Option<Frame> {
-    if cursor.marks >= lives.marks_count() {
+fn events(peers: &PeerHistory, cursor: &mut Cursor) -> Option<Frame> {
+    if cursor.events >= peers.events_count() {
         return None;
     }
-    let marks: Vec<Value> = lives.marks_from(cursor.marks).map(mark).collect();
-    cursor.marks = lives.marks_count();
-    Some(frame("marks", &Value::Array(marks)))
+    let events: Vec<Value> = peers.events_from(cursor.events).map(event).collect();
+    cursor.events = peers.events_count();
+    Some(frame("reigns", &Value::Array(events)))
 }
 
-fn mark(mark: &Mark) -> Value {
-    let Mark { decision, change, beat } = mark;
-    let change: &Change = change;
+fn event(event: &PeerEvent) -> Value {
+    let PeerEvent { decision, change, beat } = event;
+    let change: &PeerChange = change;
     json!({
         "decision": decision,
         "change": change.as_str(),
@@ -248,16 +250,16 @@ fn mark(mark: &Mark) -> Value {
     })
 }
 
-fn policy(story: &Story, cursor: &mut Cursor) -> Option<Frame> {
-    let (number, policy) = &story.policy;
+fn policy(run: &RunHistory, cursor: &mut Cursor) -> Option<Frame> {
+    let (number, policy) = &run.policy;
     let policy = policy.as_ref().filter(|_| *number > cursor.policies)?;
     cursor.policies = *number;
-    let centre = story.state.map_or(story.brief.start, |state| state.pose.cell);
-    let window = Window::around(&story.brief.grid, centre, policy)?;
-    Some(frame("policy", &window.json(&story.brief.grid, policy)))
+    let centre = run.state.map_or(run.brief.start, |state| state.pose.cell);
+    let window = Window::around(&run.brief.grid, centre, policy)?;
+    Some(frame("policy", &window.json(&run.brief.grid, policy)))
 }
 
-/// The part of a policy that is shown.
+/// The part of a policy that is sent.
 struct Window {
     x: u32,
     y: u32,
@@ -303,7 +305,7 @@ fn letters(vetoed: Vetoed) -> String {
     Action::ALL.into_iter().filter(|&action| vetoed.has(action)).map(letter).collect()
 }
 
-/// A number with as many decimals as a page can show.
+/// A number rounded to the decimals that the page displays.
 fn rounded(value: f64, scale: f64) -> Value {
     let value = (value * scale).round() / scale;
     if value == value.trunc() && value.abs() < 9e15 { json!(value as i64) } else { json!(value) }

@@ -1,0 +1,260 @@
+//! The history of a mission, for page and terminal: public messages in, frames out.
+//!
+//! It only grows: hops in order, cells in the order they were seen, processes that joined or fell silent. A reader
+//! holds a [`Cursor`] into it and takes [`Frame`]s at its own speed, so late, slow and fast readers share one
+//! mechanism without a queue that could fill.
+
+mod frame;
+mod hops;
+mod peers;
+mod seen_cells;
+
+use contract::{
+    Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
+    PastPage, Policy, Replica, RobotId, State, Tempo,
+};
+use report::Executed;
+
+pub use frame::{CELLS_A_FRAME, Cursor, Frame, HOPS_A_FRAME, POLICY_SIDE_MAX};
+pub use hops::{HOPS_KEPT, Hop, Hops, LeaderChange};
+pub use peers::{EVENTS_KEPT, Peer, PeerChange, PeerEvent, PeerHistory};
+pub use seen_cells::{Seen, SeenCells};
+
+use crate::Progress;
+
+/// Shortest time between two requests for the whole map, nanoseconds: a monitor that cannot follow the patches must
+/// not keep perception busy.
+const SNAPSHOT_PERIOD_NS: u64 = 1_000_000_000;
+
+/// A message for the history, or the passing of time.
+#[derive(Clone, Debug)]
+pub enum Input<'a> {
+    /// The brief of a run; a new run begins a new history.
+    Brief(&'a Brief),
+    /// The state after a decision.
+    State(&'a State),
+    /// A page of executed decisions that was requested.
+    Past(&'a PastPage),
+    /// Cells of the observed map that a landing changed.
+    Patch(MapPatch),
+    /// A page of the observed map; pass all patches received before it first.
+    Page(&'a MapPage),
+    /// A sign of life of a process.
+    Heartbeat(&'a Heartbeat),
+    /// Policy of the planner in command.
+    Policy(Policy),
+    /// How hopper-sim paces landings.
+    Tempo(Tempo),
+    /// Time has passed.
+    Tick,
+}
+
+/// The history of one robot's mission.
+#[derive(Debug)]
+pub struct History {
+    robot: RobotId,
+    /// Number of runs so far; a cursor of another run starts over.
+    epoch: u64,
+    run: Option<RunHistory>,
+    peers: PeerHistory,
+    tempo: Option<Tempo>,
+    /// Newest progress report, with its number.
+    progress: (u64, Option<Progress>),
+}
+
+/// The history of one run.
+#[derive(Debug)]
+struct RunHistory {
+    brief: Brief,
+    state: Option<State>,
+    hops: Hops,
+    replica: Replica,
+    seen_cells: SeenCells,
+    /// Whether the map was complete when last checked, and when it last became complete.
+    whole: (bool, Option<MonotonicNs>),
+    /// Newest policy, with its number.
+    policy: (u64, Option<Policy>),
+}
+
+impl History {
+    /// An empty history.
+    #[must_use]
+    pub fn new(robot: RobotId) -> Self {
+        Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), tempo: None, progress: (0, None) }
+    }
+
+    /// Adds `input`, received at `now`. Returns the request to send to perception, if one is due.
+    pub fn on(&mut self, input: Input<'_>, now: MonotonicNs) -> Option<MapRequest> {
+        match input {
+            Input::Brief(brief) => self.begin_run(brief),
+            Input::Heartbeat(beat) => self.peers.heartbeat(beat, self.decision(), now),
+            Input::Tempo(tempo) => self.tempo = Some(tempo),
+            Input::Tick => {
+                let over = self.progress.1.as_ref().is_some_and(|progress| progress.status.is_over());
+                self.peers.mark_silent(self.decision(), over, now);
+                return self.run.as_mut().and_then(|run| run.catch_up(now));
+            }
+            Input::State(state) => self.of_run(state.run)?.state(state),
+            Input::Past(page) => self.of_run(page.run)?.past(page),
+            Input::Patch(patch) => return self.of_run(patch.run)?.patch(patch, now),
+            Input::Page(page) => return self.of_run(page.run)?.page(page, now),
+            Input::Policy(policy) => {
+                let known = &mut self.of_run(policy.run)?.policy;
+                *known = (known.0 + 1, Some(policy));
+            }
+        }
+        None
+    }
+
+    /// Replaces the progress report.
+    pub fn set_progress(&mut self, progress: Progress) {
+        self.progress = (self.progress.0 + 1, Some(progress));
+    }
+
+    /// Brief of the current run; `None` before the first.
+    #[must_use]
+    pub fn brief(&self) -> Option<&Brief> {
+        self.run.as_ref().map(|run| &run.brief)
+    }
+
+    /// Newest state of the run.
+    #[must_use]
+    pub fn state(&self) -> Option<&State> {
+        self.run.as_ref()?.state.as_ref()
+    }
+
+    /// Executed decisions of the run.
+    #[must_use]
+    pub fn hops(&self) -> Option<&Hops> {
+        self.run.as_ref().map(|run| &run.hops)
+    }
+
+    /// Cells seen in the run.
+    #[must_use]
+    pub fn seen_cells(&self) -> Option<&SeenCells> {
+        self.run.as_ref().map(|run| &run.seen_cells)
+    }
+
+    /// Treasures that were seen but not collected when decision `at` was due.
+    #[must_use]
+    pub fn treasures(&self, at: Decision) -> Vec<Cell> {
+        let Some(RunHistory { brief, hops, seen_cells, .. }) = &self.run else { return Vec::new() };
+        let at = at.max(hops.first());
+        // Nothing is known about hops before the first one kept.
+        let known = at.0.checked_sub(1).map(|before| hops.get(Decision(before)).or_else(|| hops.get(at)));
+        let mut collected = known.flatten().map_or(Collected::default(), |hop| hop.collected);
+        let mut lying = seen_cells.treasures().to_vec();
+        for hop in hops.from(at) {
+            if hop.collected != collected && !lying.contains(&hop.to) {
+                lying.push(hop.to);
+            }
+            collected = hop.collected;
+        }
+        let seen = |cell: &Cell| brief.grid.index(*cell).and_then(|index| seen_cells.get(index));
+        lying.retain(|cell| seen(cell).is_some_and(|seen| u64::from(seen.at) <= at.0));
+        lying
+    }
+
+    /// Newest policy of the run.
+    #[must_use]
+    pub fn policy(&self) -> Option<&Policy> {
+        self.run.as_ref()?.policy.1.as_ref()
+    }
+
+    /// Processes that were heard, and when they joined or fell silent.
+    #[must_use]
+    pub fn peers(&self) -> &PeerHistory {
+        &self.peers
+    }
+
+    /// How hopper-sim paces landings; `None` until it says so.
+    #[must_use]
+    pub fn tempo(&self) -> Option<&Tempo> {
+        self.tempo.as_ref()
+    }
+
+    /// Newest progress report.
+    #[must_use]
+    pub fn progress(&self) -> Option<&Progress> {
+        self.progress.1.as_ref()
+    }
+
+    fn of_run(&mut self, run: contract::RunId) -> Option<&mut RunHistory> {
+        self.run.as_mut().filter(|known| known.brief.run == run)
+    }
+
+    fn decision(&self) -> Decision {
+        self.run.as_ref().map_or(Decision(0), RunHistory::decision)
+    }
+
+    fn begin_run(&mut self, brief: &Brief) {
+        if self.run.as_ref().is_some_and(|run| run.brief.run == brief.run) {
+            return;
+        }
+        self.epoch += 1;
+        self.progress.1 = None;
+        self.peers.forget_events();
+        self.run = Some(RunHistory::new(self.robot, brief));
+    }
+}
+
+impl RunHistory {
+    fn new(robot: RobotId, brief: &Brief) -> Self {
+        let mut replica = Replica::new(robot);
+        replica.begin(brief.run, brief.grid);
+        Self {
+            brief: *brief,
+            state: None,
+            hops: Hops::default(),
+            replica,
+            seen_cells: SeenCells::new(brief),
+            whole: (false, None),
+            policy: (0, None),
+        }
+    }
+
+    fn decision(&self) -> Decision {
+        self.state.map_or(self.hops.due(), |state| state.decision.max(self.hops.due()))
+    }
+
+    fn state(&mut self, state: &State) {
+        self.state = Some(*state);
+        if let Some(executed) = Executed::before(state) {
+            self.hops.fold(&executed);
+        }
+    }
+
+    fn past(&mut self, page: &PastPage) {
+        for record in page.records.iter().filter(|record| record.robot == page.robot) {
+            self.hops.fold(&Executed::from(record));
+        }
+    }
+
+    fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {
+        let request = self.replica.patch(patch, now);
+        self.allowed(request, now)
+    }
+
+    fn page(&mut self, page: &MapPage, now: MonotonicNs) -> Option<MapRequest> {
+        let request = self.replica.page(page, now);
+        self.allowed(request, now)
+    }
+
+    /// The request, unless the map became complete a moment ago.
+    fn allowed(&mut self, request: Option<MapRequest>, now: MonotonicNs) -> Option<MapRequest> {
+        let (was_whole, since) = self.whole;
+        let is_whole = self.replica.map().is_some();
+        self.whole = (is_whole, if is_whole && !was_whole { Some(now) } else { since });
+        request.filter(|_| self.whole.1.is_none_or(|since| now.since_ns(since) >= SNAPSHOT_PERIOD_NS))
+    }
+
+    /// Adds newly seen cells once the hops they were seen from are known.
+    fn catch_up(&mut self, now: MonotonicNs) -> Option<MapRequest> {
+        let through = |map: &ObservedMap| map.through.map_or(u64::MAX, |through| through.0);
+        if let Some(map) = self.replica.map().filter(|map| through(map) <= self.hops.due().0) {
+            self.seen_cells.learn(map, &self.hops);
+        }
+        let request = self.replica.ask(now);
+        self.allowed(request, now)
+    }
+}
