@@ -12,12 +12,12 @@ use std::time::{Duration, Instant};
 
 use contract::{Brief, MonotonicNs, Record, RunId, Timing};
 use flown::{median, overhead_us, timings};
-use hopper::lockstep::{self, Crew};
 use hopper_sim::Mission;
+use lockstep::Crew;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
 use perception::{Cartographer, Effect, Event};
-use scenario::World;
+use scenario::ResolvedScenario;
 
 /// Interleaved rounds of each measurement.
 const ROUNDS: u64 = 7;
@@ -74,7 +74,7 @@ fn relay(instance: &str, cells: usize) -> Relay {
 
 /// Cells of the median patch of these missions: what the relay has to carry, like the stack.
 fn patch_cells() -> usize {
-    let World { brief, terrain, .. } = paper_world();
+    let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
         let mission = Mission { brief, terrain: terrain.clone(), seed };
@@ -94,9 +94,9 @@ fn patch_cells() -> usize {
     median(cells.into_iter()) as usize
 }
 
-fn paper_world() -> World {
+fn paper_world() -> ResolvedScenario {
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).expect("a built-in scenario");
-    World { brief: Brief { run: RunId(1), ..world.brief }, ..world }
+    ResolvedScenario { brief: Brief { run: RunId(1), ..world.brief }, ..world }
 }
 
 /// Median round trip of a relay that does no work, microseconds.

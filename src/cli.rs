@@ -5,9 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use node::{Exit, Failure};
 
-use crate::commands::{campaign, doctor, journal, run, scenario, terrain};
+use crate::commands::{campaign, doctor, journal, run, scenario, terrain, topic};
 use crate::tool::{self, Passed};
-use crate::{simulate, topic};
 
 /// Autonomy stack and simulator for planetary hopping robots.
 ///
@@ -69,9 +68,6 @@ enum Command {
         after_help = "Examples:\n  hopper campaign run campaigns/p23-tables.toml\n  hopper campaign report out/p23-tables --against paper"
     )]
     Campaign(campaign::Command),
-    /// Simulate the whole system in one thread while faults are injected.
-    #[command(after_help = "Examples:\n  hopper simulate --seeds 0..2000")]
-    Simulate(simulate::Args),
     /// Check a scenario, or print the schema of scenarios.
     #[command(subcommand)]
     #[command(after_help = "Examples:\n  hopper scenario check my.toml\n  hopper scenario schema")]
@@ -107,6 +103,9 @@ enum Command {
     /// [hopper-research] Draw the figures of docs/gallery.md again.
     #[command(disable_help_flag = true)]
     Gallery(Passed),
+    /// [hopper-qa] Simulate the whole system in one thread while faults are injected.
+    #[command(disable_help_flag = true)]
+    Simulate(Passed),
     /// [hopper-qa] Kill, stop and restart real processes of real missions, and count the effects.
     #[command(disable_help_flag = true)]
     Chaos(Passed),
@@ -131,15 +130,23 @@ pub fn main() -> ExitCode {
         Some(Command::Sim(args)) => node::main("hopper-sim", || hopper_sim::shell::run(&args)),
         Some(Command::Perception(args)) => node::main("perception", || perception::shell::run(&args)),
         Some(Command::Planner(args)) => node::main("planner", || planner::shell::run(&args)),
-        Some(Command::Monitor(args)) => node::main("monitor", || monitor::shell::run(&args)),
+        Some(Command::Monitor(args)) => node::main("monitor", || watch(&args)),
         Some(command) => node::main("hopper", || tool(&command)),
+    }
+}
+
+/// The terminal view and the recorder are linked into another program, which gets the same arguments.
+fn watch(args: &monitor::shell::Args) -> Result<Exit, Failure> {
+    if args.need_extensions() {
+        tool::exec("hopper-view", std::env::args_os().skip(1))
+    } else {
+        monitor::shell::run(args, &monitor::shell::Extensions::default())
     }
 }
 
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
-        Command::Simulate(args) => simulate::run(args),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
         Command::Journal(command) => journal::run(command),
@@ -149,6 +156,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Latency(passed) => tool::run("latency", passed),
         Command::Known(passed) => tool::run("known", passed),
         Command::Gallery(passed) => tool::run("gallery", passed),
+        Command::Simulate(passed) => tool::run("simulate", passed),
         Command::Chaos(passed) => tool::run("chaos", passed),
         Command::Endure(passed) => tool::run("endure", passed),
         Command::Completions(passed) => tool::run("completions", passed),

@@ -4,12 +4,9 @@
 
 pub mod cli;
 pub mod commands;
-pub mod lockstep;
 pub mod mission;
-pub mod simulate;
 pub mod stdout;
 pub mod tool;
-pub mod topic;
 
 /// Release and commit, as `hopper --version` prints them.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("HOPPER_COMMIT"), ")");

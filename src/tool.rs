@@ -12,10 +12,11 @@ use std::process::{Command, ExitCode};
 use node::{Exit, Failure};
 
 /// Programs and the commands they serve. A program has the name of its package.
-pub const TOOLS: [(&str, &[&str]); 4] = [
+pub const TOOLS: [(&str, &[&str]); 5] = [
     ("hopper-recordings", &["bag", "latency"]),
     ("hopper-research", &["gallery", "known"]),
-    ("hopper-qa", &["chaos", "endure"]),
+    ("hopper-qa", &["chaos", "endure", "simulate"]),
+    ("hopper-view", &["monitor --record", "monitor --tui"]),
     ("hopper-manual", &["completions", "man"]),
 ];
 
@@ -75,8 +76,8 @@ pub fn sibling(name: &str) -> Result<PathBuf, Failure> {
 }
 
 /// `main` of a tool: as that of `hopper`, with a warning if the two are of different builds.
-pub fn main(run: impl FnOnce() -> Result<Exit, Failure>) -> ExitCode {
-    node::main("hopper", || {
+pub fn main(role: &str, run: impl FnOnce() -> Result<Exit, Failure>) -> ExitCode {
+    node::main(role, || {
         if let Ok(caller) = std::env::var(CALLER)
             && caller != BUILD
         {

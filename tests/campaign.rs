@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use ::campaign::seal::{seal, unseal};
+use ::campaign::checksum::{with_checksum, without_checksum};
 use harness::{Process, eventually, hopper, json, stderr};
 use serde_json::Value;
 
@@ -52,9 +52,9 @@ fn refused(dir: &Path, words: &[&str], says: &[&str]) {
     assert!(!text.contains("panicked") && text.lines().count() <= 12 && text.len() < 3000, "{text}");
 }
 
-/// A row in which `from` has become `to`, sealed anew.
+/// A row in which `from` has become `to`, with a new checksum.
 fn forged(line: &str, from: &str, to: &str) -> String {
-    seal(unseal(line).unwrap().replace(from, to).strip_suffix('}').unwrap())
+    with_checksum(without_checksum(line).unwrap().replace(from, to).strip_suffix('}').unwrap())
 }
 
 /// Both forms of the rows, byte for byte.
@@ -309,7 +309,7 @@ fn damaged_rows_are_refused_by_line() {
     };
     refuses("{}", "line 4: need an object that closes with its checksum");
     refuses(&all[3].replace("\"hops\":", "\"hops\":1"), "line 4: need checksum");
-    refuses(&seal("{\"trial\":3"), "line 4: missing field");
+    refuses(&with_checksum("{\"trial\":3"), "line 4: missing field");
     refuses(&" ".repeat(20_000), "line 4: need at most 16384 bytes, got more");
     refuses(&forged(all[3], "\"config\":\"", "\"config\":\"0"), "trial 3: need configuration");
     refuses(&forged(all[3], "\"seed\":", "\"seed\":1"), "trial 3: need {");

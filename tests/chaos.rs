@@ -110,10 +110,10 @@ fn doctor(mission: &Mission, words: &[&str]) -> Value {
 fn assert_repaired(mission: &Mission, state: &str) {
     let told = doctor(mission, &[]);
     let left = told["instances"][0]["leftovers"].as_array().unwrap();
-    assert_eq!(left.is_empty(), mission.instance().traces().unwrap().is_empty(), "{state}: {told}");
+    assert_eq!(left.is_empty(), mission.instance().paths().unwrap().is_empty(), "{state}: {told}");
     let cleaned = doctor(mission, &["--clean"]);
     assert_ne!(cleaned["cleaned"][0]["outcome"], "alive", "{state}");
-    assert_eq!(mission.instance().traces().unwrap(), [] as [std::path::PathBuf; 0], "{state}");
+    assert_eq!(mission.instance().paths().unwrap(), [] as [std::path::PathBuf; 0], "{state}");
 }
 
 /// Kills all there are, and has what they left repaired.
@@ -226,21 +226,21 @@ fn the_doctor_leaves_the_stopped_alone() {
     let mut processes = vec![mission.start_slow_sim("25")];
     processes.extend(mission.start_peers());
     mission.await_decisions(1);
-    let scaffold = fs::File::open(mission.instance().root().join("scaffold.lock")).unwrap();
+    let creation_lock = fs::File::open(mission.instance().root().join("creation.lock")).unwrap();
     // Who is stopped with the lock of those who make things keeps out the doctor too.
     harness::eventually("all to be stopped with nothing half-made", || {
         processes.iter().for_each(|process| process.signal(Signal::STOP));
         std::thread::sleep(Duration::from_millis(5));
-        let free = flock(&scaffold, FlockOperation::NonBlockingLockExclusive).is_ok();
+        let free = flock(&creation_lock, FlockOperation::NonBlockingLockExclusive).is_ok();
         if !free {
             processes.iter().for_each(|process| process.signal(Signal::CONT));
         }
-        flock(&scaffold, FlockOperation::Unlock).unwrap();
+        flock(&creation_lock, FlockOperation::Unlock).unwrap();
         free
     });
-    let before = mission.instance().traces().unwrap();
+    let before = mission.instance().paths().unwrap();
     assert_eq!(doctor(&mission, &["--clean"])["cleaned"][0]["outcome"], "alive");
-    assert_eq!(mission.instance().traces().unwrap(), before);
+    assert_eq!(mission.instance().paths().unwrap(), before);
     processes.iter().for_each(|process| process.signal(Signal::CONT));
     let sim = mission.hurry(processes.remove(0), "25");
     assert_eq!(sim.json()["digest"], lockstep(&["--seed", "25"])["digest"]);

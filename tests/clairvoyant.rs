@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Brief, Digest, MonotonicNs, RunId, Status};
-use hopper::lockstep::{self, Crew};
 use hopper_sim::Mission;
+use lockstep::Crew;
 
 fn fly(ground: &str, planner: &str, seed: u64) -> (Status, Digest) {
     let world = scenario::load(ground).unwrap().resolve().unwrap();

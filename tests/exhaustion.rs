@@ -59,7 +59,7 @@ fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
     let mut peers = mission.start_peers();
     mission.await_decisions(1);
     eventually("all pages to be there", || {
-        let files = mission.instance().traces().unwrap();
+        let files = mission.instance().paths().unwrap();
         let data = files.iter().filter_map(|path| std::fs::metadata(path).ok());
         data.filter(|data| FileType::is_file(&data.file_type())).all(|data| data.blocks() * 512 >= data.len())
     });
@@ -181,7 +181,7 @@ fn a_monitor_that_stops_reading_slows_nobody() {
         mission.journal().exists() && mission.verified()["outcome"] != "underway"
     });
     let verified = mission.verified();
-    let queue = contract::service::state(contract::RobotId(0)).buffer as u64;
+    let queue = <contract::State as contract::Message>::SERVICE.buffer as u64;
     assert!(verified["decisions"].as_u64().unwrap() > queue, "{verified}");
     assert!(is_stopped(&monitor), "the monitor had no part in it");
     monitor.signal(Signal::CONT);

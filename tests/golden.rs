@@ -7,8 +7,8 @@
 use std::fmt::Write as _;
 
 use contract::{Brief, MonotonicNs, Profile, RunId};
-use hopper::lockstep::{self, Crew};
 use hopper_sim::Mission;
+use lockstep::Crew;
 use scenario::{Overrides, Scenario};
 
 const TABLE: &str = include_str!("golden/digests.csv");

@@ -7,9 +7,10 @@ mod harness;
 use std::time::Duration;
 
 use contract::wire::CommandV1;
-use contract::{Action, Command, Direction, Incarnation, MonotonicNs, RobotId};
+use contract::{Action, Command, Direction, Incarnation, MonotonicNs, RobotId, State};
 use harness::{Mission, eventually, lockstep};
 use node::{Instance, Node};
+use process::{Ports, Reader as _};
 use rustix::process::Signal;
 
 const WEST: Action = Action::Hop(Direction::West);
@@ -67,10 +68,10 @@ fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
     let _planner = mission.start("planner", &["--algorithm", "hold"]);
     mission.await_decisions(1);
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-    let mut states = node.state_reader(RobotId(0)).unwrap();
-    let commands = node.command_writer(RobotId(0)).unwrap();
+    let mut states = node.reader::<State>(RobotId(0), false).unwrap();
+    let mut commands = node.writer::<Command>(RobotId(0)).unwrap();
     eventually("a veto", || {
-        node.wait(Duration::from_millis(5));
+        node.sleep(Duration::from_millis(5));
         let Some(state) = states.newest().map(Result::unwrap) else { return false };
         // It asks for the next term, is too late, and has the next decision kept for it.
         let order = Command {
@@ -90,7 +91,7 @@ fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
             planning_started: MonotonicNs(1),
             planning_ended: MonotonicNs(1),
         };
-        commands.publish_wire(CommandV1::from(&order)).unwrap();
+        commands.publish_wire((), &[CommandV1::from(&order)]).unwrap();
         state.vetoed.has(WEST)
     });
     eventually("the veto to be journaled", || mission.verified()["vetoes"].as_u64() >= Some(1));

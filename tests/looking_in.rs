@@ -4,7 +4,7 @@
 
 mod harness;
 
-use contract::{Name, Role};
+use contract::Role;
 use harness::{Mission, Process, eventually, hopper, json, lockstep, stderr};
 use node::{Instance, Node};
 use serde_json::Value;
@@ -304,7 +304,7 @@ fn the_doctor_says_who_is_missing_and_what_to_do_next() {
 
     // One that lives but does not beat, as if it hung.
     let instance = Instance::new(&mission.name).unwrap();
-    let _silent = Node::join(&instance, Role::Perception, Name::NONE).unwrap();
+    let _silent = Node::join(&instance, Role::Perception).unwrap();
     let hangs = format!("perception (process {}) lives but does not beat", std::process::id());
     diagnosis(&mission, "the silent one to be told", |report| has_advice(report, &hangs));
 }

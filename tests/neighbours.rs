@@ -68,11 +68,11 @@ fn a_process_of_another_build_is_refused_with_both_versions_named() {
     for (line, shown) in [
         ("version 0.0.9, messages 0badcafe\n".to_owned(), "version 0.0.9, messages 0badcafe"),
         (format!("{own}, messages 0badcafe\n"), "messages 0badcafe"),
-        (String::new(), "an older build that does not tell its version"),
+        (String::new(), "an older build that does not state its version"),
     ] {
         let foreign = Foreign::new(&root, &format!("{name}\n{user}\n{line}"));
         for told in refusals(&mission, &foreign) {
-            let need = format!("instance {name:?} is flown by ");
+            let need = format!("instance {name:?} is run by ");
             assert!(told.contains(&need) && told.contains(shown), "{told}");
             assert!(told.contains(&format!("this process is {own}, messages ")), "{told}");
         }
@@ -136,7 +136,7 @@ fn every_file_of_a_mission_is_its_owners_alone() {
     let mission = Mission::new("private");
     let mut run = open_handed(&mission);
     let owned = |path: &Path| fs::symlink_metadata(path).is_ok_and(|data| data.mode() & 0o077 == 0);
-    let traces = mission.instance().traces().unwrap();
+    let traces = mission.instance().paths().unwrap();
     let tops: Vec<PathBuf> = traces.into_iter().chain([mission.path("out")]).collect();
     let mut files = 0;
     for top in &tops {
@@ -181,7 +181,7 @@ fn as_nobody(what: &str, words: &[&str]) -> Option<Output> {
 fn another_user_can_neither_read_nor_inject() {
     let mission = Mission::new("other");
     let mut run = open_handed(&mission);
-    let traces = mission.instance().traces().unwrap();
+    let traces = mission.instance().paths().unwrap();
     let paths: Vec<PathBuf> = traces.iter().chain([&mission.path("out")]).flat_map(|top| tree(top)).collect();
     let probe = r#"for path in "$@"; do
         if head -c 1 "$path" >/dev/null 2>&1 || ls "$path/." >/dev/null 2>&1; then echo "reads $path"; fi

@@ -7,10 +7,10 @@ use std::collections::BTreeSet;
 
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
 use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil, Vetoed};
-use hopper::lockstep::{self, Crew};
 use hopper::simulate::chance::Chance;
 use hopper::simulate::setup;
 use hopper_sim::{Mission, ROBOT};
+use lockstep::Crew;
 use perception::Observation;
 use scenario::Scenario;
 

@@ -12,13 +12,13 @@ use contract::{
     Action, Brief, Decision, MapPatch, MonotonicNs, Name, PastPage, Policy, PolicyCell, Record, RobotId,
     RunId, State, Tempo,
 };
-use hopper::lockstep::{self, Crew};
 use hopper_sim::{Arbiter, Mission, Pace};
+use lockstep::Crew;
 use monitor::chronicle::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;
 use monitor::{Chronicle, News, Watcher};
 use perception::{Cartographer, Event};
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 use serde_json::Value;
 
 const ROBOT: RobotId = RobotId(0);
@@ -36,7 +36,7 @@ fn flown(scenario: &str) -> Flown {
     flown_in(scenario::load(scenario).unwrap().resolve().unwrap())
 }
 
-fn flown_in(world: World) -> Flown {
+fn flown_in(world: ResolvedScenario) -> Flown {
     let mut brief = Brief { run: RunId(77), ..world.brief };
     if let Some(patrol) = &mut brief.patrol {
         patrol.hops_max = 60;

@@ -13,12 +13,13 @@ use contract::wire::{
 };
 use contract::{
     Action, Brief, Command, Decision, Direction, Ground, Heartbeat, Incarnation, MapPage, MapPatch,
-    MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Refusal, RobotId, Role, SeenCell, State, Status,
-    TruthRequest,
+    MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId, Role, SeenCell, State,
+    Status, TruthRequest,
 };
 use harness::{Mission, Process, eventually, lockstep};
 use hostile::{extremes, specimen};
-use node::{CommandWriter, Instance, Node, StateReader};
+use node::{Instance, Node, Reader, Writer};
+use process::{Ports, Reader as _, Server as _, Writer as _};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -27,15 +28,15 @@ const ROBOT: RobotId = RobotId(0);
 /// One that joined the instance without a role.
 struct Rogue {
     node: Node,
-    states: StateReader,
-    commands: CommandWriter,
+    states: Reader<State>,
+    commands: Writer<Command>,
 }
 
 impl Rogue {
     fn new(mission: &Mission) -> Self {
-        let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-        let states = node.state_reader(ROBOT).unwrap();
-        let commands = node.command_writer(ROBOT).unwrap();
+        let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+        let states = node.reader(ROBOT, false).unwrap();
+        let commands = node.writer(ROBOT).unwrap();
         Self { node, states, commands }
     }
 
@@ -44,8 +45,8 @@ impl Rogue {
         let mut before = None::<Decision>;
         let mut landed = None;
         eventually("a landing", || {
-            self.node.wait(Duration::from_millis(5));
-            for state in self.states.drain().map(Result::unwrap) {
+            self.node.sleep(Duration::from_millis(5));
+            for state in self.states.drain().into_iter().map(Result::unwrap) {
                 landed = before.is_some_and(|before| before < state.decision).then_some(state);
                 before = Some(state.decision);
             }
@@ -75,9 +76,9 @@ impl Rogue {
         })
     }
 
-    fn send(&self, commands: impl IntoIterator<Item = CommandV1>) {
+    fn send(&mut self, commands: impl IntoIterator<Item = CommandV1>) {
         for command in commands {
-            self.commands.publish_wire(command).unwrap();
+            self.commands.publish_wire((), &[command]).unwrap();
         }
     }
 }
@@ -221,7 +222,7 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     let mut peers = mission.start_peers();
     let mut rogue = Rogue::new(&mission);
     let state = rogue.landing();
-    let beats = rogue.node.heartbeat_writer().unwrap();
+    let mut beats = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
     let valid = HeartbeatV1::from(&Heartbeat {
         role: Role::Monitor,
         incarnation: Incarnation(0xbad),
@@ -246,7 +247,7 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
         HeartbeatV1 { incarnation: 2, role: Role::HopperSim.code(), decision: u64::MAX, ..valid },
         HeartbeatV1 { incarnation: 3, role: Role::Planner.code(), counter: u64::MAX, ..valid },
     ] {
-        beats.publish_wire(beat).unwrap();
+        beats.publish_wire((), &[beat]).unwrap();
     }
     mission.await_decisions(state.decision.0 + 2);
     for process in peers.iter_mut().chain([&mut sim]) {
@@ -274,11 +275,11 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     leader.kill();
     let mut due = state;
     eventually("the last hop to land", || {
-        rogue.node.wait(Duration::from_millis(5));
-        due = rogue.states.drain().map(Result::unwrap).last().unwrap_or(due);
+        rogue.node.sleep(Duration::from_millis(5));
+        due = rogue.states.drain().into_iter().map(Result::unwrap).last().unwrap_or(due);
         mission.decisions() == due.decision.0
     });
-    let beats = rogue.node.heartbeat_writer().unwrap();
+    let mut beats = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
     let beat = |counter| {
         HeartbeatV1::from(&Heartbeat {
             role: Role::Planner,
@@ -293,7 +294,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
         })
     };
     let told = format!(
-        "planner (process {}) is of version 0.0.9, this process is of {}",
+        "planner (process {}) is version 0.0.9, this process is version {}",
         std::process::id(),
         node::version()
     );
@@ -301,7 +302,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     for process in [&sim, &perception] {
         eventually("the older release to be told", || {
             counter += 1;
-            beats.publish_wire(beat(counter)).unwrap();
+            beats.publish_wire((), &[beat(counter)]).unwrap();
             process.log().contains(&told)
         });
     }
@@ -311,8 +312,8 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     for _ in 0..3 {
         let mut told = None;
         eventually("the state to be told again", || {
-            rogue.node.wait(Duration::from_millis(5));
-            told = rogue.states.drain().map(Result::unwrap).last();
+            rogue.node.sleep(Duration::from_millis(5));
+            told = rogue.states.drain().into_iter().map(Result::unwrap).last();
             told.is_some()
         });
         assert_eq!(told.unwrap().decision, due.decision);
@@ -379,16 +380,16 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mut peers = ["planner", "monitor"].map(|role| mission.start(role, &[]));
     peers.iter().for_each(|peer| peer.await_log("joined"));
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-    let mut briefs = node.brief_reader().unwrap();
+    let mut briefs = node.reader::<Brief>(ROBOT, false).unwrap();
     let mut brief = None;
     eventually("the brief", || {
-        node.wait(Duration::from_millis(5));
+        node.sleep(Duration::from_millis(5));
         brief = briefs.newest().map(Result::unwrap);
         brief.is_some()
     });
     let brief = brief.unwrap();
-    let maps = node.map_writer(ROBOT).unwrap();
-    let mut snapshots = node.snapshot_server(ROBOT).unwrap();
+    let mut maps = node.writer::<MapPatch>(ROBOT).unwrap();
+    let mut snapshots = node.server::<MapRequest>(ROBOT).unwrap();
     let honest = first_patch(&brief);
     let (header, cell) = (MapPatchV1::from(&honest), SeenCellV1::from(&honest.cells[0]));
     let patches = [
@@ -413,13 +414,13 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mut pages = 0;
     eventually("the planner to refuse patches and pages", || {
         for (header, cell) in patches {
-            maps.publish_wire(&header, 1, |_| cell).unwrap();
-            node.wait(Duration::from_millis(1));
+            maps.publish_wire(header, &[cell]).unwrap();
+            node.sleep(Duration::from_millis(1));
         }
         snapshots
             .serve(|request| {
                 pages += 1;
-                forged_page(&brief, request)
+                Some(forged_page(&brief, request))
             })
             .unwrap();
         let log = peers[0].log();
@@ -446,12 +447,12 @@ fn a_second_writer_of_what_has_one_is_refused_by_name() {
     mission.await_decisions(1);
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
     let refusals = [
-        ("hop/brief", node.brief_writer().err()),
-        ("hop/r0/state", node.state_writer(ROBOT).err()),
-        ("hop/r0/map", node.map_writer(ROBOT).err()),
-        ("hop/past", node.past_server().err()),
-        ("truth/terrain", node.truth_server().err()),
-        ("hop/r0/snapshot", node.snapshot_server(ROBOT).err()),
+        ("hop/brief", node.writer::<Brief>(ROBOT).err()),
+        ("hop/r0/state", node.writer::<State>(ROBOT).err()),
+        ("hop/r0/map", node.writer::<MapPatch>(ROBOT).err()),
+        ("hop/past", node.server::<PastRequest>(ROBOT).err()),
+        ("truth/terrain", node.server::<TruthRequest>(ROBOT).err()),
+        ("hop/r0/snapshot", node.server::<MapRequest>(ROBOT).err()),
     ];
     for (service, error) in refusals {
         let error = error.unwrap_or_else(|| panic!("{service} takes a second writer")).to_string();
@@ -465,13 +466,13 @@ fn a_second_writer_of_what_has_one_is_refused_by_name() {
 /// repeats a decision that is taken, so that the state is published again; between two publications hopper-sim
 /// reads its commands at least once.
 fn settle(rogue: &mut Rogue, marker: CommandV1) -> u64 {
-    rogue.states.drain().for_each(drop);
+    rogue.states.drain();
     let (mut markers, mut heard) = (0, 0);
     while heard < 2 {
         rogue.send([marker]);
         markers += 1;
         eventually("hopper-sim to go round", || {
-            rogue.node.wait(Duration::from_millis(2));
+            rogue.node.sleep(Duration::from_millis(2));
             let states = rogue.states.drain().count();
             heard += states;
             states > 0
@@ -516,35 +517,35 @@ fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
         status: Status::Underway,
     };
     let beats = extremes::of(&HeartbeatV1::from(&honest));
-    let writer = rogue.node.heartbeat_writer().unwrap();
+    let mut writer = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
     for some in beats.chunks(8) {
-        some.iter().for_each(|beat| writer.publish_wire(*beat).unwrap());
+        some.iter().for_each(|beat| writer.publish_wire((), &[*beat]).unwrap());
         markers += settle(&mut rogue, marker);
     }
     need += beats.iter().map(|beat| malformed(Heartbeat::try_from(beat).err())).sum::<usize>();
 
     let (run, robot) = (state.run, ROBOT);
-    let mut past = rogue.node.past_client().unwrap();
+    let mut past = rogue.node.client::<PastRequest>(ROBOT).unwrap();
     for wire in extremes::of(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(0) })) {
         past.request_wire(wire).unwrap();
         let wrong = malformed(PastRequest::try_from(&wire).err());
         markers += if wrong > 0 { settle(&mut rogue, marker) } else { 0 };
         need += wrong;
     }
-    let mut truth = rogue.node.truth_client().unwrap();
+    let mut truth = rogue.node.client::<TruthRequest>(ROBOT).unwrap();
     for wire in extremes::of(&TruthRequestV1::from(&TruthRequest { run, from: 0 })) {
         truth.request_wire(wire).unwrap();
     }
     // Perception answers these.
-    let mut snapshot = rogue.node.snapshot_client(robot).unwrap();
+    let mut snapshot = rogue.node.client::<MapRequest>(robot).unwrap();
     for wire in extremes::of(&MapRequestV1::from(&MapRequest { run, robot, from: 0, observation: 1 })) {
         snapshot.request_wire(wire).unwrap();
     }
     // Nobody acts upon a policy.
-    let policies = rogue.node.policy_writer(robot, 4).unwrap();
+    let mut policies = rogue.node.writer::<Policy>(robot).unwrap();
     let (header, cell) = (PolicyHeaderV1::zeroed(), PolicyCellV1 { value: 1.0, action: 1, reserved: 0 });
-    extremes::of(&header).iter().for_each(|header| policies.publish_wire(header, 1, |_| cell).unwrap());
-    extremes::of(&cell).iter().for_each(|cell| policies.publish_wire(&header, 4, |_| *cell).unwrap());
+    extremes::of(&header).iter().for_each(|header| policies.publish_wire(*header, &[cell]).unwrap());
+    extremes::of(&cell).iter().for_each(|cell| policies.publish_wire(header, &[*cell; 4]).unwrap());
 
     for process in peers.iter_mut().chain([&mut sim]) {
         assert!(process.has_ended().is_none(), "{} ended: {}", process.role, process.log());
@@ -574,8 +575,9 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
     let mission = Mission::new("impostor");
     let mut peers = mission.start_peers();
     peers.iter().for_each(|peer| peer.await_log("joined"));
-    let node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
-    let (briefs, states) = (node.brief_writer().unwrap(), node.state_writer(ROBOT).unwrap());
+    let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
+    let (mut briefs, mut states) =
+        (node.writer::<Brief>(ROBOT).unwrap(), node.writer::<State>(ROBOT).unwrap());
     let (brief, flown) = (specimen::brief(), specimen::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
     for wire in extremes::of(&BriefV3::from(&brief)) {
@@ -583,13 +585,13 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
             continue;
         }
-        briefs.publish_wire(wire).unwrap();
+        briefs.publish_wire((), &[wire]).unwrap();
         pause();
     }
-    briefs.publish(&brief).unwrap();
+    briefs.publish(brief).unwrap();
     for state in [&flown[0], &flown[1]] {
         for wire in extremes::of(&StateV3::from(state)) {
-            states.publish_wire(wire).unwrap();
+            states.publish_wire((), &[wire]).unwrap();
             pause();
         }
     }

@@ -93,8 +93,9 @@ fn the_planner_never_depends_on_truth() {
         assert!(!code(&file).to_lowercase().contains("truth"), "{} names truth", file.display());
     }
     // Whoever asks for the truth has to name it.
-    let port = "pub fn truth_client(";
-    assert!(code(&root().join("crates/node/src/node.rs")).contains(port), "the truth is asked for otherwise");
+    let request = "impl Request for TruthRequest";
+    let declared = code(&root().join("crates/contract/src/wire/truth.rs"));
+    assert!(declared.contains(request), "the truth is asked for otherwise");
 }
 
 #[test]
@@ -136,7 +137,8 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
         "src/simulate",
     ];
     // The solver's second thread, for whoever asks for it; the values are the same without.
-    let threads = ["crates/solver/src/sweep.rs", "crates/solver/src/pair.rs"].map(|path| root().join(path));
+    let threads =
+        ["crates/solver/src/cold/sweep.rs", "crates/solver/src/cold/pair.rs"].map(|path| root().join(path));
     for file in engines.iter().flat_map(|engine| sources(engine)) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let text = code(&file);

@@ -9,8 +9,10 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use contract::{Message as _, Policy};
 use harness::{Mission, PATIENCE, Process, eventually, json, lockstep};
 use node::Node;
+use process::Ports;
 use rustix::process::Signal;
 
 const ROBOT: contract::RobotId = contract::RobotId(0);
@@ -266,9 +268,9 @@ fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
         ["perception", "planner"].map(|role| mission.start(role, &[])).into_iter().collect::<Vec<_>>();
     mission.await_decisions(1);
     let instance = mission.instance();
-    let visitor = Node::visit(&instance).unwrap();
-    let places = contract::service::policy(ROBOT).max_subscribers;
-    let readers: Vec<_> = (0..places).map(|_| visitor.policy_reader(ROBOT).unwrap()).collect();
+    let mut visitor = Node::visit(&instance).unwrap();
+    let places = Policy::SERVICE.max_subscribers;
+    let readers: Vec<_> = (0..places).map(|_| visitor.reader::<Policy>(ROBOT, false).unwrap()).collect();
     let monitor = mission.start("monitor", &["--web", "127.0.0.1:0"]);
     monitor.await_log("page at ");
     let log = monitor.log();

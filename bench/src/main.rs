@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use serde_json::json;
-use solver::specimen::Specimen;
+use solver::fixtures::Fixture;
 use solver::{Effort, Solution, Solver};
 
 use crate::rows::Rows;
@@ -24,17 +24,17 @@ struct Options {
 #[derive(Debug, Subcommand)]
 enum Task {
     /// Write a world as the rows of a Markov decision process.
-    Export(Order),
+    Export(WorldArgs),
     /// Solve a world, write its values, print times and memory as JSON.
     Solve(Solve),
 }
 
-/// Which world, and where its files go.
+/// The world, and the folder of its files.
 #[derive(Debug, clap::Args)]
-struct Order {
-    /// Kind of world.
+struct WorldArgs {
+    /// Kind of world to build.
     kind: WorldKind,
-    /// Nodes a side.
+    /// Nodes per side of the square world.
     side: usize,
     /// Folder of the world's files.
     folder: PathBuf,
@@ -46,11 +46,11 @@ struct Order {
     error_max: f64,
 }
 
-/// How to solve it.
+/// Options of a solve.
 #[derive(Debug, clap::Args)]
 struct Solve {
     #[command(flatten)]
-    order: Order,
+    world: WorldArgs,
     /// Threads, 1 or 2; the values of 2 go to hopper-2.f64.
     #[arg(long, default_value_t = 1, conflicts_with = "kept")]
     threads: usize,
@@ -65,56 +65,56 @@ enum WorldKind {
     Plain,
     /// The same with the goal well inside.
     Inner,
-    /// Lingering on a hill is worth more than the goal.
+    /// Lingering on a hill pays more than the goal.
     Trap,
 }
 
 fn main() -> ExitCode {
     let done = match Options::parse().task {
-        Task::Export(order) => export(&order),
-        Task::Solve(order) => solve(&order),
+        Task::Export(args) => export(&args),
+        Task::Solve(args) => solve(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain(error.as_ref());
+            print_error(error.as_ref());
             ExitCode::FAILURE
         }
     }
 }
 
 #[allow(clippy::print_stderr, reason = "the one place where errors leave")]
-fn complain(error: &dyn Error) {
+fn print_error(error: &dyn Error) {
     eprintln!("bench: {error}");
 }
 
-fn specimen(order: &Order) -> Specimen {
-    match order.kind {
-        WorldKind::Plain => Specimen::plain(order.side, order.seed),
-        WorldKind::Inner => Specimen::inner(order.side, order.seed),
-        WorldKind::Trap => Specimen::trap(order.side, order.seed),
+fn fixture(args: &WorldArgs) -> Fixture {
+    match args.kind {
+        WorldKind::Plain => Fixture::plain(args.side, args.seed),
+        WorldKind::Inner => Fixture::inner(args.side, args.seed),
+        WorldKind::Trap => Fixture::trap(args.side, args.seed),
     }
 }
 
-fn export(order: &Order) -> Result<(), Box<dyn Error>> {
-    let world = specimen(order).world()?;
-    std::fs::create_dir_all(&order.folder)?;
+fn export(args: &WorldArgs) -> Result<(), Box<dyn Error>> {
+    let world = fixture(args).world()?;
+    std::fs::create_dir_all(&args.folder)?;
     let rows = Rows::of(&world);
-    rows.write(&order.folder)?;
+    rows.write(&args.folder)?;
     let header = json!({
         "states": rows.nodes.len(),
         "rows": rows.rewards.len(),
         "discount": world.rules().discount,
-        "error_max": order.error_max,
+        "error_max": args.error_max,
     });
-    Ok(std::fs::write(order.folder.join("world.json"), format!("{header:#}\n"))?)
+    Ok(std::fs::write(args.folder.join("world.json"), format!("{header:#}\n"))?)
 }
 
 fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
-    let order = &task.order;
-    let world = specimen(order).world()?;
+    let args = &task.world;
+    let world = fixture(args).world()?;
     let peak_before = stopwatch::peak_bytes();
-    let effort = Effort { error_max: order.error_max, ..Effort::default() };
+    let effort = Effort { error_max: args.error_max, ..Effort::default() };
     let (times, (solver, solution)) = stopwatch::repeat(task.kept, |before: Option<(Solver, Solution)>| {
         let new = || Solver::new().with_threads(task.threads);
         let mut solver = before.map_or_else(new, |(solver, _)| solver);
@@ -127,7 +127,7 @@ fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
         (false, 1) => "hopper.f64",
         (false, _) => "hopper-2.f64",
     };
-    write_values(&order.folder.join(file), &Rows::of(&world), solver.values())?;
+    write_values(&args.folder.join(file), &Rows::of(&world), solver.values())?;
     print(&json!({
         "times": times,
         "peak_bytes": peak,

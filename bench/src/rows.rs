@@ -1,23 +1,23 @@
 //! A world as the rows of a general Markov decision process, which every solver can read.
 //!
-//! The free nodes alone are states, numbered in the order of their nodes. Each has four rows, one a hop,
-//! and a row has a reward and four weights: V(s) = max over rows of reward + Σ weight · V(to). Discount,
-//! second periods, goals and losses are in the numbers already: a weight is a probability times the
-//! discount between departure and landing; what is paid on the way or on landing, and all that a goal or
-//! a loss is worth, is in the reward. Weights of a row sum to less than 1; the rest ends the process.
+//! Only the free nodes are states, numbered in the order of their nodes. Each has four rows, one per hop,
+//! and a row has a reward and four weights: V(s) = max over rows of reward + Σ weight · V(to). The numbers
+//! include discount, second periods, goals and losses: a weight is a probability times the
+//! discount between departure and landing; the payoffs on the way and on landing, goals' and losses' included,
+//! are in the reward. Weights of a row sum to less than 1; the rest ends the process.
 
 use std::io::{self, Write};
 use std::path::Path;
 
-use solver::{Hop, Kind, Leaving, World};
+use solver::{GridWorld, Hop, Kind, Leaving};
 
-/// A row leads to at most so many states.
+/// Most states that a row leads to.
 pub const LANDINGS: usize = 4;
 
 /// The rows of a world, flat: four to a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
-    /// The node of each state.
+    /// The world's node of each state.
     pub nodes: Vec<usize>,
     /// Reward of each row.
     pub rewards: Vec<f64>,
@@ -33,7 +33,7 @@ impl Rows {
     /// # Panics
     /// If it has more states than an `i32` counts, which no world has.
     #[must_use]
-    pub fn of(world: &World) -> Self {
+    pub fn of(world: &GridWorld) -> Self {
         let free = |&node: &usize| world.kind(node) == Kind::Free;
         let nodes: Vec<usize> = (0..world.nodes()).filter(free).collect();
         let mut states = vec![-1; world.nodes()];
@@ -49,7 +49,7 @@ impl Rows {
         rows
     }
 
-    fn push(&mut self, world: &World, states: &[i32], node: usize, hop: Hop) {
+    fn push(&mut self, world: &GridWorld, states: &[i32], node: usize, hop: Hop) {
         let rules = world.rules();
         let soil = world.soil(node);
         let discount = soil.discount(rules.discount);
@@ -109,7 +109,7 @@ pub fn write<const N: usize>(path: &Path, numbers: impl Iterator<Item = [u8; N]>
 
 #[cfg(test)]
 mod tests {
-    use solver::specimen::{Draw, Specimen};
+    use solver::fixtures::{Fixture, SplitMix64};
 
     use super::*;
 
@@ -125,15 +125,15 @@ mod tests {
 
     #[test]
     fn the_rows_are_the_solvers_equation() {
-        for (specimen, leaving) in [
-            (Specimen::plain(20, 1), Leaving::Stays),
-            (Specimen::trap(23, 2), Leaving::Stays),
-            (Specimen::plain(20, 3), Leaving::Loses),
+        for (fixture, leaving) in [
+            (Fixture::plain(20, 1), Leaving::Stays),
+            (Fixture::trap(23, 2), Leaving::Stays),
+            (Fixture::plain(20, 3), Leaving::Loses),
         ] {
-            let world = Specimen { leaving, ..specimen }.world().expect("a sound world");
+            let world = Fixture { leaving, ..fixture }.world().expect("a sound world");
             let rows = Rows::of(&world);
             assert_eq!(rows.nodes.len(), world.nodes() - 1, "all but the goal");
-            let mut draw = Draw(7);
+            let mut draw = SplitMix64(7);
             let values: Vec<f64> = (0..world.nodes()).map(|_| draw.between(-100.0, 100.0)).collect();
             for (state, &node) in rows.nodes.iter().enumerate() {
                 let expected = solver::action_values(&world, &values, node);
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_weights_of_a_row_leave_room_for_the_end() {
-        let world = Specimen::plain(20, 1).world().expect("a sound world");
+        let world = Fixture::plain(20, 1).world().expect("a sound world");
         let rows = Rows::of(&world);
         for (weights, to) in rows.weights.iter().zip(&rows.to) {
             assert!(weights.iter().sum::<f64>() <= 0.99 + 1e-12);

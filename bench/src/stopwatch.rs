@@ -1,26 +1,26 @@
-//! What a solve takes: wall time, processor time, memory.
+//! Wall time, processor time and memory of a solve.
 
 use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
-/// Solves are repeated until so much time has passed.
+/// Solves are repeated until this much time has passed.
 const LONG_ENOUGH: Duration = Duration::from_millis(500);
-/// Most solves.
+/// Most solves per run.
 const SOLVES_MAX: usize = 101;
 
 /// Times of repeated solves, seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Times {
-    /// By the clock on the wall.
+    /// Elapsed time.
     pub wall_s: Vec<f64>,
-    /// Of the processor, all threads together.
+    /// Processor time, all threads together.
     pub processor_s: Vec<f64>,
 }
 
-/// Runs `solve` once unmeasured if it is quick, then until half a second has passed or 101 times. It is given what it
-/// left the last time if that is `kept`; otherwise that is let go before, unmeasured.
+/// Runs `solve` once unmeasured if it is quick, then until half a second has passed or 101 times. It receives its last
+/// result if that is `kept`; otherwise the result is dropped before, unmeasured.
 pub fn repeat<T>(kept: bool, mut solve: impl FnMut(Option<T>) -> T) -> (Times, T) {
     let mut times = Times::default();
     let (wall_s, processor_s, first) = measure(|| solve(None));
@@ -29,7 +29,7 @@ pub fn repeat<T>(kept: bool, mut solve: impl FnMut(Option<T>) -> T) -> (Times, T
         times.processor_s.push(processor_s);
         return (times, first);
     }
-    // What is there from the solve before does not count as memory of the next.
+    // The result of one solve must not count as memory of the next.
     let mut last = Some(first);
     let begin = Instant::now();
     while times.wall_s.is_empty() || (begin.elapsed() < LONG_ENOUGH && times.wall_s.len() < SOLVES_MAX) {
@@ -53,7 +53,7 @@ fn processor_s() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Largest resident size of this process so far, bytes; `None` where the kernel does not tell.
+/// Largest resident size of this process so far, bytes; `None` where the system does not report it.
 #[must_use]
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

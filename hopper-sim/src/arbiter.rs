@@ -114,6 +114,8 @@ pub struct Arbiter {
     mission: Mission,
     throttle: Throttle,
     linger_ns: u64,
+    /// Whether deadlines pass by the clock.
+    deadlines: bool,
     state: State,
     phase: Phase,
     bid: Option<Bid>,
@@ -175,6 +177,7 @@ impl Arbiter {
             mission,
             throttle: Throttle::new(pace),
             linger_ns,
+            deadlines: true,
             state,
             phase: Phase::Resting,
             bid: None,
@@ -188,10 +191,18 @@ impl Arbiter {
         }
     }
 
-    /// The same arbiter, which heeds [`Event::Control`] from now on.
+    /// The same arbiter, which obeys [`Event::Control`] from now on.
     #[must_use]
-    pub fn heeding_orders(mut self) -> Self {
-        self.throttle.heed_orders();
+    pub fn obeying_orders(mut self) -> Self {
+        self.throttle.obey_orders();
+        self
+    }
+
+    /// The same arbiter for a mission that is repeated from its journal: no deadline passes by the clock, and what the
+    /// fallback did comes as [`Event::Repeat`].
+    #[must_use]
+    pub fn without_deadlines(mut self) -> Self {
+        self.deadlines = false;
         self
     }
 
@@ -311,7 +322,7 @@ impl Arbiter {
             robot: self.state.robot,
             pace: self.throttle.pace(),
             paused: self.throttle.is_paused(),
-            heeds: self.throttle.heeds(),
+            heeds: self.throttle.obeys(),
         }
     }
 
@@ -416,7 +427,8 @@ impl Arbiter {
     fn deadline(&self) -> Option<MonotonicNs> {
         let deadline_ns = self.mission.brief.guard.deadline_ns;
         let waits = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
-        (deadline_ns > 0 && waits && self.sent.is_some()).then(|| self.state.published.plus_ns(deadline_ns))
+        (deadline_ns > 0 && self.deadlines && waits && self.sent.is_some())
+            .then(|| self.state.published.plus_ns(deadline_ns))
     }
 
     /// Acts in the planner's stead. Who commands goes on commanding: the term stays.

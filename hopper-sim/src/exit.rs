@@ -1,6 +1,6 @@
 //! The exit code with which a process ends that cannot use its journal.
 
-use node::Exit;
+use process::Exit;
 
 use crate::JournalError;
 

@@ -11,6 +11,8 @@ mod exit;
 pub mod guard;
 pub mod journal;
 pub mod mission;
+pub mod process;
+#[cfg(feature = "shell")]
 pub mod shell;
 pub mod throttle;
 

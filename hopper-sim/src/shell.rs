@@ -1,24 +1,18 @@
-//! The hopper-sim process: shared memory, clock and journal file around the [`Arbiter`].
+//! The command line of hopper-sim, its journal file, and its life in shared memory.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::limits::TRUTH_PAGE_CELLS;
-use contract::{
-    Brief, Heartbeat, Incarnation, MonotonicNs, Name, Profile, Record, Refusal, RobotId, Role, Roster,
-    Status, Tempo, TruthRequest,
-};
-use node::peer::{Builds, Patience, TICK, refuse};
-use node::{
-    BriefWriter, CommandReader, ControlReader, Exit, Failure, Instance, Node, PastServer, PolicyReader, Room,
-    StateWriter, TempoWriter, TruthServer, crash_point,
-};
+use contract::{Brief, Profile, Record, Role};
+use node::{Exit, Failure, Instance, MemoryBudget, Node};
+use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, Scenario, World};
+use scenario::{Overrides, ResolvedScenario, Scenario};
 
-use crate::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, Pace, crash};
+use crate::process::{HopperSim, SimTerms};
+use crate::{Journal, JournalError, JournalHeader, Mission, Pace, crash};
 
 /// What a mission is about: the scenario with what the command line changes in it.
 #[derive(clap::Args, Clone, Debug)]
@@ -61,7 +55,7 @@ impl MissionArgs {
     ///
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
-    pub fn world(&self) -> Result<World, Failure> {
+    pub fn world(&self) -> Result<ResolvedScenario, Failure> {
         self.scenario()?.resolve().map_err(Failure::usage)
     }
 
@@ -79,12 +73,6 @@ impl MissionArgs {
         Ok(scenario.with(&overrides))
     }
 }
-
-/// How long before a landing hopper-sim no longer sleeps.
-const AWAKE: Duration = Duration::from_micros(300);
-
-/// Lives of one role that the summary names; a mission of any length stays bounded.
-const LIVES_MAX: usize = 256;
 
 /// A duration above zero.
 fn positive_duration(text: &str) -> Result<Duration, String> {
@@ -116,7 +104,7 @@ pub struct Args {
     /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
-    /// Heed orders to pause, go on, step or change the pace, as the monitor's page gives them.
+    /// Obey orders to pause, resume, step or change the pace, as the monitor's page gives them.
     #[arg(long)]
     control: bool,
     /// Form of the summary on standard output.
@@ -131,15 +119,69 @@ pub struct Args {
 ///
 /// # Errors
 /// If the scenario, the journal or shared memory is at fault, the instance has a hopper-sim already,
-/// or nobody came within `--wait`.
+/// or a peer was waited for longer than `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let world = args.mission.world()?;
     let instance = Instance::new(&args.instance)?;
     let _claim = instance.claim(Role::HopperSim)?;
-    let mut service = Service::open(args, &instance, world)?;
-    let exit = service.serve(args)?;
-    print_summary(&service.summary(), args.format)?;
+    let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
+    if journal.torn_bytes() > 0 {
+        tracing::warn!(
+            "cut off {} bytes of a record that a killed process left incomplete",
+            journal.torn_bytes()
+        );
+    }
+    let seed = args.mission.seed();
+    let brief = Brief { run: journal.header().run(), ..world.brief };
+    let mut summary = SummaryBuilder::new(&brief, seed);
+    for record in journal.records() {
+        summary.record(&record.map_err(Failure::run)?);
+    }
+    MemoryBudget::of(brief.grid.cells(), brief.robots)?.check(&instance)?;
+    let mut node = Node::join(&instance, Role::HopperSim)?;
+    if args.lifeline {
+        node.hold_lifeline();
+    }
+    let summary_so_far = RefCell::new(summary);
+    let (exit, summary) = block_on(async {
+        node.pass(crash::JOURNAL_OPENED).await;
+        let mission = Mission { brief, terrain: world.terrain, seed };
+        let last = journal.last().copied();
+        let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
+        let mut sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;
+        tracing::info!(
+            run = %brief.run, scenario = %brief.scenario, seed,
+            "joined instance {:?} at decision {}", args.instance, sim.arbiter().state().decision
+        );
+        let exit = process::run(&mut sim, &mut node).await?;
+        Ok::<_, Failure>((exit, sum_up(&summary_so_far.borrow(), &sim, node.pid())))
+    })?;
+    print_summary(&summary, args.format)?;
     Ok(exit)
+}
+
+impl Args {
+    fn terms(&self) -> SimTerms {
+        SimTerms {
+            pace: self.mission.pace,
+            linger_ns: self.linger.as_nanos() as u64,
+            control: self.control,
+            deadlines: true,
+            terms: Terms { wait: self.wait, stay: false },
+        }
+    }
+}
+
+/// The summary as the mission stands, with the processes that took part.
+fn sum_up<O: FnMut(&Record)>(
+    summary: &SummaryBuilder,
+    sim: &HopperSim<Node, Journal, O>,
+    own_pid: u32,
+) -> Summary {
+    let mut summary = summary.build(sim.arbiter().state(), sim.arbiter().refusals());
+    let processes = std::iter::once((Role::HopperSim, own_pid)).chain(sim.lives());
+    summary.processes = processes.map(|(role, pid)| Process { role, pid, restarts: 0 }).collect();
+    summary
 }
 
 /// Writes the summary to standard output.
@@ -164,7 +206,7 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 ///
 /// # Errors
 /// If the folder holds another mission's journal, a damaged one, or one in use.
-pub fn open_journal(dir: &Path, world: &World, seed: u64, sync: bool) -> Result<Journal, Failure> {
+pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
     let fault = |error: JournalError| Failure::new(error.exit(), error.to_string());
     let journal = if Journal::exists(dir) {
@@ -173,283 +215,4 @@ pub fn open_journal(dir: &Path, world: &World, seed: u64, sync: bool) -> Result<
         Journal::create(dir, &expected.with_run(node::random_run()?), sync).map_err(fault)?
     };
     Ok(journal)
-}
-
-/// Everything that lives as long as the process serves.
-struct Service {
-    node: Node,
-    arbiter: Arbiter,
-    journal: Journal,
-    summary: SummaryBuilder,
-    roster: Roster,
-    builds: Builds,
-    /// The first lives heard of, by role: at most [`LIVES_MAX`] each.
-    lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
-    states: StateWriter,
-    briefs: BriefWriter,
-    truths: TruthServer,
-    commands: CommandReader,
-    controls: ControlReader,
-    tempos: TempoWriter,
-    /// The tempo told last.
-    told: Option<Tempo>,
-    /// Listened to only where there may be a fallback: planners write policies for listeners alone.
-    policies: Option<PolicyReader>,
-    past: PastServer,
-    assembled: bool,
-    /// Whether the last append failed.
-    holding: bool,
-    finished: Option<Status>,
-}
-
-impl Service {
-    fn open(args: &Args, instance: &Instance, world: World) -> Result<Self, Failure> {
-        let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
-        crash_point(crash::JOURNAL_OPENED);
-        if journal.torn_bytes() > 0 {
-            tracing::warn!(
-                "cut {} bytes that a death tore off the journal's last record",
-                journal.torn_bytes()
-            );
-        }
-        let brief = Brief { run: journal.header().run(), ..world.brief };
-        let robot = RobotId(0);
-        Room::of(brief.grid.cells(), brief.robots)?.check(instance)?;
-        let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
-        if args.lifeline {
-            node.hold_lifeline();
-        }
-        let mut summary = SummaryBuilder::new(&brief, args.mission.seed());
-        for record in journal.records() {
-            summary.record(&record.map_err(Failure::run)?);
-        }
-        let mut service = Self {
-            briefs: node.brief_writer()?,
-            truths: node.truth_server()?,
-            states: node.state_writer(robot)?,
-            commands: node.command_reader(robot)?,
-            controls: node.control_reader(robot)?,
-            tempos: node.tempo_writer(robot)?,
-            told: None,
-            policies: (brief.guard.deadline_ns > 0).then(|| node.policy_reader(robot)).transpose()?,
-            past: node.past_server()?,
-            arbiter: Arbiter::new(
-                Mission { brief, terrain: world.terrain, seed: args.mission.seed() },
-                journal.last(),
-                args.mission.pace,
-                args.linger.as_nanos() as u64,
-                Node::now(),
-            ),
-            node,
-            journal,
-            summary,
-            roster: Roster::default(),
-            builds: Builds::default(),
-            lives: BTreeMap::new(),
-            assembled: false,
-            holding: false,
-            finished: None,
-        };
-        if args.control {
-            service.arbiter = service.arbiter.heeding_orders();
-        }
-        service.node.listen(&contract::service::command(robot))?;
-        service.announce()?;
-        crash_point(crash::JOINED);
-        tracing::info!(
-            run = %brief.run, scenario = %brief.scenario, seed = args.mission.seed(),
-            "joined instance {:?} at decision {}", args.instance, service.arbiter.state().decision
-        );
-        Ok(service)
-    }
-
-    /// Tells of the run: once, and again when a peer has missed it.
-    fn announce(&self) -> Result<(), Failure> {
-        self.briefs.publish(&self.arbiter.mission().brief)?;
-        Ok(())
-    }
-
-    /// Tells of the tempo when it has changed.
-    fn tell_tempo(&mut self) -> Result<(), Failure> {
-        let tempo = self.arbiter.tempo();
-        if self.told != Some(tempo) {
-            if self.told.is_some() {
-                tracing::info!(paused = tempo.paused, pace = %tempo.pace, "told to change the tempo");
-            }
-            self.told = Some(tempo);
-            self.tempos.publish(&tempo)?;
-        }
-        Ok(self.tempos.idle()?)
-    }
-
-    fn serve(&mut self, args: &Args) -> Result<Exit, Failure> {
-        let mut patience = Patience::new(args.wait, self.node.instance());
-        loop {
-            self.node.wait(self.timeout());
-            if self.node.stop_requested().is_some() {
-                return Ok(Exit::Interrupted);
-            }
-            for command in self.commands.drain().collect::<Vec<_>>() {
-                let command = command.and_then(|command| match self.builds.refuse(command.incarnation) {
-                    Some(refusal) => Err(refusal),
-                    None => Ok(command),
-                });
-                self.feed(Event::Command(command))?;
-            }
-            for control in self.controls.drain().collect::<Vec<_>>() {
-                self.feed(Event::Control(control))?;
-            }
-            match self.policies.as_mut().and_then(|policies| policies.newest()) {
-                Some(Ok(policy)) => self.feed(Event::Policy(policy))?,
-                Some(Err(refusal)) => self.refused(refusal)?,
-                None => {}
-            }
-            for beat in self.node.heartbeats() {
-                match beat {
-                    Ok(beat) if self.builds.admit(&beat) => {
-                        self.meet(&beat);
-                        self.feed(Event::Heartbeat(beat))?;
-                    }
-                    Ok(_) => {}
-                    Err(refusal) => self.refused(refusal)?,
-                }
-            }
-            if self.is_assembled() {
-                self.feed(Event::Tick)?;
-            }
-            let due = self.arbiter.state().decision;
-            let Self { past, journal, .. } = self;
-            let refusals = past.serve(|request| {
-                let ours = request.run == journal.header().run();
-                let mut page = journal
-                    .page(request.from)
-                    .inspect_err(|error| tracing::error!("the past cannot be served: {error}"))
-                    .ok()
-                    .filter(|_| ours)?;
-                // A hop that is still in the air has not been seen to land.
-                page.records.retain(|record| record.decision < due);
-                Some(page)
-            })?;
-            let Self { truths, arbiter, .. } = self;
-            let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
-            let of_truth = truths.serve(page)?;
-            for refusal in refusals.into_iter().chain(of_truth) {
-                self.refused(refusal)?;
-            }
-            self.states.idle()?;
-            self.briefs.idle()?;
-            self.tell_tempo()?;
-            let state = *self.arbiter.state();
-            self.node.beat(state.run, state.decision, state.status)?;
-            if let Some(status) = self.finished {
-                return Ok(if status == Status::Goal { Exit::Done } else { Exit::Failed });
-            }
-            let now = Node::now();
-            patience.check(self.waits_for(now), now)?;
-        }
-    }
-
-    /// Tells of a malformed message, and counts it.
-    fn refused(&mut self, refusal: Refusal) -> Result<(), Failure> {
-        refuse(&refusal);
-        self.feed(Event::Refused(refusal))
-    }
-
-    /// The mission begins once somebody can sense and somebody plans, so that no decision's time counts the
-    /// wait for processes to start, or for perception to gather the truth. A mission that is over is told to
-    /// whoever comes, and one that was under way with a fallback is taken up at once.
-    fn is_assembled(&mut self) -> bool {
-        let now = Node::now();
-        self.assembled |= self.arbiter.is_manned(&self.roster, now);
-        self.assembled
-    }
-
-    /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited
-    /// awake, since a sleeping process wakes a tenth of a millisecond late.
-    fn timeout(&self) -> Duration {
-        if !self.assembled {
-            return TICK;
-        }
-        let due = self.arbiter.wake_at().map(|at| Duration::from_nanos(at.since_ns(Node::now())));
-        due.map_or(TICK, |due| due.saturating_sub(AWAKE).min(TICK))
-    }
-
-    fn feed(&mut self, event: Event) -> Result<(), Failure> {
-        let mut effects: VecDeque<_> = self.arbiter.on(event, Node::now()).into();
-        while let Some(effect) = effects.pop_front() {
-            match effect {
-                Effect::Append(record) => effects.extend(self.append(&record)),
-                Effect::Announce => self.announce()?,
-                Effect::Publish(state) => {
-                    self.states.publish(&state)?;
-                    crash_point(crash::PUBLISHED);
-                }
-                Effect::Refused(refusal) => tracing::debug!(reason = refusal.reason(), "refused: {refusal}"),
-                Effect::Finished(status) => self.finished = Some(status),
-            }
-        }
-        Ok(())
-    }
-
-    /// The commit point.
-    fn append(&mut self, record: &Record) -> Vec<Effect> {
-        crash_point(crash::BEFORE_APPEND);
-        match self.journal.append(record) {
-            Ok(()) => {
-                crash_point(crash::APPENDED);
-                let now = Node::now();
-                let mut committed = *record;
-                committed.timing.committed = now;
-                self.summary.record(&committed);
-                if record.origin.is_fallback() {
-                    let (decision, action, origin) = (record.decision, record.action, record.origin);
-                    tracing::warn!(
-                        "no acceptable command for decision {decision}: fell back to {action}, by {origin}"
-                    );
-                }
-                if std::mem::take(&mut self.holding) {
-                    tracing::info!("the journal took decision {}: going on", record.decision);
-                }
-                self.arbiter.on(Event::Appended, now)
-            }
-            Err(error) => {
-                // Tried again at every tick: said once.
-                if !std::mem::replace(&mut self.holding, true) {
-                    tracing::error!("holding at decision {}: {error}", record.decision);
-                }
-                self.arbiter.on(Event::AppendFailed, Node::now())
-            }
-        }
-    }
-
-    fn meet(&mut self, beat: &Heartbeat) {
-        self.roster.observe(*beat, Node::now());
-        let lives = self.lives.entry(beat.role).or_default();
-        let is_known = lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation);
-        if !is_known && lives.len() < LIVES_MAX {
-            lives.push((beat.incarnation, beat.pid));
-        }
-    }
-
-    fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
-        if self.arbiter.state().status.is_over() {
-            None
-        } else if !self.roster.has(Role::Perception, now) {
-            Some("perception")
-        } else if !self.roster.has(Role::Planner, now) {
-            Some("a planner")
-        } else {
-            None
-        }
-    }
-
-    fn summary(&self) -> Summary {
-        let mut summary = self.summary.build(self.arbiter.state(), self.arbiter.refusals());
-        let own = Process { role: Role::HopperSim, pid: self.node.pid(), restarts: 0 };
-        let heard = self.lives.iter().flat_map(|(role, lives)| {
-            lives.iter().map(|(_, pid)| Process { role: *role, pid: *pid, restarts: 0 })
-        });
-        summary.processes = std::iter::once(own).chain(heard).collect();
-        summary
-    }
 }

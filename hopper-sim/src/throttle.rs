@@ -5,7 +5,7 @@
 use contract::pace::Launch;
 use contract::{MonotonicNs, Order, Pace, Refusal};
 
-/// Orders heeded within [`WINDOW_NS`] at most: nobody clicks faster, whoever floods is not heard.
+/// Orders obeyed within [`WINDOW_NS`] at most: nobody clicks faster, whoever floods is not heard.
 pub const ORDERS_MAX: u32 = 32;
 
 /// The window over which orders are counted, nanoseconds.
@@ -18,9 +18,9 @@ pub struct Throttle {
     paused: bool,
     /// One landing may come though paused.
     step: bool,
-    /// Whether orders are heeded at all.
-    heeds: bool,
-    /// When the present window began, and the orders heeded in it.
+    /// Whether orders are obeyed at all.
+    obeys: bool,
+    /// When the present window began, and the orders obeyed in it.
     window: (MonotonicNs, u32),
 }
 
@@ -28,18 +28,18 @@ impl Throttle {
     /// Landings at `pace` from the start, deaf to orders.
     #[must_use]
     pub fn new(pace: Pace) -> Self {
-        Self { pace, paused: false, step: false, heeds: false, window: (MonotonicNs(0), 0) }
+        Self { pace, paused: false, step: false, obeys: false, window: (MonotonicNs(0), 0) }
     }
 
-    /// From now on orders are heeded.
-    pub fn heed_orders(&mut self) {
-        self.heeds = true;
+    /// From now on orders are obeyed.
+    pub fn obey_orders(&mut self) {
+        self.obeys = true;
     }
 
-    /// Whether orders are heeded.
+    /// Whether orders are obeyed.
     #[must_use]
-    pub fn heeds(&self) -> bool {
-        self.heeds
+    pub fn obeys(&self) -> bool {
+        self.obeys
     }
 
     /// The pace.
@@ -57,9 +57,9 @@ impl Throttle {
     /// Carries out `order`, given at `now`.
     ///
     /// # Errors
-    /// If orders are not heeded, or too many came within [`WINDOW_NS`].
+    /// If orders are not obeyed, or too many came within [`WINDOW_NS`].
     pub fn obey(&mut self, order: Order, now: MonotonicNs) -> Result<(), Refusal> {
-        if !self.heeds {
+        if !self.obeys {
             return Err(Refusal::malformed("control", "a hopper-sim started with --control", "one without"));
         }
         if now.since_ns(self.window.0) >= WINDOW_NS {

@@ -1,19 +1,25 @@
 //! Watches a mission from outside.
 //!
 //! [`Watcher`] folds public messages into [`Progress`], [`Chronicle`] into an account of every hop and cell: no
-//! clock, file or port in them. [`display`] shows progress, [`web`] serves the account as a page, [`terminal`]
-//! draws it; [`recorder`] writes the mission down; [`shell`] is the process around them.
+//! clock, file or port in them. [`mod@process`] is the work loop against ports, with the [`View`] that page and terminal
+//! share. The shell has the command line and shared memory, `bar` shows progress, `web` serves the account as a page.
+//! The terminal view and the recorder are crates of their own.
 
+#[cfg(feature = "shell")]
+pub mod bar;
 pub mod chronicle;
-pub mod display;
+pub mod process;
 pub mod progress;
-pub mod recorder;
+#[cfg(feature = "shell")]
+pub mod record_args;
+#[cfg(feature = "shell")]
 pub mod shell;
-pub mod terminal;
+pub mod view;
 pub mod watcher;
+#[cfg(feature = "shell")]
 pub mod web;
 
 pub use chronicle::{Chronicle, News};
-pub use display::Display;
 pub use progress::{Health, Progress, Pulse};
+pub use view::{Screen, View, Wish};
 pub use watcher::{Effect, Event, Watcher};

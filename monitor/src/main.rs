@@ -14,5 +14,5 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    node::main("monitor", || monitor::shell::run(&cli.args))
+    node::main("monitor", || monitor::shell::run(&cli.args, &monitor::shell::Extensions::default()))
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use contract::roster::SILENCE_NS;
 use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
-use report::{Fallbacks, Tenure, guarded};
+use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
 /// How a mission stands. Displayed, it is one line for a log.
@@ -45,7 +45,7 @@ pub struct Progress {
     /// Where the time of decisions went.
     pub latency: Pulse,
     /// Who commanded what; the last is in force.
-    pub planners: Vec<Tenure>,
+    pub planners: Vec<Leadership>,
     /// Each role.
     pub health: Vec<Health>,
     /// Malformed messages refused.
@@ -114,7 +114,7 @@ impl Progress {
         if self.latency.decisions > 0 {
             text += &format!(" · {}", duration(self.latency.last_us));
         }
-        if let Some(Tenure { name, term, .. }) = self.leader() {
+        if let Some(Leadership { name, term, .. }) = self.leader() {
             text += &format!(" · {name} t{term}");
         }
         if self.fallbacks.total() > 0 {
@@ -128,7 +128,7 @@ impl Progress {
 
     /// Whose turn at the command it is.
     #[must_use]
-    pub fn leader(&self) -> Option<&Tenure> {
+    pub fn leader(&self) -> Option<&Leadership> {
         self.planners.last()
     }
 
@@ -164,11 +164,11 @@ impl fmt::Display for Progress {
             let [last, p50, p99] = [last_us, p50_us, p99_us].map(duration);
             write!(f, ", latency {last} (p50 {p50}, p99 {p99}), {misses} missed")?;
         }
-        if let Some(Tenure { name, term, .. }) = self.leader() {
+        if let Some(Leadership { name, term, .. }) = self.leader() {
             write!(f, ", {name} term {term}")?;
         }
         if self.vetoes > 0 || self.fallbacks.total() > 0 {
-            write!(f, ", {}", guarded(self.vetoes, self.fallbacks))?;
+            write!(f, ", {}", guard_phrase(self.vetoes, self.fallbacks))?;
         }
         if self.missing > 0 {
             write!(f, ", {} decisions to catch up", self.missing)?;
@@ -234,7 +234,7 @@ pub(crate) mod tests {
                 budget_us: 6e5,
                 misses: 1,
             },
-            planners: vec![Tenure {
+            planners: vec![Leadership {
                 name: name("mdp"),
                 term: Term(1),
                 from_decision: Decision(0),

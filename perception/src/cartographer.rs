@@ -271,9 +271,8 @@ impl Cartographer {
     fn truth(&mut self, page: &TruthPage, now: MonotonicNs) -> Vec<Effect> {
         match self.gathering.page(page) {
             Ok(Some(truth)) => {
-                // Heights are relative to the datum already; its absolute elevation is the brief's affair.
                 let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
-                let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
+                let terrain = Terrain { grid, cells, treasures };
                 self.terrain = Some((truth.run, terrain));
                 self.advance(now)
             }

@@ -46,7 +46,7 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     let grid = Grid::new(side, side, 1.0, 1).unwrap();
     let ground = |cell: Cell| Ground { height_m: (f64::from(cell.x * 7 + cell.y)).sin(), ..Ground::FLAT };
     let cells = grid.iter().map(ground).collect();
-    let terrain = Terrain { grid, datum_m: 0.0, cells, treasures: Vec::new() };
+    let terrain = Terrain { grid, cells, treasures: Vec::new() };
     let mut brief = Brief {
         run: RUN,
         grid,

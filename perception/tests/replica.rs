@@ -41,7 +41,7 @@ impl Source {
         };
         let treasures = vec![Cell::new(5, 3), Cell::new(8, 8), Cell::new(12, 15)];
         let cells = (0..grid.cells()).map(ground).collect();
-        let terrain = Terrain { grid, datum_m: 0.0, cells, treasures };
+        let terrain = Terrain { grid, cells, treasures };
         let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
         let sensor = SensorParameters {
             gain: 0.0,

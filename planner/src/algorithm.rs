@@ -1,18 +1,12 @@
-//! The algorithms by name.
+//! The registry of algorithms.
 
-use contract::Name;
-
+use crate::error::PlannerError;
 use crate::greedy::Greedy;
 use crate::hold::Hold;
 use crate::mdp::Mdp;
+use crate::names::{ASTAR, CLAIRVOYANT, DSTAR_LITE, GREEDY, HOLD, MDP};
+use crate::plan::Planner;
 use crate::route::{AStar, DStarLite};
-use crate::{Planner, PlannerError};
-
-/// Every algorithm there is.
-pub const ALGORITHMS: &[&str] = &["mdp", "greedy", "astar", "dstar_lite", "hold"];
-
-/// The planner that sees the whole ground: no process can run it, so it is none of [`ALGORITHMS`].
-pub const CLAIRVOYANT: &str = "clairvoyant";
 
 /// A fresh planner of the algorithm called `name`.
 ///
@@ -21,17 +15,12 @@ pub const CLAIRVOYANT: &str = "clairvoyant";
 /// the clairvoyant.
 pub fn algorithm(name: &str) -> Result<Box<dyn Planner>, PlannerError> {
     match name {
-        "mdp" => Ok(Box::<Mdp>::default()),
-        "greedy" => Ok(Box::new(Greedy)),
-        "astar" => Ok(Box::new(AStar)),
-        "dstar_lite" => Ok(Box::<DStarLite>::default()),
-        "hold" => Ok(Box::new(Hold)),
+        MDP => Ok(Box::<Mdp>::default()),
+        GREEDY => Ok(Box::new(Greedy)),
+        ASTAR => Ok(Box::new(AStar)),
+        DSTAR_LITE => Ok(Box::<DStarLite>::default()),
+        HOLD => Ok(Box::new(Hold)),
         CLAIRVOYANT => Err(PlannerError::LockstepOnly),
         _ => Err(PlannerError::UnknownAlgorithm { got: name.into() }),
     }
-}
-
-/// The name of a built-in algorithm as a [`Name`].
-pub(crate) fn name(text: &'static str) -> Name {
-    text.parse().expect("the names of algorithms are short and printable")
 }

@@ -1,25 +1,25 @@
-//! What a planner takes the ground to be where nobody has looked.
+//! What planners assume about ground that has not been seen.
 
 use contract::{Brief, Cell, Ground, ObservedMap, Profile, Soil};
 
-/// The ground as far as it is known, and a guess beyond.
+/// The ground as far as it has been seen, and an assumption beyond.
 ///
-/// Unseen ground is taken to be flat and passable, so that the unknown invites. In profile
+/// Unseen ground is assumed flat and passable, which favours exploring it. In profile
 /// `paper-2023` it is hard as well; in profile `hopper` its soil is that of the majority of the seen
-/// cells, hard at a draw: a hopper on sand as far as it can see plans for more of it. On the sandy
+/// cells, hard if equal: a hopper that sees only sand plans for more of it. On the sandy
 /// world that is worth 1.2 to 2.2 points of success and 3 steps (1,000 missions a cell), elsewhere
-/// nothing is lost. Mixtures of both soils in the proportion seen, with 1 to 16 hard cells presumed, did
+/// it costs nothing. Mixtures of both soils in the proportion seen, with 1 to 16 hard cells presumed, did
 /// worse there (97.1 to 98.2 % where the majority reached 98.9 %): while few cells are seen they expect
 /// hard ground that does not come.
 #[derive(Clone, Copy, Debug)]
 pub struct Belief<'a> {
     map: &'a ObservedMap,
-    /// What every unseen cell is taken for.
+    /// The assumption about every unseen cell.
     pub unseen: Ground,
 }
 
 impl<'a> Belief<'a> {
-    /// What `map` makes believe under `brief`.
+    /// The belief that follows from `map` under `brief`.
     #[must_use]
     pub fn new(brief: &Brief, map: &'a ObservedMap) -> Self {
         let soil = match brief.profile {
@@ -29,7 +29,7 @@ impl<'a> Belief<'a> {
         Self { map, unseen: Ground { soil, ..Ground::FLAT } }
     }
 
-    /// The ground of `cell`.
+    /// The ground of `cell`, seen or assumed.
     #[must_use]
     pub fn ground(&self, cell: Cell) -> &Ground {
         self.map.ground(cell).unwrap_or(&self.unseen)

@@ -1,22 +1,22 @@
-//! What can go wrong with a planner.
+//! Why there is no planner for a mission.
 
-use crate::ALGORITHMS;
+use crate::names::ALGORITHMS;
 
-/// Why there is no planner.
+/// A request for a planner that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlannerError {
-    /// Nobody knows the algorithm.
+    /// No algorithm has this name.
     #[error("a planner needs one of the algorithms {known}, got {got:?}", known = ALGORITHMS.join(", "))]
     UnknownAlgorithm {
         /// The name asked for.
         got: String,
     },
-    /// The clairvoyant planner was asked to plan from what has been seen.
+    /// The clairvoyant planner was asked for where the ground is unseen.
     #[error(
-        "the planner clairvoyant needs the whole ground, which only lockstep shows it; got a mission to discover"
+        "the planner clairvoyant needs the whole ground, which only lockstep provides; got a mission over unseen ground"
     )]
     LockstepOnly,
-    /// The planner cannot take on this mission.
+    /// The planner cannot plan this mission.
     #[error("{reason}")]
     Unsuited {
         /// What was needed and what was got.

@@ -1,25 +1,26 @@
-//! The planner that looks one hop ahead (the paper's greedy method).
+//! The algorithm that looks one hop ahead (the paper's greedy method).
 
 use contract::{Action, Direction, Name, Profile};
 
 use crate::belief::Belief;
+use crate::names;
 use crate::payoff::LandingPayoff;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::tie::first_best_allowed;
-use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
 
 /// Hops towards the neighbour in the map with the largest payoff; ties go to the first of north, east,
 /// south, west.
 ///
 /// A treasure known to lie on a neighbour adds its payoff.
 ///
-/// In profile `hopper` it never hops towards ground known to be impassable. Without a neighbour to go
-/// to it holds. What the guard has vetoed it does not choose again.
+/// In profile `hopper` it never hops towards ground known to be impassable. Without an eligible neighbour it holds. It
+/// does not choose again what the guard has vetoed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Greedy;
 
 impl Planner for Greedy {
     fn name(&self) -> Name {
-        algorithm::name("greedy")
+        names::name(names::GREEDY)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {

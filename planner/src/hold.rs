@@ -1,16 +1,17 @@
-//! The planner that never moves.
+//! The algorithm that never moves.
 
 use contract::{Action, Name};
 
-use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
-/// Stands still, whatever the situation.
+/// Holds in every situation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Hold;
 
 impl Planner for Hold {
     fn name(&self) -> Name {
-        algorithm::name("hold")
+        names::name(names::HOLD)
     }
 
     fn plan(&mut self, _: &Situation<'_>, _: &Budget) -> Plan {

@@ -1,4 +1,4 @@
-//! The payoff of landing on a cell, r = w1·S + w2·I + w3·D (P23 eq. 3): one home for every planner.
+//! The payoff of landing on a cell, r = w1·S + w2·I + w3·D (P23 eq. 3), for all planners.
 //!
 //! I is the height, min–max normalised by the brief's range. S and D are the profile's.
 //!
@@ -6,34 +6,34 @@
 //! and 0 on hard ground, taken with the sign it has (the paper's −5 makes sand attractive).
 //! D = −‖goal − x‖ / ‖goal − start‖.
 //!
-//! `hopper`: S = −|∇h| alone, 1 on the flat and 0 at the steepest of the brief's range. Sand's price is
-//! what it does, time and risk, and the motion model charges that already; a term on top would charge
-//! it twice, and squeeze the slopes out of S. D is the paper's, less [`PERIOD_PRICE`].
+//! `hopper`: S = −|∇h| alone, 1 on the flat and 0 at the steepest of the brief's range. The motion model already charges
+//! what sand costs in time and risk; a soil term would charge it twice, and leave little of S's range to the slopes. D is
+//! the paper's, less [`PERIOD_PRICE`].
 //!
 //! # The price of a period
-//! The paper's D is the only thing that makes haste, and it falls to nothing at the goal, where a flat
-//! or high cell pays up to w1 + w2 for every period spent on it. So preferences buy detours: on
+//! In the paper only D rewards speed, and it falls to zero at the goal, where a flat or high cell pays up to w1 + w2 for
+//! every period spent on it. So preferences lead to detours: on
 //! heterogeneous ground at w = (1, 0) the slope of the first hill pushed the hopper into the sand beside
 //! it, at 76.7 ± 0.1 steps against the 75.2 ± 0.1 of now (3,000 and 4,000 missions; the latter are the
-//! first repetitions of campaigns/hopper-mdp-10000.toml). Priced alike wherever they are
-//! spent, periods cost w3 · [`PERIOD_PRICE`] = 30 at the paper's weights, and w1·S + w2·I can pay for
-//! one more period only by a gain of 1, its whole range, over 30 of them. What remains to them is the
-//! choice among the many ways of nearly equal length, which is what preferences are for.
+//! first repetitions of campaigns/hopper-mdp-10000.toml). With the same price everywhere, a
+//! period costs w3 · [`PERIOD_PRICE`] = 30 at the paper's weights, and w1·S + w2·I can pay for
+//! one more period only by a gain of 1, its whole range, over 30 of them. What remains to the
+//! preferences is the choice among the many ways of nearly equal length, which is their purpose.
 //!
 //! The plan need not count the steps left. On the known map the stationary policy under this payoff
 //! reaches 99.04 to 99.06 % on sandy ground, in 111.98 to 112.00 steps, where the clairvoyant with its
 //! clock reaches 99.12 %, or 111.94 steps: `priced_time_leaves_nothing_for_a_clock_to_gain`, a
-//! test of the clairvoyant bounds. What else is lost is lost to not knowing the map.
+//! test of the clairvoyant bounds. The rest is lost by not knowing the map.
 
 use contract::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
 
 /// What a period costs in profile `hopper` besides the paper's D, in units of w3: as much as three times
 /// the distance from start to goal.
 ///
-/// It need not be exact. On heterogeneous ground at w = (1, 0), over the same 1,000 missions, ways were of 76.3
+/// The exact value hardly matters. On heterogeneous ground at w = (1, 0), over the same 1,000 missions, ways were of 76.3
 /// steps with 0 in its place, of 74.8 with 1.5, 2 and 4, and of 75.1 with 6, each ± 0.2.
 ///
-/// It is also the measure of a treasure: one of payoff R is worth R / (w3 (3 − D)) periods of detour.
+/// It also sets the value of a treasure: one of payoff R is worth R / (w3 (3 − D)) periods of detour.
 pub const PERIOD_PRICE: f64 = 3.0;
 
 /// The payoff under one brief.
@@ -44,14 +44,14 @@ pub struct LandingPayoff<'a> {
 }
 
 impl<'a> LandingPayoff<'a> {
-    /// The payoff that `brief` asks for.
+    /// The payoff with the weights, ranges and profile of `brief`.
     #[must_use]
     pub fn new(brief: &'a Brief) -> Self {
         Self { brief, start_to_goal_cells: brief.start.distance_cells(brief.goal) }
     }
 
-    /// Payoff of landing on `cell`, believed to be like `ground`. The goal's replaces the formula, and
-    /// is known from the start.
+    /// Payoff of landing on `cell`, whose ground is believed to be `ground`. The goal has its own payoff instead of the
+    /// formula.
     #[must_use]
     pub fn of(&self, cell: Cell, ground: &Ground) -> f64 {
         if cell == self.brief.goal {
@@ -63,13 +63,13 @@ impl<'a> LandingPayoff<'a> {
             + weights.distance * self.distance(cell)
     }
 
-    /// What landing on `cell` pays on top of [`LandingPayoff::of`]: that of the treasure known to be there.
+    /// What landing on `cell` pays in addition to [`LandingPayoff::of`]: the payoff of a treasure known to be there.
     #[must_use]
     pub fn of_treasure(&self, map: &ObservedMap, cell: Cell) -> f64 {
         if map.treasures().contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
     }
 
-    /// S.
+    /// S, normalised to [0, 1] over the brief's range.
     fn safety(&self, ground: &Ground) -> f64 {
         let range = self.brief.priors.safety;
         let sand_term = self.brief.payoff.sand_term;

@@ -1,4 +1,4 @@
-//! What a planner is given, what it answers, and the trait that every algorithm implements.
+//! The trait that every algorithm implements, with its input, the situation, and its answer, the plan.
 
 use std::fmt;
 
@@ -7,40 +7,40 @@ use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
 /// Everything a decision may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
-    /// What was known before the mission; of a patrol, the leg that is flown: start and goal are the leg's.
+    /// What was known before the mission. For a patrol, the brief of the leg being flown: start and goal are the leg's.
     pub brief: &'a Brief,
-    /// What has been seen, the present pose folded in. [`ObservedMap::changed_since`] tells what is new since
+    /// What has been seen, the present pose included. [`ObservedMap::changed_since`] gives the cells that changed since
     /// the last plan.
     pub map: &'a ObservedMap,
-    /// Where the mission stands, and what hopper-sim's guard has vetoed here ([`State::vetoed`]).
+    /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]).
     pub state: &'a State,
 }
 
-/// How much work a plan may take, counted, so that a cut plan repeats.
+/// How much work a plan may take. Work is counted, not timed, so that a plan cut short is reproducible.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Budget<'a> {
     /// Most units of the algorithm's own work (sweeps, expansions); `None` for no bound.
     pub work_max: Option<u64>,
-    /// To be called as the work goes on.
+    /// Called as the work goes on.
     pub pulse: Pulse<'a>,
 }
 
 impl Budget<'_> {
-    /// A bound on the work, and nobody to tell of it.
+    /// A bound on the work, without a pulse.
     #[must_use]
     pub fn of(work_max: Option<u64>) -> Self {
         Self { work_max, pulse: Pulse::default() }
     }
 }
 
-/// A sign of life out of a long plan: a planner calls [`Pulse::beat`] whenever it has done some more of its
-/// work (a sweep, a few thousand expansions), at best every few milliseconds. Its process then beats, if a
-/// beat is due; so a planner that works long is told from one that hangs, which calls no more.
+/// A sign of life from a long plan. A planner calls [`Pulse::beat`] after each part of its work (a sweep, a few thousand
+/// expansions), ideally every few milliseconds, and its process then sends a heartbeat if one is due. So a planner that
+/// works long can be told from one that hangs, which stops calling.
 #[derive(Clone, Copy, Default)]
 pub struct Pulse<'a>(Option<&'a dyn Fn()>);
 
 impl<'a> Pulse<'a> {
-    /// Expansions, or cells, that are worth a beat.
+    /// Expansions, or cells, between two calls.
     pub const STRIDE: u64 = 1 << 12;
 
     /// A pulse that calls `beat`.
@@ -49,14 +49,14 @@ impl<'a> Pulse<'a> {
         Self(Some(beat))
     }
 
-    /// Some more of the work is done.
+    /// Reports that another part of the work is done.
     pub fn beat(&self) {
         if let Some(beat) = self.0 {
             beat();
         }
     }
 
-    /// The `work`-th unit of small work is done: beats at each [`Pulse::STRIDE`]th.
+    /// Reports that the `work`-th small unit of work is done: beats at every [`Pulse::STRIDE`]th.
     pub fn count(&self, work: u64) {
         if work.is_multiple_of(Self::STRIDE) {
             self.beat();
@@ -70,10 +70,10 @@ impl fmt::Debug for Pulse<'_> {
     }
 }
 
-/// What kind of answer a plan is.
+/// Whether a plan is final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanStatus {
-    /// The algorithm ran to its own end.
+    /// The algorithm ran to its end.
     Solved,
     /// The budget ran out; the action is the best so far.
     Cut,
@@ -81,34 +81,33 @@ pub enum PlanStatus {
     Infeasible,
 }
 
-/// The answer to one situation.
+/// A planner's answer to one situation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// What to do.
+    /// The action to command.
     pub action: Action,
-    /// What kind of answer it is.
+    /// Whether the answer is final.
     pub status: PlanStatus,
-    /// Work done, in the algorithm's own units.
+    /// Work done, in the algorithm's own units (sweeps, backups, expansions).
     pub work: u64,
     /// Bound |V − V*| proven for each value of the policy, in units of payoff; 0 where nothing was solved.
     pub error_bound: f64,
 }
 
 impl Plan {
-    /// A plan that took no search.
+    /// A plan that needed no search.
     #[must_use]
     pub fn at_once(action: Action, status: PlanStatus) -> Self {
         Self { action, status, work: 0, error_bound: 0.0 }
     }
 }
 
-/// A planning algorithm.
+/// An algorithm that decides hop by hop.
 ///
 /// # Law
-/// The plan is a function of the situation and the budget alone, bit for bit: what a planner keeps
-/// between calls may save time, never change an answer. A planner restarted with nothing decides as
-/// the one that died would have. The work alone may differ, where a search is mended and the budget
-/// sets no bound: then nothing but the count depends on it.
+/// The plan is a function of the situation and the budget alone, bit for bit. What a planner keeps between calls may
+/// save time, but never changes an answer: a planner restarted with nothing decides as the one that died would have.
+/// Only [`Plan::work`] may differ, where a search continues from the last one and the budget sets no bound.
 pub trait Planner: Send {
     /// The name it is asked for by, one of [`crate::ALGORITHMS`].
     fn name(&self) -> Name;
@@ -116,8 +115,8 @@ pub trait Planner: Send {
     /// Decides what to do.
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan;
 
-    /// Policy behind the last plan, if the algorithm has one: cells in index order.
-    fn policy(&self) -> Option<Vec<PolicyCell>> {
+    /// The policy behind the last plan, if the algorithm has one: cells in index order. It may take long to compute.
+    fn policy(&mut self) -> Option<Vec<PolicyCell>> {
         None
     }
 }

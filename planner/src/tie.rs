@@ -1,4 +1,4 @@
-//! The total order among equals: north, east, south, west.
+//! Ties between directions go to the first of north, east, south, west.
 
 use contract::{Action, Direction, Vetoed};
 
@@ -11,8 +11,8 @@ pub(crate) fn first_best(values: [Option<f64>; 4], tolerance: f64) -> Option<Dir
         .find(|&direction| values[direction as usize].is_some_and(|value| value >= best - tolerance))
 }
 
-/// [`first_best`] among what is not vetoed: the choice is made, struck out if it is vetoed, and made again. So
-/// a veto of what would not have been chosen anyway changes nothing, whoever's command it met.
+/// [`first_best`] among the directions that are not vetoed: a vetoed choice is removed, and the choice made again. So the
+/// veto of a direction that would not have been chosen changes nothing.
 pub(crate) fn first_best_allowed(
     mut values: [Option<f64>; 4],
     tolerance: f64,

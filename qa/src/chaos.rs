@@ -12,11 +12,11 @@ pub mod tally;
 use std::fmt::Write as _;
 
 use contract::Role;
-use hopper::lockstep::{self, Crew};
 use hopper::stdout::print;
 use hopper::tool;
 use hopper_sim::Mission;
-use node::{Exit, Failure, Node, Vigil};
+use lockstep::Crew;
+use node::{Exit, Failure, Node, ShutdownSignal};
 use report::{Format, table};
 use serde::Serialize;
 
@@ -74,7 +74,7 @@ struct Answer {
 /// If a process cannot be started or a folder not be made, or the command is interrupted.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let hopper = tool::sibling("hopper")?;
-    let vigil = Vigil::new()?;
+    let shutdown = ShutdownSignal::new()?;
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).map_err(Failure::run)?;
     let victims = args.role.map_or_else(|| Role::ALL.to_vec(), |role| vec![role]);
     let bar = indicatif::ProgressBar::new(args.faults * victims.len() as u64);
@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.faults) {
             let plan = Plan::of(seed, tally.role);
             let folder = tempfile::Builder::new().prefix("hopper-chaos-").tempdir().map_err(Failure::run)?;
-            let flown = fly(&hopper, &plan, folder.path(), undisturbed, &vigil)?;
+            let flown = fly(&hopper, &plan, folder.path(), undisturbed, &shutdown)?;
             tally.add(&flown);
             answer.missions += 1;
             answer.decisions += flown.decisions;

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use contract::{Decision, RobotId, Role, Status};
+use contract::{Decision, RobotId, Role, State, Status};
 use hopper::mission::OutputDir;
 use hopper::mission::child::Supervised;
 use hopper::stdout::print;
@@ -16,7 +16,8 @@ use hopper::tool;
 use hopper_sim::Pace;
 use hopper_sim::shell::MissionArgs;
 use node::inspect::{NodeHealth, nodes};
-use node::{Exit, Failure, Instance, Node, StateReader};
+use node::{Exit, Failure, Instance, Node, Reader};
+use process::{Ports, Reader as _};
 use report::{Latency, Summary, table};
 use scenario::MissionKind;
 use serde::Serialize;
@@ -145,7 +146,7 @@ pub struct Answer {
 struct Processes {
     node: Node,
     instance: Instance,
-    states: StateReader,
+    states: Reader<State>,
     /// hopper-sim, perception, planner, monitor.
     children: Vec<Supervised>,
     kills: u64,
@@ -206,8 +207,8 @@ impl Processes {
     fn start(args: &Args, seed: u64, pace: Pace, output_dir: &OutputDir) -> Result<Self, Failure> {
         let instance = Instance::new(&args.instance)?;
         let _ = instance.clean()?;
-        let node = Node::visit(&instance)?;
-        let states = node.state_reader(RobotId(0))?;
+        let mut node = Node::visit(&instance)?;
+        let states = node.reader(RobotId(0), false)?;
         let words = |words: &[&str]| -> Vec<String> {
             words.iter().copied().chain(["--instance", &args.instance]).map(str::to_owned).collect()
         };
@@ -235,13 +236,12 @@ impl Processes {
         let mut samples = Vec::new();
         let mut victims = Role::ALL.iter().enumerate().cycle();
         loop {
-            self.node.wait(PERIOD);
-            if self.node.stop_requested().is_some() {
+            self.node.sleep(PERIOD);
+            if self.node.stop_requested() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
-            for _ in self.node.heartbeats() {}
             let mut status = Status::Underway;
-            for state in self.states.drain().flatten() {
+            for state in self.states.drain().into_iter().flatten() {
                 // States that are published again, and those from before a kill, count once.
                 if state.decision > due {
                     (due, moved) = (state.decision, Node::now());

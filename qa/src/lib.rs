@@ -1,7 +1,8 @@
-//! Quality rigs that run real missions: faults injected into processes, and long runs.
+//! Quality rigs: faults injected into real and simulated processes, and long runs.
 
 pub mod chaos;
 pub mod endure;
+pub mod simulate;
 
 use clap::Subcommand;
 use node::{Exit, Failure};
@@ -9,6 +10,9 @@ use node::{Exit, Failure};
 /// The commands of `hopper` that this package serves.
 #[derive(Subcommand, Clone, Debug)]
 pub enum Command {
+    /// Simulate the whole system in one thread while faults are injected.
+    #[command(after_help = "Examples:\n  hopper simulate --seeds 0..2000")]
+    Simulate(simulate::Args),
     /// Kill, stop and restart real processes of real missions, and count the effects.
     #[command(
         after_help = "Examples:\n  hopper chaos --faults 20\n  hopper chaos --role planner --format json"
@@ -27,6 +31,7 @@ pub enum Command {
 /// Those of the command.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
+        Command::Simulate(args) => simulate::run(args),
         Command::Chaos(args) => chaos::run(args),
         Command::Endure(args) => endure::run(args),
     }

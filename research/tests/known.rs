@@ -88,10 +88,10 @@ fn bad_weights_worlds_and_folders_are_usage_errors() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let taken = file.path().join("below");
     for (words, need) in [
-        (vec!["known", "plan", "moon"], "an experiment is hard, heterogeneous, sandy or rocks"),
-        (vec!["known", "plan", "hard", "--w1", "1.5"], "a weight of safety needs to be 0 to 1, got 1.5"),
-        (vec!["known", "plan", "hard", "--w1", "-1"], "a weight of safety needs to be 0 to 1, got -1"),
-        (vec!["known", "plan", "hard", "--goal", "nan"], "the payoff of the goal needs to be above 0"),
+        (vec!["known", "plan", "moon"], "experiment: need hard, heterogeneous, sandy or rocks"),
+        (vec!["known", "plan", "hard", "--w1", "1.5"], "weight of safety: need 0 to 1, got 1.5"),
+        (vec!["known", "plan", "hard", "--w1", "-1"], "weight of safety: need 0 to 1, got -1"),
+        (vec!["known", "plan", "hard", "--goal", "nan"], "payoff of the goal: need a number above 0"),
         (vec!["known", "plan", "hard", "--out", taken.to_str().unwrap()], "cannot be made"),
         (vec!["known", "findings", "--trials", "0"], "0 is not in 1.."),
         (vec!["known", "search", "--samples", "0"], "0 is not in 1.."),

@@ -9,3 +9,4 @@ pub mod journal;
 pub mod run;
 pub mod scenario;
 pub mod terrain;
+pub mod topic;

@@ -6,16 +6,16 @@ use std::time::Duration;
 use contract::{Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, print_summary};
 use hopper_sim::{History, Pace};
-use monitor::recorder::RecordArgs;
+use monitor::record_args::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure};
 use report::Summary;
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 
-use crate::lockstep::Crew;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight, Launch, Recording};
+use lockstep::Crew;
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]
@@ -97,7 +97,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&summary, args.strict_budget, interrupted))
 }
 
-fn fly(args: &Args, world: &World, seed: u64, output_dir: &OutputDir) -> Result<Flight, Failure> {
+fn fly(args: &Args, world: &ResolvedScenario, seed: u64, output_dir: &OutputDir) -> Result<Flight, Failure> {
     if args.lockstep {
         let summary = in_lockstep(world, seed, &crew(args)?, output_dir)?;
         check_repetition(args, summary.digest)?;
@@ -122,7 +122,7 @@ fn fly(args: &Args, world: &World, seed: u64, output_dir: &OutputDir) -> Result<
 
 /// The files of the recording asked for that exist, without the first `skipped`.
 fn recordings(args: &Args, skipped: usize) -> impl Iterator<Item = PathBuf> {
-    let files = args.record.record.as_deref().map(monitor::recorder::files);
+    let files = args.record.record.as_deref().map(monitor::record_args::files);
     files.into_iter().flatten().skip(skipped).take_while(|file| file.exists())
 }
 
@@ -179,7 +179,7 @@ fn check_recording(args: &Args) -> Result<(), Failure> {
 }
 
 /// World and seed of the journal in `dir`; if the command line names them too, they must be the same.
-fn world_of_journal(args: &Args, dir: &Path) -> Result<(World, u64), Failure> {
+fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
     let history = History::open(dir).map_err(Failure::usage)?;
     let (header, mission) = (history.header(), &args.mission);
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::scenario::{Check, Overrides, Scenario, load};
+use ::scenario::{Overrides, Scenario, ScenarioCheck, load};
 use contract::Profile;
 use node::{Exit, Failure};
 use report::Format;
@@ -52,7 +52,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let world = load(&args.scenario)
                 .and_then(|scenario| scenario.with(&overrides).resolve())
                 .map_err(Failure::usage)?;
-            let check = Check::of(&world);
+            let check = ScenarioCheck::of(&world);
             match args.format {
                 Format::Text => print(&check.to_string())?,
                 Format::Json => print_json(&check)?,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::terrain::{Survey, Window};
+use ::terrain::{TerrainCheck, Window};
 use node::{Exit, Failure};
 use report::Format;
 
@@ -38,7 +38,7 @@ pub struct Args {
 /// Exit code 2 if the file is not a usable elevation model.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let Command::Check(args) = command;
-    let survey = Survey::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
+    let survey = TerrainCheck::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
     match args.format {
         Format::Text => print(&survey.to_string())?,
         Format::Json => print_json(&survey)?,

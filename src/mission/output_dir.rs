@@ -11,7 +11,7 @@ use hopper_sim::{History, Journal, JournalHeader};
 use node::{Exit, Failure};
 use perception::Observation;
 use report::{Picture, Summary, SummaryBuilder};
-use scenario::World;
+use scenario::ResolvedScenario;
 use serde::Serialize;
 
 use super::snapshot::Snapshot;
@@ -44,7 +44,7 @@ impl OutputDir {
     ///
     /// # Errors
     /// If the folder cannot be written, or holds the journal of another mission.
-    pub fn open(dir: Option<PathBuf>, world: &World, seed: u64) -> Result<Self, Failure> {
+    pub fn open(dir: Option<PathBuf>, world: &ResolvedScenario, seed: u64) -> Result<Self, Failure> {
         let dir = dir.unwrap_or_else(|| fresh_folder(world.brief.scenario.as_str(), seed));
         let journal_dir = dir.join("journal");
         if Journal::exists(&journal_dir) {
@@ -131,7 +131,7 @@ impl OutputDir {
     ///
     /// # Errors
     /// If the journal cannot be read or the picture not be written.
-    pub fn illustrate(&self, world: &World, summary: &mut Summary) -> Result<(), Failure> {
+    pub fn illustrate(&self, world: &ResolvedScenario, summary: &mut Summary) -> Result<(), Failure> {
         let history = History::open(&self.journal_dir()).map_err(Failure::run)?;
         let run = history.header().run();
         let brief = contract::Brief { run, ..world.brief };
@@ -141,7 +141,7 @@ impl OutputDir {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         };
         let mut timing = BufWriter::new(create(&path).map_err(unwritten)?);
-        timing.write_all(report::timetable_heading().as_bytes()).map_err(unwritten)?;
+        timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
         let mut observation = Observation::unseen(&brief, RobotId(0));
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         let mut pose = Pose { cell: brief.start, height_m };
@@ -150,7 +150,7 @@ impl OutputDir {
         let mut route = VecDeque::new();
         for record in history.records() {
             let record = record.map_err(Failure::run)?;
-            timing.write_all(report::timetable_row(&record).as_bytes()).map_err(unwritten)?;
+            timing.write_all(report::timing_csv_row(&record).as_bytes()).map_err(unwritten)?;
             observation.fold(&brief, &world.terrain, pose, decision);
             (pose, decision) = (record.pose, decision.next());
             if route.len() == ROUTE_SHOWN {

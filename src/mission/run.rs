@@ -5,17 +5,17 @@ use hopper_sim::Mission;
 use hopper_sim::shell::open_journal;
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
-use scenario::World;
+use scenario::ResolvedScenario;
 
 use super::OutputDir;
-use crate::lockstep::{self, Crew};
+use lockstep::Crew;
 
 /// Flies `world` with `seed` in this thread, journal included.
 ///
 /// # Errors
 /// If the output folder holds a mission already, or cannot be written.
 pub fn in_lockstep(
-    world: &World,
+    world: &ResolvedScenario,
     seed: u64,
     crew: &Crew,
     output_dir: &OutputDir,

@@ -5,7 +5,7 @@ use hopper_sim::{Arbiter, Mission, Pace};
 use perception::Observation;
 use planner::{Budget, Situation};
 use report::Picture;
-use scenario::World;
+use scenario::ResolvedScenario;
 
 /// What the hopper had seen, and what it would have done next.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub struct Snapshot {
 impl Snapshot {
     /// The mission under `brief` in `world` after the hops of `route`, `planner` being in command.
     #[must_use]
-    pub fn after(world: &World, brief: &Brief, route: &[Record], planner: &str) -> Self {
+    pub fn after(world: &ResolvedScenario, brief: &Brief, route: &[Record], planner: &str) -> Self {
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         let start = Pose { cell: brief.start, height_m };
         let mut observation = Observation::unseen(brief, RobotId(0));
@@ -40,7 +40,13 @@ impl Snapshot {
     /// The mission after the last hop of `route`, with the map observed until then; earlier hops may be left out of
     /// `route`.
     #[must_use]
-    pub fn with(world: &World, brief: &Brief, route: &[Record], map: &ObservedMap, planner: &str) -> Self {
+    pub fn with(
+        world: &ResolvedScenario,
+        brief: &Brief,
+        route: &[Record],
+        map: &ObservedMap,
+        planner: &str,
+    ) -> Self {
         let state = state_after(world, brief, route);
         let map = map.clone();
         Self {
@@ -55,7 +61,12 @@ impl Snapshot {
 
     /// Its picture; `route` are the hops so far.
     #[must_use]
-    pub fn picture<'a>(&'a self, world: &'a World, brief: &'a Brief, route: &'a [Record]) -> Picture<'a> {
+    pub fn picture<'a>(
+        &'a self,
+        world: &'a ResolvedScenario,
+        brief: &'a Brief,
+        route: &'a [Record],
+    ) -> Picture<'a> {
         Picture {
             brief,
             terrain: &world.terrain.cells,
@@ -69,7 +80,7 @@ impl Snapshot {
     }
 }
 
-fn state_after(world: &World, brief: &Brief, route: &[Record]) -> State {
+fn state_after(world: &ResolvedScenario, brief: &Brief, route: &[Record]) -> State {
     let now = MonotonicNs(0);
     match route.last() {
         Some(last) => last.state_after(brief.run, now, now),

@@ -6,9 +6,10 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{MonotonicNs, Role, Roster};
+use contract::{Heartbeat, MonotonicNs, RobotId, Role, Roster};
 use hopper_sim::Pace;
 use node::{Exit, Failure, Instance, Node};
+use process::{Ports as _, Reader as _};
 use report::{Process, Summary};
 
 use super::OutputDir;
@@ -133,6 +134,7 @@ fn text(path: &Path) -> String {
 
 struct Supervisor {
     node: Node,
+    beats: node::Reader<Heartbeat>,
     roster: Roster,
     sim: Supervised,
     peers: Vec<Supervised>,
@@ -149,15 +151,17 @@ struct Supervisor {
 impl Supervisor {
     fn start(launch: &Launch, instance: &Instance, output_dir: &OutputDir) -> Result<Self, Failure> {
         let mut node = Node::visit(instance)?;
+        let mut beats = node.reader(RobotId(0), false)?;
         let program = std::env::current_exe().map_err(Failure::run)?;
         let start = |role, words| Supervised::start(&program, role, words);
         let mut monitor = start(Role::Monitor, launch.monitor(output_dir))?;
         if launch.recording.is_some() {
             // Only messages published after it has joined are recorded.
-            await_heartbeat(&mut node, &mut monitor)?;
+            await_heartbeat(&mut node, &mut beats, &mut monitor)?;
         }
         Ok(Self {
             node,
+            beats,
             roster: Roster::default(),
             sim: start(Role::HopperSim, launch.sim(output_dir))?,
             peers: vec![
@@ -175,15 +179,15 @@ impl Supervisor {
     /// Returns once hopper-sim has ended, with whether the mission was interrupted.
     fn watch(&mut self, launch: &Launch) -> Result<bool, Failure> {
         loop {
-            self.node.wait(PERIOD);
+            self.node.sleep(PERIOD);
             if Node::now().since_ns(self.turned) > SILENCE_NS {
                 self.woke = Node::now();
             }
             self.turned = Node::now();
-            if self.node.stop_requested().is_some() {
+            if self.node.stop_requested() {
                 return Ok(true);
             }
-            for beat in self.node.heartbeats().into_iter().flatten() {
+            for beat in self.beats.drain().into_iter().flatten() {
                 self.roster.observe(beat, Node::now());
             }
             if let Some(status) = self.sim.ended()? {
@@ -333,11 +337,15 @@ impl Supervisor {
 }
 
 /// Waits for the first heartbeat of `child`, unless it ends, the command is interrupted, or [`RECORDER_NS`] pass.
-fn await_heartbeat(node: &mut Node, child: &mut Supervised) -> Result<(), Failure> {
+fn await_heartbeat(
+    node: &mut Node,
+    beats: &mut node::Reader<Heartbeat>,
+    child: &mut Supervised,
+) -> Result<(), Failure> {
     let deadline = Node::now().plus_ns(RECORDER_NS);
-    let is_heard = |node: &mut Node, pid| node.heartbeats().iter().flatten().any(|beat| beat.pid == pid);
-    while !is_heard(node, child.pid()) {
-        if child.ended()?.is_some() || node.stop_requested().is_some() {
+    let mut is_heard = |pid| beats.drain().into_iter().flatten().any(|beat| beat.pid == pid);
+    while !is_heard(child.pid()) {
+        if child.ended()?.is_some() || node.stop_requested() {
             break;
         }
         if Node::now() >= deadline {
@@ -346,7 +354,7 @@ fn await_heartbeat(node: &mut Node, child: &mut Supervised) -> Result<(), Failur
             );
             break;
         }
-        node.wait(PERIOD);
+        node.sleep(PERIOD);
     }
     Ok(())
 }

@@ -126,7 +126,7 @@ impl Mission {
     }
 
     fn leftovers(&self) -> Vec<PathBuf> {
-        self.instance().traces().unwrap()
+        self.instance().paths().unwrap()
     }
 }
 

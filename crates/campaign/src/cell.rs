@@ -1,35 +1,41 @@
-//! One cell of the grid: a world and who crosses it.
+//! One cell of a campaign's grid: a resolved scenario and the planner that flies it.
 
 use contract::{Profile, Weights};
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::CampaignError;
 
-/// A cell, complete: its world can be built from it without any other file but elevation models.
+/// A cell with its resolved scenario, so that no other file than elevation models is needed to fly it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
-    /// Place in the plan, from 0.
+    /// Position in the plan, from 0.
     pub number: u64,
     /// Scenario as the campaign names it.
     pub scenario: String,
-    /// Reading of the model.
+    /// Profile: which reading of the model is flown.
     pub profile: Profile,
-    /// Algorithm.
+    /// Name of the algorithm.
     pub planner: String,
-    /// Weights of the payoff.
+    /// Weights w1, w2, w3 of the payoff.
     pub weights: Weights,
-    /// Steps after which a mission is a deadlock.
+    /// Steps, in the paper's count, after which a mission ends as a deadlock.
     pub steps_max: u64,
-    /// SHA-256 over the resolved world and the planner, hexadecimal.
+    /// SHA-256 over the resolved scenario and the planner, hexadecimal.
     pub config: String,
     /// The resolved scenario as canonical TOML.
     pub world: String,
 }
 
 impl Cell {
-    pub(crate) fn new(number: u64, selector: &str, planner: &str, weights: Weights, world: &World) -> Self {
+    pub(crate) fn new(
+        number: u64,
+        selector: &str,
+        planner: &str,
+        weights: Weights,
+        world: &ResolvedScenario,
+    ) -> Self {
         Self {
             number,
             scenario: selector.into(),
@@ -42,11 +48,11 @@ impl Cell {
         }
     }
 
-    /// Builds the world again.
+    /// Resolves the cell's scenario again.
     ///
     /// # Errors
-    /// If a file that it reads is gone or has changed.
-    pub fn world(&self) -> Result<World, CampaignError> {
+    /// If an elevation file or mask is gone or has changed.
+    pub fn world(&self) -> Result<ResolvedScenario, CampaignError> {
         let failed =
             |source| CampaignError::Scenario { selector: self.scenario.clone(), source: Box::new(source) };
         let world = Scenario::parse(&self.world, &self.scenario)
@@ -60,9 +66,9 @@ impl Cell {
         Ok(world)
     }
 
-    /// Seed of a repetition in a campaign of `campaign_seed`. It depends on what the cell is, never on
-    /// its place in the grid, so that a grid can grow without changing its trials. 53 bits, which every
-    /// reader of JSON keeps.
+    /// Seed of a repetition in a campaign with `campaign_seed`. It depends on what the cell holds, never on
+    /// its position, so a grid can grow without changing its trials. It has 53 bits, which every reader of
+    /// JSON represents exactly.
     #[must_use]
     pub fn seed(&self, campaign_seed: u64, repetition: u64) -> u64 {
         let mut hasher = Sha256::new();
@@ -90,7 +96,7 @@ impl std::fmt::Display for Cell {
     }
 }
 
-fn config(world: &World, planner: &str) -> String {
+fn config(world: &ResolvedScenario, planner: &str) -> String {
     let mut hasher = Sha256::new();
     hasher.update(b"hopper campaign cell v1");
     hasher.update(world.hash);

@@ -1,58 +1,59 @@
-//! One campaign beside another on the same cells, with a verdict on each cell of the MDP.
+//! Compares two campaigns on the same cells, with a verdict on each cell of the MDP.
 //!
 //! A cell is accepted if, each at 95 % and one-sided,
 //!
 //! 1. its success is not significantly below the paper's count of 100 (Fisher's exact test),
 //! 2. nor below the other campaign's (the same),
 //! 3. its restricted mean is not significantly above the other's (Welch's test; whether it is below as it
-//!    stands is told as well),
+//!    stands is reported as well),
 //! 4. and on the paper's sandy ground, its success lies within [`REGRET_MAX`] of the clairvoyant's bound.
 //!
-//! With fifteen cells and three tests each, two or three rejections by chance are to be expected of
-//! planners that are merely equal.
+//! With fifteen cells and three tests each, two or three rejections by chance are expected even of planners
+//! that are equal.
 
 use std::fmt::Write as _;
 
 use contract::Weights;
 use serde::Serialize;
 
+use crate::cell_results::CellResults;
 use crate::markdown::table;
-use crate::number::{number, pair, percent, signed, spread};
+use crate::notation::{number, percent, signed, spread, weights_in_brackets};
 use crate::paper::{self, Published};
-use crate::report::{CellFindings, Findings};
+use crate::report::CampaignResults;
 use crate::statistics::{fisher_below, mean_difference, welch_above};
 
 /// Probability below which a difference counts as significant, one-sided.
 const SIGNIFICANCE: f64 = 0.05;
 
-/// Most that success on sandy ground may be short of the clairvoyant's bound.
+/// Largest accepted gap between success on sandy ground and the clairvoyant's bound, as a share.
 pub const REGRET_MAX: f64 = 0.01;
 
 /// Two campaigns, cell by cell.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison<'a> {
-    /// The campaign that is judged.
+    /// Name of the campaign that is judged.
     pub campaign: &'a str,
-    /// The one beside it.
+    /// Name of the campaign it is compared with.
     pub beside: &'a str,
-    /// The cells that both have.
+    /// The cells that both campaigns have.
     pub cells: Vec<Pair<'a>>,
 }
 
-/// The same scenario, planner and weights in both.
+/// The cells of both campaigns with the same scenario, planner and weights.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pair<'a> {
     /// The cell that is judged.
-    pub ours: &'a CellFindings<'a>,
-    /// The one beside it.
-    pub other: &'a CellFindings<'a>,
-    /// The judgement, on cells of the MDP.
+    pub ours: &'a CellResults<'a>,
+    /// The cell it is compared with.
+    pub other: &'a CellResults<'a>,
+    /// What the tests say; `None` for planners other than the MDP.
     pub verdict: Option<Verdict>,
     #[serde(skip)]
     published: Option<Published>,
 }
 
-/// What the tests say of a cell.
+/// Results of the tests on one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// Probability of so few successes if the paper's planner were no better.
@@ -65,14 +66,14 @@ pub struct Verdict {
     pub restricted_p_other: Option<f64>,
     /// Whether the restricted mean is below the other's as it stands.
     pub restricted_below: bool,
-    /// What is missed; nothing, if the cell is accepted.
+    /// The criteria that are missed; empty if the cell is accepted.
     pub missed: Vec<&'static str>,
 }
 
 impl Verdict {
-    fn new(ours: &CellFindings<'_>, other: &CellFindings<'_>, published: Option<&Published>) -> Self {
-        let share = |cell: &CellFindings<'_>| (cell.numbers.successes, cell.numbers.trials);
-        let (restricted, others) = (&ours.numbers.restricted_steps, &other.numbers.restricted_steps);
+    fn new(ours: &CellResults<'_>, other: &CellResults<'_>, published: Option<&Published>) -> Self {
+        let share = |cell: &CellResults<'_>| (cell.statistics.successes, cell.statistics.trials);
+        let (restricted, others) = (&ours.statistics.restricted_steps, &other.statistics.restricted_steps);
         let success_p_paper =
             published.and_then(|paper| fisher_below(share(ours), (paper.successes, paper::TRIALS)));
         let success_p_other = fisher_below(share(ours), share(other));
@@ -95,7 +96,7 @@ impl Verdict {
         }
     }
 
-    /// Whether nothing is missed.
+    /// Whether no criterion is missed.
     #[must_use]
     pub fn accepted(&self) -> bool {
         self.missed.is_empty()
@@ -103,10 +104,10 @@ impl Verdict {
 }
 
 impl<'a> Comparison<'a> {
-    /// `ours` beside `other`, over the cells of `ours` that `other` has, whatever their profiles.
+    /// Compares `ours` with `other` over the cells of `ours` that `other` has too, whatever their profiles.
     #[must_use]
-    pub fn new(ours: &'a Findings<'a>, other: &'a Findings<'a>) -> Self {
-        let key = |cell: &CellFindings<'a>| (cell.scenario, cell.planner, cell.weights);
+    pub fn new(ours: &'a CampaignResults<'a>, other: &'a CampaignResults<'a>) -> Self {
+        let key = |cell: &CellResults<'a>| (cell.scenario, cell.planner, cell.weights);
         let pairs = ours.cells.iter().filter_map(|cell| {
             let beside = other.cells.iter().find(|beside| key(beside) == key(cell))?;
             let published = paper::published(cell.scenario, cell.planner, &cell.weights);
@@ -117,7 +118,7 @@ impl<'a> Comparison<'a> {
         Self { campaign: ours.campaign, beside: other.campaign, cells }
     }
 
-    /// Whether every cell that is judged is accepted.
+    /// Whether every judged cell is accepted.
     #[must_use]
     pub fn accepted(&self) -> bool {
         self.verdicts().all(Verdict::accepted)
@@ -134,10 +135,10 @@ impl<'a> Comparison<'a> {
     }
 
     fn cell_table(&self) -> String {
-        let column = |cell: &CellFindings<'_>| {
-            let numbers = &cell.numbers;
-            let success = percent(numbers.successes, numbers.trials);
-            [format!("{success}, {}", spread(&numbers.steps)), number(numbers.restricted_steps.mean, 1)]
+        let column = |cell: &CellResults<'_>| {
+            let statistics = &cell.statistics;
+            let success = percent(statistics.successes, statistics.trials);
+            [format!("{success}, {}", spread(&statistics.steps)), number(statistics.restricted_steps.mean, 1)]
         };
         let rows = self.cells.iter().map(|Pair { ours, other, published, .. }| {
             let paper = published.map_or("-".into(), |paper| {
@@ -215,7 +216,7 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Weights without brackets, as in the README's table.
+/// Weights without brackets, for tables.
 fn bare(weights: &Weights) -> String {
-    pair(weights).trim_matches(['(', ')']).into()
+    weights_in_brackets(weights).trim_matches(['(', ')']).into()
 }

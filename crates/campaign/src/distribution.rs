@@ -1,4 +1,4 @@
-//! A picture of how many steps the successes of each cell took, as SVG.
+//! Histograms of the steps of successful trials, cell by cell, as SVG.
 
 use std::fmt::Write as _;
 
@@ -14,13 +14,13 @@ const ROW: f64 = 46.0;
 const BOTTOM: f64 = 52.0;
 
 impl Report {
-    /// Small multiples: a histogram of steps over successes for each cell, the mean marked, and the
-    /// share of failures beside it. All on one axis from 0 to the largest step limit.
+    /// One histogram of steps over successful trials for each cell, with its mean and the number of successes,
+    /// all on one axis from 0 to the largest step limit.
     #[must_use]
     pub fn distribution_svg(&self) -> String {
         let cells: Vec<_> = self.cells().filter(|(_, tally)| tally.trials() > 0).collect();
         let steps_max = cells.iter().map(|(cell, _)| cell.steps_max).max().unwrap_or(150);
-        // A bin is a hop where the limit is the paper's 150 steps, and as wide on the sheet elsewhere.
+        // At the paper's limit of 150 steps a bin is one hop (2 steps); larger limits keep the number of bins.
         let bin = 2 * (steps_max / 150).max(1);
         let bottom = TOP + ROW * cells.len() as f64;
         let mut svg = format!(
@@ -87,8 +87,8 @@ fn row(cell: &Cell, tally: &Tally, top: f64, bin: u64, x: &impl Fn(f64) -> f64) 
             to - from - 0.5
         );
     }
-    let numbers = tally.numbers(cell.steps_max);
-    if let Some(mean) = numbers.steps.mean {
+    let statistics = tally.statistics(cell.steps_max);
+    if let Some(mean) = statistics.steps.mean {
         let at = x(mean);
         let _ = writeln!(
             svg,
@@ -96,7 +96,7 @@ fn row(cell: &Cell, tally: &Tally, top: f64, bin: u64, x: &impl Fn(f64) -> f64) 
             top + 4.0
         );
     }
-    let mean = numbers.steps.mean.map_or(String::new(), |mean| format!(", mean {mean:.1}"));
+    let mean = statistics.steps.mean.map_or(String::new(), |mean| format!(", mean {mean:.1}"));
     let _ = writeln!(
         svg,
         "<text x=\"{:.1}\" y=\"{:.1}\">{} of {}{mean}</text>",

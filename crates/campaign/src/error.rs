@@ -1,70 +1,72 @@
-//! Why there is no campaign.
+//! Errors of reading campaigns, plans and rows.
 
 use scenario::ScenarioError;
 
-/// What was needed, what was got, and where.
+/// Why a campaign, its plan or a row cannot be read: what was needed, what was got, and where.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
-    /// Not a campaign; the message has line and column.
+    /// The text is not a campaign; the message has line and column.
     #[error("{origin}: {message}")]
     Toml {
-        /// Where the text comes from.
+        /// File the text comes from.
         origin: String,
-        /// What is wrong, and where.
+        /// Message of the TOML parser, shortened.
         message: String,
     },
-    /// A field out of its range.
+    /// A field is out of its range.
     #[error("{field}: need {need}, got {got}")]
     Value {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
-        /// Its range.
+        /// Allowed values.
         need: String,
-        /// Its value.
+        /// Value in the file, and what to do where that is not obvious.
         got: String,
     },
-    /// A scenario of the grid cannot be flown.
+    /// A scenario of the grid cannot be resolved.
     #[error("scenarios: {selector}: {source}")]
     Scenario {
         /// The scenario as the campaign names it.
         selector: String,
-        /// Why.
+        /// The error of the scenario.
         #[source]
         source: Box<ScenarioError>,
     },
-    /// A cell resolves to another world than it was planned with.
-    #[error("cell {number} ({name}): need configuration {need}, got {got}: a file it reads has changed")]
+    /// A cell no longer resolves to what it was planned with.
+    #[error(
+        "cell {number} ({name}): need configuration {need}, got {got}; a file it reads has changed: restore it, or begin a new campaign"
+    )]
     Changed {
-        /// Number of the cell.
+        /// Position of the cell in the plan, from 0.
         number: u64,
-        /// What the cell is.
+        /// The cell in words.
         name: String,
-        /// Hash in the plan.
+        /// Configuration hash in the plan.
         need: String,
-        /// Hash now.
+        /// Configuration hash of what the files hold now.
         got: String,
     },
-    /// A row that is not the next of its shard.
+    /// A row is not the next one of its shard.
     #[error("line {line}: need trial {need}, got {got}")]
     Order {
         /// Line of the file, from 1.
         line: u64,
-        /// Trial that is due, or a word on there being none.
+        /// Trial that is due, or "no more".
         need: String,
-        /// Trial in the file.
+        /// Trial found in the file.
         got: u64,
     },
-    /// A row of a trial that says of it what the plan does not.
+    /// A row contradicts the plan.
     #[error("trial {trial}: need {need}, got {got}")]
     Foreign {
-        /// The trial.
+        /// Number of the trial.
         trial: u64,
         /// What the plan says.
         need: String,
         /// What the row says.
         got: String,
     },
-    /// A line that holds no row.
+    /// A line is not a valid row.
     #[error("line {line}: {reason}")]
     Damaged {
         /// Line of the file, from 1.
@@ -72,21 +74,21 @@ pub enum CampaignError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A file that cannot be read.
+    /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Read(#[from] std::io::Error),
-    /// A plan that is damaged.
+    /// The plan is damaged or not a plan.
     #[error("the plan: {reason}")]
     Plan {
         /// What is wrong with it.
         reason: String,
     },
-    /// A plan that was changed since it was laid out.
+    /// The plan was changed after it was written.
     #[error("need a plan of hash {need}, got {got}; it is damaged or was edited, so begin in another folder")]
     Edited {
-        /// Hash of what the plan holds.
+        /// Hash computed over the plan's contents.
         need: String,
-        /// Hash that it claims.
+        /// Hash stated in the plan.
         got: String,
     },
 }

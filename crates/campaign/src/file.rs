@@ -1,12 +1,9 @@
-//! A campaign as text: the grid and how often each cell is flown.
+//! Reads campaign files: the grid, and how often each cell is flown.
 
-use std::path::Path;
-
-use contract::{Name, Profile, Weights};
-use scenario::{BUILT_IN, Overrides, PayoffWeights, Scenario};
+use contract::{Name, Profile};
 use serde::{Deserialize, Serialize};
 
-use crate::{CampaignError, Cell, Plan};
+use crate::CampaignError;
 
 /// Most trials of one campaign.
 pub const TRIALS_MAX: u64 = 1_000_000_000;
@@ -14,32 +11,33 @@ pub const TRIALS_MAX: u64 = 1_000_000_000;
 /// Most cells of the grid.
 pub const CELLS_MAX: usize = 4096;
 
-/// Most cells of ground over all worlds of the grid, which are held while it is flown: 40 bytes each.
+/// Most terrain cells over all cells of the grid. They are held in memory while the campaign is flown: 40 bytes
+/// each.
 pub const GROUND_CELLS_MAX: usize = 1 << 26;
 
-/// A grid: every scenario × profile × planner × weighting is a cell.
+/// A campaign file: every combination of scenario, profile, planner and weighting is a cell of the grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
-    /// Its name, up to 31 printable characters without spaces.
+    /// Name, up to 31 printable characters without spaces or slashes.
     pub name: String,
-    /// Seed that every trial's seed derives from.
+    /// Seed that every trial's seed is derived from.
     pub seed: u64,
-    /// Trials of each cell.
+    /// Number of trials of each cell, at least 1.
     pub repetitions: u64,
-    /// Built-in scenarios, or files relative to the campaign's.
+    /// Names of built-in scenarios, or files relative to the folder of the campaign file.
     pub scenarios: Vec<String>,
-    /// Readings of the model.
+    /// Profiles: readings of the model; `paper-2023` alone by default.
     #[serde(default = "paper")]
     pub profiles: Vec<Profile>,
-    /// Algorithms.
+    /// Names of algorithms.
     pub planners: Vec<String>,
-    /// Weightings instead of the scenario's; the scenario's own if there are none.
+    /// Weightings that replace the scenario's; if empty, the scenario's own is used.
     #[serde(default)]
     pub weights: Vec<Weighting>,
 }
 
-/// Weights of one column of the grid.
+/// One weighting of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Weighting {
@@ -47,79 +45,22 @@ pub struct Weighting {
     pub safety: f64,
     /// w2, of information I.
     pub information: f64,
-    /// w3, of the distance penalty D; the scenario's by default.
+    /// w3, of the distance penalty D; by default that of the scenario.
     pub distance: Option<f64>,
 }
 
 impl Campaign {
-    /// Reads a campaign from TOML; `origin` is what errors call it.
+    /// Reads a campaign from TOML; `origin` names the text in errors.
     ///
     /// # Errors
-    /// If the text is no campaign, or a field is out of its range.
+    /// If the text is not a campaign, or a field is out of its range.
     pub fn parse(text: &str, origin: &str) -> Result<Self, CampaignError> {
         let campaign: Self = toml::from_str(text).map_err(|error| CampaignError::Toml {
             origin: origin.into(),
-            message: scenario::text::fault(&error),
+            message: scenario::text::toml_error(&error),
         })?;
         campaign.check()?;
         Ok(campaign)
-    }
-
-    /// Lays the grid out: scenarios outermost, then profiles, planners, and weightings. Scenario files
-    /// are looked for from `folder`; `version` is that of the program that will fly.
-    ///
-    /// # Errors
-    /// If a scenario cannot be flown.
-    pub fn plan(&self, folder: &Path, version: &str) -> Result<Plan, CampaignError> {
-        let (mut cells, mut ground) = (Vec::new(), 0_usize);
-        for selector in &self.scenarios {
-            let failed =
-                |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
-            let scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
-                scenario::load(selector)
-            } else {
-                scenario::load(&folder.join(selector).to_string_lossy())
-            }
-            .map_err(failed)?;
-            // Whatever profile and weights, it is the same ground.
-            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
-            ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
-            if ground > GROUND_CELLS_MAX {
-                return Err(CampaignError::Value {
-                    field: "scenarios",
-                    need: format!("at most {GROUND_CELLS_MAX} cells of ground in all worlds of the grid"),
-                    got: format!("{ground} with {selector}; fly it as several campaigns"),
-                });
-            }
-            for profile in &self.profiles {
-                let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
-                let scenario = scenario.clone().with(&overrides);
-                for planner in &self.planners {
-                    for weights in self.weightings(&scenario) {
-                        let mut scenario = scenario.clone();
-                        scenario.brief.weights = weights;
-                        let world = scenario.resolve().map_err(failed)?;
-                        let PayoffWeights { safety, information, distance } = weights;
-                        let weights = Weights { safety, information, distance };
-                        cells.push(Cell::new(cells.len() as u64, selector, planner, weights, &world));
-                    }
-                }
-            }
-        }
-        Ok(Plan::new(self, version, cells))
-    }
-
-    fn weightings(&self, scenario: &Scenario) -> Vec<PayoffWeights> {
-        let own = scenario.brief.weights;
-        if self.weights.is_empty() {
-            return vec![own];
-        }
-        let weights = self.weights.iter().map(|&Weighting { safety, information, distance }| PayoffWeights {
-            safety,
-            information,
-            distance: distance.unwrap_or(own.distance),
-        });
-        weights.collect()
     }
 
     fn check(&self) -> Result<(), CampaignError> {

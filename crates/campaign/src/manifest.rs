@@ -1,21 +1,21 @@
-//! What a folder of rows is a part of: `campaign.json`.
+//! `campaign.json`: which shard of which plan a folder of rows belongs to.
 
 use contract::Name;
 use serde::{Deserialize, Serialize};
 
+use crate::checksum::{with_checksum, without_checksum};
 use crate::file::{CELLS_MAX, TRIALS_MAX};
-use crate::seal::{seal, unseal};
 use crate::{CampaignError, Plan, Shard};
 
-/// Longest `campaign.json`, bytes: [`CELLS_MAX`] worlds in full.
+/// Longest `campaign.json`, bytes: enough for [`CELLS_MAX`] resolved scenarios.
 pub const MANIFEST_BYTES_MAX: u64 = 1 << 26;
 
-/// A part of a campaign with its plan: all that decides the rows.
+/// The shard and the plan of a folder of rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// The part.
+    /// Shard that the folder holds.
     pub shard: Shard,
-    /// The whole.
+    /// Plan of the whole campaign.
     #[serde(flatten)]
     pub plan: Plan,
 }
@@ -24,10 +24,10 @@ impl Manifest {
     /// Reads `campaign.json`.
     ///
     /// # Errors
-    /// If it is none, or not as it was written.
+    /// If the text is not a manifest, or was changed since it was written.
     pub fn parse(text: &str) -> Result<Self, CampaignError> {
         let damaged = |reason| CampaignError::Plan { reason };
-        let text = unseal(text.trim_end()).map_err(damaged)?;
+        let text = without_checksum(text.trim_end()).map_err(damaged)?;
         let manifest: Self = serde_json::from_str(&text).map_err(|error| damaged(error.to_string()))?;
         let Self { shard, plan } = &manifest;
         let refuse = |field, need: String, got: String| Err(CampaignError::Value { field, need, got });
@@ -56,10 +56,10 @@ impl Manifest {
         }
     }
 
-    /// As it stands in `campaign.json`.
+    /// The text of `campaign.json`, with its checksum.
     #[must_use]
     pub fn text(&self) -> String {
         let text = serde_json::to_string_pretty(self).expect("a plan is numbers and text");
-        seal(text.strip_suffix("\n}").expect("a plan is an object")) + "\n"
+        with_checksum(text.strip_suffix("\n}").expect("a plan is an object")) + "\n"
     }
 }

@@ -1,4 +1,4 @@
-//! The one place that formats a Markdown table.
+//! Formats Markdown tables.
 
 /// A table with `headings` over `rows`, followed by an empty line.
 #[must_use]

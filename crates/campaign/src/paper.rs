@@ -4,32 +4,32 @@ use contract::Weights;
 
 use crate::statistics::{Sample, student};
 
-/// Trials of each cell of the paper.
+/// Number of trials of each cell of the paper.
 pub const TRIALS: u64 = 100;
 
-/// One line of Tables 3, 4, 6, 7, 9, 10, 12, 13, 15 and 16.
+/// One cell of the paper: a line of Tables 3, 4, 6, 7, 9, 10, 12, 13, 15 and 16.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Published {
-    /// Number of the table.
+    /// Number of the table in the paper.
     pub table: u32,
-    /// Built-in scenario.
+    /// Name of the built-in scenario.
     pub scenario: &'static str,
-    /// Algorithm.
+    /// Name of the algorithm.
     pub planner: &'static str,
-    /// w1 and w2.
+    /// Weights w1 and w2.
     pub weights: [f64; 2],
-    /// Successes of 100.
+    /// Number of successes of [`TRIALS`].
     pub successes: u64,
     /// Mean and standard deviation of the steps over successes, if there are any.
     steps: Option<(f64, f64)>,
-    /// How many treasures how many successes collected; empty where there are none to collect.
+    /// Number of treasures with the number of successes that collected so many; empty without treasures.
     pub treasures: &'static [(u64, u64)],
-    /// What is known of a difference from our reading of the model.
+    /// Known reason for a difference from our reading of the model.
     pub remark: Option<&'static str>,
 }
 
 impl Published {
-    /// Steps over successes.
+    /// Steps of the successful trials.
     #[must_use]
     pub fn steps(&self) -> Sample {
         let (mean, sd) = self.steps.unzip();
@@ -43,7 +43,7 @@ impl Published {
     }
 }
 
-/// w = (1, 0) safety-critical, (.5, .5) intermediate, (0, 1) information-gain-critical.
+/// The paper's weights (w1, w2): safety-critical, intermediate, information-gain-critical.
 pub const WEIGHTS: [[f64; 2]; 3] = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]];
 
 const HILLS: &str = "the paper does not say which of its hills are lowered: another choice fits this mean \
@@ -128,7 +128,7 @@ pub fn all() -> impl Iterator<Item = Published> {
     })
 }
 
-/// What the paper says of a cell, if it flew it.
+/// The published cell of a scenario, planner and weighting, if there is one.
 #[must_use]
 pub fn published(scenario: &str, planner: &str, weights: &Weights) -> Option<Published> {
     all().find(|cell| {
@@ -142,13 +142,13 @@ pub fn published(scenario: &str, planner: &str, weights: &Weights) -> Option<Pub
 /// A published t-test of greedy against MDP: a line of Tables 5, 8, 11, 14 and 17.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublishedTest {
-    /// Number of the table.
+    /// Number of the table in the paper.
     pub table: u32,
-    /// Built-in scenario.
+    /// Name of the built-in scenario.
     pub scenario: &'static str,
-    /// w1 and w2.
+    /// Weights w1 and w2.
     pub weights: [f64; 2],
-    /// The t-value, unless a dash is printed.
+    /// The t-value; `None` where a dash is printed.
     pub t: Option<f64>,
     /// The critical value, printed as "95% CI".
     pub critical: f64,

@@ -1,26 +1,30 @@
-//! The campaign laid out: numbered cells, numbered trials.
+//! The plan of a campaign: numbered cells and numbered trials.
+
+use std::path::Path;
 
 use contract::Weights;
+use scenario::{BUILT_IN, Overrides, PayoffWeights, Scenario};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::cell::hexadecimal;
-use crate::{Campaign, CampaignError, Cell, Row};
+use crate::file::{GROUND_CELLS_MAX, Weighting};
+use crate::{Campaign, CampaignError, Cell};
 
-/// All that decides what the rows of a campaign will be.
+/// Everything that determines the rows of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Name of the campaign.
     pub name: String,
-    /// Seed that every trial's seed derives from.
+    /// Seed that every trial's seed is derived from.
     pub seed: u64,
-    /// Trials of each cell.
+    /// Number of trials of each cell.
     pub repetitions: u64,
     /// Version of the program that flies.
     pub version: String,
-    /// SHA-256 over all the rest, hexadecimal.
+    /// SHA-256 over all other fields, hexadecimal.
     pub hash: String,
-    /// The cells in order.
+    /// The cells in the order of their numbers.
     pub cells: Vec<Cell>,
 }
 
@@ -31,9 +35,9 @@ pub struct Trial<'a> {
     pub number: u64,
     /// Repetition within its cell, from 0.
     pub repetition: u64,
-    /// Seed of its draws.
+    /// Seed of its random draws, as `hopper run --seed` takes it.
     pub seed: u64,
-    /// Its cell.
+    /// The cell it belongs to.
     pub cell: &'a Cell,
 }
 
@@ -51,7 +55,7 @@ impl Plan {
         plan
     }
 
-    /// What [`Plan::hash`] has to be.
+    /// The value that [`Plan::hash`] must have.
     pub(crate) fn fingerprint(&self) -> String {
         let mut hasher = Sha256::new();
         hasher.update(b"hopper campaign v2");
@@ -72,36 +76,76 @@ impl Plan {
         hexadecimal(&hasher.finalize())
     }
 
-    /// Trials in all.
+    /// Number of trials of all cells together.
     #[must_use]
     pub fn trials(&self) -> u64 {
         self.cells.len() as u64 * self.repetitions
     }
 
-    /// Trial `number`, if the campaign has so many: cell by cell, repetition by repetition.
+    /// Trial `number`, counted cell by cell, repetition by repetition; `None` beyond the last.
     #[must_use]
     pub fn trial(&self, number: u64) -> Option<Trial<'_>> {
         let cell = self.cells.get(usize::try_from(number / self.repetitions).ok()?)?;
         let repetition = number % self.repetitions;
         Some(Trial { number, repetition, seed: cell.seed(self.seed, repetition), cell })
     }
+}
 
-    /// Whether `row` is one of this plan's: it says of its trial what the plan says.
+impl Campaign {
+    /// Plans the grid: scenarios outermost, then profiles, planners, and weightings. Paths of scenario files
+    /// start from `folder`; `version` is that of the program that will fly.
     ///
     /// # Errors
-    /// If it is another's.
-    pub fn check(&self, row: &Row) -> Result<(), CampaignError> {
-        let trial = self.trial(row.trial);
-        let foreign = |need: &str, got: &str| CampaignError::Foreign {
-            trial: row.trial,
-            need: need.into(),
-            got: got.into(),
-        };
-        let Some(trial) = trial.filter(|trial| trial.cell.config == row.config) else {
-            let need = trial.map_or("none", |trial| &trial.cell.config);
-            return Err(foreign(&format!("configuration {need}"), &row.config));
-        };
-        let need = Row::new(self, &trial, row.ending());
-        if *row == need { Ok(()) } else { Err(foreign(need.line().trim_end(), row.line().trim_end())) }
+    /// If a scenario cannot be resolved, or all terrains together take too much memory.
+    pub fn plan(&self, folder: &Path, version: &str) -> Result<Plan, CampaignError> {
+        let (mut cells, mut ground) = (Vec::new(), 0_usize);
+        for selector in &self.scenarios {
+            let failed =
+                |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
+            let scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
+                scenario::load(selector)
+            } else {
+                scenario::load(&folder.join(selector).to_string_lossy())
+            }
+            .map_err(failed)?;
+            // The terrain does not depend on profile or weights.
+            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
+            ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
+            if ground > GROUND_CELLS_MAX {
+                return Err(CampaignError::Value {
+                    field: "scenarios",
+                    need: format!("at most {GROUND_CELLS_MAX} cells of ground in all worlds of the grid"),
+                    got: format!("{ground} with {selector}; fly it as several campaigns"),
+                });
+            }
+            for profile in &self.profiles {
+                let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
+                let scenario = scenario.clone().with(&overrides);
+                for planner in &self.planners {
+                    for weights in self.weightings(&scenario) {
+                        let mut scenario = scenario.clone();
+                        scenario.brief.weights = weights;
+                        let world = scenario.resolve().map_err(failed)?;
+                        let PayoffWeights { safety, information, distance } = weights;
+                        let weights = Weights { safety, information, distance };
+                        cells.push(Cell::new(cells.len() as u64, selector, planner, weights, &world));
+                    }
+                }
+            }
+        }
+        Ok(Plan::new(self, version, cells))
+    }
+
+    fn weightings(&self, scenario: &Scenario) -> Vec<PayoffWeights> {
+        let own = scenario.brief.weights;
+        if self.weights.is_empty() {
+            return vec![own];
+        }
+        let weights = self.weights.iter().map(|&Weighting { safety, information, distance }| PayoffWeights {
+            safety,
+            information,
+            distance: distance.unwrap_or(own.distance),
+        });
+        weights.collect()
     }
 }

@@ -1,212 +1,136 @@
-//! What a campaign says in numbers: cells, tests between planners, regret, the published tables beside.
+//! Folds the rows of a campaign and computes its results.
 
 use contract::{Profile, Weights};
 use serde::Serialize;
 
-use crate::against::{Agreement, Beside, TestBeside, agreements, tests};
-use crate::paper;
+use crate::agreement::{Agreement, agreements};
+use crate::cell_results::{Bound, CellResults};
+use crate::paper_tests::{PaperTest, paper_tests};
 use crate::statistics::{Welch, share_difference, welch};
-use crate::tally::Numbers;
 use crate::{Cell, Plan, Row, Tally};
 
-/// Folds the rows of a campaign.
+/// Folds the rows of a campaign in constant memory.
 #[derive(Clone, Debug)]
 pub struct Report {
     plan: Plan,
     tallies: Vec<Tally>,
 }
 
-/// A report in numbers, as JSON.
+/// The results of a campaign. Serialised, it is the JSON report.
 #[derive(Clone, Debug, Serialize)]
-pub struct Findings<'a> {
+pub struct CampaignResults<'a> {
     /// Name of the campaign.
     pub campaign: &'a str,
-    /// Its seed.
+    /// Seed of the campaign, which every trial's seed derives from.
     pub seed: u64,
-    /// Version that flew it.
+    /// Version of the program that flew it.
     pub version: &'a str,
-    /// Hash of the plan.
+    /// SHA-256 of the plan, hexadecimal.
     pub hash: &'a str,
-    /// Trials planned.
+    /// Number of trials in the plan.
     pub trials: u64,
-    /// Trials flown.
+    /// Number of trials whose rows were folded in.
     pub flown: u64,
-    /// The cells.
-    pub cells: Vec<CellFindings<'a>>,
-    /// Welch's tests between planners on the same ground.
-    pub planners: Vec<Duel<'a>>,
-    /// Sums of the comparison with the paper, by profile; empty unless asked for.
+    /// Results of each cell, in the order of the plan.
+    pub cells: Vec<CellResults<'a>>,
+    /// Tests between planners on the same terrain under the same weights.
+    pub planners: Vec<PlannerComparison<'a>>,
+    /// Agreement with the paper, by profile; empty unless asked for.
     pub against: Vec<Agreement>,
-    /// The paper's t-tests beside ours; empty unless asked for.
-    pub tests: Vec<TestBeside>,
+    /// The paper's t-tests and ours; empty unless asked for.
+    pub tests: Vec<PaperTest>,
 }
 
-/// One cell in numbers.
+/// Two planners on the same terrain under the same weights.
 #[derive(Clone, Debug, Serialize)]
-pub struct CellFindings<'a> {
-    /// Scenario.
+pub struct PlannerComparison<'a> {
+    /// Scenario as the campaign names it.
     pub scenario: &'a str,
-    /// Reading of the model.
+    /// Profile of both cells.
     pub profile: Profile,
-    /// Algorithm.
-    pub planner: &'a str,
-    /// Weights.
+    /// Weights of both cells.
     pub weights: Weights,
-    /// Steps after which a mission is a deadlock.
-    pub steps_max: u64,
-    /// What it came to.
-    #[serde(flatten)]
-    pub numbers: Numbers,
-    /// How far it is from what no planner can pass, where that is known.
-    pub regret: Option<Regret>,
-    /// The paper's cell beside it.
-    pub paper: Option<Beside>,
-}
-
-/// What no planner can pass in a world, whatever it knows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Bound {
-    /// Largest probability of success.
-    pub success: f64,
-    /// Least mean of the steps with failures counted at the limit.
-    pub restricted_mean_steps: f64,
-}
-
-/// A cell beside the bounds of its world. Each bound is one of its own: no planner need reach both.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Regret {
-    /// The bounds.
-    pub bound: Bound,
-    /// Bound of success less the share of successes.
-    pub success: Option<f64>,
-    /// Restricted mean steps less their bound.
-    pub restricted_mean_steps: Option<f64>,
-}
-
-impl Regret {
-    fn new(bound: Bound, numbers: &Numbers) -> Self {
-        let share = (numbers.trials > 0).then(|| numbers.successes as f64 / numbers.trials as f64);
-        Self {
-            bound,
-            success: share.map(|share| bound.success - share),
-            restricted_mean_steps: numbers
-                .restricted_steps
-                .mean
-                .map(|mean| mean - bound.restricted_mean_steps),
-        }
-    }
-}
-
-/// Two planners on the same ground under the same weights.
-#[derive(Clone, Debug, Serialize)]
-pub struct Duel<'a> {
-    /// Scenario.
-    pub scenario: &'a str,
-    /// Reading of the model.
-    pub profile: Profile,
-    /// Weights.
-    pub weights: Weights,
-    /// One planner.
+    /// Planner of the earlier cell.
     pub first: &'a str,
-    /// The other.
+    /// Planner of the later cell.
     pub second: &'a str,
-    /// Welch's test of their steps over successes, first less second.
+    /// Welch's test of their steps over successes, first minus second.
     pub steps: Option<Welch>,
     /// Welch's test of the treasures they collected in successes.
     pub treasures: Option<Welch>,
-    /// Difference of their shares of successes in standard errors.
+    /// Difference of their shares of successes, in standard errors.
     pub success_difference_se: Option<f64>,
 }
 
 impl Report {
-    /// The report of `plan` before its first row.
+    /// A report on `plan` without any row yet.
     #[must_use]
     pub fn new(plan: Plan) -> Self {
         let tallies = vec![Tally::default(); plan.cells.len()];
         Self { plan, tallies }
     }
 
-    /// Folds in a row.
+    /// Folds in a row; one of an unknown cell is ignored.
     pub fn fold(&mut self, row: &Row) {
         if let Some(tally) = usize::try_from(row.cell).ok().and_then(|cell| self.tallies.get_mut(cell)) {
             tally.fold(row);
         }
     }
 
-    /// The numbers, beside the paper's if `against_paper`, with `bounds` of the cells' worlds in the order
-    /// of the cells, as far as they are known.
+    /// The results, compared with the paper if `against_paper`. `bounds` are those of the cells in their order,
+    /// `None` or missing where not known.
     #[must_use]
-    pub fn findings(&self, against_paper: bool, bounds: &[Option<Bound>]) -> Findings<'_> {
+    pub fn results(&self, against_paper: bool, bounds: &[Option<Bound>]) -> CampaignResults<'_> {
         let cells: Vec<_> = self
             .cells()
             .enumerate()
             .map(|(place, (cell, tally))| {
                 let bound = bounds.get(place).copied().flatten();
-                cell_findings(cell, tally, against_paper, bound)
+                CellResults::new(cell, tally, against_paper, bound)
             })
             .collect();
-        Findings {
+        CampaignResults {
             campaign: &self.plan.name,
             seed: self.plan.seed,
             version: &self.plan.version,
             hash: &self.plan.hash,
             trials: self.plan.trials(),
             flown: self.tallies.iter().map(Tally::trials).sum(),
-            planners: duels(&cells),
+            planners: planner_comparisons(&cells),
             against: if against_paper { agreements(&cells) } else { Vec::new() },
-            tests: if against_paper { tests(&cells) } else { Vec::new() },
+            tests: if against_paper { paper_tests(&cells) } else { Vec::new() },
             cells,
         }
     }
 
-    /// Cells with their tallies.
+    /// The cells of the plan with their tallies.
     pub fn cells(&self) -> impl Iterator<Item = (&Cell, &Tally)> {
         self.plan.cells.iter().zip(&self.tallies)
     }
 }
 
-fn cell_findings<'a>(
-    cell: &'a Cell,
-    tally: &Tally,
-    against_paper: bool,
-    bound: Option<Bound>,
-) -> CellFindings<'a> {
-    let numbers = tally.numbers(cell.steps_max);
-    let published = paper::published(&cell.scenario, &cell.planner, &cell.weights).filter(|_| against_paper);
-    CellFindings {
-        scenario: &cell.scenario,
-        profile: cell.profile,
-        planner: &cell.planner,
-        weights: cell.weights,
-        steps_max: cell.steps_max,
-        paper: published.map(|published| Beside::new(&published, &numbers)),
-        regret: bound.map(|bound| Regret::new(bound, &numbers)),
-        numbers,
-    }
-}
-
-fn duels<'a>(cells: &[CellFindings<'a>]) -> Vec<Duel<'a>> {
-    let mut duels = Vec::new();
+fn planner_comparisons<'a>(cells: &[CellResults<'a>]) -> Vec<PlannerComparison<'a>> {
+    let mut planner_comparisons = Vec::new();
     for (place, first) in cells.iter().enumerate() {
-        let same_ground = |second: &&CellFindings<'_>| {
+        let same_ground = |second: &&CellResults<'_>| {
             (first.scenario, first.profile, first.weights)
                 == (second.scenario, second.profile, second.weights)
         };
         for second in cells[place + 1..].iter().filter(same_ground) {
-            duels.push(Duel {
+            planner_comparisons.push(PlannerComparison {
                 scenario: first.scenario,
                 profile: first.profile,
                 weights: first.weights,
                 first: first.planner,
                 second: second.planner,
-                steps: welch(&first.numbers.steps, &second.numbers.steps),
-                treasures: welch(&first.numbers.treasures, &second.numbers.treasures),
+                steps: welch(&first.statistics.steps, &second.statistics.steps),
+                treasures: welch(&first.statistics.treasures, &second.statistics.treasures),
                 success_difference_se: share_difference(
-                    (first.numbers.successes, first.numbers.trials),
-                    (second.numbers.successes, second.numbers.trials),
+                    (first.statistics.successes, first.statistics.trials),
+                    (second.statistics.successes, second.statistics.trials),
                 ),
             });
         }
     }
-    duels
+    planner_comparisons
 }

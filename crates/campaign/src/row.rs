@@ -1,80 +1,80 @@
-//! What became of one trial: a row of `trials.jsonl` and `trials.csv`.
+//! The result of one trial: a row of `trials.jsonl` and `trials.csv`.
 //!
-//! A line of `trials.jsonl` closes with the CRC-32 of all that stands before it, as text, so that a row that
-//! was damaged is told from one that was written.
+//! A line of `trials.jsonl` ends with the CRC-32 of everything before it, as text, so that damaged rows are
+//! recognised.
 
 use contract::limits::{DECISIONS_MAX, STEPS_MAX, TREASURES_MAX};
 use contract::{Digest, Profile, Status};
 use serde::{Deserialize, Serialize};
 
-use crate::seal::{seal, unseal};
-use crate::{Plan, Trial};
+use crate::checksum::{with_checksum, without_checksum};
+use crate::{CampaignError, Plan, Trial};
 
 /// Longest line of `trials.jsonl`, bytes.
 pub const LINE_BYTES_MAX: usize = 1 << 14;
 
-/// One row. All of it is reproducible; times are kept apart.
+/// One row. All of it is reproducible; computing times are kept in another file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Number in the whole campaign, from 0.
     pub trial: u64,
-    /// Number of its cell.
+    /// Number of its cell, from 0.
     pub cell: u64,
-    /// Repetition within its cell.
+    /// Repetition within its cell, from 0.
     pub repetition: u64,
-    /// Seed of its draws, as `hopper run --seed` takes it.
+    /// Seed of its random draws, as `hopper run --seed` takes it.
     pub seed: u64,
-    /// Hash of world and planner.
+    /// SHA-256 over resolved scenario and planner, hexadecimal.
     pub config: String,
     /// Version of the program that flew it.
     pub version: String,
     /// Scenario as the campaign names it.
     pub scenario: String,
-    /// Reading of the model.
+    /// Profile: which reading of the model is flown.
     pub profile: Profile,
-    /// Algorithm.
+    /// Name of the algorithm.
     pub planner: String,
-    /// Weight w1.
+    /// Weight w1, of safety S.
     pub safety: f64,
-    /// Weight w2.
+    /// Weight w2, of information I.
     pub information: f64,
-    /// Weight w3.
+    /// Weight w3, of the distance penalty D.
     pub distance: f64,
-    /// How it ended.
+    /// Final status of the mission.
     pub outcome: Status,
     /// Steps, in the paper's count.
     pub steps: u64,
-    /// Hops commanded.
+    /// Number of hops commanded.
     pub hops: u64,
-    /// Treasures collected.
+    /// Number of treasures collected.
     pub treasures: u32,
     /// Share of the map seen, 0 to 1.
     pub coverage: f64,
-    /// Digest of the mission.
+    /// Digest of everything the mission executed.
     pub digest: Digest,
 }
 
-/// How a trial ended.
+/// What only flying a trial can tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ending {
-    /// How.
+pub struct TrialResult {
+    /// Final status of the mission.
     pub outcome: Status,
     /// Steps, in the paper's count.
     pub steps: u64,
-    /// Hops commanded.
+    /// Number of hops commanded.
     pub hops: u64,
-    /// Treasures collected.
+    /// Number of treasures collected.
     pub treasures: u32,
     /// Share of the map seen, 0 to 1.
     pub coverage: f64,
-    /// Digest of the mission.
+    /// Digest of everything the mission executed.
     pub digest: Digest,
 }
 
 impl Row {
-    /// The row of `trial`, which ended so.
+    /// The row of `trial` with `result`.
     #[must_use]
-    pub fn new(plan: &Plan, trial: &Trial<'_>, ending: Ending) -> Self {
+    pub fn new(plan: &Plan, trial: &Trial<'_>, result: TrialResult) -> Self {
         let cell = trial.cell;
         Self {
             trial: trial.number,
@@ -89,42 +89,42 @@ impl Row {
             safety: cell.weights.safety,
             information: cell.weights.information,
             distance: cell.weights.distance,
-            outcome: ending.outcome,
-            steps: ending.steps,
-            hops: ending.hops,
-            treasures: ending.treasures,
-            coverage: ending.coverage,
-            digest: ending.digest,
+            outcome: result.outcome,
+            steps: result.steps,
+            hops: result.hops,
+            treasures: result.treasures,
+            coverage: result.coverage,
+            digest: result.digest,
         }
     }
 
-    /// What of it no plan could foretell.
+    /// The fields that the plan does not determine.
     #[must_use]
-    pub fn ending(&self) -> Ending {
+    pub fn result(&self) -> TrialResult {
         let Self { outcome, steps, hops, treasures, coverage, digest, .. } = *self;
-        Ending { outcome, steps, hops, treasures, coverage, digest }
+        TrialResult { outcome, steps, hops, treasures, coverage, digest }
     }
 
-    /// The row as a line of `trials.jsonl`, ended.
+    /// The row as a line of `trials.jsonl`, with its line break.
     #[must_use]
     pub fn line(&self) -> String {
         let mut text = serde_json::to_string(self).expect("a row is numbers and text");
         assert_eq!(text.pop(), Some('}'), "a row is an object");
-        seal(&text) + "\n"
+        with_checksum(&text) + "\n"
     }
 
-    /// The row of a `line` that was ended; the line's end is no part of it.
+    /// Parses a `line` without its line break.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// What is wrong with the line, in words.
     pub fn of_line(line: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(line).map_err(|error| format!("need UTF-8, got {error}"))?;
-        let row: Self = serde_json::from_str(&unseal(text)?).map_err(|error| error.to_string())?;
+        let row: Self = serde_json::from_str(&without_checksum(text)?).map_err(|error| error.to_string())?;
         row.check()?;
         Ok(row)
     }
 
-    /// Numbers that no mission can come to.
+    /// Refuses numbers that no mission can have.
     fn check(&self) -> Result<(), String> {
         let most = |field, most: u64, got: u64| {
             if got <= most { Ok(()) } else { Err(format!("{field}: need at most {most}, got {got}")) }
@@ -137,5 +137,26 @@ impl Row {
         } else {
             Err(format!("coverage: need 0 to 1, got {}", self.coverage))
         }
+    }
+}
+
+impl Plan {
+    /// Checks that `row` belongs to this plan: everything the plan determines must agree.
+    ///
+    /// # Errors
+    /// [`CampaignError::Foreign`] if it belongs to another plan.
+    pub fn check(&self, row: &Row) -> Result<(), CampaignError> {
+        let trial = self.trial(row.trial);
+        let foreign = |need: &str, got: &str| CampaignError::Foreign {
+            trial: row.trial,
+            need: need.into(),
+            got: got.into(),
+        };
+        let Some(trial) = trial.filter(|trial| trial.cell.config == row.config) else {
+            let need = trial.map_or("none", |trial| &trial.cell.config);
+            return Err(foreign(&format!("configuration {need}"), &row.config));
+        };
+        let need = Row::new(self, &trial, row.result());
+        if *row == need { Ok(()) } else { Err(foreign(need.line().trim_end(), row.line().trim_end())) }
     }
 }

@@ -1,4 +1,4 @@
-//! The rows of `trials.jsonl`, one after another.
+//! Reads the rows of `trials.jsonl` one after another.
 
 use std::io::{BufRead, Read};
 
@@ -14,21 +14,21 @@ pub struct Rows<'a, R> {
 }
 
 impl<'a, R: BufRead> Rows<'a, R> {
-    /// The rows of `manifest` that `reader` holds.
+    /// A reader of the rows of `manifest` from `reader`.
     pub fn new(manifest: &'a Manifest, reader: R) -> Self {
         Self { manifest, reader, line: 0 }
     }
 
-    /// Rows read so far.
+    /// Number of rows read so far.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.line
     }
 
-    /// The next row; `None` at the end, where a torn line counts as none.
+    /// The next row; `None` at the end. A last line without line break is ignored: its write was interrupted.
     ///
     /// # Errors
-    /// If it is damaged, out of order or of another campaign.
+    /// If the row is damaged, out of order, or of another campaign.
     #[allow(clippy::should_implement_trait, reason = "it fails")]
     pub fn next(&mut self) -> Result<Option<Row>, CampaignError> {
         let line = self.line + 1;

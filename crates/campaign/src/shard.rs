@@ -1,4 +1,4 @@
-//! One of several equal parts of a campaign.
+//! Shards: equal parts of a campaign that can be flown on different machines.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,30 +8,30 @@ use serde::{Deserialize, Serialize};
 /// Shard `number` of `count`: every `count`-th trial, so that all shards hold the same mix of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Number of this shard, 1 to `count`.
     pub number: u64,
-    /// Of how many.
+    /// Number of shards, 1 to 100,000.
     pub count: u64,
 }
 
 impl Shard {
-    /// The whole campaign.
+    /// The whole campaign as one shard.
     pub const WHOLE: Self = Self { number: 1, count: 1 };
 
-    /// The `index`-th trial of this shard, if a campaign of `trials` has it.
+    /// The trial at position `index`, from 0, of this shard; `None` if a campaign of `trials` has no such trial.
     #[must_use]
     pub fn nth(self, index: u64, trials: u64) -> Option<u64> {
         let trial = index.checked_mul(self.count)?.checked_add(self.number - 1)?;
         (trial < trials).then_some(trial)
     }
 
-    /// Trials of this shard in a campaign of `trials`.
+    /// Number of trials in this shard of a campaign of `trials`.
     #[must_use]
     pub fn len(self, trials: u64) -> u64 {
         (trials + self.count - self.number) / self.count
     }
 
-    /// Where `trial` stands among this shard's, if it is one of them.
+    /// Position of `trial` in this shard, from 0; `None` if it belongs to another.
     #[must_use]
     pub fn index_of(self, trial: u64) -> Option<u64> {
         (trial % self.count == self.number - 1).then_some(trial / self.count)

@@ -1,4 +1,4 @@
-//! Wilson's interval, Welch's t-test, differences in standard errors.
+//! Wilson's interval, t-tests, Fisher's exact test, differences in standard errors.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, DiscreteCDF, Hypergeometric, Normal, StudentsT};
@@ -6,22 +6,22 @@ use statrs::distribution::{ContinuousCDF, DiscreteCDF, Hypergeometric, Normal, S
 /// Count, mean and sample standard deviation of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sample {
-    /// Members.
+    /// Number of values.
     pub count: u64,
-    /// Mean; `None` of nothing.
+    /// Mean; `None` without values.
     pub mean: Option<f64>,
-    /// Standard deviation with n − 1; `None` of fewer than two.
+    /// Standard deviation with n − 1; `None` for fewer than two values.
     pub sd: Option<f64>,
 }
 
 impl Sample {
-    /// From a published count, mean and standard deviation.
+    /// A sample known only by its published count, mean and standard deviation.
     #[must_use]
     pub fn published(count: u64, mean: f64, sd: f64) -> Self {
         Self { count, mean: Some(mean), sd: Some(sd) }
     }
 
-    /// From values with their counts.
+    /// The sample of values with the number of times each occurs.
     #[must_use]
     pub fn of(values: impl Iterator<Item = (u64, u64)> + Clone) -> Self {
         let count: u64 = values.clone().map(|(_, n)| n).sum();
@@ -35,7 +35,7 @@ impl Sample {
         Self { count, mean: Some(mean), sd }
     }
 
-    /// Variance of the mean.
+    /// Squared standard error of the mean.
     fn variance_of_mean(&self) -> Option<f64> {
         Some(self.sd?.powi(2) / self.count as f64)
     }
@@ -50,7 +50,7 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// Wilson's score interval of `successes` of `count` at 95 % (Wilson 1927); all of 0 to 1 of nothing.
+/// Wilson's 95 % score interval of `successes` out of `count` (Wilson 1927); 0 to 1 if `count` is 0.
 #[must_use]
 pub fn wilson(successes: u64, count: u64) -> Interval {
     if count == 0 {
@@ -70,7 +70,7 @@ pub fn wilson(successes: u64, count: u64) -> Interval {
 /// Welch's t-test of two means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Welch {
-    /// The statistic: first mean less second over the standard error of the difference.
+    /// The statistic: first mean minus second, over the standard error of the difference.
     pub t: f64,
     /// Degrees of freedom (Welch & Satterthwaite).
     pub degrees: f64,
@@ -80,7 +80,7 @@ pub struct Welch {
     pub critical: f64,
 }
 
-/// Welch's test of `a` against `b`; `None` where a sample has fewer than two members or neither varies.
+/// Welch's test of `a` against `b`; `None` if a sample has fewer than two values or neither varies.
 #[must_use]
 pub fn welch(a: &Sample, b: &Sample) -> Option<Welch> {
     let (va, vb) = (a.variance_of_mean()?, b.variance_of_mean()?);
@@ -94,8 +94,8 @@ pub fn welch(a: &Sample, b: &Sample) -> Option<Welch> {
     Some(Welch { t, degrees, p: 2.0 * student.sf(t.abs()), critical: student.inverse_cdf(0.975) })
 }
 
-/// Student's t of two means with pooled variance: how the paper's t-values come about. `None` where a
-/// sample has fewer than two members or neither varies.
+/// Student's t of two means with pooled variance, as the paper computes it. `None` if a sample has fewer than
+/// two values or neither varies.
 #[must_use]
 pub fn student(a: &Sample, b: &Sample) -> Option<f64> {
     let (na, nb) = (a.count as f64, b.count as f64);
@@ -104,8 +104,8 @@ pub fn student(a: &Sample, b: &Sample) -> Option<f64> {
     (error > 0.0).then_some((a.mean? - b.mean?) / error)
 }
 
-/// Fisher's exact test, one-sided: the probability of so few successes of `a` or fewer, if both shares
-/// are equal and the successes of both together are as many as they are. `None` of nothing.
+/// Fisher's exact test, one-sided: the probability of as few successes of `a` or fewer if both shares are
+/// equal, given the successes of both together. `None` if either count is 0.
 #[must_use]
 pub fn fisher_below((successes_a, count_a): (u64, u64), (successes_b, count_b): (u64, u64)) -> Option<f64> {
     if count_a == 0 || count_b == 0 {
@@ -115,21 +115,22 @@ pub fn fisher_below((successes_a, count_a): (u64, u64), (successes_b, count_b): 
     Some(draws.cdf(successes_a))
 }
 
-/// Probability under Welch's test of a difference of the means of `a` less `b` at least as large, if `a`
-/// is not the larger one: small where `a` is significantly above `b`.
+/// Welch's test, one-sided: the probability of a difference `a` minus `b` at least as large if the mean of `a`
+/// is not the larger one. Small if `a` is significantly above `b`.
 #[must_use]
 pub fn welch_above(a: &Sample, b: &Sample) -> Option<f64> {
     let Welch { t, degrees, .. } = welch(a, b)?;
     Some(StudentsT::new(0.0, 1.0, degrees).ok()?.sf(t))
 }
 
-/// Difference of two means in standard errors of the difference; `None` if one has no spread to judge by.
+/// Difference of two means in standard errors of the difference; `None` where [`welch`] is.
 #[must_use]
 pub fn mean_difference(a: &Sample, b: &Sample) -> Option<f64> {
     welch(a, b).map(|welch| welch.t)
 }
 
-/// Difference of two shares in standard errors under one pooled share; 0 where both are none or all.
+/// Difference of two shares in standard errors under one pooled share; 0 if both are 0 or both are 1. `None` if
+/// either count is 0.
 #[must_use]
 pub fn share_difference(
     (successes_a, count_a): (u64, u64),

@@ -1,4 +1,4 @@
-//! What the trials of one cell come to, folded in memory bounded by the step limit.
+//! Statistics of one cell, folded over its trials in memory bounded by the step limit.
 
 use std::collections::BTreeMap;
 
@@ -8,47 +8,47 @@ use serde::Serialize;
 use crate::Row;
 use crate::statistics::{Interval, Sample, wilson};
 
-/// The fold of a cell's rows; it is the same in whatever order they come.
+/// Running counts over the rows of a cell; independent of the order of the rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Trials by outcome, in the order of [`Status::ALL`].
     outcomes: [u64; Status::ALL.len()],
-    /// Steps of successes: how often each.
+    /// Steps of successful trials, with the number of trials.
     steps: BTreeMap<u64, u64>,
-    /// Treasures collected by successes: how often each number.
+    /// Treasures collected by successful trials, with the number of trials.
     treasures: BTreeMap<u64, u64>,
     hops: u64,
     /// Coverage in millionths, so that the sum is exact.
     coverage_ppm: u64,
 }
 
-/// A tally in numbers.
+/// Statistics of the trials of one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Numbers {
-    /// Trials.
+pub struct CellStatistics {
+    /// Number of trials.
     pub trials: u64,
     /// Trials that reached the goal.
     pub successes: u64,
     /// Wilson's 95 % interval of the share of successes.
     pub success_interval: Interval,
-    /// Failures by kind.
+    /// Failed trials by their final status.
     pub failures: BTreeMap<&'static str, u64>,
-    /// Steps over successes.
+    /// Steps of the successful trials.
     pub steps: Sample,
-    /// Steps with each failure counted at the step limit.
+    /// Steps of all trials, each failure counted as the step limit.
     pub restricted_steps: Sample,
     /// Treasures collected by successes.
     pub treasures: Sample,
     /// Successes by how many treasures they collected.
     pub treasure_counts: BTreeMap<u64, u64>,
-    /// Mean hops of all trials.
+    /// Mean number of hops over all trials; `None` without trials.
     pub mean_hops: Option<f64>,
-    /// Mean share of the map seen.
+    /// Mean share of the map seen over all trials, 0 to 1; `None` without trials.
     pub mean_coverage: Option<f64>,
 }
 
 impl Tally {
-    /// Folds in a row.
+    /// Adds one trial.
     pub fn fold(&mut self, row: &Row) {
         self.outcomes[row.outcome as usize] += 1;
         if row.outcome == Status::Goal {
@@ -59,26 +59,26 @@ impl Tally {
         self.coverage_ppm += (row.coverage * 1e6).round() as u64;
     }
 
-    /// Trials folded in.
+    /// Number of trials added.
     #[must_use]
     pub fn trials(&self) -> u64 {
         self.outcomes.iter().sum()
     }
 
-    /// Trials that ended so.
+    /// Number of trials that ended with `outcome`.
     #[must_use]
     pub fn count(&self, outcome: Status) -> u64 {
         self.outcomes[outcome as usize]
     }
 
-    /// Steps of successes with how often each came, rising.
+    /// Steps of successful trials with the number of trials, ascending.
     pub fn steps(&self) -> impl Iterator<Item = (u64, u64)> + Clone + '_ {
         self.steps.iter().map(|(steps, count)| (*steps, *count))
     }
 
-    /// The numbers, with failures counted at `steps_max` in the restricted mean.
+    /// The statistics; in the restricted mean each failure counts as `steps_max`.
     #[must_use]
-    pub fn numbers(&self, steps_max: u64) -> Numbers {
+    pub fn statistics(&self, steps_max: u64) -> CellStatistics {
         let (trials, successes) = (self.trials(), self.count(Status::Goal));
         let mean = |sum: f64| (trials > 0).then(|| sum / trials as f64);
         let failed = [(steps_max, trials - successes)];
@@ -86,7 +86,7 @@ impl Tally {
             .into_iter()
             .filter(|status| *status != Status::Goal && self.count(*status) > 0)
             .map(|status| (status.as_str(), self.count(status)));
-        Numbers {
+        CellStatistics {
             trials,
             successes,
             success_interval: wilson(successes, trials),

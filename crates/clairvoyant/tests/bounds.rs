@@ -5,10 +5,10 @@
 use clairvoyant::{Bounds, Clairvoyant, ClairvoyantError, bounds};
 use contract::{Action, Branch, Brief, Cell, Direction, Grid, Soil};
 use motion::{landing, steps, transition};
-use scenario::World;
+use scenario::ResolvedScenario;
 use terrain::Terrain;
 
-fn world(name: &str) -> World {
+fn world(name: &str) -> ResolvedScenario {
     scenario::load(name).unwrap().resolve().unwrap()
 }
 
@@ -20,7 +20,7 @@ fn rounds_to(got: f64, need: &str) {
 #[test]
 fn success_on_the_papers_grounds_is_bounded_as_the_model_says() {
     for (name, success) in [("hard", "100.00"), ("heterogeneous", "100.00"), ("sandy", "99.12")] {
-        let World { brief, terrain, .. } = world(name);
+        let ResolvedScenario { brief, terrain, .. } = world(name);
         rounds_to(100.0 * bounds(&brief, &terrain).success, success);
     }
 }
@@ -31,7 +31,7 @@ fn restricted_means_on_the_papers_grounds_are_bounded_by_the_least_expected_step
     for (name, least, model) in
         [("hard", "74.12", 74.11), ("heterogeneous", "74.89", 74.89), ("sandy", "111.94", 111.98)]
     {
-        let World { brief, terrain, .. } = world(name);
+        let ResolvedScenario { brief, terrain, .. } = world(name);
         let restricted = bounds(&brief, &terrain).restricted_mean_steps;
         rounds_to(restricted, least);
         assert!((restricted - model).abs() <= 0.05, "{name}: {restricted}");
@@ -40,7 +40,7 @@ fn restricted_means_on_the_papers_grounds_are_bounded_by_the_least_expected_step
 
 /// A world of 3 × 3 cells cut from sandy ground, with slopes, sand and a rock.
 fn nine_cells(steps_max: u64) -> (Brief, Terrain) {
-    let World { mut brief, mut terrain, .. } = world("sandy");
+    let ResolvedScenario { mut brief, mut terrain, .. } = world("sandy");
     let full = terrain.grid;
     let grid = Grid::new(3, 3, 1.0, 1).unwrap();
     let cell = |c: Cell| terrain.cells[full.index(Cell::new(c.x + 6, c.y + 8)).unwrap()];
@@ -94,7 +94,7 @@ fn the_bounds_are_those_of_enumeration_on_nine_cells() {
 
 #[test]
 fn a_table_that_would_not_fit_is_refused() {
-    let World { mut brief, terrain, .. } = world("hard");
+    let ResolvedScenario { mut brief, terrain, .. } = world("hard");
     brief.limits.steps_max = u64::MAX;
     let need = ClairvoyantError::TooLarge { cells: 400, steps: u64::MAX };
     assert_eq!(Clairvoyant::new(&brief, &terrain).err(), Some(need));

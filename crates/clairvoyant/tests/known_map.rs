@@ -9,7 +9,7 @@ use contract::{
 };
 use motion::{landing, steps, transition};
 use planner::{Budget, Situation, algorithm};
-use scenario::World;
+use scenario::ResolvedScenario;
 use terrain::Terrain;
 
 /// The policy of `mdp` on the whole map.
@@ -80,7 +80,7 @@ fn reached(brief: &Brief, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
 #[test]
 fn priced_time_leaves_nothing_for_a_clock_to_gain() {
     for name in ["hard", "heterogeneous", "sandy"] {
-        let World { mut brief, terrain, .. } = scenario::load(name).unwrap().resolve().unwrap();
+        let ResolvedScenario { mut brief, terrain, .. } = scenario::load(name).unwrap().resolve().unwrap();
         brief.profile = Profile::Hopper;
         let bound = bounds(&brief, &terrain);
         for (safety, information) in [(1.0, 0.0), (0.5, 0.5), (0.0, 1.0)] {

@@ -66,3 +66,6 @@ pub const CHANGES_KEPT: usize = 1 << 16;
 
 /// Landings that changed the map after which it still tells what changed since.
 pub const MARKS_KEPT: usize = 1024;
+
+/// Most processes, live or not yet cleaned up, on one service.
+pub const NODES_MAX: usize = 24;

@@ -1,25 +1,24 @@
 //! Whether the rise of a flight meets the ground (P22 section "Payoff function").
 //!
-//! A hopper that touches the ground before its apex is bounced off; one that touches it on the way down
-//! has landed. The ground under a flight is a polyline, vertical steps allowed. The arc is concave, a
-//! piece of ground is straight, so their distance is least at an end of the piece: looking at the corners
-//! up to the apex, and at the apex, is exact.
+//! A hopper that touches the ground before its apex bounces off; one that touches it on the way down has landed. The
+//! ground under a flight is a polyline, which may have vertical steps. The arc is concave and each segment is straight,
+//! so their distance is least at an end of the segment: checking the corners up to the apex, and the apex, is exact.
 
 use crate::Launch;
 
-/// What touches: closer than a nanometre, which is far above rounding and far below any terrain model.
+/// Clearance that counts as a touch: far above rounding, and far below the resolution of any terrain model.
 const TOUCH_M: f64 = 1e-9;
 
-/// Heights of the ground along the way of a flight.
+/// The ground along the path of a flight.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Profile {
+pub struct GroundProfile {
     /// Corners (distance, height above the launch), metres, distances ascending; two at one distance are a
-    /// vertical step. The first is the launch, the ground goes on level behind the last.
+    /// vertical step. The first is the launch; behind the last the ground is level.
     corners: Vec<[f64; 2]>,
 }
 
-impl Profile {
-    /// Ground that runs straight from the middle of each cell to the next. `heights_m` are those of the
+impl GroundProfile {
+    /// Ground that is straight from the middle of each cell to the next. `heights_m` are those of the
     /// cells in the direction of the flight, the cell of departure first.
     ///
     /// # Panics
@@ -31,7 +30,7 @@ impl Profile {
         Self { corners: heights_m.iter().enumerate().map(corner).collect() }
     }
 
-    /// Ground that is level within each cell, with vertical steps half way between the middles: rocks on a
+    /// Ground that is level within each cell, with vertical steps half way between the middles, for rocks on a
     /// plain.
     ///
     /// # Panics
@@ -67,9 +66,9 @@ impl Profile {
 }
 
 /// Distance along the ground, metres, of the first corner or apex at which the rising flight is on or under
-/// the ground; `None` if it reaches its apex free. The hopper is a point, as in the paper.
+/// the ground; `None` if it reaches its apex without a touch. The hopper is a point, as in the paper.
 #[must_use]
-pub fn collision_m(launch: &Launch, ground: &Profile) -> Option<f64> {
+pub fn collision_m(launch: &Launch, ground: &GroundProfile) -> Option<f64> {
     let apex_m = launch.apex_distance_m();
     let apex = [apex_m, ground.height_m(apex_m)];
     let rising = ground.corners.iter().skip(1).copied().filter(|corner| corner[0] <= apex_m).chain([apex]);

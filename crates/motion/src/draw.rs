@@ -1,31 +1,32 @@
-//! Random numbers that depend on nothing but (seed, domain, robot, decision).
+//! Random numbers as a pure function of (seed, domain, robot, decision).
 //!
-//! # The law, for whoever repeats it
+//! # The definition, for other implementations
 //! One decision has one ChaCha8 stream (D. J. Bernstein's layout: 256-bit key, 64-bit block counter
 //! from 0, 64-bit stream number in the nonce's place).
 //! - **Key**, 32 bytes: bytes 0–7 the seed, little-endian; bytes 8–31 the domain's label in ASCII,
 //!   zero-padded (`motion` for [`Domain::Motion`]).
 //! - **Stream number**: robot · 2^48 + decision.
-//! - **Words** of 32 bits are read in order from the stream's first block, and only from it: a
-//!   decision has [`Draw::WORDS_MAX`] of them.
+//! - **Words** of 32 bits are read in order from the stream's first block only: a decision has
+//!   [`Draw::WORDS_MAX`] of them.
 //! - **Uniform number** in [0, 1): two words, the earlier one the low half of a 64-bit integer n;
 //!   floor(n / 2^11) · 2^−53.
 //!
-//! So a draw can be repeated alone, in any order, by any process, however often one of them died.
+//! So any process can repeat a draw on its own, in any order, after any number of restarts.
 
 use contract::{Decision, RobotId};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What the numbers are for: each domain has a key of its own, so that more draws in one never shift another.
+/// The purpose of random numbers. Each domain has its own key, so that more draws in one never shift another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Domain {
-    /// Where hops come down.
+    /// The branch of a hop.
     Motion,
 }
 
 impl Domain {
-    /// The label in the key, at most 24 ASCII characters. It is part of the law: a change repeats no old run.
+    /// The label in the key, at most 24 ASCII characters. Changing it changes the outcomes of all
+    /// recorded runs.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -34,7 +35,7 @@ impl Domain {
     }
 }
 
-/// The random numbers of one decision.
+/// The stream of one decision's random numbers.
 #[derive(Clone, Debug)]
 pub struct Draw {
     stream: ChaCha8Rng,
@@ -45,7 +46,7 @@ impl Draw {
     /// Words of 32 bits that one decision may use: one ChaCha block.
     pub const WORDS_MAX: usize = 16;
 
-    /// The numbers of one decision, from the first one on.
+    /// The stream of a decision, at its first number.
     ///
     /// # Panics
     /// If the decision does not fit into 48 bits; a run ends at [`contract::limits::DECISIONS_MAX`].

@@ -6,12 +6,11 @@
 //! v² = g d, apex d/4 = 0.25 m).
 //!
 //! A hopper can only land coming down. At the design angle the apex lies before the landing as long as
-//! Δh ≤ d tan η / 2; a steeper rise is flown at tan η = 2 Δh / d, the flattest launch whose arc reaches
-//! the landing at its apex. The angle is continuous in Δh, the speed always finite, and d tan η > Δh
-//! holds throughout.
+//! Δh ≤ d tan η / 2. A steeper rise is flown at tan η = 2 Δh / d, the flattest launch whose arc reaches the landing at
+//! its apex. So the angle is continuous in Δh, the speed is finite, and d tan η > Δh always holds.
 //!
-//! Where a soil takes n flights a hop (two half hops on sand), each flies d/n and rises Δh/n: the
-//! same arc at 1/n of its size, hence half the distance at half the height.
+//! Where a hop on a soil takes n flights (two half hops on sand), each covers d/n and rises Δh/n: the same arc at 1/n of
+//! its size.
 
 use contract::{Direction, Flight, Grid, MotionParameters, Soil};
 use nalgebra::Vector3;
@@ -22,21 +21,21 @@ use crate::soil_motion;
 /// (negative for a lower one). The fields describe one of its `flights`.
 ///
 /// # Panics
-/// If the rise is not finite, or a parameter is not one: gravity above 0, a launch angle between the
-/// horizontal and the vertical, at least one flight. Briefs are checked where they enter a process.
+/// If the rise is not finite, or a parameter is out of range: gravity above 0, a launch angle between 0 and π/2, at
+/// least one flight. Briefs are checked where they enter a process.
 #[must_use]
 pub fn flight(parameters: &MotionParameters, grid: &Grid, soil: Soil, rise_m: f64) -> Flight {
     let gravity_mps2 = parameters.gravity_mps2;
     let flights = soil_motion(parameters, soil).flights;
     let design_tangent = libm::tan(parameters.launch_angle_rad);
     assert!(rise_m.is_finite(), "a landing needs a finite height, got a rise of {rise_m} m");
-    assert!(gravity_mps2 > 0.0, "gravity is above 0, got {gravity_mps2} m/s²");
+    assert!(gravity_mps2 > 0.0, "gravity needs to be above 0, got {gravity_mps2} m/s²");
     assert!(
         design_tangent > 0.0 && parameters.launch_angle_rad < std::f64::consts::FRAC_PI_2,
-        "a launch angle lies between 0 and π/2, got {}",
+        "a launch angle needs to lie between 0 and π/2, got {}",
         parameters.launch_angle_rad
     );
-    assert!(flights >= 1, "a hop takes at least one flight, got {flights}");
+    assert!(flights >= 1, "a hop needs at least one flight, got {flights}");
 
     let range_m = grid.hop_distance_m() / f64::from(flights);
     let rise_m = rise_m / f64::from(flights);
@@ -47,7 +46,7 @@ pub fn flight(parameters: &MotionParameters, grid: &Grid, soil: Soil, rise_m: f6
     } else {
         (parameters.launch_angle_rad, design_tangent)
     };
-    // cos² η = 1 / (1 + tan² η), so the vertical needs no special care.
+    // With cos² η = 1 / (1 + tan² η) the vertical is no special case.
     let speed_squared =
         gravity_mps2 * range_m * range_m * (1.0 + tangent * tangent) / (2.0 * (range_m * tangent - rise_m));
     let launch_speed_mps = speed_squared.sqrt();
@@ -64,8 +63,8 @@ pub fn flight(parameters: &MotionParameters, grid: &Grid, soil: Soil, rise_m: f6
     }
 }
 
-/// Height of the arc above the first launch at `distance_m` along the ground, metres, over all flights
-/// of the hop; the ends of the hop beyond them.
+/// Height of the arc above the first launch at `distance_m` along the ground, metres, over all flights of the hop.
+/// Distances beyond the hop's ends count as the ends.
 #[must_use]
 pub fn arc_height_m(flight: &Flight, distance_m: f64) -> f64 {
     if flight.flights == 0 {
@@ -75,7 +74,7 @@ pub fn arc_height_m(flight: &Flight, distance_m: f64) -> f64 {
     let distance_m = distance_m.clamp(0.0, hop_m);
     let flown = (distance_m / flight.range_m).floor().min(f64::from(flight.flights - 1));
     let x = distance_m - flown * flight.range_m;
-    // z(range) = rise fixes the curvature, so gravity and speed are not needed.
+    // z(range) = rise determines the curvature, so gravity and speed are not needed.
     let drop = flight.range_m * libm::tan(flight.launch_angle_rad) - flight.rise_m;
     let share = x / flight.range_m;
     flown * flight.rise_m + x * libm::tan(flight.launch_angle_rad) - drop * share * share
@@ -91,8 +90,8 @@ pub fn launch_velocity_mps(flight: &Flight, direction: Direction) -> Vector3<f64
     towards * flight.launch_speed_mps
 }
 
-/// Where the hopper is `time_s` after the first launch: (east, north, up) of the departure, metres.
-/// Flights follow each other without rest; before the launch and after the landing it stands still.
+/// Position of the hopper `time_s` after the first launch, relative to the departure: (east, north, up), metres. Flights
+/// follow each other without a pause; before the launch and after the landing the hopper stands still.
 #[must_use]
 pub fn position_m(flight: &Flight, direction: Direction, time_s: f64) -> Vector3<f64> {
     let share =

@@ -1,10 +1,10 @@
-//! Where on the lattice each branch of a hop comes down.
+//! The cell where each branch of a hop lands.
 
 use contract::{Branch, Cell, Direction, Grid};
 
-/// The cell where a hop from `from` towards `direction` comes down; may lie outside the grid.
+/// The cell where a hop from `from` towards `direction` lands; may lie outside the grid.
 ///
-/// A slip is a whole hop to the side: the hopper keeps to the lattice of its hops.
+/// A slip is a whole hop to the side, so the hopper never leaves the lattice of cells that whole hops connect.
 #[must_use]
 pub fn landing(grid: &Grid, from: Cell, direction: Direction, branch: Branch) -> Cell {
     match branch {

@@ -10,7 +10,7 @@
 //! where tan η = 1, and at no other angle: taken literally at 80° it would carry the hopper 1.9 m far
 //! instead of 0.34 m. The apex lies at d = 2α / tan η, the flat is reached again at twice that.
 
-/// How a hopper leaves the ground.
+/// Speed and direction of a hopper leaving the ground, and the gravity it leaves against.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Launch {
     /// Speed, m/s, above 0.

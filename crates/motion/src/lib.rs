@@ -1,9 +1,9 @@
-//! How a hop moves the hopper: the law of its scatter, its flight through the air, what it costs in steps.
+//! The motion of a hop: where it lands, how it flies, and what it costs in steps.
 //!
-//! Home of the motion model of Sakamoto & Kunii 2023 (P23), section IV, and of what its predecessor on known
-//! ground, Sakamoto & Kubota 2022 (P22), has beyond it: launches at any angle, collisions, the vertical hop. Truth and belief use the very same
-//! forms; what differs is the ground they are given. Parameters are always arguments, so this crate
-//! holds no constant of any paper. Randomness is a pure function of (seed, domain, robot, decision).
+//! The crate implements the motion model of Sakamoto & Kunii 2023 (P23), section IV, and from its predecessor on known
+//! ground, Sakamoto & Kubota 2022 (P22), launches at any angle, collisions and the vertical hop. Simulator and planners
+//! use the same functions and differ only in the ground they pass. Parameters are always arguments, so the crate holds no
+//! constant of any paper. Random numbers are a pure function of (seed, domain, robot, decision).
 
 pub mod collision;
 pub mod draw;
@@ -14,7 +14,7 @@ pub mod step_count;
 pub mod transition;
 pub mod vertical;
 
-pub use collision::{Profile, collision_m};
+pub use collision::{GroundProfile, collision_m};
 pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};
 pub use landing::landing;

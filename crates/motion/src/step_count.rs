@@ -1,9 +1,9 @@
-//! The paper's step count, as deduced from its tables.
+//! The step count of Sakamoto & Kunii 2023, as deduced from its tables.
 
 use contract::{Action, Branch, Soil};
 
-/// Steps that an action from `soil` costs: a hop 2 (observe, hop); 3 from sand if the intended move
-/// succeeds, which takes two half hops there; standing still 1.
+/// Steps that an action from `soil` costs: 2 for a hop (observe, hop), 3 for a hop from sand that lands as intended (it
+/// takes two half hops there), 1 for standing still.
 #[must_use]
 pub fn steps(soil: Soil, action: Action, branch: Branch) -> u64 {
     match (action, soil, branch) {

@@ -1,4 +1,4 @@
-//! The vertical hop, which gets onto a rock that a hop at 45° would run into (P22 section "Vertical hopping").
+//! The vertical hop, which reaches the top of a rock that a hop at 45° would run into (P22 section "Vertical hopping").
 //!
 //! With f = Δh / h_max, Δh the height difference to the landing aimed at and h_max the apex at the steep
 //! angle, and p, s, q the scatter of the soil on the flat:
@@ -7,14 +7,14 @@
 //! |---|---|---|
 //! | p (1 − f) | s (1 − f) | q (1 − f) + f |
 //!
-//! The paper's plain has q = 0. Its slope law does not enter: the plain is flat, Δh takes its place.
+//! The paper's plain has q = 0. The slope law does not apply, because the plain is flat: Δh takes its place.
 
 use contract::SoilMotion;
 
 use crate::Transition;
 
 /// The scatter of a vertical hop that rises `rise_m`, with an apex of `apex_height_m` above its launch;
-/// `None` if the rise is not below the apex: then no hop gets there.
+/// `None` if the rise is not below the apex, so that no hop gets there.
 ///
 /// # Panics
 /// If the rise is not finite, or the apex not above 0.

@@ -12,13 +12,19 @@ use std::time::Duration;
 
 use contract::{
     Action, Cell, Decision, Digest, Grid, Ground, Incarnation, Leader, MapPatch, MonotonicNs, Name, Pose,
-    RobotId, Role, RunId, SeenCell, State, Status, Term, Timing, service,
+    RobotId, Role, RunId, SeenCell, State, Status, Term, Timing,
 };
-use node::peer::TICK;
 use node::relay::{Relay, Stage};
 use node::{Exit, Failure, Instance, Node};
+use process::{Membership, Ports, Reader as _, TICK_NS, Terms, Writer as _};
 
 const ROBOT: RobotId = RobotId(0);
+
+/// Longest sleep of a work loop.
+const TICK: Duration = Duration::from_nanos(TICK_NS);
+
+/// What every heartbeat says.
+const SEEN: (RunId, Decision, Status) = (RunId(1), Decision(0), Status::Underway);
 
 /// Turns of each kind; odd, so that there is a median.
 const TURNS: usize = 3;
@@ -172,21 +178,21 @@ fn state(decision: u64, status: Status) -> State {
 /// The source of [`Relay::source`], through the ports. Decision 0 has no outcome to carry, so all states do
 /// without by never leaving it: the step count is the round.
 fn source(instance: &Instance, rounds: u64, period: Duration) -> Result<Vec<u64>, Failure> {
-    let mut node = Node::join(instance, Role::HopperSim, Name::NONE)?;
-    node.listen(&service::command(ROBOT))?;
-    let states = node.state_writer(ROBOT)?;
-    let mut commands = node.command_reader(ROBOT)?;
-    while !states.has_readers() || commands.census().0 == 0 {
+    let mut node = Node::join(instance, Role::HopperSim)?;
+    let mut membership = Membership::join(&mut node, Role::HopperSim, Name::NONE, Terms::default())?;
+    let mut states = node.writer::<State>(ROBOT)?;
+    let mut commands = node.reader::<contract::Command>(ROBOT, true)?;
+    while states.readers() == 0 || commands.writers() == 0 {
         std::thread::sleep(Duration::from_millis(5));
     }
     let warm_up = rounds / 10;
     let mut durations = Vec::with_capacity(rounds as usize);
     for round in 0..warm_up + rounds {
         let started = Node::now();
-        states.publish(&State { steps: round, ..state(0, Status::Underway) })?;
+        states.publish(State { steps: round, ..state(0, Status::Underway) })?;
         while commands.newest().is_none_or(|command| command.is_ok_and(|command| command.work != round)) {
-            node.wait(TICK);
-            node.beat(RunId(1), Decision(0), Status::Underway)?;
+            node.sleep(TICK);
+            membership.beat(SEEN, Node::now())?;
         }
         let ended = Node::now();
         if round >= warm_up {
@@ -195,9 +201,9 @@ fn source(instance: &Instance, rounds: u64, period: Duration) -> Result<Vec<u64>
         let due = started.plus_ns(period.as_nanos() as u64);
         std::thread::sleep(Duration::from_nanos(due.since_ns(Node::now())));
     }
-    states.publish(&state(0, Status::Stopped))?;
+    states.publish(state(0, Status::Stopped))?;
     while commands.newest().is_none_or(|command| command.is_ok_and(|command| !command.cut)) {
-        node.wait(TICK);
+        node.sleep(TICK);
     }
     Ok(durations)
 }
@@ -212,10 +218,10 @@ fn answer(instance: &Instance, stage: Stage, cells: u32) -> Result<(), Failure> 
 
 fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
     let grid = Grid::new(cells, 1, 1.0, 1).map_err(Failure::usage)?;
-    let mut node = Node::join(instance, Role::Perception, Name::NONE)?;
-    node.listen(&service::state(ROBOT))?;
-    let mut states = node.state_reader(ROBOT)?;
-    let maps = node.map_writer(ROBOT)?;
+    let mut node = Node::join(instance, Role::Perception)?;
+    let mut membership = Membership::join(&mut node, Role::Perception, Name::NONE, Terms::default())?;
+    let mut states = node.reader::<State>(ROBOT, true)?;
+    let mut maps = node.writer::<MapPatch>(ROBOT)?;
     let ground = Ground { height_m: 1.0, gradient: [0.5; 2], ..Ground::FLAT };
     let mut map = MapPatch {
         run: RunId(1),
@@ -232,17 +238,17 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
         treasures: Vec::new(),
         cells: (0..cells).map(|index| SeenCell { index, ground }).collect(),
     };
-    while node.stop_requested().is_none() {
-        node.wait(TICK);
-        node.beat(RunId(1), Decision(0), Status::Underway)?;
+    while !node.stop_requested() {
+        node.sleep(TICK);
+        membership.beat(SEEN, Node::now())?;
         let Some(Ok(state)) = states.newest() else { continue };
         map.sequence = state.steps;
         map.through = Decision(u64::from(state.status.is_over()));
-        maps.publish(&map)?;
+        maps.publish(map.clone())?;
         if state.status.is_over() {
             // What is unread goes with its writer: the end must be heard before.
-            while maps.has_readers() {
-                maps.idle()?;
+            while maps.readers() > 0 {
+                maps.idle();
                 std::thread::sleep(TICK);
             }
             break;
@@ -253,16 +259,16 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
 
 fn answer_with_commands(instance: &Instance) -> Result<(), Failure> {
     let planner: Name = "relay".parse().map_err(Failure::usage)?;
-    let mut node = Node::join(instance, Role::Planner, planner)?;
-    node.listen(&service::map(ROBOT))?;
-    let mut maps = node.map_reader(ROBOT)?;
-    let commands = node.command_writer(ROBOT)?;
-    while node.stop_requested().is_none() {
-        node.wait(TICK);
-        node.beat(RunId(1), Decision(0), Status::Underway)?;
+    let mut node = Node::join(instance, Role::Planner)?;
+    let mut membership = Membership::join(&mut node, Role::Planner, planner, Terms::default())?;
+    let mut maps = node.reader::<MapPatch>(ROBOT, true)?;
+    let mut commands = node.writer::<contract::Command>(ROBOT)?;
+    while !node.stop_requested() {
+        node.sleep(TICK);
+        membership.beat(SEEN, Node::now())?;
         let Some(Ok(map)) = maps.newest() else { continue };
         let over = map.through == Decision(1);
-        commands.publish(&contract::Command {
+        commands.publish(contract::Command {
             run: map.run,
             robot: ROBOT,
             decision: Decision(0),
@@ -280,7 +286,7 @@ fn answer_with_commands(instance: &Instance) -> Result<(), Failure> {
             planning_ended: MonotonicNs(0),
         })?;
         if over {
-            while commands.has_readers() {
+            while commands.readers() > 0 {
                 std::thread::sleep(TICK);
             }
             break;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use contract::Role;
+use process::{Exit, Failure};
 
-use crate::Exit;
+use crate::shared_memory::SHARED_MEMORY;
 
 /// Why a process could not join, open a port, or send.
 #[derive(Debug, thiserror::Error)]
@@ -17,14 +18,14 @@ pub enum NodeError {
         /// The name asked for.
         got: String,
     },
-    /// The instance's folder belongs to somebody else.
+    /// The instance's folder belongs to another user.
     #[error("{root} needs to be a folder of user {need}, got one of user {got}")]
     ForeignRoot {
         /// The folder.
         root: PathBuf,
-        /// Our user.
+        /// Number of our user.
         need: u32,
-        /// Its owner.
+        /// Number of its owner.
         got: u32,
     },
     /// Two names share one folder.
@@ -37,13 +38,13 @@ pub enum NodeError {
         /// The name found.
         got: String,
     },
-    /// The instance is of another build.
+    /// Processes of another build live in the instance.
     #[error(
-        "instance {instance:?} is flown by {need}, this process is {got}: run all processes of an instance from \
-         one build"
+        "instance {instance:?} is run by {need}, this process is {got}: run all processes of an instance from one \
+         build"
     )]
-    Edition {
-        /// The instance.
+    OtherBuild {
+        /// Name of the instance.
         instance: String,
         /// The build of those who live in it.
         need: String,
@@ -52,53 +53,53 @@ pub enum NodeError {
     },
     /// Another build keeps the same instance elsewhere.
     #[error(
-        "instance {instance:?} of this user lives in {need}, flown by {edition}, and this process ({own}) would \
+        "instance {instance:?} of this user lives in {need}, run by {build}, and this process ({own_build}) would \
          look in {got}: run all processes of an instance from one build"
     )]
     Elsewhere {
-        /// The instance.
+        /// Name of the instance.
         instance: String,
         /// Where it lives.
         need: PathBuf,
         /// Where we would look for it.
         got: PathBuf,
         /// The build of those who live in it.
-        edition: String,
+        build: String,
         /// Our build.
-        own: String,
+        own_build: String,
     },
-    /// Another process makes or cleans something in the instance and does not finish; it may be stopped.
-    #[error("{root} needs to be free for a moment, another process has been at work in it for {waited_s} s")]
+    /// Another process makes or removes something in the instance and does not finish; it may be stopped.
+    #[error("{root} needs to be free for a moment, another process has been working in it for {waited_s} s")]
     Busy {
         /// The folder.
         root: PathBuf,
         /// How long we waited, seconds.
         waited_s: f64,
     },
-    /// Somebody holds what only one process may hold.
+    /// Another process has a role that only one may have.
     #[error("instance {instance:?} needs one {role}, and process {} is it", holder.map_or("unknown".into(), |pid| pid.to_string()))]
     Held {
-        /// The instance.
+        /// Name of the instance.
         instance: String,
-        /// The role.
+        /// The role that is taken.
         role: Role,
-        /// The holder's process, if it has said so.
+        /// Process number of the holder, if it has written it down.
         holder: Option<u32>,
     },
-    /// The service exists with another type or other qualities.
+    /// The service exists with another type or quality of service.
     #[error("service {service} needs {need}, got {got}; are all processes of one version?")]
     Mismatch {
-        /// The service.
+        /// Name of the service.
         service: String,
         /// What we open it with.
         need: String,
         /// What it was created with.
         got: String,
     },
-    /// The service or port could not be had in time.
+    /// The service or port could not be opened in time.
     #[error("service {service}: {what} needs to succeed within {waited_s} s, last got {cause}")]
     Open {
-        /// The service.
+        /// Name of the service.
         service: String,
         /// What was tried.
         what: &'static str,
@@ -110,10 +111,10 @@ pub enum NodeError {
     /// Every place of the service is taken.
     #[error(
         "service {service} needs a free place for {what}, but all are taken: end a process that has one, or name another \
-         --instance; `hopper doctor` tells who is there"
+         --instance; `hopper doctor` lists the processes"
     )]
     Full {
-        /// The service.
+        /// Name of the service.
         service: String,
         /// What was tried.
         what: &'static str,
@@ -121,7 +122,7 @@ pub enum NodeError {
     /// A message has more cells than its writer was made for.
     #[error("service {service} needs at most {need} cells in a message, got {got}")]
     Oversize {
-        /// The service.
+        /// Name of the service.
         service: String,
         /// Cells the writer was made for.
         need: usize,
@@ -131,16 +132,16 @@ pub enum NodeError {
     /// A message could not be handed over.
     #[error("service {service} needs room for a message, got {cause}")]
     Send {
-        /// The service.
+        /// Name of the service.
         service: String,
-        /// The middleware's word.
+        /// The middleware's error.
         cause: String,
     },
     /// Shared memory is too small.
     #[error(
         "{what} needs {need_bytes} bytes of shared memory, got {free_bytes} free in {}: free some, or enlarge it (in \
          a container, --shm-size)",
-        crate::instance::SHARED_MEMORY
+        SHARED_MEMORY
     )]
     NoRoom {
         /// What needs it.
@@ -165,7 +166,7 @@ pub enum NodeError {
     Middleware {
         /// What was tried.
         what: &'static str,
-        /// Its word.
+        /// Its error.
         cause: String,
     },
 }
@@ -184,10 +185,16 @@ impl NodeError {
             | Self::Full { .. }
             | Self::Mismatch { .. }
             | Self::Collision { .. }
-            | Self::Edition { .. }
+            | Self::OtherBuild { .. }
             | Self::Elsewhere { .. }
             | Self::ForeignRoot { .. } => Exit::Peer,
             _ => Exit::Failed,
         }
+    }
+}
+
+impl From<NodeError> for Failure {
+    fn from(error: NodeError) -> Self {
+        Self::new(error.exit(), error.to_string())
     }
 }

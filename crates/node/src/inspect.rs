@@ -1,60 +1,68 @@
-//! Looking into an instance from outside: who is there, who is dead, what is missing.
+//! Inspecting an instance from outside: who is there, who is dead, what is missing.
 
 use std::time::Duration;
 
 use contract::roster::SILENCE_NS;
-use contract::{Brief, Leader, MonotonicNs, Name, Profile, RobotId, Role, Roster, RunId, State, Status};
+use contract::{
+    Brief, Heartbeat, Leader, MonotonicNs, Name, Profile, RobotId, Role, Roster, RunId, State, Status,
+};
 use iceoryx2::node::NodeView;
-use iceoryx2::prelude::{CallbackProgression, Node as Middleware, NodeState, Service};
+use iceoryx2::prelude::{CallbackProgression, Node as MiddlewareNode, NodeState, Service};
+use process::{Ports, Reader as _, TICK_NS};
 use serde::Serialize;
 
-use crate::base::{Ipc, describe};
-use crate::peer::TICK;
-use crate::presence::Presence;
-use crate::{Instance, Node, NodeError, Room, free_bytes};
+use crate::error::NodeError;
+use crate::membership::instance::Instance;
+use crate::memory_budget::{MemoryBudget, free_bytes};
+use crate::middleware::Ipc;
+use crate::node::Node;
+use crate::signature;
 
-/// How long to listen for heartbeats: several beats, so that a silent process stands out.
+/// Longest sleep while listening.
+const TICK: Duration = Duration::from_nanos(TICK_NS);
+
+/// How long to listen: several heartbeats, so that a silent process stands out.
 const LISTENING: Duration = Duration::from_millis(400);
 
 /// How the middleware sees a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodeHealth {
-    /// It holds its lock. A stopped process does so too.
+    /// It holds its lock, which a stopped process does too.
     Alive,
-    /// It died; what it left behind is not freed yet.
+    /// It died, and what it left behind is not freed yet.
     Dead,
-    /// It cannot be asked.
+    /// Its state cannot be read.
     Inaccessible,
 }
 
 /// One process as the middleware knows it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct NodeReport {
-    /// What it called itself when it joined: a role, or `visitor`.
+    /// The name it joined with: a role, or `visitor`.
     pub name: String,
-    /// Its process, where known.
+    /// Process number, where known.
     pub pid: Option<u32>,
-    /// Its executable, where known.
+    /// Path of its executable, `?` where unknown.
     pub executable: String,
-    /// Its health.
+    /// Whether it is alive, as the middleware sees it.
     pub health: NodeHealth,
 }
 
-/// One process as its heartbeats tell.
+/// One process according to its heartbeats.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ProcessReport {
-    /// Its role.
+    /// The role it joined in.
     pub role: Role,
-    /// Its process.
+    /// Process number.
     pub pid: u32,
-    /// Its build.
+    /// Version of its build.
     pub version: Name,
-    /// Its algorithm, of a planner.
+    /// Algorithm of a planner, empty of others.
     pub planner: Name,
     /// Whether it is the planner in command.
     pub leads: bool,
-    /// Its beats.
+    /// Heartbeats it has sent.
     pub counter: u64,
     /// The run it last saw.
     pub run: RunId,
@@ -62,76 +70,76 @@ pub struct ProcessReport {
     pub decision: u64,
     /// The status it last saw.
     pub status: Status,
-    /// Time since its last beat, milliseconds.
+    /// Time since its last heartbeat, milliseconds.
     pub age_ms: u64,
 }
 
-/// The mission as its messages tell.
+/// The mission according to its brief and state.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MissionReport {
-    /// The scenario.
+    /// Name of the scenario.
     pub scenario: Name,
-    /// Its reading of the model.
+    /// The reading of the model that the scenario uses.
     pub profile: Profile,
-    /// Columns and rows.
+    /// Columns and rows, cells.
     pub grid: [u32; 2],
-    /// The run.
+    /// Nonce of the run.
     pub run: RunId,
-    /// Where it stands; `None` before the first state.
+    /// `None` before the first state.
     pub progress: Option<Progress>,
 }
 
 /// Where the mission stands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Progress {
-    /// Decision due.
+    /// Number of the decision that is due.
     pub decision: u64,
-    /// Steps so far.
+    /// Steps so far, in the paper's count.
     pub steps: u64,
-    /// Status.
+    /// Whether the mission is under way, or how it ended.
     pub status: Status,
     /// Who commands, under which term.
     pub leader: Leader,
 }
 
-/// One service.
+/// One service as it was created.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ServiceReport {
-    /// Its name.
+    /// Name, such as `hop/r0/state`.
     pub name: String,
-    /// Types and qualities.
+    /// Types and quality of service.
     pub kind: String,
     /// Processes that have it open.
     pub nodes: usize,
 }
 
-/// Shared memory.
+/// Shared memory of an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Memory {
     /// Bytes the instance uses.
     pub used_bytes: u64,
-    /// Bytes its mission needs in all; known once there is a brief.
+    /// Bytes its mission needs in all, known once there is a brief.
     pub need_bytes: Option<u64>,
-    /// Bytes free.
+    /// Bytes that are still free.
     pub free_bytes: u64,
 }
 
 /// Everything about one instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// Its name; `?` if it was left without one.
+    /// Name of the instance; `?` if it was left without one.
     pub instance: String,
     /// Whether a process of it lives.
     pub alive: bool,
-    /// Processes as the middleware knows them.
+    /// Processes that the middleware knows, visitors included.
     pub nodes: Vec<NodeReport>,
-    /// Processes as their heartbeats tell.
+    /// Processes that send heartbeats.
     pub processes: Vec<ProcessReport>,
-    /// The mission, if there is one.
+    /// `None` without a brief.
     pub mission: Option<MissionReport>,
-    /// Its services, in order of names.
+    /// Its services, sorted by name.
     pub services: Vec<ServiceReport>,
-    /// Its shared memory.
+    /// Shared memory it uses and needs.
     pub memory: Memory,
     /// Files that nobody alive owns, if no process lives.
     pub leftovers: Vec<String>,
@@ -139,12 +147,12 @@ pub struct Report {
     pub advice: Vec<String>,
 }
 
-/// Looks into an instance. If it lives, this takes a moment of listening.
+/// Inspects an instance. If it is alive, this listens for heartbeats for 0.4 s.
 ///
 /// # Errors
 /// If the instance cannot be visited or shared memory cannot be listed.
 pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
-    let alive = Presence::is_alive(instance)?;
+    let alive = instance.is_alive()?;
     let files = instance.files();
     let mut report = Report {
         instance: instance.name().into(),
@@ -163,7 +171,7 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
     };
     if alive {
         match report.listen(instance) {
-            // What can be told without joining is told all the same.
+            // What is known without joining is reported all the same.
             Err(error @ NodeError::NoRoom { .. }) => report.advice.push(format!("nobody can join: {error}")),
             listened => listened?,
         }
@@ -176,7 +184,7 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
     Ok(report)
 }
 
-/// The services of an instance, in order of names.
+/// The services of an instance, sorted by name.
 ///
 /// # Errors
 /// If they cannot be listed.
@@ -185,7 +193,7 @@ pub fn services(instance: &Instance) -> Result<Vec<ServiceReport>, NodeError> {
     Ipc::list(&instance.config(), |details| {
         services.push(ServiceReport {
             name: details.static_details.name().to_string(),
-            kind: describe(&details.static_details),
+            kind: signature::of_existing(&details.static_details),
             nodes: details.dynamic_details.map_or(0, |dynamic| dynamic.nodes.len()),
         });
         CallbackProgression::Continue
@@ -195,7 +203,7 @@ pub fn services(instance: &Instance) -> Result<Vec<ServiceReport>, NodeError> {
     Ok(services)
 }
 
-/// The processes of an instance as the middleware knows them, dead ones that are not freed yet included.
+/// The processes of an instance as the middleware knows them, including dead ones that are not cleaned up yet.
 ///
 /// # Errors
 /// If they cannot be listed.
@@ -210,7 +218,7 @@ pub fn nodes(instance: &Instance) -> Result<Vec<NodeReport>, NodeError> {
             health,
         });
     };
-    Middleware::<Ipc>::list(&instance.config(), |state| {
+    MiddlewareNode::<Ipc>::list(&instance.config(), |state| {
         match &state {
             NodeState::Alive(view) => note(Some(view), NodeHealth::Alive),
             NodeState::Dead(view) => note(Some(view), NodeHealth::Dead),
@@ -224,17 +232,19 @@ pub fn nodes(instance: &Instance) -> Result<Vec<NodeReport>, NodeError> {
 }
 
 impl Report {
-    /// Fills in what only the messages tell.
+    /// Fills in what only messages show.
     fn listen(&mut self, instance: &Instance) -> Result<(), NodeError> {
         let mut visitor = Node::visit(instance)?;
-        let mut briefs = visitor.brief_reader()?;
-        let mut states = visitor.state_reader(RobotId(0))?;
+        let robot = RobotId(0);
+        let mut briefs = visitor.reader::<Brief>(robot, false)?;
+        let mut states = visitor.reader::<State>(robot, false)?;
+        let mut heartbeats = visitor.reader::<Heartbeat>(robot, false)?;
         let mut roster = Roster::default();
         let (mut brief, mut state) = (None::<Brief>, None::<State>);
         let until = Node::now().plus_ns(LISTENING.as_nanos() as u64);
-        while Node::now() < until && visitor.stop_requested().is_none() {
-            visitor.wait(TICK);
-            for beat in visitor.heartbeats().into_iter().flatten() {
+        while Node::now() < until && !visitor.stop_requested() {
+            visitor.sleep(TICK);
+            for beat in heartbeats.drain().into_iter().flatten() {
                 roster.observe(beat, Node::now());
             }
             brief = briefs.newest().and_then(Result::ok).or(brief);
@@ -244,8 +254,8 @@ impl Report {
         self.processes = processes(&roster, &leader, Node::now());
         self.services = services(instance)?;
         if let Some(brief) = brief {
-            let room = Room::of(brief.grid.cells(), brief.robots)?;
-            self.memory.need_bytes = Some(room.need_bytes);
+            let budget = MemoryBudget::of(brief.grid.cells(), brief.robots)?;
+            self.memory.need_bytes = Some(budget.need_bytes);
             self.mission = Some(mission(&brief, state.as_ref()));
         }
         Ok(())

@@ -1,74 +1,66 @@
-//! The process shell: the only user of iceoryx2, clocks, signals, heartbeats and lifelines.
+//! The ports of the real world: shared memory, the monotonic clock, signals.
 //!
-//! An [`Instance`] is one mission's corner of shared memory. A process joins it as a [`Node`] and makes
-//! typed ports from it: writers publish domain types, readers hand out `Result<Domain, Refusal>` of a private
-//! copy. A work loop waits, looks at its readers, lets its engine decide, publishes, and beats:
+//! Nothing else uses iceoryx2. An [`Instance`] is one mission's part of shared memory. A process joins it as a
+//! [`Node`], which opens typed ports: writers publish domain types, readers return `Result<Domain, Refusal>` of a
+//! private copy. What each service carries, and how it is opened, is declared in `contract`, once.
 //!
 //! ```no_run
-//! use contract::{Decision, Name, RobotId, Role, RunId, Status, service};
-//! use node::peer::TICK;
+//! use contract::{RobotId, Role, State};
 //! use node::{Instance, Node};
+//! use process::{Ports, Reader as _, TICK_NS};
 //!
 //! # fn main() -> Result<(), node::NodeError> {
-//! let robot = RobotId(0);
-//! let mut node = Node::join(&Instance::new("mission-7")?, Role::Monitor, Name::NONE)?;
-//! node.listen(&service::state(robot))?;
-//! let mut states = node.state_reader(robot)?;
-//! while node.stop_requested().is_none() {
-//!     node.wait(TICK);
+//! let mut node = Node::join(&Instance::new("mission-7")?, Role::Monitor)?;
+//! let mut states = node.reader::<State>(RobotId(0), true)?;
+//! while !node.stop_requested() {
+//!     process::block_on(node.wait(TICK_NS));
 //!     if let Some(Ok(state)) = states.newest() {
-//!         node.beat(state.run, state.decision, state.status)?;
+//!         println!("decision {}", state.decision);
 //!     }
 //! }
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! What a process leaves behind is freed by the others' janitors; who leaves last removes everything.
+//! The processes that live clean up after those that died, and the last to leave removes everything.
+//!
+//! Modules import only from those before them in this list: `shared_memory`, `error`, `file_lock`, `middleware`,
+//! `signature`, `membership`, `memory_budget`, `cleanup`, `session`, `ports`, `node`, and last `peer`, `inspect` and
+//! `relay`.
 
-mod base;
+mod cleanup;
 mod clock;
 mod crash;
-mod edition;
 mod error;
-mod exchange;
 mod exit;
+mod file_lock;
 pub mod host;
 pub mod inspect;
-mod instance;
-mod janitor;
 mod log;
-mod message;
+mod membership;
+mod memory_budget;
+mod middleware;
 mod node;
 mod nonce;
-mod on_demand;
-mod parcel;
 pub mod peer;
-mod port;
-mod presence;
+mod ports;
 pub mod relay;
-mod room;
-mod scaffold;
-mod undertaker;
-mod vigil;
+mod session;
+mod shared_memory;
+mod signature;
 
-pub use clock::now;
 pub use crash::crash_point;
 pub use error::NodeError;
-pub use exchange::{
-    Client, PastClient, PastServer, Server, SnapshotClient, SnapshotServer, TruthClient, TruthServer,
-};
-pub use exit::{Exit, Failure, main};
-pub use instance::{Claim, Cleaned, Instance, SHARED_MEMORY};
+pub use exit::main;
 pub use log::{hold_log_back, log_to_stderr};
-pub use message::{Plain, Question, Sheet};
-pub use node::{Node, Wake, version};
+pub use membership::build_id::version;
+pub use membership::claim::Claim;
+pub use membership::instance::Instance;
+pub use membership::lock::Cleaned;
+pub use memory_budget::{MemoryBudget, ServiceBudget, free_bytes};
+pub use node::{Node, Wake, run};
 pub use nonce::random_run;
-pub use on_demand::{OnDemand, PolicyPort};
-pub use port::{
-    BriefReader, BriefWriter, CommandReader, CommandWriter, ControlReader, ControlWriter, HeartbeatReader,
-    HeartbeatWriter, MapReader, MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter,
-    StateReader, StateWriter, TempoReader, TempoWriter, Writer,
-};
-pub use room::{Room, ServiceRoom, free_bytes};
-pub use vigil::{Stop, Vigil};
+pub use ports::{Client, Reader, Server, Writer};
+pub use process::{Exit, Failure};
+pub use session::shutdown::{ShutdownSignal, StopReason};
+pub use shared_memory::SHARED_MEMORY;

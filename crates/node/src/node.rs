@@ -1,90 +1,60 @@
-//! A process's membership of an instance: its ports, its sleep, its heartbeat.
+//! A process in its instance: the ports of the real world.
 
+use std::future::{Future, ready};
 use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::time::Duration;
 
-use contract::limits::MAP_PATCH_CELLS;
-use contract::roster::BEAT_PERIOD_NS;
-use contract::service::{self, Exchange, Topic};
-use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Name, Refusal, RobotId, Role, RunId, Status};
+use contract::{Incarnation, Message, MonotonicNs, Name, Request, RobotId, Role};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::FileDescriptorBased;
+use process::{Exit, Failure, Ports, Process};
 use rustix::event::{PollFd, PollFlags};
 
-use crate::base::{Base, Ipc};
-use crate::exchange::{
-    Client, PastClient, PastServer, Server, SnapshotClient, SnapshotServer, TruthClient, TruthServer,
-    answered, asked,
-};
-use crate::janitor::Janitor;
+use crate::cleanup::CleanupThread;
+use crate::error::NodeError;
+use crate::membership::build_id::version;
+use crate::membership::instance::Instance;
+use crate::middleware::Ipc;
 use crate::nonce::random_incarnation;
-use crate::on_demand::{OnDemand, PolicyPort};
-use crate::port::{
-    BriefReader, BriefWriter, CommandReader, CommandWriter, ControlReader, ControlWriter, HeartbeatReader,
-    HeartbeatWriter, MapReader, MapWriter, PolicyReader, PolicyWriter, Reader, SheetReader, SheetWriter,
-    StateReader, StateWriter, TempoReader, TempoWriter, Writer,
-};
-use crate::vigil::{Stop, Vigil, sleep};
-use crate::{Instance, NodeError, Question, clock};
+use crate::ports::{Client, Reader, Server, Writer, requested, responded};
+use crate::session::shutdown::{ShutdownSignal, StopReason, sleep};
+use crate::session::{PATIENCE, SHORT_PATIENCE, Session};
+use crate::{clock, crash, host};
 
-/// Why [`Node::wait`] returned.
+/// Why [`Node::sleep`] returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
-    /// A topic that is listened to has news.
+    /// A message came for a port that wakes the process.
     Event,
     /// The time is up.
     Timeout,
-    /// There is a new reason to stop: see [`Node::stop_requested`].
+    /// There is a new reason to stop: see [`Node::stop_reason`].
     Stop,
 }
 
-/// One process in its instance. Ports are made on demand and may outlive it.
+/// One process in its instance. Its ports may outlive it.
 #[derive(Debug)]
 pub struct Node {
-    _janitor: Janitor,
-    pulse: Option<Pulse>,
-    beats: Option<HeartbeatReader>,
+    _cleanup: CleanupThread,
     listeners: Vec<(String, Listener<Ipc>)>,
-    vigil: Vigil,
+    shutdown: ShutdownSignal,
     incarnation: Incarnation,
-    base: Rc<Base>,
-}
-
-/// What it takes to beat.
-#[derive(Debug)]
-struct Pulse {
-    writer: HeartbeatWriter,
-    last: Heartbeat,
-    sent: Option<MonotonicNs>,
+    /// `None` of a visitor.
+    role: Option<Role>,
+    session: Rc<Session>,
 }
 
 impl Node {
-    /// Joins the instance in a role, or as a planner with its algorithm's name; [`Name::NONE`] for others.
+    /// Joins the instance in a role.
     ///
     /// # Errors
-    /// If the instance is another user's, or the middleware cannot be had.
-    pub fn join(instance: &Instance, role: Role, planner: Name) -> Result<Self, NodeError> {
-        let mut node = Self::enter(instance, Some(role), role.as_str())?;
-        node.pulse = Some(Pulse {
-            writer: Writer::new(&node.base, &service::heartbeat())?,
-            last: Heartbeat {
-                role,
-                incarnation: node.incarnation,
-                pid: node.pid(),
-                version: version(),
-                planner,
-                counter: 0,
-                run: RunId(0),
-                decision: Decision(0),
-                status: Status::Underway,
-            },
-            sent: None,
-        });
-        Ok(node)
+    /// If the instance belongs to another user or another build, or if the middleware fails.
+    pub fn join(instance: &Instance, role: Role) -> Result<Self, NodeError> {
+        Self::enter(instance, Some(role), role.as_str())
     }
 
-    /// Joins the instance as one who only looks: no role, no heartbeat.
+    /// Joins the instance as an observer without a role, which may use every port.
     ///
     /// # Errors
     /// As [`Node::join`].
@@ -93,16 +63,15 @@ impl Node {
     }
 
     fn enter(instance: &Instance, role: Option<Role>, name: &str) -> Result<Self, NodeError> {
-        let vigil = Vigil::new()?;
-        let base = Rc::new(Base::new(instance, name)?);
+        let shutdown = ShutdownSignal::new()?;
+        let session = Rc::new(Session::join(instance, name)?);
         Ok(Self {
-            _janitor: Janitor::start(instance, role)?,
-            pulse: None,
-            beats: None,
+            _cleanup: CleanupThread::start(instance, role)?,
             listeners: Vec::new(),
-            vigil,
+            shutdown,
             incarnation: random_incarnation()?,
-            base,
+            role,
+            session,
         })
     }
 
@@ -112,330 +81,162 @@ impl Node {
         clock::now()
     }
 
-    /// The instance.
+    /// The instance it has joined.
     #[must_use]
     pub fn instance(&self) -> &Instance {
-        &self.base.instance
+        &self.session.instance
     }
 
-    /// This life.
-    #[must_use]
-    pub fn incarnation(&self) -> Incarnation {
-        self.incarnation
-    }
-
-    /// This process.
-    #[must_use]
-    pub fn pid(&self) -> u32 {
-        std::process::id()
-    }
-
-    /// From now on the end of standard input is a reason to stop: see [`Vigil::hold_lifeline`].
+    /// From now on the end of standard input is a reason to stop: see [`ShutdownSignal::hold_lifeline`].
     pub fn hold_lifeline(&self) {
-        self.vigil.hold_lifeline();
+        self.shutdown.hold_lifeline();
     }
 
     /// Why to stop, if there is a reason.
     #[must_use]
-    pub fn stop_requested(&self) -> Option<Stop> {
-        self.vigil.stop_requested()
+    pub fn stop_reason(&self) -> Option<StopReason> {
+        self.shutdown.stop_reason()
     }
 
-    /// Lets news of `topic` end [`Node::wait`].
-    ///
-    /// # Errors
-    /// If the event service cannot be had.
-    ///
-    /// # Panics
-    /// If the topic has no events.
-    pub fn listen(&mut self, topic: &Topic) -> Result<(), NodeError> {
-        assert!(topic.event, "{} has no events", topic.name);
-        self.attach(&topic.name)
-    }
-
-    fn attach(&mut self, service: &str) -> Result<(), NodeError> {
-        if !self.listeners.iter().any(|(known, _)| known == service) {
-            self.listeners.push((service.into(), self.base.listener(service)?));
-        }
-        Ok(())
-    }
-
-    /// Sleeps until a topic that is listened to has news, there is a new reason to stop, or `timeout` has
-    /// passed. News is a hint: look at the readers after every wake.
-    pub fn wait(&mut self, timeout: Duration) -> Wake {
+    /// Sleeps until a message wakes the process, there is a new reason to stop, or `timeout` has passed. A wake-up is a
+    /// hint: look at every reader afterwards.
+    pub fn sleep(&mut self, timeout: Duration) -> Wake {
         let mut fds = Vec::with_capacity(1 + self.listeners.len());
-        fds.push(PollFd::from_borrowed_fd(self.vigil.bell(), PollFlags::IN));
+        fds.push(PollFd::from_borrowed_fd(self.shutdown.descriptor(), PollFlags::IN));
         fds.extend(
             self.listeners
                 .iter()
-                .map(|(_, listener)| PollFd::from_borrowed_fd(fd_of(listener), PollFlags::IN)),
+                .map(|(_, listener)| PollFd::from_borrowed_fd(descriptor(listener), PollFlags::IN)),
         );
         if !sleep(&mut fds, timeout) {
             // A notifier that died half-way may have left its listener marked as notified: clear them all.
-            self.listeners.iter().for_each(|(_, listener)| quiet(listener));
+            self.listeners.iter().for_each(|(_, listener)| clear(listener));
             return Wake::Timeout;
         }
         for ((_, listener), fd) in self.listeners.iter().zip(&fds[1..]) {
             if !fd.revents().is_empty() {
-                quiet(listener);
+                clear(listener);
             }
         }
-        if self.vigil.heard(fds[0].revents()) { Wake::Stop } else { Wake::Event }
+        if self.shutdown.acknowledge(fds[0].revents()) { Wake::Stop } else { Wake::Event }
     }
 
-    /// Beats if the last beat is [`BEAT_PERIOD_NS`] old, or if what there is to tell of the run and its end
-    /// has changed. Call it once per work loop, with what was last seen.
-    ///
-    /// # Errors
-    /// If there is no room for the beat.
-    pub fn beat(&mut self, run: RunId, decision: Decision, status: Status) -> Result<(), NodeError> {
-        let Some(pulse) = &mut self.pulse else { return Ok(()) };
-        let now = clock::now();
-        let due = pulse.sent.is_none_or(|sent| now.since_ns(sent) >= BEAT_PERIOD_NS);
-        let news = (run, status) != (pulse.last.run, pulse.last.status);
-        if !due && !news {
-            return Ok(());
+    /// Lets events of a service end [`Node::sleep`].
+    fn listen(&mut self, service: &str) -> Result<(), NodeError> {
+        if !self.listeners.iter().any(|(known, _)| known == service) {
+            self.listeners.push((service.into(), self.session.listener(service)?));
         }
-        pulse.last = Heartbeat { counter: pulse.last.counter + 1, run, decision, status, ..pulse.last };
-        pulse.sent = Some(now);
-        pulse.writer.publish(&pulse.last)
+        Ok(())
     }
+}
 
-    /// The peers' heartbeats since the last call; our own are left out. The first call begins to listen.
-    pub fn heartbeats(&mut self) -> Vec<Result<Heartbeat, Refusal>> {
-        if self.beats.is_none() {
-            match Reader::new(&self.base, &service::heartbeat()) {
-                Ok(reader) => self.beats = Some(reader),
-                Err(error) => tracing::error!("peers go unheard: {error}"),
-            }
+/// Runs a process in `node` until it leaves, or is told to stop.
+///
+/// # Errors
+/// The first error of a turn.
+pub fn run(mut node: Node, mut process: impl Process<Node>) -> Result<Exit, Failure> {
+    process::block_on(process::run(&mut process, &mut node))
+}
+
+/// Nothing here suspends: what takes time is done before a future is returned.
+impl Ports for Node {
+    type Error = NodeError;
+    type Reader<M: Message> = Reader<M>;
+    type Writer<M: Message> = Writer<M>;
+    type Client<Q: Request> = Client<Q>;
+    type Server<Q: Request> = Server<Q>;
+
+    fn reader<M: Message>(&mut self, robot: RobotId, wakes: bool) -> Result<Reader<M>, NodeError> {
+        if wakes {
+            assert!(M::SERVICE.event, "{} has no events", M::SERVICE.name);
+            self.listen(&M::SERVICE.name_of(robot))?;
         }
-        let ours = self.incarnation;
-        let peers = |beat: &Result<Heartbeat, Refusal>| !matches!(beat, Ok(beat) if beat.incarnation == ours);
-        self.beats.iter_mut().flat_map(Reader::drain).filter(peers).collect()
+        Reader::new(&self.session, robot, PATIENCE)
     }
 
-    /// The writer of `hop/brief`.
-    ///
-    /// # Errors
-    /// If the service cannot be had, or has a writer already. So for all ports.
-    pub fn brief_writer(&self) -> Result<BriefWriter, NodeError> {
-        Writer::new(&self.base, &service::brief())
+    fn try_reader<M: Message>(&mut self, robot: RobotId) -> Result<Reader<M>, NodeError> {
+        Reader::new(&self.session, robot, SHORT_PATIENCE)
     }
 
-    /// A reader of `hop/brief`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn brief_reader(&self) -> Result<BriefReader, NodeError> {
-        Reader::new(&self.base, &service::brief())
+    /// # Panics
+    /// If the node's role may not write the service.
+    fn writer<M: Message>(&mut self, robot: RobotId) -> Result<Writer<M>, NodeError> {
+        if let Some(role) = self.role {
+            assert!(M::SERVICE.writers.contains(&role), "{role} must not write {}", M::SERVICE.name);
+        }
+        Writer::new(&self.session, robot)
     }
 
-    /// The writer of `hop/rN/state`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn state_writer(&self, robot: RobotId) -> Result<StateWriter, NodeError> {
-        Writer::new(&self.base, &service::state(robot))
+    fn client<Q: Request>(&mut self, robot: RobotId) -> Result<Client<Q>, NodeError> {
+        let client = Client::new(&self.session, robot)?;
+        self.listen(&responded(&Q::SERVICE.name_of(robot)))?;
+        Ok(client)
     }
 
-    /// A reader of `hop/rN/state`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn state_reader(&self, robot: RobotId) -> Result<StateReader, NodeError> {
-        Reader::new(&self.base, &service::state(robot))
-    }
-
-    /// The writer of `hop/rN/map`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn map_writer(&self, robot: RobotId) -> Result<MapWriter, NodeError> {
-        SheetWriter::new(&self.base, &service::map(robot), MAP_PATCH_CELLS)
-    }
-
-    /// A reader of `hop/rN/map`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn map_reader(&self, robot: RobotId) -> Result<MapReader, NodeError> {
-        SheetReader::new(&self.base, &service::map(robot))
-    }
-
-    /// A writer of `hop/rN/command`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn command_writer(&self, robot: RobotId) -> Result<CommandWriter, NodeError> {
-        Writer::new(&self.base, &service::command(robot))
-    }
-
-    /// A reader of `hop/rN/command`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn command_reader(&self, robot: RobotId) -> Result<CommandReader, NodeError> {
-        Reader::new(&self.base, &service::command(robot))
-    }
-
-    /// A writer of `hop/rN/control`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn control_writer(&self, robot: RobotId) -> Result<ControlWriter, NodeError> {
-        Writer::new(&self.base, &service::control(robot))
-    }
-
-    /// A reader of `hop/rN/control`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn control_reader(&self, robot: RobotId) -> Result<ControlReader, NodeError> {
-        Reader::new(&self.base, &service::control(robot))
-    }
-
-    /// The writer of `hop/rN/tempo`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn tempo_writer(&self, robot: RobotId) -> Result<TempoWriter, NodeError> {
-        Writer::new(&self.base, &service::tempo(robot))
-    }
-
-    /// A reader of `hop/rN/tempo`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn tempo_reader(&self, robot: RobotId) -> Result<TempoReader, NodeError> {
-        Reader::new(&self.base, &service::tempo(robot))
-    }
-
-    /// A writer of `hop/rN/policy` for a grid of `cells` cells.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn policy_writer(&self, robot: RobotId, cells: usize) -> Result<PolicyWriter, NodeError> {
-        SheetWriter::new(&self.base, &service::policy(robot), cells)
-    }
-
-    /// A writer of `hop/rN/policy` that takes no room until there is a policy to publish.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn policy_port(&self, robot: RobotId) -> Result<PolicyPort, NodeError> {
-        OnDemand::new(&self.base, service::policy(robot))
-    }
-
-    /// A reader of `hop/rN/policy`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn policy_reader(&self, robot: RobotId) -> Result<PolicyReader, NodeError> {
-        SheetReader::new(&self.base, &service::policy(robot))
-    }
-
-    /// As [`Node::policy_reader`] for whoever can do without and must not wait, be all places taken.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`]; they come within a fraction of a second.
-    pub fn try_policy_reader(&self, robot: RobotId) -> Result<PolicyReader, NodeError> {
-        SheetReader::glimpse(&self.base, &service::policy(robot))
-    }
-
-    /// A reader of `hop/heartbeat` that hears us too; [`Node::heartbeats`] is what a work loop wants.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn heartbeat_reader(&self) -> Result<HeartbeatReader, NodeError> {
-        Reader::new(&self.base, &service::heartbeat())
-    }
-
-    /// A writer of `hop/heartbeat` beside our own beats, for tests of who refuses what.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn heartbeat_writer(&self) -> Result<HeartbeatWriter, NodeError> {
-        Writer::new(&self.base, &service::heartbeat())
-    }
-
-    /// The server of `hop/past`; requests end [`Node::wait`]. So for all servers.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn past_server(&mut self) -> Result<PastServer, NodeError> {
-        self.server(service::past())
-    }
-
-    /// A client of `hop/past`; answers end [`Node::wait`]. So for all clients.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn past_client(&mut self) -> Result<PastClient, NodeError> {
-        self.client(service::past())
-    }
-
-    /// The server of `truth/terrain`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn truth_server(&mut self) -> Result<TruthServer, NodeError> {
-        self.server(service::truth())
-    }
-
-    /// A client of `truth/terrain`; not for planners.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn truth_client(&mut self) -> Result<TruthClient, NodeError> {
-        self.client(service::truth())
-    }
-
-    /// The server of `hop/rN/snapshot`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn snapshot_server(&mut self, robot: RobotId) -> Result<SnapshotServer, NodeError> {
-        self.server(service::snapshot(robot))
-    }
-
-    /// A client of `hop/rN/snapshot`.
-    ///
-    /// # Errors
-    /// See [`Node::brief_writer`].
-    pub fn snapshot_client(&mut self, robot: RobotId) -> Result<SnapshotClient, NodeError> {
-        self.client(service::snapshot(robot))
-    }
-
-    fn server<Q: Question>(&mut self, exchange: Exchange) -> Result<Server<Q>, NodeError> {
-        let bell = asked(&exchange);
-        let server = Server::new(&self.base, exchange)?;
-        self.attach(&bell)?;
+    /// # Panics
+    /// If the node's role may not serve the service.
+    fn server<Q: Request>(&mut self, robot: RobotId) -> Result<Server<Q>, NodeError> {
+        if let Some(role) = self.role {
+            assert!(Q::SERVICE.server == role, "{role} must not serve {}", Q::SERVICE.name);
+        }
+        let server = Server::new(&self.session, robot)?;
+        self.listen(&requested(&Q::SERVICE.name_of(robot)))?;
         Ok(server)
     }
 
-    fn client<Q: Question>(&mut self, exchange: Exchange) -> Result<Client<Q>, NodeError> {
-        let bell = answered(&exchange);
-        let client = Client::new(&self.base, exchange)?;
-        self.attach(&bell)?;
-        Ok(client)
+    fn now(&mut self) -> MonotonicNs {
+        clock::now()
+    }
+
+    fn incarnation(&self) -> Incarnation {
+        self.incarnation
+    }
+
+    fn pid(&self) -> u32 {
+        std::process::id()
+    }
+
+    fn version(&self) -> Name {
+        version()
+    }
+
+    fn process_exists(&self, pid: u32) -> bool {
+        host::process_exists(pid)
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.stop_reason().is_some()
+    }
+
+    /// The peer may have been started by another user, whose instance of the same name is a different one.
+    fn absence_hint(&self) -> String {
+        self.instance().namesake_hint()
+    }
+
+    fn wait(&mut self, timeout_ns: u64) -> impl Future<Output = ()> {
+        self.sleep(Duration::from_nanos(timeout_ns));
+        ready(())
+    }
+
+    fn pass(&mut self, point: &'static str) -> impl Future<Output = ()> {
+        crash::crash_point(point);
+        ready(())
+    }
+
+    fn computed(&mut self) -> impl Future<Output = ()> {
+        ready(())
     }
 }
 
-/// Version of this build, as heartbeats tell it.
-#[must_use]
-pub fn version() -> Name {
-    env!("CARGO_PKG_VERSION").parse().unwrap_or(Name::NONE)
-}
-
-fn fd_of(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
-    // SAFETY: the listener owns the descriptor and keeps it open, and the same, as long as it lives; the
-    // borrow ends with that of the listener.
+fn descriptor(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
+    // SAFETY: the listener owns the descriptor and keeps it open, and the same, as long as it lives; the borrow ends
+    // with that of the listener.
     unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
 }
 
-/// Takes the news off a listener, so that it can ring again.
-fn quiet(listener: &Listener<Ipc>) {
+/// Takes the events off a listener, so that the next one is noticed too.
+fn clear(listener: &Listener<Ipc>) {
     if let Err(error) = listener.try_wait(|_| {}) {
-        tracing::debug!("draining events: {error}");
+        tracing::debug!("clearing events: {error}");
     }
 }

@@ -3,7 +3,7 @@
 use contract::{Incarnation, RunId};
 use rustix::rand::{GetRandomFlags, getrandom};
 
-use crate::NodeError;
+use crate::error::NodeError;
 
 fn random<const N: usize>() -> Result<[u8; N], NodeError> {
     let mut bytes = [0; N];

@@ -7,11 +7,12 @@ mod samples;
 use std::sync::Barrier;
 use std::time::Duration;
 
-use contract::{Name, Role};
+use contract::{Brief, Command, Name, Role, State};
 use iceoryx2::prelude::{Config, FileName, NodeBuilder, Path, SemanticString, ipc};
 use node::inspect::{NodeHealth, inspect};
 use node::{Cleaned, Exit, Instance, Node, NodeError};
-use samples::{Own, ROBOT, brief, eventually, name, state};
+use process::{Membership, Ports, Reader as _, Terms, Writer as _};
+use samples::{Own, ROBOT, brief, eventually, state};
 
 #[test]
 fn a_name_that_cannot_be_one_is_refused() {
@@ -26,14 +27,15 @@ fn a_name_that_cannot_be_one_is_refused() {
 fn two_instances_never_meet() {
     let (one, other) = (Own::new(), Own::new());
     {
-        let here = Node::join(&one.0, Role::HopperSim, Name::NONE).unwrap();
-        let there = Node::join(&other.0, Role::Perception, Name::NONE).unwrap();
-        let (writer, mut reader) = (here.state_writer(ROBOT).unwrap(), there.state_reader(ROBOT).unwrap());
-        writer.publish(&state(1)).unwrap();
-        writer.idle().unwrap();
+        let mut here = Node::join(&one.0, Role::HopperSim).unwrap();
+        let mut there = Node::join(&other.0, Role::HopperSim).unwrap();
+        let (mut writer, mut reader) =
+            (here.writer::<State>(ROBOT).unwrap(), there.reader::<State>(ROBOT, false).unwrap());
+        writer.publish(state(1)).unwrap();
+        writer.idle();
         assert_eq!(reader.newest(), None);
-        assert!(!writer.has_readers());
-        there.state_writer(ROBOT).unwrap();
+        assert_eq!(writer.readers(), 0);
+        there.writer::<State>(ROBOT).unwrap();
     }
     one.assert_gone();
     other.assert_gone();
@@ -43,11 +45,12 @@ fn two_instances_never_meet() {
 #[test]
 fn whoever_leaves_last_leaves_nothing_in_whatever_order_ports_and_nodes_go() {
     let own = Own::new();
-    let a = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
-    let b = Node::join(&own.0, Role::Planner, name("mdp")).unwrap();
-    let (writer, mut reader) = (a.state_writer(ROBOT).unwrap(), b.state_reader(ROBOT).unwrap());
+    let mut a = Node::join(&own.0, Role::HopperSim).unwrap();
+    let mut b = Node::join(&own.0, Role::Planner).unwrap();
+    let (mut writer, mut reader) =
+        (a.writer::<State>(ROBOT).unwrap(), b.reader::<State>(ROBOT, false).unwrap());
     drop(a);
-    writer.publish(&state(3)).unwrap();
+    writer.publish(state(3)).unwrap();
     assert_eq!(reader.newest(), Some(Ok(state(3))), "a port outlives its node");
     drop((b, writer));
     assert!(own.0.exists());
@@ -79,14 +82,14 @@ fn cleaning_never_touches_a_live_instance() {
     let own = Own::new();
     assert_eq!(own.0.clean().unwrap(), Cleaned::Nothing);
     {
-        let node = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
-        let writer = node.state_writer(ROBOT).unwrap();
+        let mut node = Node::join(&own.0, Role::HopperSim).unwrap();
+        let mut writer = node.writer::<State>(ROBOT).unwrap();
         let before = own.files();
         assert_eq!(own.0.clean().unwrap(), Cleaned::Alive);
         assert_eq!(own.files(), before);
         drop(node);
         assert_eq!(own.0.clean().unwrap(), Cleaned::Alive, "a port alone keeps it alive");
-        writer.publish(&state(1)).unwrap();
+        writer.publish(state(1)).unwrap();
     }
     {
         let _claim = own.0.claim(Role::HopperSim).unwrap();
@@ -104,8 +107,8 @@ fn comings_and_goings_at_the_same_moment_leave_nothing() {
             scope.spawn(|| {
                 for _ in 0..12 {
                     barrier.wait();
-                    let node = Node::join(&own.0, Role::Monitor, Name::NONE).unwrap();
-                    let mut reader = node.state_reader(ROBOT).unwrap();
+                    let mut node = Node::join(&own.0, Role::Monitor).unwrap();
+                    let mut reader = node.reader::<State>(ROBOT, false).unwrap();
                     assert_eq!(reader.newest(), None);
                 }
             });
@@ -129,14 +132,14 @@ fn config(own: &Own) -> Config {
 fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
     let own = Own::new();
     {
-        let node = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        let mut node = Node::visit(&own.0).unwrap();
         let stranger = NodeBuilder::new().config(&config(&own)).create::<ipc::Service>().unwrap();
         let _wrong = stranger
             .service_builder(&"hop/r0/state".try_into().unwrap())
             .publish_subscribe::<u64>()
             .open_or_create()
             .unwrap();
-        let error = node.state_reader(ROBOT).unwrap_err();
+        let error = node.reader::<State>(ROBOT, false).unwrap_err();
         assert_eq!(error.exit(), Exit::Peer);
         let text = error.to_string();
         assert!(
@@ -151,7 +154,7 @@ fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
             .max_listeners(1)
             .open_or_create()
             .unwrap();
-        let error = node.command_writer(ROBOT).unwrap_err();
+        let error = node.writer::<Command>(ROBOT).unwrap_err();
         assert!(
             matches!(&error, NodeError::Mismatch { service, .. } if service == "hop/r0/command"),
             "{error}"
@@ -174,14 +177,17 @@ fn inspection_tells_who_is_there_and_what_to_do_next() {
         let (stop, stopped) = std::sync::mpsc::channel::<()>();
         let here = &own;
         scope.spawn(move || {
-            let mut sim = Node::join(&here.0, Role::HopperSim, Name::NONE).unwrap();
-            let (briefs, states) = (sim.brief_writer().unwrap(), sim.state_writer(ROBOT).unwrap());
-            briefs.publish(&brief()).unwrap();
-            states.publish(&state(2)).unwrap();
+            let mut sim = Node::join(&here.0, Role::HopperSim).unwrap();
+            let mut membership =
+                Membership::join(&mut sim, Role::HopperSim, Name::NONE, Terms::default()).unwrap();
+            let (mut briefs, mut states) =
+                (sim.writer::<Brief>(ROBOT).unwrap(), sim.writer::<State>(ROBOT).unwrap());
+            briefs.publish(brief()).unwrap();
+            states.publish(state(2)).unwrap();
             while stopped.recv_timeout(Duration::from_millis(5)).is_err() {
-                briefs.idle().unwrap();
-                states.idle().unwrap();
-                sim.beat(brief().run, state(2).decision, state(2).status).unwrap();
+                briefs.idle();
+                states.idle();
+                membership.beat((brief().run, state(2).decision, state(2).status), Node::now()).unwrap();
                 if stopped.try_recv() == Err(std::sync::mpsc::TryRecvError::Disconnected) {
                     break;
                 }

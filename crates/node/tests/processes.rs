@@ -11,9 +11,10 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use contract::{Decision, Name, Role, RunId, Status};
+use contract::{PastRequest, Role, State, TruthRequest};
 use node::inspect::{NodeHealth, inspect};
 use node::{Cleaned, Exit, Instance, Node, NodeError, crash_point};
+use process::{Ports, Reader as _, Writer as _};
 use rustix::process::{Pid, Signal, kill_process};
 use samples::{Own, ROBOT, eventually, state};
 
@@ -85,27 +86,27 @@ fn play(part: &str, instance: &Instance) -> Exit {
     if part == "come and go" {
         ready();
         for _ in 0..10 {
-            let node = Node::join(instance, Role::Monitor, Name::NONE).unwrap();
-            node.state_reader(ROBOT).unwrap();
+            let mut node = Node::join(instance, Role::Monitor).unwrap();
+            node.reader::<State>(ROBOT, false).unwrap();
         }
         return Exit::Done;
     }
     let _claim = (part == "claim").then(|| instance.claim(Role::HopperSim).unwrap());
-    let mut node = Node::join(instance, Role::HopperSim, Name::NONE).unwrap();
-    let states = node.state_writer(ROBOT).unwrap();
-    let _servers = (part == "serve").then(|| (node.past_server().unwrap(), node.truth_server().unwrap()));
+    let mut node = Node::join(instance, Role::HopperSim).unwrap();
+    let mut states = node.writer::<State>(ROBOT).unwrap();
+    let _servers = (part == "serve")
+        .then(|| (node.server::<PastRequest>(ROBOT).unwrap(), node.server::<TruthRequest>(ROBOT).unwrap()));
     if part.starts_with("lifeline") {
         node.hold_lifeline();
     }
     ready();
     for decision in 0.. {
-        node.wait(if part == "sleep" { Duration::from_secs(60) } else { Duration::from_millis(5) });
-        if node.stop_requested().is_some() && part != "lifeline, hanging" {
+        node.sleep(if part == "sleep" { Duration::from_secs(60) } else { Duration::from_millis(5) });
+        if node.stop_requested() && part != "lifeline, hanging" {
             return Exit::Interrupted;
         }
         crash_point("helper.looped");
-        states.publish(&state(decision)).unwrap();
-        node.beat(RunId(1), Decision(decision), Status::Underway).unwrap();
+        states.publish(state(decision)).unwrap();
     }
     Exit::Done
 }
@@ -167,17 +168,17 @@ fn a_crash_point_kills_at_the_passage_it_names() {
 fn a_killed_writer_s_place_is_free_for_the_next_and_its_reader_reads_on() {
     let own = Own::new();
     {
-        let node = Node::join(&own.0, Role::Perception, Name::NONE).unwrap();
-        let mut reader = node.state_reader(ROBOT).unwrap();
+        let mut node = Node::visit(&own.0).unwrap();
+        let mut reader = node.reader::<State>(ROBOT, false).unwrap();
         for _ in 0..3 {
             let mut writer = Helper::start(&own, "loop", "");
             eventually("a state", || reader.newest()).unwrap();
             writer.child.kill().unwrap();
             writer.end();
-            reader.drain().count();
+            reader.drain();
         }
-        let last = node.state_writer(ROBOT).unwrap();
-        last.publish(&state(99)).unwrap();
+        let mut last = node.writer::<State>(ROBOT).unwrap();
+        last.publish(state(99)).unwrap();
         assert_eq!(reader.newest(), Some(Ok(state(99))));
     }
     own.assert_gone();
@@ -187,12 +188,12 @@ fn a_killed_writer_s_place_is_free_for_the_next_and_its_reader_reads_on() {
 fn the_dead_are_seen_and_freed_by_those_who_live() {
     let own = Own::new();
     {
-        let _sim = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        let _sim = Node::join(&own.0, Role::HopperSim).unwrap();
         let mut helper = Helper::start(&own, "loop", "");
         let alone = own.files().len();
         helper.child.kill().unwrap();
         helper.end();
-        eventually("the janitor", || {
+        eventually("the clean-up", || {
             let nodes = inspect(&own.0).unwrap().nodes;
             nodes.iter().all(|node| node.health == NodeHealth::Alive).then_some(())
         });
@@ -212,8 +213,8 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
         child.wait().unwrap();
     }
     {
-        let peer = Node::join(&own.0, Role::Perception, Name::NONE).unwrap();
-        let mut reader = peer.state_reader(ROBOT).unwrap();
+        let mut peer = Node::join(&own.0, Role::Perception).unwrap();
+        let mut reader = peer.reader::<State>(ROBOT, false).unwrap();
         for round in 0..25 {
             let mut child = Helper::spawn(&own, "claim", "");
             std::thread::sleep(Duration::from_micros(1000 + 997 * round));
@@ -221,12 +222,12 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
             child.wait().unwrap();
         }
         let _claim = own.0.claim(Role::HopperSim).unwrap();
-        let sim = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
-        let writer = sim.state_writer(ROBOT).unwrap();
-        reader.drain().count();
-        writer.publish(&state(7)).unwrap();
+        let mut sim = Node::join(&own.0, Role::HopperSim).unwrap();
+        let mut writer = sim.writer::<State>(ROBOT).unwrap();
+        reader.drain();
+        writer.publish(state(7)).unwrap();
         assert_eq!(reader.newest(), Some(Ok(state(7))));
-        eventually("the janitor", || {
+        eventually("the clean-up", || {
             let nodes = inspect(&own.0).unwrap().nodes;
             nodes.iter().all(|node| node.health == NodeHealth::Alive).then_some(())
         });
@@ -234,14 +235,15 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     own.assert_gone();
 }
 
-/// P-UNDERTAKER.
+/// P-DEAD-NODE-CLEANUP.
 #[test]
 fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
     let own = Own::new();
     {
         // It looks after the dead once a second only, and keeps the services alive.
-        let mut peer = Node::join(&own.0, Role::Monitor, Name::NONE).unwrap();
-        let _clients = (peer.past_client().unwrap(), peer.truth_client().unwrap());
+        let mut peer = Node::join(&own.0, Role::Monitor).unwrap();
+        let _clients =
+            (peer.client::<PastRequest>(ROBOT).unwrap(), peer.client::<TruthRequest>(ROBOT).unwrap());
         let names = |folder: &Path| -> BTreeSet<String> {
             let entries = std::fs::read_dir(folder).unwrap().flatten();
             entries.map(|entry| entry.file_name().into_string().unwrap()).collect()
@@ -263,8 +265,8 @@ fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
                 // Gone only if the peer has just freed it all.
                 let _ = std::fs::remove_file(nodes.join(id).join(tag));
             }
-            let mut next = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
-            let servers = (next.past_server(), next.truth_server());
+            let mut next = Node::join(&own.0, Role::HopperSim).unwrap();
+            let servers = (next.server::<PastRequest>(ROBOT), next.server::<TruthRequest>(ROBOT));
             assert!(tags.len() > 4 && servers.0.is_ok() && servers.1.is_ok(), "round {round}: {servers:?}");
         }
     }
@@ -306,9 +308,9 @@ fn leftovers_of_the_killed_are_told_and_removed_and_a_newcomer_starts_clean() {
     own.assert_gone();
     leave();
     {
-        let node = Node::join(&own.0, Role::HopperSim, Name::NONE).unwrap();
+        let mut node = Node::join(&own.0, Role::HopperSim).unwrap();
         assert_eq!(inspect(&own.0).unwrap().nodes.iter().filter(|node| node.name == "hopper-sim").count(), 1);
-        node.state_writer(ROBOT).unwrap();
+        node.writer::<State>(ROBOT).unwrap();
     }
     own.assert_gone();
 }

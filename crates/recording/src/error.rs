@@ -1,41 +1,43 @@
-//! Why a recording cannot be written or read.
+//! Errors of writing and reading recordings.
 
 use contract::Refusal;
 
-/// What was needed of a recording, and what was got.
+/// Why a recording cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The first bytes are not those of an MCAP file.
+    /// The file does not begin like an MCAP file.
     #[error("a recording needs to begin with the eight bytes of an MCAP file, got {got}")]
     Magic {
-        /// The first bytes, in words.
+        /// The first bytes, and the length of the file.
         got: String,
     },
-    /// There is nothing of Hopper in it.
-    #[error("a recording needs a brief on hop/brief, got {messages} messages without one: is it of Hopper?")]
+    /// The file is MCAP, but has no mission of Hopper.
+    #[error(
+        "a recording needs a brief on hop/brief, got {messages} messages without one; record a mission of Hopper"
+    )]
     NoBrief {
-        /// Messages that were read.
+        /// Number of messages that were read.
         messages: u64,
     },
-    /// A message does not decode, or is out of range.
+    /// A message cannot be decoded, or a field is out of range.
     #[error("message {number} on {topic}: {cause}")]
     Message {
-        /// Its topic.
+        /// Topic of the message.
         topic: String,
-        /// Its number in the file, from 0.
+        /// Number of the message in the file, from 0.
         number: u64,
-        /// What is wrong.
+        /// What is wrong with it.
         cause: MessageError,
     },
-    /// The writer refused.
+    /// The MCAP writer failed.
     #[error("writing the recording: {0}")]
     Write(#[from] mcap::McapError),
 }
 
-/// What is wrong with one message.
+/// Why one message cannot be decoded.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MessageError {
-    /// It is no protobuf of its schema.
+    /// The bytes are not protobuf of the channel's schema.
     #[error("{0}")]
     Decode(#[from] prost::DecodeError),
     /// A field is out of range.

@@ -1,13 +1,13 @@
-//! The records of an MCAP file, taken apart without trust: <https://mcap.dev/spec>.
+//! Parses the records of an MCAP file (<https://mcap.dev/spec>) as untrusted input.
 //!
-//! The `mcap` crate writes; its reader panics on some damaged records, so what may come from anybody is read here.
+//! The `mcap` crate is used for writing only: its reader panics on some damaged records.
 
 use std::collections::BTreeMap;
 
-/// What every file begins and ends with.
+/// First and last bytes of every MCAP file.
 pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
 
-/// Kinds of records that are looked into.
+/// Opcodes of the records that are parsed.
 pub(crate) mod kind {
     pub const HEADER: u8 = 0x01;
     pub const FOOTER: u8 = 0x02;
@@ -21,16 +21,16 @@ pub(crate) mod kind {
     pub const DATA_END: u8 = 0x0f;
 }
 
-/// A record as it stands among others.
+/// A record with its position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Framed<'a> {
     pub kind: u8,
     pub body: &'a [u8],
-    /// Where the next begins.
+    /// Offset of the next record, bytes.
     pub end: usize,
 }
 
-/// The record that begins at `at`; what is wrong if it is not there whole.
+/// The record that begins at byte `at`, or what is wrong with it.
 pub(crate) fn framed(bytes: &[u8], at: usize) -> Result<Framed<'_>, String> {
     let cut = || format!("cut in the middle of the record at byte {at}");
     let mut cursor = Cursor(bytes.get(at..).unwrap_or_default());
@@ -40,33 +40,33 @@ pub(crate) fn framed(bytes: &[u8], at: usize) -> Result<Framed<'_>, String> {
     Ok(Framed { kind, body, end: at + 9 + body.len() })
 }
 
-/// The records of a chunk: checked, not yet looked into.
+/// The records of a chunk after checking its length, compression and checksum.
 pub(crate) fn chunk(body: &[u8]) -> Result<&[u8], String> {
     let mut cursor = Cursor(body);
     let header = cursor.take(16).and_then(|_| Some((cursor.u64()?, cursor.u32()?)));
     let (size, need) = header.ok_or("a chunk without a header")?;
     let compression = cursor.text().ok_or("a chunk without a header")?;
     if !compression.is_empty() {
-        return Err(format!("a chunk compressed by {compression:?}, needs one that is not compressed"));
+        return Err(format!("a chunk compressed by {compression:?}, need an uncompressed one"));
     }
     let length = cursor.u64().ok_or("a chunk without a header")?;
     let records = usize::try_from(length).ok().and_then(|length| cursor.take(length));
-    let records = records.filter(|_| size == length).ok_or("a chunk with another length than it tells")?;
+    let records = records.filter(|_| size == length).ok_or("a chunk whose length differs from its header")?;
     let got = crc32fast::hash(records);
     if need != 0 && need != got {
-        return Err(format!("a chunk with checksum {got:08x}, which needs {need:08x}"));
+        return Err(format!("a chunk with checksum {got:08x}, need {need:08x}"));
     }
     Ok(records)
 }
 
-/// Whether these are the times and places of one channel's messages in the chunk before.
+/// Whether this is a well-formed index of one channel's messages in the chunk before.
 pub(crate) fn is_message_index(body: &[u8]) -> bool {
     let mut cursor = Cursor(body);
     let length = cursor.take(2).and_then(|_| cursor.u32());
     length.is_some_and(|length| length as usize == cursor.0.len() && length % 16 == 0)
 }
 
-/// Identity, name, encoding and data of a schema.
+/// Id, name, encoding and data of a schema.
 pub(crate) fn schema(body: &[u8]) -> Option<(u16, String, String, &[u8])> {
     let mut cursor = Cursor(body);
     let (id, name, encoding) = (cursor.u16()?, cursor.text()?, cursor.text()?);
@@ -74,13 +74,13 @@ pub(crate) fn schema(body: &[u8]) -> Option<(u16, String, String, &[u8])> {
     Some((id, name, encoding, cursor.take(length as usize)?))
 }
 
-/// Identity, schema, topic and message encoding of a channel.
+/// Id, schema id, topic and message encoding of a channel.
 pub(crate) fn channel(body: &[u8]) -> Option<(u16, u16, String, String)> {
     let mut cursor = Cursor(body);
     Some((cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?))
 }
 
-/// Channel, sequence, log time, publish time and data of a message.
+/// Channel id, sequence number, log time, publish time (both nanoseconds) and data of a message.
 pub(crate) fn message(body: &[u8]) -> Option<(u16, u32, u64, u64, &[u8])> {
     let mut cursor = Cursor(body);
     Some((cursor.u16()?, cursor.u32()?, cursor.u64()?, cursor.u64()?, cursor.0))
@@ -99,17 +99,17 @@ pub(crate) fn metadata(body: &[u8]) -> Option<(String, BTreeMap<String, String>)
     Some((name, map))
 }
 
-/// The profile of a header.
+/// The profile in a header record.
 pub(crate) fn profile(body: &[u8]) -> Option<String> {
     Cursor(body).text()
 }
 
-/// The checksum that the end of the data tells.
+/// The CRC-32 of the data section in a data end record; 0 if none was computed.
 pub(crate) fn data_end(body: &[u8]) -> Option<u32> {
     Cursor(body).u32()
 }
 
-/// What is left to be read.
+/// The bytes not yet parsed.
 struct Cursor<'a>(&'a [u8]);
 
 impl<'a> Cursor<'a> {

@@ -1,37 +1,37 @@
-//! Recordings of missions as MCAP files.
+//! Records missions as MCAP files and reads them back.
 //!
-//! [`Recorder`] takes every public message and gives bytes to be appended to a file; [`Recording`] reads such a
-//! file up to its last valid record, however it was cut; [`recover`] makes a whole file of a cut one. Messages are
-//! protobuf, in schemas of our own that mirror the layouts of `contract::wire` field by field ([`proto`]), and, for
-//! viewers, in Foxglove's well-known ones ([`view`]). [`Playback`] folds what was sensed, so that another planner
-//! can decide it anew.
+//! [`Recorder`] takes every public message and returns bytes to append to a file. [`Recording`] reads such a file
+//! up to its last valid record, even if it was cut; [`recover`] turns a cut file into a complete one. Messages are
+//! protobuf: in our own schemas, which match the layouts of `contract::wire` field by field ([`proto`]), and, for
+//! viewers, in Foxglove's well-known schemas ([`view`]). [`Playback`] replays the observations, so that another
+//! planner can decide on them. [`last_run`] gathers the timing of every decision.
 //!
-//! No I/O, no clock: moments are handed in, bytes are handed out. Chunks are not compressed, so that a reader
-//! needs no decompressor, which hostile bytes would be fed to.
+//! No I/O, no clock: times are arguments, bytes are results. Chunks are not compressed, so no decompressor is
+//! exposed to untrusted bytes.
 
+pub mod channel;
+pub mod conversion;
 pub mod error;
-pub mod gap;
-pub mod host;
+pub mod last_run;
 mod layout;
+pub mod machine_load;
 pub mod message;
-pub mod mirror;
+mod output_buffer;
 pub mod playback;
 pub mod proto;
 pub mod reader;
 pub mod recorder;
 pub mod recovery;
-mod shared;
-pub mod steps;
-pub mod topic;
+pub mod sequence_gap;
 pub mod view;
 
+pub use channel::Channel;
 pub use error::RecordingError;
-pub use gap::{Gap, Gaps};
-pub use host::Host;
-pub use message::Message;
-pub use playback::{Playback, Posed};
+pub use last_run::{RecordedRun, last_run};
+pub use machine_load::MachineLoad;
+pub use message::RecordedMessage;
+pub use playback::{PendingDecision, Playback};
 pub use reader::{Entry, Recording};
-pub use recorder::{Context, Recorder, Wanted};
+pub use recorder::{Context, Recorder, Requests};
 pub use recovery::recover;
-pub use steps::{Flown, steps};
-pub use topic::Topic;
+pub use sequence_gap::{SequenceGap, SequenceGaps};

@@ -1,4 +1,4 @@
-//! What a recording holds: public messages, how busy the machine was, and what is missing.
+//! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
     BriefV3, CommandV1, ControlV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1,
@@ -13,178 +13,188 @@ use prost::Message as _;
 
 use crate::error::MessageError;
 use crate::proto::hopper as proto;
-use crate::{Gap, Host, Topic};
+use crate::{Channel, MachineLoad, SequenceGap};
 
-/// One message.
+/// One message of a recording: a public message, the load of the machine, or a gap.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "a message is made, taken, and gone")]
-pub enum Message {
-    /// The brief.
+#[allow(clippy::large_enum_variant, reason = "messages are short-lived")]
+pub enum RecordedMessage {
+    /// What the mission is; recorded once a run.
     Brief(Brief),
-    /// The state.
+    /// State of the mission after a decision.
     State(State),
-    /// What a landing changed in the observed map.
+    /// Cells of the observed map that a landing changed.
     Patch(MapPatch),
-    /// A page of the observed map.
+    /// A page of the observed map, answered by perception.
     Page(MapPage),
-    /// A command.
+    /// A planner's command for the decision that is due.
     Command(Command),
-    /// A planner's policy.
+    /// A planner's policy, for display.
     Policy(Policy),
-    /// An order.
+    /// An order of the monitor, such as pause.
     Control(Control),
-    /// How landings are paced.
+    /// How hopper-sim paces landings.
     Tempo(Tempo),
-    /// A heartbeat.
+    /// A sign of life of a process.
     Heartbeat(Heartbeat),
-    /// Executed decisions.
+    /// A page of executed decisions, answered by hopper-sim.
     Past(PastPage),
-    /// How busy the machine was.
-    Host(Host),
-    /// What is missing.
-    Gap(Gap),
+    /// Load of the machine; made by the recorder.
+    Host(MachineLoad),
+    /// Messages that did not reach the recorder; made by it.
+    Gap(SequenceGap),
 }
 
-impl Message {
-    /// Where it stands.
+impl RecordedMessage {
+    /// Channel it is recorded on.
     #[must_use]
-    pub fn topic(&self) -> Topic {
+    pub fn topic(&self) -> Channel {
         match self {
-            Message::Brief(_) => Topic::Brief,
-            Message::State(_) => Topic::State,
-            Message::Patch(_) => Topic::Map,
-            Message::Page(_) => Topic::Snapshot,
-            Message::Command(_) => Topic::Command,
-            Message::Policy(_) => Topic::Policy,
-            Message::Control(_) => Topic::Control,
-            Message::Tempo(_) => Topic::Tempo,
-            Message::Heartbeat(_) => Topic::Heartbeat,
-            Message::Past(_) => Topic::Past,
-            Message::Host(_) => Topic::Host,
-            Message::Gap(_) => Topic::Gap,
+            RecordedMessage::Brief(_) => Channel::Brief,
+            RecordedMessage::State(_) => Channel::State,
+            RecordedMessage::Patch(_) => Channel::Map,
+            RecordedMessage::Page(_) => Channel::Snapshot,
+            RecordedMessage::Command(_) => Channel::Command,
+            RecordedMessage::Policy(_) => Channel::Policy,
+            RecordedMessage::Control(_) => Channel::Control,
+            RecordedMessage::Tempo(_) => Channel::Tempo,
+            RecordedMessage::Heartbeat(_) => Channel::Heartbeat,
+            RecordedMessage::Past(_) => Channel::Past,
+            RecordedMessage::Host(_) => Channel::Host,
+            RecordedMessage::Gap(_) => Channel::Gap,
         }
     }
 
-    /// When it was published, if it says so.
+    /// When it was published; `None` if the message has no such time.
     #[must_use]
     pub fn published(&self) -> Option<MonotonicNs> {
         match self {
-            Message::State(state) => Some(state.published),
-            Message::Patch(patch) => Some(patch.published),
-            Message::Command(command) => Some(command.planning_ended),
-            Message::Host(host) => Some(host.until),
+            RecordedMessage::State(state) => Some(state.published),
+            RecordedMessage::Patch(patch) => Some(patch.published),
+            RecordedMessage::Command(command) => Some(command.planning_ended),
+            RecordedMessage::Host(host) => Some(host.until),
             _ => None,
         }
     }
 
-    /// Its protobuf.
+    /// Its protobuf encoding.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
-            Message::Brief(brief) => proto::Brief::from(&BriefV3::from(brief)).encode_to_vec(),
-            Message::State(state) => proto::State::from(&StateV3::from(state)).encode_to_vec(),
-            Message::Patch(patch) => {
-                let mut shown = proto::MapPatch::from(&MapPatchV1::from(patch));
-                shown.cells = patch.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
-                shown.encode_to_vec()
+            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV3::from(brief)).encode_to_vec(),
+            RecordedMessage::State(state) => proto::State::from(&StateV3::from(state)).encode_to_vec(),
+            RecordedMessage::Patch(patch) => {
+                let mut message_proto = proto::MapPatch::from(&MapPatchV1::from(patch));
+                message_proto.cells =
+                    patch.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
+                message_proto.encode_to_vec()
             }
-            Message::Page(page) => {
-                let mut shown = proto::MapPage::from(&MapPageV1::from(page));
-                shown.cells = page.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
-                shown.encode_to_vec()
+            RecordedMessage::Page(page) => {
+                let mut message_proto = proto::MapPage::from(&MapPageV1::from(page));
+                message_proto.cells =
+                    page.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
+                message_proto.encode_to_vec()
             }
-            Message::Command(command) => proto::Command::from(&CommandV1::from(command)).encode_to_vec(),
-            Message::Policy(policy) => {
-                let mut shown = proto::Policy::from(&PolicyHeaderV1::from(policy));
-                shown.cells = policy.cells.iter().map(|cell| (&PolicyCellV1::from(cell)).into()).collect();
-                shown.encode_to_vec()
+            RecordedMessage::Command(command) => {
+                proto::Command::from(&CommandV1::from(command)).encode_to_vec()
             }
-            Message::Control(control) => proto::Control::from(&ControlV1::from(control)).encode_to_vec(),
-            Message::Tempo(tempo) => proto::Tempo::from(&TempoV1::from(tempo)).encode_to_vec(),
-            Message::Heartbeat(beat) => proto::Heartbeat::from(&HeartbeatV1::from(beat)).encode_to_vec(),
-            Message::Past(page) => {
-                let mut shown = proto::Past::from(&PastHeaderV1::from(page));
-                shown.records = page.records.iter().map(|record| (&RecordV3::from(record)).into()).collect();
-                shown.encode_to_vec()
+            RecordedMessage::Policy(policy) => {
+                let mut message_proto = proto::Policy::from(&PolicyHeaderV1::from(policy));
+                message_proto.cells =
+                    policy.cells.iter().map(|cell| (&PolicyCellV1::from(cell)).into()).collect();
+                message_proto.encode_to_vec()
             }
-            Message::Host(host) => proto::Host::from(host).encode_to_vec(),
-            Message::Gap(gap) => proto::Gap::from(gap).encode_to_vec(),
+            RecordedMessage::Control(control) => {
+                proto::Control::from(&ControlV1::from(control)).encode_to_vec()
+            }
+            RecordedMessage::Tempo(tempo) => proto::Tempo::from(&TempoV1::from(tempo)).encode_to_vec(),
+            RecordedMessage::Heartbeat(beat) => {
+                proto::Heartbeat::from(&HeartbeatV1::from(beat)).encode_to_vec()
+            }
+            RecordedMessage::Past(page) => {
+                let mut message_proto = proto::Past::from(&PastHeaderV1::from(page));
+                message_proto.records =
+                    page.records.iter().map(|record| (&RecordV3::from(record)).into()).collect();
+                message_proto.encode_to_vec()
+            }
+            RecordedMessage::Host(host) => proto::Host::from(host).encode_to_vec(),
+            RecordedMessage::Gap(gap) => proto::Gap::from(gap).encode_to_vec(),
         }
     }
 
-    /// The message of a topic's bytes; `None` for what is drawn for viewers.
+    /// Decodes a message of `channel`; `None` for the channels made for viewers.
     ///
     /// # Errors
-    /// If they are no protobuf of its schema, or a field is out of range.
-    pub fn decode(topic: Topic, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
+    /// If the bytes are not protobuf of the channel's schema, or a field is out of range.
+    pub fn decode(topic: Channel, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
         Ok(Some(match topic {
-            Topic::Brief => {
+            Channel::Brief => {
                 let wire = BriefV3::try_from(&proto::Brief::decode(bytes)?)?;
-                Message::Brief((&wire).try_into()?)
+                RecordedMessage::Brief((&wire).try_into()?)
             }
-            Topic::State => {
+            Channel::State => {
                 let wire = StateV3::try_from(&proto::State::decode(bytes)?)?;
-                Message::State((&wire).try_into()?)
+                RecordedMessage::State((&wire).try_into()?)
             }
-            Topic::Map => {
-                let shown = proto::MapPatch::decode(bytes)?;
-                let cells = list::<_, SeenCellV1>(&shown.cells)?;
-                Message::Patch(patch_from_wire(&MapPatchV1::try_from(&shown)?, &cells)?)
+            Channel::Map => {
+                let message_proto = proto::MapPatch::decode(bytes)?;
+                let cells = list::<_, SeenCellV1>(&message_proto.cells)?;
+                RecordedMessage::Patch(patch_from_wire(&MapPatchV1::try_from(&message_proto)?, &cells)?)
             }
-            Topic::Snapshot => {
-                let shown = proto::MapPage::decode(bytes)?;
-                let cells = list::<_, SeenCellV1>(&shown.cells)?;
-                Message::Page(map_page_from_wire(&MapPageV1::try_from(&shown)?, &cells)?)
+            Channel::Snapshot => {
+                let message_proto = proto::MapPage::decode(bytes)?;
+                let cells = list::<_, SeenCellV1>(&message_proto.cells)?;
+                RecordedMessage::Page(map_page_from_wire(&MapPageV1::try_from(&message_proto)?, &cells)?)
             }
-            Topic::Command => {
+            Channel::Command => {
                 let wire = CommandV1::try_from(&proto::Command::decode(bytes)?)?;
-                Message::Command((&wire).try_into()?)
+                RecordedMessage::Command((&wire).try_into()?)
             }
-            Topic::Policy => {
-                let shown = proto::Policy::decode(bytes)?;
-                let cells = list::<_, PolicyCellV1>(&shown.cells)?;
-                Message::Policy(policy_from_wire(&PolicyHeaderV1::try_from(&shown)?, &cells)?)
+            Channel::Policy => {
+                let message_proto = proto::Policy::decode(bytes)?;
+                let cells = list::<_, PolicyCellV1>(&message_proto.cells)?;
+                RecordedMessage::Policy(policy_from_wire(&PolicyHeaderV1::try_from(&message_proto)?, &cells)?)
             }
-            Topic::Control => {
+            Channel::Control => {
                 let wire = ControlV1::try_from(&proto::Control::decode(bytes)?)?;
-                Message::Control((&wire).try_into()?)
+                RecordedMessage::Control((&wire).try_into()?)
             }
-            Topic::Tempo => {
+            Channel::Tempo => {
                 let wire = TempoV1::try_from(&proto::Tempo::decode(bytes)?)?;
-                Message::Tempo((&wire).try_into()?)
+                RecordedMessage::Tempo((&wire).try_into()?)
             }
-            Topic::Heartbeat => {
+            Channel::Heartbeat => {
                 let wire = HeartbeatV1::try_from(&proto::Heartbeat::decode(bytes)?)?;
-                Message::Heartbeat((&wire).try_into()?)
+                RecordedMessage::Heartbeat((&wire).try_into()?)
             }
-            Topic::Past => {
-                let shown = proto::Past::decode(bytes)?;
-                let records = list::<_, RecordV3>(&shown.records)?;
-                Message::Past(page_from_wire(&PastHeaderV1::try_from(&shown)?, &records)?)
+            Channel::Past => {
+                let message_proto = proto::Past::decode(bytes)?;
+                let records = list::<_, RecordV3>(&message_proto.records)?;
+                RecordedMessage::Past(page_from_wire(&PastHeaderV1::try_from(&message_proto)?, &records)?)
             }
-            Topic::Host => Message::Host((&proto::Host::decode(bytes)?).try_into()?),
-            Topic::Gap => Message::Gap((&proto::Gap::decode(bytes)?).try_into()?),
-            Topic::ViewMap | Topic::ViewPose | Topic::ViewScene | Topic::ViewLog => return Ok(None),
+            Channel::Host => RecordedMessage::Host((&proto::Host::decode(bytes)?).try_into()?),
+            Channel::Gap => RecordedMessage::Gap((&proto::Gap::decode(bytes)?).try_into()?),
+            Channel::ViewMap | Channel::ViewPose | Channel::ViewScene | Channel::ViewLog => return Ok(None),
         }))
     }
 }
 
-fn list<'a, P, W: TryFrom<&'a P, Error = Refusal>>(shown: &'a [P]) -> Result<Vec<W>, Refusal> {
-    shown.iter().map(W::try_from).collect()
+fn list<'a, P, W: TryFrom<&'a P, Error = Refusal>>(message_proto: &'a [P]) -> Result<Vec<W>, Refusal> {
+    message_proto.iter().map(W::try_from).collect()
 }
 
-impl From<&Host> for proto::Host {
-    fn from(host: &Host) -> Self {
-        let Host { since, until, busy, load_1min, cores } = *host;
+impl From<&MachineLoad> for proto::Host {
+    fn from(host: &MachineLoad) -> Self {
+        let MachineLoad { since, until, busy, load_1min, cores } = *host;
         Self { since_ns: since.0, until_ns: until.0, busy, load_1min, cores }
     }
 }
 
-impl TryFrom<&proto::Host> for Host {
+impl TryFrom<&proto::Host> for MachineLoad {
     type Error = Refusal;
 
-    fn try_from(shown: &proto::Host) -> Result<Self, Refusal> {
-        let proto::Host { since_ns, until_ns, busy, load_1min, cores } = *shown;
+    fn try_from(message_proto: &proto::Host) -> Result<Self, Refusal> {
+        let proto::Host { since_ns, until_ns, busy, load_1min, cores } = *message_proto;
         if !(0.0..=1.0).contains(&busy) {
             return Err(Refusal::malformed("Host.busy", "0 to 1", busy));
         }
@@ -195,18 +205,18 @@ impl TryFrom<&proto::Host> for Host {
     }
 }
 
-impl From<&Gap> for proto::Gap {
-    fn from(gap: &Gap) -> Self {
-        let Gap { topic, from, through, counted } = gap.clone();
+impl From<&SequenceGap> for proto::Gap {
+    fn from(gap: &SequenceGap) -> Self {
+        let SequenceGap { topic, from, through, counted } = gap.clone();
         Self { topic, from, through, counted }
     }
 }
 
-impl TryFrom<&proto::Gap> for Gap {
+impl TryFrom<&proto::Gap> for SequenceGap {
     type Error = Refusal;
 
-    fn try_from(shown: &proto::Gap) -> Result<Self, Refusal> {
-        let proto::Gap { topic, from, through, counted } = shown.clone();
+    fn try_from(message_proto: &proto::Gap) -> Result<Self, Refusal> {
+        let proto::Gap { topic, from, through, counted } = message_proto.clone();
         if through < from {
             return Err(Refusal::malformed("Gap.through", &format!("at least {from}"), through));
         }

@@ -1,62 +1,63 @@
-//! What was sensed, folded again: every decision with the map it was due on.
+//! Replays a recording: every decision with the observed map it had to be decided on.
 
 use std::collections::BTreeMap;
 
 use contract::{Brief, Decision, MonotonicNs, ObservedMap, Replica, State, Vetoed};
 
-use crate::Message;
-use crate::topic::ROBOT;
+use crate::RecordedMessage;
+use crate::channel::ROBOT;
 
-/// States that are kept while their map is not there yet.
+/// Most states that are kept while their map is incomplete.
 const STATES_KEPT: usize = 4096;
 
-/// Folds brief, states, patches and pages in the order of the recording.
+/// Rebuilds the observed map from brief, states, patches and pages in the order of the recording.
 #[derive(Clone, Debug)]
 pub struct Playback {
     brief: Option<Brief>,
     map: Replica,
     states: BTreeMap<Decision, State>,
-    /// What was posed last.
-    posed: Option<(Decision, Vetoed)>,
+    /// The decision returned last, with its vetoes.
+    last_due: Option<(Decision, Vetoed)>,
 }
 
-/// A decision as it was due.
+/// A decision that a planner had to take.
 #[derive(Clone, Copy, Debug)]
-pub struct Posed<'a> {
-    /// The brief of the leg.
+pub struct PendingDecision<'a> {
+    /// Brief of the current leg.
     pub brief: Brief,
-    /// What had been seen.
+    /// Observed map at the time.
     pub map: &'a ObservedMap,
-    /// Where the mission stood, and what the guard had vetoed.
+    /// State at the time, with the union of all vetoes recorded for it.
     pub state: State,
 }
 
 impl Default for Playback {
     fn default() -> Self {
-        Self { brief: None, map: Replica::new(ROBOT), states: BTreeMap::new(), posed: None }
+        Self { brief: None, map: Replica::new(ROBOT), states: BTreeMap::new(), last_due: None }
     }
 }
 
 impl Playback {
-    /// Takes the next message, logged at `logged`; the decision that can be taken now, once for each set of vetoes.
-    pub fn on(&mut self, message: &Message, logged: MonotonicNs) -> Option<Posed<'_>> {
+    /// Takes the next message, logged at `logged`. Returns the decision that is now due with its map complete, once
+    /// for each set of vetoes.
+    pub fn on(&mut self, message: &RecordedMessage, logged: MonotonicNs) -> Option<PendingDecision<'_>> {
         match message {
-            Message::Brief(brief) => {
+            RecordedMessage::Brief(brief) => {
                 if self.brief.is_none_or(|known| known.run != brief.run) {
                     *self = Self { brief: Some(*brief), ..Self::default() };
                     self.map.begin(brief.run, brief.grid);
                 }
             }
-            Message::State(state) => self.state(*state),
-            // Whether something would be asked for is of no interest: it is in the recording, or it is not.
-            Message::Patch(patch) => drop(self.map.patch(patch.clone(), logged)),
-            Message::Page(page) => drop(self.map.page(page, logged)),
+            RecordedMessage::State(state) => self.state(*state),
+            // Requests for missing pages are dropped: a recording cannot answer them.
+            RecordedMessage::Patch(patch) => drop(self.map.patch(patch.clone(), logged)),
+            RecordedMessage::Page(page) => drop(self.map.page(page, logged)),
             _ => return None,
         }
-        self.pose()
+        self.pending()
     }
 
-    /// The brief; `None` before the first.
+    /// Brief of the run being replayed; `None` before the first.
     #[must_use]
     pub fn brief(&self) -> Option<&Brief> {
         self.brief.as_ref()
@@ -74,15 +75,15 @@ impl Playback {
         }
     }
 
-    fn pose(&mut self) -> Option<Posed<'_>> {
+    fn pending(&mut self) -> Option<PendingDecision<'_>> {
         let (brief, map) = (self.brief.as_ref()?, self.map.map()?);
         let state = *self.states.get(&map.through?)?;
         let due = (state.decision, state.vetoed);
-        if state.status.is_over() || self.posed == Some(due) {
+        if state.status.is_over() || self.last_due == Some(due) {
             return None;
         }
-        self.posed = Some(due);
+        self.last_due = Some(due);
         self.states = self.states.split_off(&state.decision);
-        Some(Posed { brief: brief.leg(state.visits), map, state })
+        Some(PendingDecision { brief: brief.leg(state.visits), map, state })
     }
 }

@@ -1,19 +1,19 @@
-//! The schemas: what protobuf makes of the files in `proto/`, committed.
+//! The protobuf schemas: generated from the files in `proto/` and committed.
 
-/// Our own messages, field by field those of `contract::wire`.
+/// Our own messages, with the fields of `contract::wire`.
 #[allow(missing_docs, clippy::all, clippy::pedantic, reason = "written by prost-build")]
 pub mod hopper {
     include!("../proto/hopper.rs");
 }
 
-/// Foxglove's well-known messages.
+/// Foxglove's well-known messages, which its viewers display.
 #[allow(missing_docs, clippy::all, clippy::pedantic, reason = "written by prost-build")]
 pub mod foxglove {
     include!("../proto/foxglove.rs");
 }
 
-/// Descriptors of [`hopper`].
+/// Serialised file descriptor set of [`hopper`].
 pub const HOPPER: &[u8] = include_bytes!("../proto/hopper.bin");
 
-/// Descriptors of [`foxglove`].
+/// Serialised file descriptor set of [`foxglove`].
 pub const FOXGLOVE: &[u8] = include_bytes!("../proto/foxglove.bin");

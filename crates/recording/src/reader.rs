@@ -1,54 +1,54 @@
-//! Reads a recording up to its last valid record, however it was cut.
+//! Reads a recording up to its last valid record, even if it was cut.
 
 use std::collections::BTreeMap;
 
 use contract::MonotonicNs;
 
 use crate::layout::{self, MAGIC, kind};
-use crate::{Message, RecordingError, Topic};
+use crate::{Channel, RecordedMessage, RecordingError};
 
-/// A recording in memory: what it says of itself, and where its chunks are.
+/// A recording in memory, with its metadata and the positions of its chunks.
 #[derive(Clone, Debug)]
 pub struct Recording<'a> {
     bytes: &'a [u8],
     chunks: Vec<&'a [u8]>,
-    /// The metadata by name: `hopper`, `scenario`, `end` and, after a recovery, `recovered`.
+    /// Metadata records by name: `hopper`, `scenario`, `end` and, after a recovery, `recovered`.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// What viewers may know the contents by: `hopper`.
+    /// MCAP profile of the file: `hopper`.
     pub profile: String,
-    /// Bytes of whole, valid records from the beginning on.
+    /// Length of the valid part from the beginning, bytes.
     pub valid_bytes: u64,
-    /// What is wrong after those; `None` if the file is whole.
+    /// What is wrong after the valid part; `None` if the file is complete.
     pub fault: Option<String>,
 }
 
 /// One message of a recording.
 #[derive(Clone, Debug)]
 pub struct Entry<'a> {
-    /// Its number in the file, from 0.
+    /// Number in the file, from 0.
     pub number: u64,
-    /// Its topic's name.
+    /// Topic it was recorded on.
     pub topic: String,
-    /// The topic, if it is one of Hopper's with its schema.
-    pub known: Option<Topic>,
-    /// When the recorder had it.
+    /// The channel, if it is one of Hopper's with the expected schema.
+    pub known: Option<Channel>,
+    /// When the recorder received it.
     pub logged: MonotonicNs,
-    /// When it was published.
+    /// When it was published, or `logged` if the message has no such time.
     pub published: MonotonicNs,
-    /// Its number on its topic.
+    /// Number on its channel, from 0.
     pub sequence: u32,
-    /// Its protobuf.
+    /// Its protobuf encoding.
     pub data: &'a [u8],
 }
 
 impl Entry<'_> {
-    /// The message; `None` for a topic of others, or drawn for viewers.
+    /// The decoded message; `None` on channels of other programs and on those made for viewers.
     ///
     /// # Errors
-    /// If it is no protobuf of its schema, or a field is out of range.
-    pub fn message(&self) -> Result<Option<Message>, RecordingError> {
+    /// If it is not protobuf of its schema, or a field is out of range.
+    pub fn message(&self) -> Result<Option<RecordedMessage>, RecordingError> {
         let Some(topic) = self.known else { return Ok(None) };
-        Message::decode(topic, self.data).map_err(|cause| RecordingError::Message {
+        RecordedMessage::decode(topic, self.data).map_err(|cause| RecordingError::Message {
             topic: self.topic.clone(),
             number: self.number,
             cause,
@@ -57,10 +57,10 @@ impl Entry<'_> {
 }
 
 impl<'a> Recording<'a> {
-    /// Looks over all records once: frames, checksums, metadata.
+    /// Scans all records once and checks framing and checksums.
     ///
     /// # Errors
-    /// If it does not begin as an MCAP file. Whatever is wrong later is told by [`Recording::fault`].
+    /// If the bytes do not begin like an MCAP file. Later faults are in [`Recording::fault`].
     pub fn read(bytes: &'a [u8]) -> Result<Self, RecordingError> {
         if !bytes.starts_with(MAGIC) {
             let head = &bytes[..bytes.len().min(MAGIC.len())];
@@ -78,31 +78,31 @@ impl<'a> Recording<'a> {
         Ok(recording)
     }
 
-    /// Whether it was ended as it should, and is all there.
+    /// Whether the file is complete and properly ended.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.fault.is_none()
     }
 
-    /// Bytes after the last valid record.
+    /// Number of bytes after the last valid record.
     #[must_use]
     pub fn lost_bytes(&self) -> u64 {
         self.bytes.len() as u64 - self.valid_bytes
     }
 
-    /// Valid chunks.
+    /// Number of valid chunks.
     #[must_use]
     pub fn chunks(&self) -> usize {
         self.chunks.len()
     }
 
-    /// An entry of the metadata.
+    /// The value of `key` in the metadata record `name`.
     #[must_use]
-    pub fn told(&self, name: &str, key: &str) -> Option<&str> {
+    pub fn metadata_entry(&self, name: &str, key: &str) -> Option<&str> {
         self.metadata.get(name)?.get(key).map(String::as_str)
     }
 
-    /// The messages of all valid chunks in the order in which they were recorded.
+    /// The messages of all valid chunks, in the order they were recorded.
     pub fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
         let mut channels = BTreeMap::new();
         let mut schemas = BTreeMap::new();
@@ -114,7 +114,7 @@ impl<'a> Recording<'a> {
                 }
                 kind::CHANNEL => {
                     let (id, schema, topic, encoding) = layout::channel(record.body)?;
-                    let known = Topic::of(&topic).filter(|known| {
+                    let known = Channel::of(&topic).filter(|known| {
                         encoding == "protobuf"
                             && schemas.get(&schema).map(String::as_str) == Some(known.schema())
                     });
@@ -140,15 +140,17 @@ impl<'a> Recording<'a> {
         messages.zip(0..).map(|(entry, number)| Entry { number, ..entry })
     }
 
-    /// Hopper's own messages, each with the moment at which the recorder had it. One that does not decode is an
-    /// error, and the next is the one after it.
-    pub fn messages(&self) -> impl Iterator<Item = Result<(MonotonicNs, Message), RecordingError>> + '_ {
+    /// Hopper's own messages, each with the time the recorder received it. A message that cannot be decoded is an
+    /// error; iteration continues after it.
+    pub fn messages(
+        &self,
+    ) -> impl Iterator<Item = Result<(MonotonicNs, RecordedMessage), RecordingError>> + '_ {
         self.entries().filter_map(|entry| {
             entry.message().map(|message| message.map(|message| (entry.logged, message))).transpose()
         })
     }
 
-    /// The valid chunks' records, a chunk after another.
+    /// The records of each valid chunk.
     pub(crate) fn chunk_records(&self) -> impl Iterator<Item = &'a [u8]> + '_ {
         self.chunks.iter().copied()
     }
@@ -157,47 +159,44 @@ impl<'a> Recording<'a> {
         let (bytes, mut at, mut ended) = (self.bytes, MAGIC.len(), false);
         loop {
             if at == bytes.len() {
-                return Err(format!(
-                    "it was never ended: what a recording ends with is missing from byte {at} on"
-                ));
+                return Err(format!("the recording was never ended: its end is missing from byte {at} on"));
             }
             let record = layout::framed(bytes, at)?;
-            let told = |what: &str| format!("{what} at byte {at}");
+            let located = |what: &str| format!("{what} at byte {at}");
             match record.kind {
                 kind::HEADER => {
-                    self.profile = layout::profile(record.body).ok_or_else(|| told("a damaged header"))?;
+                    self.profile = layout::profile(record.body).ok_or_else(|| located("a damaged header"))?;
                 }
                 kind::CHUNK if !ended => {
-                    let chunk = layout::chunk(record.body).map_err(|what| told(&what))?;
-                    check(chunk).map_err(|what| told(&what))?;
+                    let chunk = layout::chunk(record.body).map_err(|what| located(&what))?;
+                    check(chunk).map_err(|what| located(&what))?;
                     self.chunks.push(chunk);
                 }
                 kind::METADATA if !ended => {
                     let (name, entries) =
-                        layout::metadata(record.body).ok_or_else(|| told("damaged metadata"))?;
+                        layout::metadata(record.body).ok_or_else(|| located("damaged metadata"))?;
                     self.metadata.insert(name, entries);
                 }
                 kind::SCHEMA if layout::schema(record.body).is_some() => {}
                 kind::CHANNEL if layout::channel(record.body).is_some() => {}
                 kind::MESSAGE_INDEX if layout::is_message_index(record.body) => {}
                 kind::ATTACHMENT => {}
-                // Passing over what nobody knows would pass over a chunk whose kind was damaged.
+                // Unknown records are not skipped: one may be a chunk whose opcode was damaged.
                 other if !ended && other != kind::DATA_END => {
-                    return Err(told(&format!(
-                        "a record of kind {other:#04x} that has no place among the data"
-                    )));
+                    return Err(located(&format!("a record of unexpected kind {other:#04x} in the data")));
                 }
                 kind::DATA_END => {
-                    let need = layout::data_end(record.body).ok_or_else(|| told("a damaged end of data"))?;
+                    let need =
+                        layout::data_end(record.body).ok_or_else(|| located("a damaged end of data"))?;
                     let got = crc32fast::hash(&bytes[..at]);
                     if need != 0 && need != got {
-                        return Err(told(&format!("data with checksum {got:08x}, which need {need:08x},")));
+                        return Err(located(&format!("data with checksum {got:08x}, need {need:08x},")));
                     }
                     ended = true;
                 }
                 kind::FOOTER => {
                     if &bytes[record.end..] != MAGIC || !ended {
-                        return Err("no end of the file after its footer".into());
+                        return Err("a footer that is not followed by the end of the file".into());
                     }
                     self.valid_bytes = bytes.len() as u64;
                     return Ok(());
@@ -220,7 +219,7 @@ pub(crate) fn records(chunk: &[u8]) -> impl Iterator<Item = layout::Framed<'_>> 
     })
 }
 
-/// Whether all records of a chunk are whole.
+/// Checks that all records of a chunk are complete.
 fn check(chunk: &[u8]) -> Result<(), String> {
     let mut at = 0;
     while at < chunk.len() {

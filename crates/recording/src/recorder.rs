@@ -1,8 +1,8 @@
-//! Takes messages, gives the bytes of an MCAP file.
+//! Turns messages into the bytes of an MCAP file.
 //!
-//! A chunk is closed every half second, so whoever appends the bytes at once loses no more than that when killed.
-//! The recorder asks for what did not reach it, or was before its time: executed decisions from `hop/past`, until
-//! it has them all, and the map from `hop/rN/snapshot`; the answers are recorded like all else.
+//! A chunk is closed every half second, so a process that appends the bytes at once loses no more than that when
+//! killed. The recorder requests what it missed, or what was published before it started: executed decisions from
+//! `hop/past` until it has all of them, and the map from `hop/rN/snapshot`. The answers are recorded too.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,69 +16,71 @@ use mcap::write::NoSeek;
 use mcap::{WriteOptions, Writer};
 use prost::Message as _;
 
+use crate::channel::ROBOT;
+use crate::output_buffer::OutputBuffer;
 use crate::proto::foxglove::log::Level;
-use crate::shared::Shared;
-use crate::topic::ROBOT;
-use crate::{Gap, Gaps, Message, RecordingError, Topic, view};
+use crate::{Channel, RecordedMessage, RecordingError, SequenceGap, SequenceGaps, view};
 
 /// Time after which a chunk is closed, nanoseconds.
 pub const CHUNK_NS: u64 = 500_000_000;
 
-/// Bytes at which a chunk is closed before its time.
+/// Size at which a chunk is closed early, bytes.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// Pause between two questions for the past while little of it is missing, nanoseconds.
+/// Time between two requests for the past while less than a page is missing, nanoseconds.
 const PAST_PERIOD_NS: u64 = 250_000_000;
 
-/// Pause between two drawings of the map, nanoseconds, and that for each cell: a large one takes megabytes.
+/// Time between two grids of the map for viewers, nanoseconds.
 const GRID_PERIOD_NS: u64 = 1_000_000_000;
+
+/// Time added to it for each cell, nanoseconds: grids of large maps take megabytes.
 const GRID_CELL_NS: u64 = 20_000;
 
-/// Lives of processes that are told of in the log at most.
-const LIVES_TOLD: usize = 4096;
+/// Most processes whose start is logged.
+const LOGGED_PROCESSES_MAX: usize = 4096;
 
-/// What is known before the first message, for the metadata: name of the record to its entries.
+/// Metadata known before the first message: name of the record to its entries.
 pub type Context = BTreeMap<String, BTreeMap<String, String>>;
 
-/// What the recorder wants to be asked for.
+/// Requests that the caller has to send for the recorder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
-    /// Of `hop/past`.
+pub struct Requests {
+    /// Request to `hop/past`.
     pub past: Option<PastRequest>,
-    /// Of `hop/rN/snapshot`.
+    /// Request to `hop/rN/snapshot`.
     pub map: Option<MapRequest>,
 }
 
-impl Wanted {
-    /// What is wanted later, or else what was wanted before.
+impl Requests {
+    /// `later` where it has a request, else this.
     #[must_use]
-    pub fn or(self, later: Wanted) -> Self {
+    pub fn or(self, later: Requests) -> Self {
         Self { past: later.past.or(self.past), map: later.map.or(self.map) }
     }
 }
 
-/// Records one mission after another.
+/// Records missions, one after another, into one file.
 pub struct Recorder {
-    writer: Writer<NoSeek<Shared>>,
-    out: Shared,
-    /// Channel and messages so far of each topic, in the order of [`Topic::ALL`].
+    writer: Writer<NoSeek<OutputBuffer>>,
+    out: OutputBuffer,
+    /// MCAP id and number of messages of each channel, in the order of [`Channel::ALL`].
     channels: Vec<(u16, u32)>,
     closed: MonotonicNs,
-    gaps: Gaps,
+    gaps: SequenceGaps,
     missing: BTreeMap<String, u64>,
     brief: Option<Brief>,
     state: Option<State>,
-    /// The decision whose record is wanted next.
+    /// First decision whose record is still missing.
     due: Decision,
     asked: MonotonicNs,
     map: Replica,
-    /// Fingerprint of the map that was drawn last, and when.
+    /// Fingerprint of the last grid made for viewers, and when it was made.
     drawn: Option<(u64, MonotonicNs)>,
-    lives: BTreeSet<Incarnation>,
+    processes: BTreeSet<Incarnation>,
     finished: bool,
 }
 
-/// How every recording is written.
+/// Writer options of every recording.
 pub(crate) fn options() -> WriteOptions {
     WriteOptions::new()
         .compression(None)
@@ -88,18 +90,18 @@ pub(crate) fn options() -> WriteOptions {
 }
 
 impl Recorder {
-    /// A recorder that has written the head of its file: metadata, schemas, channels.
+    /// A recorder that has written the beginning of its file: metadata, schemas, channels.
     ///
     /// # Errors
-    /// If the writer refuses; so for all that writes.
+    /// If the MCAP writer fails; the same applies to all methods that write.
     pub fn new(context: &Context, now: MonotonicNs) -> Result<Self, RecordingError> {
-        let out = Shared::default();
+        let out = OutputBuffer::default();
         let mut writer = options().profile("hopper").create(NoSeek::new(out.clone()))?;
         for (name, metadata) in context {
             writer.write_metadata(&Metadata { name: name.clone(), metadata: metadata.clone() })?;
         }
         let mut channels = Vec::new();
-        for topic in Topic::ALL {
+        for topic in Channel::ALL {
             let schema = writer.add_schema(topic.schema(), "protobuf", topic.descriptors())?;
             channels.push((writer.add_channel(schema, &topic.name(), "protobuf", &BTreeMap::new())?, 0));
         }
@@ -109,7 +111,7 @@ impl Recorder {
             out,
             channels,
             closed: now,
-            gaps: Gaps::default(),
+            gaps: SequenceGaps::default(),
             missing: BTreeMap::new(),
             brief: None,
             state: None,
@@ -117,75 +119,75 @@ impl Recorder {
             asked: MonotonicNs(0),
             map: Replica::new(ROBOT),
             drawn: None,
-            lives: BTreeSet::new(),
+            processes: BTreeSet::new(),
             finished: false,
         })
     }
 
-    /// The bytes that are to be appended to the file.
+    /// The bytes to append to the file, written since the last call.
     #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         self.out.take()
     }
 
-    /// Records a message at `now`. Of those that came together give states, patches and commands in the order of
-    /// their publication, and pages last.
-    pub fn on(&mut self, message: Message, now: MonotonicNs) -> Result<Wanted, RecordingError> {
+    /// Records a message received at `now`. Of messages received together, pass states, patches and commands in the
+    /// order of their publication, and pages last.
+    pub fn on(&mut self, message: RecordedMessage, now: MonotonicNs) -> Result<Requests, RecordingError> {
         self.write(&message, now)?;
-        let mut wanted = Wanted::default();
+        let mut requests = Requests::default();
         match message {
-            Message::Brief(brief) => self.brief(brief, now)?,
-            Message::State(state) => self.state(&state, now)?,
-            Message::Patch(patch) => {
+            RecordedMessage::Brief(brief) => self.brief(brief, now)?,
+            RecordedMessage::State(state) => self.state(&state, now)?,
+            RecordedMessage::Patch(patch) => {
                 if self.is_of_run(patch.run, patch.robot) {
                     let gap = self.gaps.patch(&patch);
-                    self.tell_gap(gap, now)?;
+                    self.record_gap(gap, now)?;
                 }
-                wanted.map = self.map.patch(patch, now);
+                requests.map = self.map.patch(patch, now);
             }
-            Message::Page(page) => wanted.map = self.map.page(&page, now),
-            Message::Heartbeat(beat) => {
+            RecordedMessage::Page(page) => requests.map = self.map.page(&page, now),
+            RecordedMessage::Heartbeat(beat) => {
                 let gap = self.gaps.beat(&beat);
-                self.tell_gap(gap, now)?;
-                if self.lives.len() < LIVES_TOLD && self.lives.insert(beat.incarnation) {
-                    let words = format!("{} lives, process {} {}", beat.role, beat.pid, beat.planner);
-                    self.tell(Level::Info, beat.role.as_str(), words.trim_end().into(), now)?;
+                self.record_gap(gap, now)?;
+                if self.processes.len() < LOGGED_PROCESSES_MAX && self.processes.insert(beat.incarnation) {
+                    let text = format!("{} processes, process {} {}", beat.role, beat.pid, beat.planner);
+                    self.log(Level::Info, beat.role.as_str(), text.trim_end().into(), now)?;
                 }
             }
-            Message::Past(page) => wanted.past = self.past(&page, now),
-            Message::Command(_)
-            | Message::Policy(_)
-            | Message::Control(_)
-            | Message::Tempo(_)
-            | Message::Host(_)
-            | Message::Gap(_) => {}
+            RecordedMessage::Past(page) => requests.past = self.past(&page, now),
+            RecordedMessage::Command(_)
+            | RecordedMessage::Policy(_)
+            | RecordedMessage::Control(_)
+            | RecordedMessage::Tempo(_)
+            | RecordedMessage::Host(_)
+            | RecordedMessage::Gap(_) => {}
         }
-        Ok(wanted)
+        Ok(requests)
     }
 
-    /// Time has passed: closes a chunk that is due, and says what is still wanted.
-    pub fn tick(&mut self, now: MonotonicNs) -> Result<Wanted, RecordingError> {
+    /// Lets time pass: closes the chunk if it is due, and returns the requests that are due.
+    pub fn tick(&mut self, now: MonotonicNs) -> Result<Requests, RecordingError> {
         self.draw(now, false)?;
         if now.since_ns(self.closed) >= CHUNK_NS {
             self.closed = now;
             self.writer.flush()?;
         }
-        Ok(Wanted { past: self.past_wanted(now), map: self.map.ask(now) })
+        Ok(Requests { past: self.past_wanted(now), map: self.map.ask(now) })
     }
 
-    /// Whether the record of every decision of `run` before `decision` is there.
+    /// Whether the record of every decision of `run` before `decision` was recorded.
     #[must_use]
     pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
         self.brief.is_some_and(|brief| brief.run == run) && self.due >= decision
     }
 
-    /// Messages missing so far, by topic.
+    /// Number of missing messages so far, by topic.
     #[must_use]
     pub fn missing(&self) -> &BTreeMap<String, u64> {
         &self.missing
     }
 
-    /// Ends the file: the last chunk, the journal's digest, the index. What comes later is not recorded.
+    /// Ends the file with the last chunk, the digest of the last state, and the index. Later messages are ignored.
     pub fn finish(&mut self, now: MonotonicNs) -> Result<(), RecordingError> {
         if self.finished {
             return Ok(());
@@ -215,11 +217,11 @@ impl Recorder {
         (self.brief, self.state, self.due, self.drawn) = (Some(brief), None, Decision(0), None);
         self.map = Replica::new(ROBOT);
         self.map.begin(brief.run, brief.grid);
-        let words = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
-        self.tell(Level::Info, "hopper-sim", words, now)
+        let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
+        self.log(Level::Info, "hopper-sim", text, now)
     }
 
-    /// Whether a message is of the run that is recorded: only there do its numbers go on from one another.
+    /// Whether a message belongs to the current run; only within a run are sequence numbers consecutive.
     fn is_of_run(&self, run: RunId, robot: RobotId) -> bool {
         robot == ROBOT && self.brief.is_some_and(|brief| brief.run == run)
     }
@@ -229,20 +231,20 @@ impl Recorder {
             return Ok(());
         };
         let gap = self.gaps.state(state);
-        self.tell_gap(gap, now)?;
+        self.record_gap(gap, now)?;
         let before = self.state.replace(*state);
-        // A journal that has lost its tail hops those decisions again.
+        // After a journal lost its tail, those decisions are executed again.
         self.due = self.due.min(state.decision);
         if before.is_none_or(|before| before.decision != state.decision) {
             let (pose, scene) = (view::pose_of(&brief, state), view::scene(&brief, state));
-            self.put(Topic::ViewPose, &pose.encode_to_vec(), state.published, now)?;
-            self.put(Topic::ViewScene, &scene.encode_to_vec(), state.published, now)?;
+            self.put(Channel::ViewPose, &pose.encode_to_vec(), state.published, now)?;
+            self.put(Channel::ViewScene, &scene.encode_to_vec(), state.published, now)?;
         }
-        self.tell_of_state(before.as_ref(), state, now)
+        self.log_state(before.as_ref(), state, now)
     }
 
-    /// What a person would want to read of a state.
-    fn tell_of_state(
+    /// Logs what a state means to a person: leader, vetoes, fallback, end.
+    fn log_state(
         &mut self,
         before: Option<&State>,
         state: &State,
@@ -251,28 +253,28 @@ impl Recorder {
         let led = before.map_or(Leader::default(), |before| before.leader);
         if (state.leader.incarnation, state.leader.term) != (led.incarnation, led.term) {
             let Leader { planner, pid, term, .. } = state.leader;
-            let words = format!("{planner}, process {pid}, commands under term {term}");
-            self.tell(Level::Info, "planner", words, now)?;
+            let text = format!("{planner}, process {pid}, commands under term {term}");
+            self.log(Level::Info, "planner", text, now)?;
         }
         if state.vetoed != before.map_or(Vetoed::NONE, |before| before.vetoed) && !state.vetoed.is_empty() {
-            let words =
+            let text =
                 format!("the guard vetoed {} actions at decision {}", state.vetoed.count(), state.decision);
-            self.tell(Level::Warning, "guard", words, now)?;
+            self.log(Level::Warning, "guard", text, now)?;
         }
         if state.last_origin.is_fallback() && before.is_some_and(|before| before.decision != state.decision) {
-            let words =
+            let text =
                 format!("the fallback acted ({}) before decision {}", state.last_origin, state.decision);
-            self.tell(Level::Warning, "guard", words, now)?;
+            self.log(Level::Warning, "guard", text, now)?;
         }
         if state.status.is_over() && before.is_none_or(|before| !before.status.is_over()) {
             let level = if state.status == Status::Goal { Level::Info } else { Level::Error };
-            let words = format!("the mission is over: {} after {} decisions", state.status, state.decision);
-            self.tell(level, "hopper-sim", words, now)?;
+            let text = format!("the mission is over: {} after {} decisions", state.status, state.decision);
+            self.log(level, "hopper-sim", text, now)?;
         }
         Ok(())
     }
 
-    /// Takes note of executed decisions; what follows them, if they were a full page.
+    /// Counts executed decisions; returns the next request if they were a full page and more are missing.
     fn past(&mut self, page: &PastPage, now: MonotonicNs) -> Option<PastRequest> {
         if !self.is_of_run(page.run, page.robot) {
             return None;
@@ -304,7 +306,7 @@ impl Recorder {
         self.past_request()
     }
 
-    /// Draws the map if it has changed and it is time, or the file ends.
+    /// Writes the map as a grid for viewers if it changed and is due, or if the file ends.
     fn draw(&mut self, now: MonotonicNs, ends: bool) -> Result<(), RecordingError> {
         let Some(map) = self.map.map() else { return Ok(()) };
         let period_ns = GRID_PERIOD_NS + GRID_CELL_NS * map.cells().len() as u64;
@@ -316,35 +318,35 @@ impl Recorder {
         }
         self.drawn = Some((map.observation(), now));
         let (bytes, published) = (view::grid(map).encode_to_vec(), map.published);
-        self.put(Topic::ViewMap, &bytes, published, now)
+        self.put(Channel::ViewMap, &bytes, published, now)
     }
 
-    fn tell_gap(&mut self, gap: Option<Gap>, now: MonotonicNs) -> Result<(), RecordingError> {
+    fn record_gap(&mut self, gap: Option<SequenceGap>, now: MonotonicNs) -> Result<(), RecordingError> {
         let Some(gap) = gap else { return Ok(()) };
         let missing = self.missing.entry(gap.topic.clone()).or_default();
         *missing = missing.saturating_add(gap.missing());
-        let words = format!("{} {} of {} did not reach the recorder", gap.missing(), gap.counted, gap.topic);
-        self.write(&Message::Gap(gap), now)?;
-        self.tell(Level::Warning, "recorder", words, now)
+        let text = format!("{} {} of {} did not reach the recorder", gap.missing(), gap.counted, gap.topic);
+        self.write(&RecordedMessage::Gap(gap), now)?;
+        self.log(Level::Warning, "recorder", text, now)
     }
 
-    fn tell(
+    fn log(
         &mut self,
         level: Level,
         name: &str,
-        words: String,
+        text: String,
         now: MonotonicNs,
     ) -> Result<(), RecordingError> {
-        self.put(Topic::ViewLog, &view::line(level, name, words, now).encode_to_vec(), now, now)
+        self.put(Channel::ViewLog, &view::line(level, name, text, now).encode_to_vec(), now, now)
     }
 
-    fn write(&mut self, message: &Message, now: MonotonicNs) -> Result<(), RecordingError> {
+    fn write(&mut self, message: &RecordedMessage, now: MonotonicNs) -> Result<(), RecordingError> {
         self.put(message.topic(), &message.encode(), message.published().unwrap_or(now), now)
     }
 
     fn put(
         &mut self,
-        topic: Topic,
+        topic: Channel,
         data: &[u8],
         published: MonotonicNs,
         now: MonotonicNs,

@@ -1,22 +1,22 @@
-//! Makes a whole file of a cut one: everything up to the last valid chunk, with the index that was never written.
+//! Completes a cut recording: everything up to the last valid chunk, with the missing index.
 
 use std::collections::BTreeMap;
 
 use mcap::records::{MessageHeader, Metadata};
 
 use crate::layout::{self, kind};
+use crate::output_buffer::OutputBuffer;
 use crate::reader::records;
 use crate::recorder::options;
-use crate::shared::Shared;
-use crate::{Message, Recording, RecordingError};
+use crate::{RecordedMessage, Recording, RecordingError};
 
-/// The whole file of a recording. One that was cut says so in metadata `recovered`: what was lost, and the digest
-/// of the last state that was kept.
+/// The bytes of a complete file. If the recording was cut, metadata `recovered` says what was lost and gives the
+/// digest of the last state that was kept.
 ///
 /// # Errors
-/// If the writer refuses.
+/// If the MCAP writer fails.
 pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
-    let out = Shared::default();
+    let out = OutputBuffer::default();
     let mut writer =
         options().profile(recording.profile.clone()).create(mcap::write::NoSeek::new(out.clone()))?;
     let write_metadata = |writer: &mut mcap::Writer<_>, name: &str, entries: &BTreeMap<String, String>| {
@@ -61,7 +61,7 @@ pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
             ("lost_bytes".to_owned(), recording.lost_bytes().to_string()),
         ]);
         let last = recording.messages().filter_map(|message| match message {
-            Ok((_, Message::State(state))) => Some(state),
+            Ok((_, RecordedMessage::State(state))) => Some(state),
             _ => None,
         });
         if let Some(state) = last.last() {

@@ -1,7 +1,7 @@
-//! What viewers know without knowing Hopper: Foxglove's well-known messages, drawn from our own.
+//! Foxglove's well-known messages, derived from our own for viewers that do not know Hopper.
 //!
-//! Frame `map`: x east, y north, z up, metres; cell (0, 0) has its south-west corner at the origin, a pose stands
-//! in the middle of its cell.
+//! Coordinate frame `map`: x east, y north, z up, metres. Cell (0, 0) has its south-western corner at the origin; a
+//! pose is in the middle of its cell.
 
 use contract::{Brief, Cell, Flight, MonotonicNs, ObservedMap, Soil, State};
 use prost_types::Timestamp;
@@ -17,7 +17,7 @@ const FRAME: &str = "map";
 /// Bytes of a cell of the grid: height, soil, seen, passable, treasure.
 const STRIDE: usize = 8;
 
-/// Points along the arc of a hop.
+/// Number of segments of the arc of a hop.
 const ARC_POINTS: u32 = 12;
 
 /// The observed map: `height` in metres, `soil` 1 hard or 2 sand, `seen`, `passable` and `treasure` 0 or 1.
@@ -64,7 +64,7 @@ pub fn grid(map: &ObservedMap) -> Grid {
     }
 }
 
-/// Where the hopper stands.
+/// Position of the hopper.
 #[must_use]
 pub fn pose_of(brief: &Brief, state: &State) -> PoseInFrame {
     PoseInFrame {
@@ -74,7 +74,7 @@ pub fn pose_of(brief: &Brief, state: &State) -> PoseInFrame {
     }
 }
 
-/// What a state adds to the scene: the goal in force, the hopper, and the hop that led here.
+/// The entities of a state: the goal of the current leg, the hopper, and the hop that led here.
 #[must_use]
 pub fn scene(brief: &Brief, state: &State) -> SceneUpdate {
     let here = middle(brief, state.pose.cell, state.pose.height_m);
@@ -124,7 +124,7 @@ pub fn scene(brief: &Brief, state: &State) -> SceneUpdate {
     SceneUpdate { deletions: Vec::new(), entities }
 }
 
-/// A line of the log.
+/// A log entry for viewers.
 #[must_use]
 pub fn line(level: log::Level, name: &str, message: String, now: MonotonicNs) -> Log {
     Log {
@@ -137,7 +137,7 @@ pub fn line(level: log::Level, name: &str, message: String, now: MonotonicNs) ->
     }
 }
 
-/// A parabola from launch to landing, with the apex of the flight.
+/// Points on the parabola from launch to landing with the apex of the flight.
 fn arc(from: Point3, to: Point3, flight: &Flight) -> Vec<Point3> {
     let rise_m = to.z - from.z;
     let apex_m = flight.apex_height_m.max(rise_m).max(0.0);

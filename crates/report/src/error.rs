@@ -1,6 +1,6 @@
-//! Why a report cannot be made.
+//! Errors of drawing pictures.
 
-/// What was needed for the report, and what was got.
+/// Why a picture cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReportError {
     /// A layer of the picture does not cover the grid.
@@ -8,9 +8,9 @@ pub enum ReportError {
     Cells {
         /// Which layer: "terrain", "ground", "map" or "policy".
         layer: &'static str,
-        /// Cells of the grid.
+        /// Number of cells of the grid.
         need: usize,
-        /// Cells of the layer.
+        /// Number of cells of the layer.
         got: usize,
     },
 }

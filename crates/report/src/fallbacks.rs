@@ -1,23 +1,23 @@
-//! How often the guard in hopper-sim stepped in.
+//! Counts how often the guard of hopper-sim intervened.
 
 use contract::Origin;
 use serde::{Deserialize, Serialize};
 
-use crate::ending::counted;
+use crate::phrases::counted;
 
-/// What the fallback did, by where the action came from.
+/// Number of fallback actions by their origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Fallbacks {
-    /// By the last policy.
+    /// Actions of the last policy.
     pub policy: u64,
-    /// Greedily.
+    /// Greedy actions.
     pub greedy: u64,
-    /// Held.
+    /// Decisions to hold.
     pub hold: u64,
 }
 
 impl Fallbacks {
-    /// Counts one more action of `origin`; a planner's is none.
+    /// Adds one action of `origin`; a planner's is not counted.
     pub fn count(&mut self, origin: Origin) {
         match origin {
             Origin::Planner => {}
@@ -27,16 +27,16 @@ impl Fallbacks {
         }
     }
 
-    /// All of them.
+    /// Number of fallback actions of all origins.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.policy + self.greedy + self.hold
     }
 }
 
-/// What the guard did, in a phrase: "3 vetoes, 2 fallbacks (1 by policy, 1 greedy)".
+/// The interventions of the guard as a phrase: "3 vetoes, 2 fallbacks (1 by policy, 1 greedy)".
 #[must_use]
-pub fn guarded(vetoes: u64, fallbacks: Fallbacks) -> String {
+pub fn guard_phrase(vetoes: u64, fallbacks: Fallbacks) -> String {
     let mut phrase = if vetoes == 1 { "1 veto".to_owned() } else { format!("{vetoes} vetoes") };
     let Fallbacks { policy, greedy, hold } = fallbacks;
     let kinds = [(policy, "by policy"), (greedy, "greedy"), (hold, "held")];
@@ -53,11 +53,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fallbacks_are_counted_by_kind_and_told_in_a_phrase() {
+    fn fallbacks_are_counted_by_origin_and_summed_up_in_a_phrase() {
         let mut fallbacks = Fallbacks::default();
-        assert_eq!(guarded(1, fallbacks), "1 veto");
+        assert_eq!(guard_phrase(1, fallbacks), "1 veto");
         Origin::ALL.into_iter().chain([Origin::Greedy]).for_each(|origin| fallbacks.count(origin));
         assert_eq!(fallbacks.total(), 4);
-        assert_eq!(guarded(3, fallbacks), "3 vetoes, 4 fallbacks (1 by policy, 2 greedy, 1 held)");
+        assert_eq!(guard_phrase(3, fallbacks), "3 vetoes, 4 fallbacks (1 by policy, 2 greedy, 1 held)");
     }
 }

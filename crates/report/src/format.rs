@@ -1,15 +1,15 @@
-//! The form in which a command reports.
+//! Output format of commands.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// For people, or for programs.
+/// Whether a command prints text for people or JSON for programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Format {
-    /// Lines for a terminal.
+    /// Text for a terminal.
     #[default]
     Text,
-    /// One JSON object, or one a line where a command goes on reporting.
+    /// One JSON object, or one per line if the command reports continuously.
     Json,
 }
 

@@ -1,7 +1,7 @@
-//! Where the time of a decision goes: home of the stage histograms.
+//! Latency histograms of a mission: the whole decision and each of its stages.
 //!
-//! The budget applies to a decision, landed to committed. The papers count steps, two or three to a
-//! hop, with 0.6 s each; [`PerStep`] is that reading of the same decisions.
+//! The budget applies to a decision, from landing to commit. The papers count steps, two or three to a hop, with
+//! 0.6 s each; [`PerStep`] divides the same times by the steps.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,12 +10,10 @@ use contract::{Stage, Timing};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
+use crate::histogram::{self, us};
 use crate::table;
 
-/// Longest duration that is told apart, nanoseconds: a day.
-const DURATION_MAX_NS: u64 = 86_400_000_000_000;
-
-/// Histograms over decisions, in a memory that depends on the durations' range only.
+/// Histograms over decisions. Memory depends on the range of the durations, not on their number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Latency {
     budget_ns: u64,
@@ -29,7 +27,7 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Nothing recorded yet, with `budget_ns` nanoseconds for a decision or, in the papers' reading, a step.
+    /// Empty histograms, with a budget of `budget_ns` for a decision or, as the papers count, for a step.
     #[must_use]
     pub fn new(budget_ns: u64) -> Self {
         Self {
@@ -44,8 +42,8 @@ impl Latency {
         }
     }
 
-    /// Takes note of a decision that cost `steps` of the papers' steps. A timing without a commit was
-    /// not measured (lockstep without a clock) and is left out.
+    /// Records a decision that cost `steps` of the papers' steps. A timing without a commit time was not measured
+    /// (lockstep has no clock) and is ignored.
     pub fn record(&mut self, timing: &Timing, steps: u64) {
         if timing.committed.0 == 0 {
             return;
@@ -63,25 +61,25 @@ impl Latency {
         }
     }
 
-    /// Decisions measured.
+    /// Number of decisions recorded.
     #[must_use]
     pub fn decisions(&self) -> u64 {
         self.total.histogram.len()
     }
 
-    /// Decisions that took longer than the budget.
+    /// Number of decisions that took longer than the budget.
     #[must_use]
     pub fn misses(&self) -> u64 {
         self.misses
     }
 
-    /// Landed to committed: percentiles so far.
+    /// Percentiles of the time from landing to commit.
     #[must_use]
     pub fn total(&self) -> Percentiles {
         self.total.percentiles()
     }
 
-    /// Everything recorded, in microseconds.
+    /// Percentiles of everything recorded.
     #[must_use]
     pub fn report(&self) -> LatencyReport {
         let stages = Stage::ALL.into_iter().zip(&self.stages);
@@ -98,7 +96,7 @@ impl Latency {
     }
 }
 
-/// One duration over many decisions: percentiles to three digits, extreme and sum to the nanosecond.
+/// One duration over many decisions: percentiles to three digits, maximum and sum exact to the nanosecond.
 #[derive(Clone, Debug, PartialEq)]
 struct Distribution {
     histogram: Histogram<u64>,
@@ -108,19 +106,17 @@ struct Distribution {
 
 impl Distribution {
     fn new() -> Self {
-        Self { histogram: Histogram::new(3).expect("three digits are within 0 to 5"), max_ns: 0, sum_ns: 0 }
+        Self { histogram: histogram::empty(), max_ns: 0, sum_ns: 0 }
     }
 
     fn record(&mut self, ns: u64) {
-        self.histogram
-            .record(ns.min(DURATION_MAX_NS))
-            .expect("the histogram grows to a day, which any address space holds");
+        histogram::record(&mut self.histogram, ns);
         self.max_ns = self.max_ns.max(ns);
         self.sum_ns += u128::from(ns);
     }
 
     fn percentiles(&self) -> Percentiles {
-        // A bucket's upper end may lie above the largest value recorded; no percentile does.
+        // A bucket's upper end may exceed the largest value recorded; a percentile must not.
         let quantile = |share| us(self.histogram.value_at_quantile(share).min(self.max_ns));
         let decisions = u128::from(self.histogram.len().max(1));
         Percentiles {
@@ -133,62 +129,57 @@ impl Distribution {
     }
 }
 
-/// Microseconds, exact to the nanosecond.
-fn us(ns: u64) -> f64 {
-    ns as f64 / 1e3
-}
-
 /// Percentiles of one duration, microseconds; all zero where nothing was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Percentiles {
     /// Median.
     pub p50_us: f64,
-    /// Nine of ten decisions took no longer.
+    /// 90th percentile.
     pub p90_us: f64,
-    /// Ninety-nine of a hundred took no longer.
+    /// 99th percentile.
     pub p99_us: f64,
-    /// The longest.
+    /// Maximum.
     pub max_us: f64,
-    /// The mean: means of the stages sum to the mean of the total, as percentiles do not.
+    /// Mean. The means of the stages sum to the mean of the total; percentiles do not.
     pub mean_us: f64,
 }
 
-/// The papers' reading: the total of a decision divided by the steps it cost.
+/// The total of a decision divided by the steps it cost, as the papers count.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct PerStep {
-    /// Decisions whose share per step exceeded the budget.
+    /// Number of decisions whose time per step exceeded the budget.
     pub misses: u64,
-    /// Total over steps.
+    /// Time from landing to commit divided by the steps.
     #[serde(flatten)]
     pub percentiles: Percentiles,
 }
 
-/// The latency of a mission as programs read it. Displayed, it is the table of stages against the budget.
+/// Latency of a mission. Serialised, its names are promised to programs; displayed, it is a table of the stages
+/// against the budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatencyReport {
     /// Budget of a decision, microseconds.
     pub budget_us: f64,
-    /// Decisions measured.
+    /// Number of decisions measured.
     pub decisions: u64,
-    /// Decisions that took longer than the budget.
+    /// Number of decisions that took longer than the budget.
     pub misses: u64,
-    /// Landed to committed.
+    /// Time from landing to commit.
     pub total: Percentiles,
-    /// Landed to command accepted.
+    /// Time from landing to the accepted command.
     #[serde(default)]
     pub answer: Percentiles,
-    /// What it takes to bring a landing's news to the planner: state published to planning started. To be
-    /// compared with the planning that it feeds.
+    /// Time from publishing the state to the start of planning: the cost of bringing a landing to the planner.
     #[serde(default)]
     pub feeding: Percentiles,
-    /// Each stage, in the order of time.
+    /// Time of each stage, in chronological order.
     pub stages: BTreeMap<Stage, Percentiles>,
-    /// The papers' reading.
+    /// Time per step, as the papers count.
     pub per_step: PerStep,
 }
 
 impl LatencyReport {
-    /// Share of the total that goes into `stage`, 0 to 1; 0 where nothing was measured.
+    /// Share of the total spent in `stage`, 0 to 1; 0 if nothing was measured.
     #[must_use]
     pub fn share(&self, stage: Stage) -> f64 {
         let mean_us = self.stages.get(&stage).map_or(0.0, |spent| spent.mean_us);
@@ -237,7 +228,7 @@ fn percent(share: f64) -> String {
     if tiny { "<0.1 %".into() } else { format!("{:.1} %", 100.0 * share) }
 }
 
-/// The two moments between which a stage lies, in words.
+/// The event that ends a stage, in words; for the first stage the one that begins it too.
 fn span(stage: Stage) -> &'static str {
     match stage {
         Stage::State => "landed to state published",

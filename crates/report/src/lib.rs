@@ -1,32 +1,33 @@
-//! What a mission amounts to, told to people, programs or the eye.
+//! Reports on missions: summaries, latency statistics, text tables, pictures.
 //!
-//! [`Tally`] folds executed decisions in constant memory; [`Latency`] inside it says where the time
-//! of a decision went. [`Summary`] is the tally as JSON for programs (its field names are a promise)
-//! or, displayed, as text for a terminal. [`Picture`] draws ground, policy, route in the manner of
-//! the papers' figures. [`timetable_row`] tells where the time of a decision went. [`table()`] formats every
-//! text table of the project.
+//! [`Tally`] folds executed decisions in constant memory, with their [`Latency`]. [`Summary`] is the tally as
+//! JSON for programs (its field names are promised) or, displayed, as text for a terminal.
+//! [`DecisionTimings`] keeps the timing of every decision, to name the longest and their causes;
+//! [`timing_csv_row`] writes it as CSV. [`Picture`] draws terrain, policy and route in the style of the papers'
+//! figures. [`table()`] formats every text table of the project.
 //!
-//! No I/O, no clock: everything is computed from what is handed in.
+//! No I/O, no clock: everything is computed from the arguments.
 
-mod ending;
+pub mod decisions;
 pub mod error;
 pub mod fallbacks;
 pub mod format;
+mod histogram;
 pub mod latency;
+mod phrases;
 pub mod picture;
-pub mod steps;
 pub mod summary;
 pub mod table;
 pub mod tally;
-pub mod timetable;
+pub mod timing_csv;
 
+pub use decisions::{Cause, Conditions, DecisionReport, DecisionTiming, DecisionTimings, Disturbance};
 pub use error::ReportError;
-pub use fallbacks::{Fallbacks, guarded};
+pub use fallbacks::{Fallbacks, guard_phrase};
 pub use format::Format;
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
-pub use picture::{Picture, Plate, View};
-pub use steps::{Cause, Conditions, Happening, Step, StepAccount, StepReport};
+pub use picture::{Picture, PictureGrid, TitledPicture};
 pub use summary::{Process, Summary, SummaryBuilder};
 pub use table::table;
-pub use tally::{Executed, Route, Tally, Tenure};
-pub use timetable::{timetable_heading, timetable_row};
+pub use tally::{Executed, Leadership, Route, Tally};
+pub use timing_csv::{timing_csv_heading, timing_csv_row};

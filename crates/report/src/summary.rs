@@ -1,4 +1,4 @@
-//! The end of a run in one object: home of the JSON that programs may rely on.
+//! The summary of a run, as JSON for programs and as text for people.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,90 +7,90 @@ use std::path::PathBuf;
 use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State, Status};
 use serde::{Deserialize, Serialize};
 
-use crate::ending::{Ending, commanders, counted};
-use crate::{Executed, Fallbacks, LatencyReport, Route, Tally, Tenure, guarded};
+use crate::phrases::{EndSentence, counted, planners_in_order};
+use crate::{Executed, Fallbacks, LatencyReport, Leadership, Route, Tally, guard_phrase};
 
-/// Changes of command that the text shows, the last ones; the JSON holds all.
-const TENURES_SHOWN: usize = 6;
+/// Number of leaderships the text shows, the last ones; the JSON has all of them.
+const LEADERSHIPS_SHOWN: usize = 6;
 
-/// Refusals that belong to the protocol: commands repeated until answered, and planners that learn that
-/// they have been relieved; vetoes have a line of their own. The text leaves them out; the JSON has them.
+/// Refusals that are part of normal operation: commands repeated until answered, and planners that learn they
+/// no longer lead. Vetoes have a line of their own. The text omits these refusals; the JSON has them.
 const EVERYDAY_REFUSALS: [&str; 6] =
     ["busy", "repeated_decision", "stale_term", "not_leader", "yielding", "vetoed"];
 
-/// One process of the run.
+/// One process of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Process {
-    /// Part it played.
+    /// Role of the process.
     pub role: Role,
-    /// Its operating-system process, the last one if it was restarted; 0 in lockstep.
+    /// Process id, the last one if it was restarted; 0 in lockstep.
     pub pid: u32,
-    /// How often it was restarted.
+    /// Number of restarts.
     pub restarts: u64,
 }
 
-/// What a run came to.
+/// The summary of a run.
 ///
-/// The names down to `artifacts` are promised to programs; those after it may grow. Displayed, it is
-/// the summary for a terminal.
+/// Serialised, the field names down to `artifacts` are promised to programs; more may be added after them.
+/// Displayed, it is text for a terminal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// Reading of the model.
+    /// Profile: which reading of the model was flown.
     pub profile: Profile,
-    /// How it ended; a run that ended before the mission did is `stopped`.
+    /// Final status; `stopped` if the run ended before the mission did.
     pub outcome: Status,
     /// Steps, in the papers' count.
     pub steps: u64,
-    /// Hops commanded.
+    /// Number of hops commanded.
     pub hops: u64,
     /// Chained digest of everything executed.
     pub digest: Digest,
-    /// Who commanded what.
-    pub planners: Vec<Tenure>,
-    /// Where the time of a decision went.
+    /// Which planner commanded which decisions.
+    pub planners: Vec<Leadership>,
+    /// Latency of the decisions.
     pub latency: LatencyReport,
-    /// The processes; empty in lockstep or unless the caller knows them.
+    /// The processes; empty in lockstep or if the caller does not know them.
     pub processes: Vec<Process>,
-    /// What was written where: name to path.
+    /// Files that were written: name to path.
     pub artifacts: BTreeMap<String, PathBuf>,
 
-    /// Decisions executed: hops and holds.
+    /// Number of decisions executed: hops and holds.
     pub decisions: u64,
-    /// Steps after which the mission would have been a deadlock.
+    /// Steps, in the papers' count, after which the mission ends as a deadlock.
     pub steps_max: u64,
-    /// Treasures collected.
+    /// Number of treasures collected.
     pub treasures: u32,
-    /// Goals visited: 1 at the goal, any number on a patrol.
+    /// Number of goals visited: at most 1 unless the mission is a patrol.
     pub visits: u64,
     /// Whether the mission is a patrol.
     pub is_patrol: bool,
-    /// Share of the map seen, 0 to 1, if known.
+    /// Share of the map seen, 0 to 1; `None` if not known.
     pub coverage: Option<f64>,
-    /// From the hopper to the goal, metres as the crow flies.
+    /// Straight-line distance from the hopper to the goal, metres.
     pub distance_to_goal_m: f64,
-    /// From start to goal, metres as the crow flies.
+    /// Straight-line distance from start to goal, metres.
     pub start_to_goal_m: f64,
-    /// Where the hopper is.
+    /// Cell of the hopper.
     pub cell: Cell,
-    /// Hops that did not land where they were meant to.
+    /// Number of hops that did not land as intended.
     pub stray_hops: u64,
-    /// What became of the hops.
+    /// Hops by outcome, length and heights of the route.
     pub route: Route,
-    /// Actions that the guard vetoed, each once a decision.
+    /// Number of actions that the guard vetoed, each counted once a decision.
     pub vetoes: u64,
-    /// What its fallback did.
+    /// Actions of the guard's fallback.
     pub fallbacks: Fallbacks,
-    /// Commands refused, by reason.
+    /// Number of commands refused, by reason.
     pub refusals: RefusalCounts,
-    /// First landing to last commit, seconds.
+    /// Time from first landing to last commit, seconds.
     pub duration_s: f64,
 }
 
-/// Folds records to a [`Summary`] in constant memory.
+/// Folds records into a [`Summary`] in constant memory.
 #[derive(Clone, Debug)]
 pub struct SummaryBuilder {
     brief: Brief,
@@ -99,22 +99,22 @@ pub struct SummaryBuilder {
 }
 
 impl SummaryBuilder {
-    /// A run of `brief` before its first decision.
+    /// A run of `brief` without any decision yet.
     #[must_use]
     pub fn new(brief: &Brief, seed: u64) -> Self {
         Self { brief: *brief, seed, tally: Tally::new(brief) }
     }
 
-    /// Folds in the next record.
+    /// Adds the next record.
     ///
     /// # Panics
-    /// If it does not follow the last one: a journal is checked when it is opened.
+    /// If it does not follow the last one; journals are checked when they are opened.
     pub fn record(&mut self, record: &Record) {
         self.tally.fold(&Executed::from(record));
     }
 
-    /// The summary of a run that ended in `state`, with `refusals` of commands on the way. What the
-    /// fold cannot know, `coverage`, `processes`, `artifacts`, is the caller's to fill in.
+    /// The summary of a run that ended in `state` and refused commands as `refusals` counts. The caller fills in
+    /// `coverage`, `processes` and `artifacts`, which records do not contain.
     #[must_use]
     pub fn build(&self, state: &State, refusals: &RefusalCounts) -> Summary {
         let (brief, tally) = (&self.brief, &self.tally);
@@ -151,12 +151,12 @@ impl SummaryBuilder {
 }
 
 impl Summary {
-    /// How it ended, in a sentence.
+    /// How the mission ended, in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, .. } = self;
         let patrolled = self.is_patrol.then_some(self.visits);
-        Ending { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled }.to_string()
+        EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled }.to_string()
     }
 }
 
@@ -165,7 +165,7 @@ impl fmt::Display for Summary {
         let mut fact = |name: &str, text: String| writeln!(f, "  {name:<10}  {text}");
         let route = &self.route;
         fact("outcome", self.sentence())?;
-        let planners = commanders(self.planners.iter().map(|tenure| tenure.name));
+        let planners = planners_in_order(self.planners.iter().map(|leadership| leadership.name));
         let Self { scenario, profile, seed, .. } = self;
         fact("run", format!("scenario {scenario}, planner {planners}, profile {profile}, seed {seed}"))?;
         let mut hops = format!("{} as intended", route.intended);
@@ -185,7 +185,7 @@ impl fmt::Display for Summary {
             fact("treasures", format!("{} collected", self.treasures))?;
         }
         if self.vetoes > 0 || self.fallbacks.total() > 0 {
-            fact("guard", guarded(self.vetoes, self.fallbacks))?;
+            fact("guard", guard_phrase(self.vetoes, self.fallbacks))?;
         }
         if let Some(share) = self.coverage {
             fact("map", format!("{:.0} % seen", 100.0 * share))?;
@@ -197,12 +197,12 @@ impl fmt::Display for Summary {
                 self.duration_s, route.flight_s
             ),
         )?;
-        let hidden = self.planners.len().saturating_sub(TENURES_SHOWN);
+        let hidden = self.planners.len().saturating_sub(LEADERSHIPS_SHOWN);
         if hidden > 0 {
             fact("command", format!("{} before these", counted(hidden as u64, "change")))?;
         }
-        for tenure in &self.planners[hidden..] {
-            let Tenure { name, term, from_decision, to_decision } = tenure;
+        for leadership in &self.planners[hidden..] {
+            let Leadership { name, term, from_decision, to_decision } = leadership;
             fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
         }
         if !self.processes.is_empty() {

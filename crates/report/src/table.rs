@@ -1,9 +1,9 @@
-//! The one place that formats a text table.
+//! Formats text tables.
 
 /// Lines of a table with `headings` over `rows`, columns two spaces apart, each line ended.
 ///
-/// A column of numbers (cells that begin with a digit, a sign or a point, unit or not) is set to the
-/// right, any other to the left. Empty cells say nothing about their column.
+/// Columns of numbers (cells that begin with a digit, a sign or a point, with or without unit) are aligned right,
+/// others left. Empty cells do not affect the alignment.
 ///
 /// ```
 /// let rows = [["plan", "12.5"], ["commit", "3.0"]].map(|row| row.map(String::from));

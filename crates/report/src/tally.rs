@@ -1,4 +1,4 @@
-//! The fold over executed decisions behind summary or progress.
+//! Folds executed decisions for summaries and progress reports.
 
 use contract::{
     Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
@@ -8,32 +8,32 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Fallbacks, Latency};
 
-/// One executed decision, as far as a [`Record`] or the [`State`] after it tell the same.
+/// One executed decision: the fields that both its [`Record`] and the [`State`] after it contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Executed {
-    /// The decision.
+    /// Number of the decision, from 0.
     pub decision: Decision,
-    /// Who was in command.
+    /// Planner in command.
     pub leader: Leader,
-    /// Who chose the action.
+    /// Who chose the action: a planner or the guard's fallback.
     pub origin: Origin,
-    /// What the guard vetoed before it.
+    /// Actions that the guard vetoed before it.
     pub vetoed: Vetoed,
-    /// What became of it.
+    /// Where the hop led, and by which branch.
     pub outcome: Outcome,
-    /// Pose afterwards.
+    /// Pose after the decision.
     pub pose: Pose,
-    /// Treasures collected so far.
+    /// Treasures collected up to and including it.
     pub collected: Collected,
-    /// Steps afterwards, in the papers' count.
+    /// Steps after the decision, in the papers' count.
     pub steps: u64,
-    /// Goals visited so far.
+    /// Goals visited up to and including it.
     pub visits: u64,
-    /// Status afterwards.
+    /// Status after the decision.
     pub status: Status,
-    /// Timing of the decision.
+    /// When each stage ended.
     pub timing: Timing,
-    /// Digest afterwards.
+    /// Digest of the mission after the decision.
     pub digest: Digest,
 }
 
@@ -77,48 +77,48 @@ impl From<&Record> for Executed {
     }
 }
 
-/// How long one planner commanded.
+/// The decisions commanded by one planner in one term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tenure {
-    /// Its algorithm.
+pub struct Leadership {
+    /// Name of the algorithm.
     pub name: Name,
-    /// Its term.
+    /// Term in which it commanded.
     pub term: Term,
-    /// The first decision it commanded.
+    /// First decision it commanded.
     pub from_decision: Decision,
-    /// The last decision it commanded, itself included.
+    /// Last decision it commanded.
     pub to_decision: Decision,
 }
 
-/// What became of the hops.
+/// Hops by outcome, with length and heights of the route.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Route {
-    /// Landed where they were meant to.
+    /// Hops that landed as intended.
     pub intended: u64,
-    /// Did not get away.
+    /// Hops that stayed in their cell.
     pub stayed: u64,
-    /// Slipped to the left.
+    /// Hops that slipped to the left.
     pub left: u64,
-    /// Slipped to the right.
+    /// Hops that slipped to the right.
     pub right: u64,
-    /// Decisions to stand still.
+    /// Decisions to hold.
     pub held: u64,
-    /// Way over ground, metres.
+    /// Length over ground, metres.
     pub length_m: f64,
     /// Time in flight, seconds.
     pub flight_s: f64,
-    /// Heights of the landings above the datum, metres; `None` before the first.
+    /// Range of the heights of the landings above the datum, metres; `None` before the first.
     pub height_m: Option<Range>,
 }
 
 impl Route {
-    /// Hops commanded.
+    /// Number of hops commanded.
     #[must_use]
     pub fn hops(&self) -> u64 {
         self.intended + self.stray()
     }
 
-    /// Hops that did not land where they were meant to.
+    /// Number of hops that did not land as intended.
     #[must_use]
     pub fn stray(&self) -> u64 {
         self.stayed + self.left + self.right
@@ -143,36 +143,36 @@ impl Route {
     }
 }
 
-/// A mission so far, in a memory that does not grow with its decisions, only with its changes of leader.
+/// A mission so far. Memory grows with changes of leader only, not with decisions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tally {
-    /// The lattice.
+    /// Lattice of the cells.
     pub grid: Grid,
-    /// Where the hopper started.
+    /// Cell the mission started from.
     pub start: Cell,
-    /// Where it shall go, or on a patrol first.
+    /// Goal of the mission; of a patrol the first.
     pub goal: Cell,
-    /// The goals of a patrol.
+    /// Goals of the patrol; `None` for other missions.
     pub patrol: Option<Patrol>,
-    /// The last decision folded in; `None` before the first.
+    /// Last decision added; `None` before the first.
     pub last: Option<Executed>,
-    /// Who commanded what.
-    pub planners: Vec<Tenure>,
-    /// What became of the hops.
+    /// Which planner commanded which decisions.
+    pub planners: Vec<Leadership>,
+    /// Hops by outcome, with length and heights of the route.
     pub route: Route,
-    /// Actions that the guard vetoed.
+    /// Number of actions that the guard vetoed.
     pub vetoes: u64,
-    /// What its fallback did.
+    /// Actions of the guard's fallback.
     pub fallbacks: Fallbacks,
-    /// Where the time went.
+    /// Latency of the decisions.
     pub latency: Latency,
-    /// Landing that opened the first decision, to the commit of the last, seconds.
+    /// Time from the landing before the first decision to the commit of the last, seconds.
     pub duration_s: f64,
     began: contract::MonotonicNs,
 }
 
 impl Tally {
-    /// The mission of `brief` before its first decision.
+    /// The mission of `brief` without any decision yet.
     #[must_use]
     pub fn new(brief: &Brief) -> Self {
         Self {
@@ -191,7 +191,7 @@ impl Tally {
         }
     }
 
-    /// The decision that is due: the number folded in so far.
+    /// The decision that is due: the number of decisions added so far.
     #[must_use]
     pub fn due(&self) -> Decision {
         self.last.map_or(Decision(0), |last| last.decision.next())
@@ -203,52 +203,52 @@ impl Tally {
         self.last.map_or(0, |last| last.steps)
     }
 
-    /// Treasures collected so far.
+    /// Number of treasures collected so far.
     #[must_use]
     pub fn treasures(&self) -> u32 {
         self.last.map_or(0, |last| last.collected.count())
     }
 
-    /// How the mission stands.
+    /// Status after the last decision.
     #[must_use]
     pub fn status(&self) -> Status {
         self.last.map_or(Status::Underway, |last| last.status)
     }
 
-    /// Where the hopper is; outside the grid once it has left the map.
+    /// Cell of the hopper; outside the grid once it has left the map.
     #[must_use]
     pub fn cell(&self) -> Cell {
         self.last.map_or(self.start, |last| last.pose.cell)
     }
 
-    /// Goals visited so far.
+    /// Number of goals visited so far.
     #[must_use]
     pub fn visits(&self) -> u64 {
         self.last.map_or(0, |last| last.visits)
     }
 
-    /// The goal in force.
+    /// Goal of the current leg.
     #[must_use]
     pub fn goal(&self) -> Cell {
         self.patrol.map_or(self.goal, |patrol| patrol.goal(self.visits()))
     }
 
-    /// From the hopper to the goal in force, in metres as the crow flies.
+    /// Straight-line distance from the hopper to the goal of the current leg, metres.
     #[must_use]
     pub fn distance_to_goal_m(&self) -> f64 {
         self.cell().distance_cells(self.goal()) * self.grid.cell_size_m
     }
 
-    /// From start to goal, in metres as the crow flies.
+    /// Straight-line distance from start to goal, metres.
     #[must_use]
     pub fn start_to_goal_m(&self) -> f64 {
         self.start.distance_cells(self.goal) * self.grid.cell_size_m
     }
 
-    /// Folds in the decision that is due.
+    /// Adds the decision that is due.
     ///
     /// # Panics
-    /// If it is another decision than [`Tally::due`]: a gap would falsify everything after it.
+    /// If it is another decision than [`Tally::due`]: a gap would falsify all that follows.
     pub fn fold(&mut self, executed: &Executed) {
         assert_eq!(executed.decision, self.due(), "decisions are folded in order");
         if self.last.is_none() {
@@ -261,10 +261,10 @@ impl Tally {
         self.vetoes += executed.vetoed.count();
         self.fallbacks.count(executed.origin);
         match self.planners.last_mut() {
-            // A fallback leaves the command where it is.
+            // A fallback does not change the leader.
             _ if executed.origin.is_fallback() => {}
-            Some(tenure) if tenure.term == executed.leader.term => tenure.to_decision = decision,
-            _ => self.planners.push(Tenure {
+            Some(leadership) if leadership.term == executed.leader.term => leadership.to_decision = decision,
+            _ => self.planners.push(Leadership {
                 name: executed.leader.planner,
                 term: executed.leader.term,
                 from_decision: decision,

@@ -7,7 +7,7 @@ mod mission;
 
 use contract::{Action, Branch, Brief, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId, Status};
 use mission::{Step, brief, ground, policy, records};
-use report::{Picture, Plate, ReportError, View};
+use report::{Picture, PictureGrid, ReportError, TitledPicture};
 use roxmltree::Document;
 
 /// East and north in turn, every seventh hop slips, every eleventh gets nowhere.
@@ -74,10 +74,10 @@ fn tiny_plate() -> String {
     };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
     let views = vec![
-        View { heading: "before".into(), picture: before },
-        View { heading: "after".into(), picture: after },
+        TitledPicture { heading: "before".into(), picture: before },
+        TitledPicture { heading: "after".into(), picture: after },
     ];
-    Plate { title: "A hop".into(), caption: "east".into(), columns: 2, views }.svg().unwrap()
+    PictureGrid { title: "A hop".into(), caption: "east".into(), columns: 2, views }.svg().unwrap()
 }
 
 #[test]

@@ -1,11 +1,11 @@
-//! Where scenarios come from.
+//! Loads a scenario by built-in name or from a file.
 
 use std::path::Path;
 
 use crate::text::{self, TEXT_BYTES_MAX};
 use crate::{Scenario, ScenarioError};
 
-/// Scenarios of the house by name; the same files lie in `scenarios/`.
+/// Built-in scenarios: name and TOML text. The texts are the files of `scenarios/`.
 pub const BUILT_IN: [(&str, &str); 10] = [
     ("hard", include_str!("../../../scenarios/hard.toml")),
     ("heterogeneous", include_str!("../../../scenarios/heterogeneous.toml")),
@@ -19,17 +19,18 @@ pub const BUILT_IN: [(&str, &str); 10] = [
     ("mars", include_str!("../../../scenarios/mars.toml")),
 ];
 
-/// The scenario that `selector` names: one of the house, or a file.
+/// The scenario that `selector` names: a built-in name, or else the path of a file.
 ///
 /// # Errors
-/// If it is neither, cannot be read, or is no scenario.
+/// If it is neither, cannot be read, or is not a scenario.
 pub fn load(selector: &str) -> Result<Scenario, ScenarioError> {
     if let Some((name, text)) = BUILT_IN.into_iter().find(|(name, _)| *name == selector) {
         return Scenario::parse(text, &format!("built-in scenario {name}"));
     }
     let path = Path::new(selector);
     if !path.exists() {
-        return Err(ScenarioError::Unknown { got: selector.into() });
+        let built_in = BUILT_IN.map(|(name, _)| name).join(", ");
+        return Err(ScenarioError::Unknown { built_in, got: selector.into() });
     }
     let text = text::read(path, TEXT_BYTES_MAX)?;
     let mut scenario = Scenario::parse(&text, selector)?;

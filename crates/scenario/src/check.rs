@@ -1,33 +1,34 @@
-//! What `hopper scenario check` says of a scenario that resolves.
+//! The report of `hopper scenario check` about a scenario that resolves.
 
 use std::fmt;
 
 use contract::{Brief, Soil};
 use serde::Serialize;
 
-use crate::{Finding, World};
+use crate::{ResolvedScenario, Warning};
 
-/// The summary of a world.
+/// Summary of a resolved scenario. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, Serialize)]
-pub struct Check {
-    /// SHA-256 of the world, hexadecimal.
+pub struct ScenarioCheck {
+    /// [`ResolvedScenario::hash`], hexadecimal.
     pub hash: String,
-    /// What everyone will be told.
+    /// The brief that hopper-sim will publish.
     pub brief: Brief,
-    /// Share of sand, 0 to 1.
+    /// Share of cells that are sand, 0 to 1.
     pub sand_share: f64,
-    /// Share of impassable ground, 0 to 1.
+    /// Share of cells that are impassable, 0 to 1.
     pub impassable_share: f64,
-    /// Fewest hops over passable ground to the goal, if there is a way.
+    /// Fewest hops over passable ground to the goal; `None` if no chain of hops leads there.
     pub hops_min: Option<u32>,
-    /// Warnings.
-    pub findings: Vec<Finding>,
+    /// Warnings; empty for a sound scenario.
+    #[serde(rename = "findings")]
+    pub warnings: Vec<Warning>,
 }
 
-impl Check {
-    /// Sums up `world`.
+impl ScenarioCheck {
+    /// Summarises `world`.
     #[must_use]
-    pub fn of(world: &World) -> Self {
+    pub fn of(world: &ResolvedScenario) -> Self {
         let cells = &world.terrain.cells;
         let share = |count: usize| count as f64 / cells.len() as f64;
         Self {
@@ -36,36 +37,14 @@ impl Check {
             sand_share: share(cells.iter().filter(|ground| ground.soil == Soil::Sand).count()),
             impassable_share: share(cells.iter().filter(|ground| !ground.passable).count()),
             hops_min: world.terrain.hops_between(world.brief.start, world.brief.goal),
-            findings: world.findings.clone(),
+            warnings: world.warnings.clone(),
         }
     }
-}
 
-impl fmt::Display for Check {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Writes how the robot moves and senses, what the payoff weighs, and which limits apply.
+    fn write_rules(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Brief { grid, weights, payoff, priors, motion, sensor, limits, guard, .. } = &self.brief;
-        let brief = &self.brief;
-        let mut line = |name: &str, value: String| writeln!(f, "{name:<10} {value}");
-        line("scenario", format!("{}, profile {}", brief.scenario, brief.profile))?;
-        line("hash", self.hash.clone())?;
-        line(
-            "map",
-            format!(
-                "{} x {} cells of {} m, datum {} m, {:.1} % sand, {:.1} % impassable",
-                grid.width,
-                grid.height,
-                grid.cell_size_m,
-                brief.datum_m,
-                100.0 * self.sand_share,
-                100.0 * self.impassable_share
-            ),
-        )?;
-        let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
-        line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
-        if let Some(patrol) = &brief.patrol {
-            let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
-            line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
-        }
+        let mut line = |name: &str, value: String| write_line(f, name, &value);
         line(
             "robot",
             format!(
@@ -120,6 +99,40 @@ impl fmt::Display for Check {
             };
             line("guard", format!("vetoes hazards above {}, {deadline}", guard.hazard_max))?;
         }
-        self.findings.iter().try_for_each(|finding| writeln!(f, "warning: {finding}"))
+        Ok(())
     }
+}
+
+impl fmt::Display for ScenarioCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let brief = &self.brief;
+        let grid = &brief.grid;
+        let mut line = |name: &str, value: String| write_line(f, name, &value);
+        line("scenario", format!("{}, profile {}", brief.scenario, brief.profile))?;
+        line("hash", self.hash.clone())?;
+        line(
+            "map",
+            format!(
+                "{} x {} cells of {} m, datum {} m, {:.1} % sand, {:.1} % impassable",
+                grid.width,
+                grid.height,
+                grid.cell_size_m,
+                brief.datum_m,
+                100.0 * self.sand_share,
+                100.0 * self.impassable_share
+            ),
+        )?;
+        let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
+        line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
+        if let Some(patrol) = &brief.patrol {
+            let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
+            line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
+        }
+        self.write_rules(f)?;
+        self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
+    }
+}
+
+fn write_line(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
+    writeln!(f, "{name:<10} {value}")
 }

@@ -1,4 +1,4 @@
-//! Why there is no mission.
+//! Errors of reading and resolving a scenario.
 
 use std::path::PathBuf;
 
@@ -6,116 +6,112 @@ use contract::name::NameError;
 use contract::{Cell, Refusal};
 use terrain::TerrainError;
 
-use crate::BUILT_IN;
-
-/// What was needed, what was got, and what to do.
+/// Why a scenario cannot be read or resolved: each message says what was needed, what was got and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
-    /// Neither a scenario of the house nor a file.
-    #[error("need a scenario's file or one of {}, got {got:?}", names())]
+    /// The selector is neither a built-in scenario nor an existing file.
+    #[error("need a scenario file or one of {built_in}, got {got:?}")]
     Unknown {
-        /// The selector.
+        /// Names of the built-in scenarios, separated by commas.
+        built_in: String,
+        /// The selector as given on the command line or in a campaign.
         got: String,
     },
-    /// The file cannot be read.
+    /// The file exists but cannot be read, or is not UTF-8.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {
-        /// The file.
+        /// File that was opened.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// More text than any scenario has.
-    #[error("{}: need at most {bytes_max} bytes, got more; name the text of a scenario or a campaign", path.display())]
+    /// The file is longer than any scenario or campaign.
+    #[error("{}: need at most {bytes_max} bytes, got more; name a scenario or a campaign file", path.display())]
     TooLong {
-        /// The file.
+        /// File that was opened.
         path: PathBuf,
-        /// Most bytes.
+        /// Most bytes that are read.
         bytes_max: u64,
     },
-    /// Not a scenario; the message has line and column.
+    /// The text is not a scenario; the message has line and column.
     #[error("{origin}: {message}")]
     Toml {
-        /// Where the text comes from.
+        /// File or built-in scenario the text comes from.
         origin: String,
-        /// What is wrong, and where.
+        /// Message of the TOML parser, shortened.
         message: String,
     },
-    /// A name that is none.
+    /// `brief.name` is empty, too long, or not printable.
     #[error("brief.name: {0}; set brief.name")]
     Name(#[from] NameError),
-    /// A file that the scenario names is not there.
+    /// A file named by the scenario does not exist.
     #[error(
-        "{field}: need the file {}, found none; put it there, name yours in the scenario{}",
+        "{field}: need the file {}, found none; put it there, name another in the scenario{}",
         path.display(), if field.ends_with("mask_file") { "" } else { ", or point to it with --dem FILE" }
     )]
     FileMissing {
-        /// The field that names it.
+        /// Scenario field that names the file.
         field: &'static str,
-        /// Where it was looked for.
+        /// Absolute path that was looked for.
         path: PathBuf,
     },
-    /// `--dem` on generated ground.
+    /// `--dem` was given for a scenario whose terrain is generated.
     #[error("--dem needs a scenario with truth.terrain.elevation_file, got one whose terrain is generated")]
     DemUnused,
-    /// Two crops.
+    /// The elevation file has both `crop_cells` and `crop_m`.
     #[error("truth.terrain.elevation_file: need crop_cells or crop_m, got both; keep one")]
     TwoCrops,
-    /// Something is wrong with the terrain.
+    /// The elevation file or the lattice is unusable.
     #[error(transparent)]
     Terrain(#[from] TerrainError),
-    /// A field out of its range.
+    /// A field is out of its range.
     #[error("{field}: need {need}, got {got}")]
     Value {
-        /// The field.
+        /// Path of the field, such as `robot.sensor.radius_min_m`.
         field: &'static str,
-        /// Its range.
+        /// Allowed range, with its unit.
         need: &'static str,
-        /// Its value.
+        /// Value in the scenario.
         got: String,
     },
-    /// A cell beyond the edge.
+    /// The start or a goal lies outside the map.
     #[error("brief.{which}: need a cell within (0, 0) to {last}, got {got}")]
     OffMap {
         /// `start` or `goal`.
         which: &'static str,
-        /// The north-eastern cell.
+        /// North-eastern cell of the map, the largest valid one.
         last: Cell,
-        /// The cell.
+        /// Cell given in the scenario.
         got: Cell,
     },
-    /// A cell that cannot be stood on.
+    /// The start or a goal lies on impassable ground.
     #[error(
         "brief.{which}: need passable ground, got {got}, which {why}; choose a cell nearby, such as {nearby}"
     )]
     Impassable {
         /// `start` or `goal`.
         which: &'static str,
-        /// The cell.
+        /// Cell given in the scenario.
         got: Cell,
-        /// Has no height, or is too steep.
+        /// Why it is impassable: "has no height (nodata)" or "slopes N degrees".
         why: String,
-        /// The nearest passable cell on the hop lattice, or a word on there being none.
+        /// Nearest passable cell on the hop lattice, or "none on this map".
         nearby: String,
     },
-    /// A goal between the landing places.
+    /// A goal is not a whole number of hops from the start.
     #[error(
         "brief.goal: need whole hops of {hop_cells} cells from the start {start}, got {goal}; \
          choose a goal whose columns and rows differ from the start's by multiples of {hop_cells}"
     )]
     OffLattice {
-        /// Cells a hop.
+        /// Cells spanned by one hop.
         hop_cells: u32,
-        /// Start.
+        /// Start of the mission, which fixes the lattice of landing cells.
         start: Cell,
-        /// Goal.
+        /// First goal off that lattice.
         goal: Cell,
     },
-    /// A value that the brief cannot carry.
+    /// A resolved value is outside the range that the brief message allows.
     #[error("the resolved {0}")]
     Brief(Refusal),
-}
-
-fn names() -> String {
-    BUILT_IN.map(|(name, _)| name).join(", ")
 }

@@ -1,4 +1,4 @@
-//! Section `[guard]`: what hopper-sim refuses to execute, and what it does when nobody commands.
+//! Section `[guard]`: what hopper-sim refuses to execute, and what it does when no planner commands.
 
 use contract::{Guard, Profile};
 use schemars::JsonSchema;
@@ -6,33 +6,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
-/// The guard between planners and the hopper. Profile paper-2023 flies without one.
+/// Rules of the guard between planners and the hopper. Profile paper-2023 has no guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuardRules {
     /// Largest probability with which an action may end off the map or on ground seen to be impassable, 0 to
-    /// 1; 1 lets everything pass. 0.25 by default, which is more than all slips of a hop come to on any soil
-    /// of the paper (0.2 on sand): what is vetoed is a hop that aims at ruin, slips are the planner's to weigh.
+    /// 1; 1 allows everything. 0.25 by default, more than the total probability of slipping on any soil of the
+    /// paper (0.2 on sand): hops aimed at a hazard are vetoed, the risk of slips is left to the planner.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hazard_max: Option<f64>,
-    /// Seconds without a command that can be accepted, after which hopper-sim acts by itself: by the last
-    /// policy of the planner in command, else greedily, else it holds. By default it waits for ever, standing
-    /// still, so that no restart however slow changes a hop.
+    /// Seconds without an acceptable command after which hopper-sim acts on its own: by the last policy of the
+    /// planner in command, else greedily, else it holds. By default it stands still and waits for ever, so that
+    /// even a slow restart changes no hop.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deadline_s: Option<f64>,
 }
 
 impl GuardRules {
-    /// The hazard that is let pass by default.
+    /// Default of `hazard_max`.
     pub const HAZARD_MAX: f64 = 0.25;
 
-    /// Whether nothing is said.
+    /// Whether the section is absent or empty, so that it is left out of the canonical text.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The guard of a mission in `profile`, its defaults filled in here.
-    pub(crate) fn settle(&mut self, profile: Profile) -> Result<Guard, ScenarioError> {
+    /// The guard of a mission in `profile`, with defaults filled in.
+    pub(crate) fn resolve(&mut self, profile: Profile) -> Result<Guard, ScenarioError> {
         let refuse = |field, need, got: f64| Err(ScenarioError::Value { field, need, got: got.to_string() });
         let hazard_max = self.hazard_max.unwrap_or(Self::HAZARD_MAX);
         if !(0.0..=1.0).contains(&hazard_max) {

@@ -1,61 +1,62 @@
-//! Missions as text: what is true, what is told, which robot, within which limits, under which guard.
+//! Reads missions from TOML text.
 //!
-//! A [`Scenario`] is read from TOML; [`Scenario::resolve`] builds its terrain, fills in every default
-//! and checks that a mission can be flown on it. The result is a [`World`]: the truth for hopper-sim,
-//! the [`contract::Brief`] for everyone, and a canonical text that resolves to the very same world.
+//! A [`Scenario`] says what the true ground is, what the brief says of it, which robot flies, within which
+//! limits and under which guard. [`Scenario::resolve`] builds its terrain, fills in every default and checks
+//! that a mission can be flown on it. The result is a [`ResolvedScenario`]: the true terrain for hopper-sim, the
+//! [`contract::Brief`] for every process, and a canonical text that resolves to the same value.
 
 mod built_in;
 mod check;
 mod error;
-mod finding;
 mod guard;
 mod mission;
 mod overrides;
 mod patrol;
 mod resolve;
+mod resolved;
 mod robot;
 pub mod text;
 mod truth;
-mod world;
+mod warning;
 
 pub use built_in::{BUILT_IN, load};
-pub use check::Check;
+pub use check::ScenarioCheck;
 pub use error::ScenarioError;
-pub use finding::Finding;
 pub use guard::GuardRules;
 pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};
 pub use overrides::Overrides;
 pub use patrol::{MissionKind, MissionRules};
+pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
 pub use truth::{
     CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules, TerrainSource,
     Truth,
 };
-pub use world::World;
+pub use warning::Warning;
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A mission of Hopper.
+/// A mission as written in a scenario file, one field a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// What is true, and known to the simulator only.
+    /// The true ground, known to the simulator only.
     pub truth: Truth,
-    /// What everyone is told.
+    /// What every process is told about the mission.
     pub brief: MissionBrief,
-    /// Whether it goes to a goal or patrols.
+    /// Whether the hopper goes to one goal or patrols several.
     #[serde(default, skip_serializing_if = "MissionRules::is_empty")]
     pub mission: MissionRules,
     /// The hopper. Everything has a default: the hopper of Sakamoto & Kunii 2023.
     #[serde(default)]
     pub robot: Robot,
-    /// When the mission is over.
+    /// When the mission ends, and how long a decision may take.
     #[serde(default)]
     pub limits: MissionLimits,
-    /// What hopper-sim refuses to execute, and when it acts by itself.
+    /// What hopper-sim refuses to execute, and when it acts on its own.
     #[serde(default, skip_serializing_if = "GuardRules::is_empty")]
     pub guard: GuardRules,
     /// Folder that relative paths start from: that of the scenario's file.
@@ -73,11 +74,11 @@ impl Scenario {
     /// [`ScenarioError::Toml`] with line and column.
     pub fn parse(toml: &str, origin: &str) -> Result<Self, ScenarioError> {
         toml::from_str(toml)
-            .map_err(|error| ScenarioError::Toml { origin: origin.into(), message: text::fault(&error) })
+            .map_err(|error| ScenarioError::Toml { origin: origin.into(), message: text::toml_error(&error) })
     }
 
-    /// The scenario as the command line changes it. A default that follows from what is changed
-    /// follows along: the gradient source from the profile.
+    /// The scenario with the command line's overrides. Defaults that depend on an overridden value follow it:
+    /// the gradient source follows the profile.
     #[must_use]
     pub fn with(mut self, overrides: &Overrides) -> Self {
         if let Some(profile) = overrides.profile {

@@ -1,10 +1,10 @@
-//! Sections `[brief]` and `[limits]`: what everyone is told, and when it is over.
+//! Sections `[brief]` and `[limits]` of a scenario.
 
 use contract::Profile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What everyone is told.
+/// Section `[brief]`: what every process is told about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MissionBrief {
@@ -21,10 +21,10 @@ pub struct MissionBrief {
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]
     pub datum_m: Surveyed<f64>,
-    /// Weights of the payoff.
+    /// Weights w1, w2, w3 of the payoff.
     #[serde(default)]
     pub weights: PayoffWeights,
-    /// Constants of the payoff.
+    /// Payoffs of goal and treasures, discount, and sand term.
     #[serde(default)]
     pub payoff: PayoffConstants,
     /// Ranges for min-max normalisation, as an orbital survey would give them.
@@ -36,17 +36,17 @@ pub struct MissionBrief {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "need \"survey\", a number, or [smallest, largest]")]
 pub enum Surveyed<T> {
-    /// Given.
+    /// The value itself.
     Given(T),
-    /// The word `survey`.
+    /// To be measured over the whole true map.
     Survey(Survey),
 }
 
-/// The word `survey`.
+/// The text `survey` in place of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Survey {
-    /// Over the whole map.
+    /// Measure the value over the whole true map.
     Survey,
 }
 
@@ -66,7 +66,7 @@ pub struct PayoffWeights {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PayoffConstants {
-    /// Payoff of the goal, which absorbs.
+    /// Payoff of reaching the goal, an absorbing state.
     pub goal: f64,
     /// Payoff of collecting a treasure, on top of that of landing on its cell.
     pub treasure: f64,
@@ -87,18 +87,18 @@ pub struct Ranges {
     pub height_m: Surveyed<[f64; 2]>,
 }
 
-/// When the mission is over, and how long a decision may take.
+/// Section `[limits]`: when the mission is over, and how long a decision may take.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionLimits {
     /// Steps, in the paper's count of 2 or 3 a hop, after which the mission is a deadlock.
     pub steps_max: u64,
-    /// Budget of one decision, landing to commit, milliseconds; a yardstick that changes no decision.
+    /// Budget of one decision, landing to commit, milliseconds; used in reports only, it changes no decision.
     pub decision_budget_ms: f64,
 }
 
 impl<T> Surveyed<T> {
-    /// By surveying the map.
+    /// The default of values that an orbital survey would give.
     pub const SURVEY: Self = Self::Survey(Survey::Survey);
 }
 

@@ -1,4 +1,4 @@
-//! What the command line says instead of the scenario.
+//! Scenario values that the command line overrides.
 
 use std::path::PathBuf;
 
@@ -7,10 +7,10 @@ use contract::Profile;
 /// Command-line overrides, applied by [`crate::Scenario::with`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// Reading of the model.
+    /// Replaces `brief.profile`.
     pub profile: Option<Profile>,
-    /// Budget of one decision, nanoseconds.
+    /// Replaces `limits.decision_budget_ms`; nanoseconds.
     pub decision_budget_ns: Option<u64>,
-    /// Elevation file; relative to the current folder.
+    /// Replaces the elevation file; a relative path starts from the current folder.
     pub dem: Option<PathBuf>,
 }

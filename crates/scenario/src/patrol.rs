@@ -1,4 +1,4 @@
-//! Section `[mission]`: whether the hopper goes to a goal, or visits several in turn without end.
+//! Section `[mission]`: whether the hopper goes to one goal or visits several in turn.
 
 use contract::limits::DECISIONS_MAX;
 use contract::{Cell, Patrol};
@@ -7,40 +7,41 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
-/// Kinds of missions.
+/// Which goals the hopper flies to, and in what order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MissionKind {
-    /// From the start to the goal.
+    /// From the start to `brief.goal`.
     #[default]
     Reach,
-    /// From goal to goal in turn, from the last to the first again, until the hops are flown. Its first goal
+    /// From goal to goal in turn, from the last to the first again, until `hops_max` hops are flown. The first goal
     /// is `brief.goal`, and `limits.steps_max` does not apply.
     Patrol,
 }
 
-/// What kind of mission it is.
+/// The `[mission]` section.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionRules {
     /// `reach` or `patrol`.
     pub kind: MissionKind,
-    /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each another than the one before it.
+    /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each different from the one before it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<[i32; 2]>,
-    /// Hops after which a patrol is flown; by default as many as a mission can count.
+    /// Hops after which a patrol ends; by default as many as a mission can count.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hops_max: Option<u64>,
 }
 
 impl MissionRules {
-    /// Whether nothing is said.
+    /// Whether the section is absent or empty, so that it is left out of the canonical text.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The patrol that begins with `first`, its default filled in here; `None` if the mission is none.
-    pub(crate) fn settle(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
+    /// The patrol whose first goal is `first`, with the default of `hops_max` filled in; `None` if the mission
+    /// is no patrol.
+    pub(crate) fn resolve(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
         let refuse = |field, need, got| Err(ScenarioError::Value { field, need, got });
         if self.kind == MissionKind::Reach {
             if self.goals.is_empty() && self.hops_max.is_none() {
@@ -57,7 +58,7 @@ impl MissionRules {
         match Patrol::new(&goals, hops_max) {
             Some(patrol) => Ok(Some(patrol)),
             None => {
-                let need = "1 to 15 cells, each another than the one before it, the first than brief.goal, the last too";
+                let need = "1 to 15 cells, each different from the one before it, the first and the last different from brief.goal";
                 refuse("mission.goals", need, format!("{:?}", self.goals))
             }
         }

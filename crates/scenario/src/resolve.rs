@@ -1,4 +1,4 @@
-//! From a scenario to a world: builds the terrain, fills in defaults, checks that it can be flown.
+//! Resolves a scenario: builds the terrain, fills in defaults, checks that it can be flown.
 
 use std::path::{Path, PathBuf};
 
@@ -12,67 +12,67 @@ use terrain::{
     Gaussian, RandomField, RasterFile, Rectangle, Relief, Sand, Terrain, TerrainError, Window, hop_cells,
 };
 
+use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::truth::{CropCells, CropMetres};
-use crate::world::{World, canonical, hash};
 use crate::{
-    ElevationFile, Finding, Gaussians, RandomHills, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource,
+    ElevationFile, Gaussians, RandomHills, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
 };
 
 /// Most hills of a generated terrain.
 const HILLS_MAX: usize = 1000;
 
-/// Most rectangles of sand: each is asked for each cell.
+/// Most rectangles of sand: every cell is tested against each.
 const RECTANGLES_MAX: usize = 1000;
 
-/// A relief, and how it came out of its source, for a mask to follow.
+/// A relief with the crop and resampling that produced it, which a sand mask has to repeat.
 struct Shaped {
     relief: Relief,
     source_cells: (u32, u32),
     window: Window,
-    /// New cell over old, if resampled.
+    /// New cell size over old, if resampled.
     ratio: Option<f64>,
 }
 
 impl Scenario {
-    /// Builds the world of this scenario.
+    /// Builds the terrain and the brief of this scenario.
     ///
     /// # Errors
     /// One [`ScenarioError`] with what was needed, what was got, and what to do.
-    pub fn resolve(&self) -> Result<World, ScenarioError> {
+    pub fn resolve(&self) -> Result<ResolvedScenario, ScenarioError> {
         let mut resolved = self.clone();
-        resolved.place_files()?;
+        resolved.resolve_paths()?;
         let shaped = resolved.shape()?;
-        resolved.settle_datum(&shaped.relief)?;
+        resolved.resolve_datum(&shaped.relief)?;
         let sand = resolved.sand(&shaped)?;
         let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
         let mut terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
-        resolved.settle_priors(&terrain);
-        resolved.settle_sensor(&terrain.grid)?;
+        resolved.resolve_priors(&terrain);
+        resolved.resolve_sensor(&terrain.grid)?;
 
         let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
         let mut brief = resolved.brief_on(&terrain)?;
         check_cells(&brief, &terrain, &shaped.relief)?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
-        // Every bound of the wire is a bound of scenarios; it is stated there, once.
+        // The wire messages check every bound that applies to scenarios too.
         brief = Brief::try_from(&BriefV3::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
         }
         brief.scenario_hash = hash(&resolved, &terrain);
-        Ok(World {
+        Ok(ResolvedScenario {
             resolved: canonical(&resolved),
             hash: brief.scenario_hash,
-            findings: findings(&brief, &terrain)
+            warnings: warnings(&brief, &terrain)
                 .into_iter()
-                .chain(unused.then_some(Finding::GuardUnused))
+                .chain(unused.then_some(Warning::GuardUnused))
                 .collect(),
             terrain,
             brief,
         })
     }
 
-    /// Makes paths absolute and takes `--dem` for the scenario's file.
-    fn place_files(&mut self) -> Result<(), ScenarioError> {
+    /// Makes paths absolute and applies `--dem`.
+    fn resolve_paths(&mut self) -> Result<(), ScenarioError> {
         let folder = self.folder.clone();
         match (&mut self.truth.terrain, self.dem.take()) {
             (TerrainSource::ElevationFile(source), dem) => {
@@ -121,7 +121,7 @@ impl Scenario {
         }
     }
 
-    fn settle_datum(&mut self, relief: &Relief) -> Result<(), ScenarioError> {
+    fn resolve_datum(&mut self, relief: &Relief) -> Result<(), ScenarioError> {
         if let Surveyed::Survey(_) = self.brief.datum_m {
             self.brief.datum_m = Surveyed::Given(relief.mean_height_m());
         }
@@ -164,8 +164,8 @@ impl Scenario {
         })
     }
 
-    /// The treasures, each once on passable ground of the hop lattice and neither at start nor at goal, in
-    /// index order.
+    /// The treasures in index order, checked: each cell once, on passable ground of the hop lattice, neither
+    /// start nor goal.
     fn treasures_on(&mut self, brief: &Brief, terrain: &Terrain) -> Result<Vec<Cell>, ScenarioError> {
         let refuse = |need, got: String| Err(ScenarioError::Value { field: "truth.treasures", need, got });
         let grid = &brief.grid;
@@ -197,7 +197,7 @@ impl Scenario {
         Ok(cells)
     }
 
-    fn settle_priors(&mut self, terrain: &Terrain) {
+    fn resolve_priors(&mut self, terrain: &Terrain) {
         let sand_term = self.brief.payoff.sand_term;
         let priors = &mut self.brief.priors;
         for (prior, surveyed) in [
@@ -210,7 +210,7 @@ impl Scenario {
         }
     }
 
-    fn settle_sensor(&mut self, grid: &Grid) -> Result<(), ScenarioError> {
+    fn resolve_sensor(&mut self, grid: &Grid) -> Result<(), ScenarioError> {
         let profile = self.brief.profile;
         let sensor = &mut self.robot.sensor;
         sensor.gradient.get_or_insert(match profile {
@@ -231,8 +231,9 @@ impl Scenario {
         Ok(())
     }
 
-    /// The brief, its scenario hash still to come.
+    /// The brief; its scenario hash is filled in by the caller.
     fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
+        let datum_m = self.datum_m();
         let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
@@ -243,7 +244,7 @@ impl Scenario {
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
         let sensor = &robot.sensor;
-        let patrol = rules.settle(cell(mission.goal))?;
+        let patrol = rules.resolve(cell(mission.goal))?;
         Ok(Brief {
             run: RunId(0),
             scenario: name,
@@ -251,7 +252,7 @@ impl Scenario {
             profile: mission.profile,
             robots: 1,
             grid: terrain.grid,
-            datum_m: terrain.datum_m,
+            datum_m,
             start: cell(mission.start),
             goal: cell(mission.goal),
             patrol,
@@ -285,7 +286,7 @@ impl Scenario {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
                 decision_budget_ns: (budget_ms * 1e6).round() as u64,
             },
-            guard: guard.settle(mission.profile)?,
+            guard: guard.resolve(mission.profile)?,
         })
     }
 }
@@ -361,7 +362,7 @@ impl ElevationFile {
             }
             (None, None) => Window::all(source_cells.0, source_cells.1),
         };
-        // What cannot be hopped on is refused before it is read.
+        // A cell size that no hop can span is refused before the cells are read.
         let cell_size_m = self.cell_size_m.unwrap_or(georeference.cell_size_m);
         let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
         let mut elevation = raster.elevation(window)?;
@@ -382,7 +383,7 @@ impl From<Scatter> for SoilMotion {
     }
 }
 
-/// Start and goal lie on the map, on passable ground, whole hops apart.
+/// Checks that start and goals lie on the map, on passable ground, whole hops apart.
 fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), ScenarioError> {
     let grid = &terrain.grid;
     let goals = brief.patrol.map_or_else(|| vec![brief.goal], |patrol| patrol.goals().to_vec());
@@ -416,13 +417,13 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
     }
 }
 
-fn findings(brief: &Brief, terrain: &Terrain) -> Vec<Finding> {
+fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {
     let (start, goal, steps_max) = (brief.start, brief.goal, brief.limits.steps_max);
     match terrain.hops_between(start, goal) {
-        None => vec![Finding::Unreachable { start, goal }],
-        Some(0) => vec![Finding::StartIsGoal { start }],
+        None => vec![Warning::Unreachable { start, goal }],
+        Some(0) => vec![Warning::StartIsGoal { start }],
         Some(hops) if 2 * u64::from(hops) > steps_max => {
-            vec![Finding::TooFewSteps { hops, steps: 2 * u64::from(hops), steps_max }]
+            vec![Warning::TooFewSteps { hops, steps: 2 * u64::from(hops), steps_max }]
         }
         Some(_) => Vec::new(),
     }

@@ -14,14 +14,14 @@ pub struct Robot {
     pub launch_angle_deg: f64,
     /// Surface gravity, m/s2.
     pub gravity_mps2: f64,
-    /// Slope at which a hop no longer gets anywhere; steeper ground is impassable. Degrees.
+    /// Slope at which a hop no longer makes way, degrees; steeper ground is impassable.
     pub slope_limit_deg: f64,
-    /// Scatter of hops on hard ground.
+    /// Scatter of hops from hard ground.
     pub hard: Scatter,
-    /// Scatter of hops on sand.
+    /// Scatter of hops from sand.
     #[serde(default = "Scatter::on_sand")]
     pub sand: Scatter,
-    /// The sensor.
+    /// Range of the sensor, and what it measures.
     pub sensor: Sensor,
 }
 
@@ -31,7 +31,7 @@ pub struct Robot {
 pub struct Scatter {
     /// Probability of landing where intended.
     pub intended: f64,
-    /// Probability of staying where it stood, whatever the slope.
+    /// Probability of not leaving the cell, whatever the slope.
     pub stuck: f64,
     /// Probability of landing one hop to the left; the same to the right.
     pub sideways: f64,
@@ -72,14 +72,14 @@ impl Default for Robot {
 }
 
 impl Default for Scatter {
-    /// On hard ground.
+    /// The scatter of P23 on hard ground.
     fn default() -> Self {
         Self { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 }
     }
 }
 
 impl Scatter {
-    /// On sand.
+    /// The scatter of P23 on sand: two half hops.
     #[must_use]
     pub fn on_sand() -> Self {
         Self { intended: 0.7, stuck: 0.1, sideways: 0.1, flights: 2 }

@@ -1,4 +1,4 @@
-//! Texts of files, of which no more is read than a limit allows.
+//! Bounded reading of text files, and short messages about their faults.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -9,13 +9,13 @@ use crate::ScenarioError;
 /// Longest scenario or campaign, bytes.
 pub const TEXT_BYTES_MAX: u64 = 1 << 20;
 
-/// Longest line of a fault, characters.
+/// Longest line of a TOML error message, characters.
 const LINE_CHARACTERS_MAX: usize = 160;
 
 /// The text of the file at `path`, which may be a pipe.
 ///
 /// # Errors
-/// [`ScenarioError::Read`] if it cannot be read or is no UTF-8, [`ScenarioError::TooLong`] if it holds more than
+/// [`ScenarioError::Read`] if it cannot be read or is not UTF-8, [`ScenarioError::TooLong`] if it holds more than
 /// `bytes_max` bytes.
 pub fn read(path: &Path, bytes_max: u64) -> Result<String, ScenarioError> {
     let unread = |source: io::Error| ScenarioError::Read { path: path.into(), source };
@@ -28,9 +28,9 @@ pub fn read(path: &Path, bytes_max: u64) -> Result<String, ScenarioError> {
     String::from_utf8(bytes).map_err(|error| unread(io::Error::new(io::ErrorKind::InvalidData, error)))
 }
 
-/// What is wrong with a TOML text, in few and short lines: the line that it quotes may be as long as the text.
+/// The message of a TOML error with its lines shortened: the line it quotes may be as long as the whole text.
 #[must_use]
-pub fn fault(error: &toml::de::Error) -> String {
+pub fn toml_error(error: &toml::de::Error) -> String {
     let brief = |line: &str| match line.char_indices().nth(LINE_CHARACTERS_MAX) {
         Some((end, _)) => format!("{} ...", line[..end].trim_end()),
         None => line.trim_end().to_owned(),

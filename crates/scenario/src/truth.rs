@@ -1,15 +1,15 @@
-//! Section `[truth]`: the ground, known to the simulator only.
+//! Section `[truth]`: the true ground, known to the simulator only.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The ground.
+/// The true ground: terrain, sand and treasures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// Its shape.
+    /// Heights and slopes: generated or from an elevation file.
     pub terrain: TerrainSource,
     /// Where it is sand; nowhere by default.
     #[serde(default)]
@@ -27,7 +27,7 @@ pub enum TerrainSource {
     Gaussians(Gaussians),
     /// Hills and hollows at random places.
     RandomHills(RandomHills),
-    /// An elevation model.
+    /// An elevation model from a file.
     ElevationFile(ElevationFile),
 }
 
@@ -71,8 +71,8 @@ pub struct RandomHills {
     pub sigma_m: [f64; 2],
     /// Lowest and highest top of a hill, metres; a hollow is as deep.
     pub amplitude_m: [f64; 2],
-    /// How many σ from its centre, along an axis, a hill ends; at least 3, by default nowhere. At 6 its last
-    /// step is 1.5e-8 of its top, and a large map is made in a fraction of the time.
+    /// Distance from its centre, in σ along an axis, at which a hill is cut off; at least 3, by default never.
+    /// At 6 the cut is 1.5e-8 of its top, and a large map is generated in a fraction of the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reach_sigma: Option<f64>,
 }
@@ -89,7 +89,7 @@ pub struct ElevationFile {
     pub crop_m: Option<CropMetres>,
     /// Edge of a cell to resample to (bilinearly), metres; the file's own by default.
     pub cell_size_m: Option<f64>,
-    /// What heights are multiplied by.
+    /// Factor that heights are multiplied by, 0.001 to 1000.
     #[serde(default = "one")]
     pub vertical_exaggeration: f64,
 }
@@ -102,9 +102,9 @@ pub struct CropCells {
     pub x: u32,
     /// First row, from the south.
     pub y: u32,
-    /// Columns.
+    /// Columns, at least 1.
     pub width: u32,
-    /// Rows.
+    /// Rows, at least 1.
     pub height: u32,
 }
 
@@ -112,21 +112,21 @@ pub struct CropCells {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CropMetres {
-    /// Easting of the western edge.
+    /// Easting of the western edge, metres.
     pub west: f64,
-    /// Northing of the southern edge.
+    /// Northing of the southern edge, metres.
     pub south: f64,
-    /// Extent eastwards.
+    /// Extent to the east, metres, above 0.
     pub width: f64,
-    /// Extent northwards.
+    /// Extent to the north, metres, above 0.
     pub height: f64,
 }
 
-/// Sand lies wherever one of these says so.
+/// Where the ground is sand: wherever at least one of these rules applies.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SandRules {
-    /// Rectangles of cells.
+    /// Rectangles of sand, at most 1000.
     #[serde(default)]
     pub rectangles: Vec<SandRectangle>,
     /// Wherever the height above the datum is less than this, metres.

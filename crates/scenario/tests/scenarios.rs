@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use contract::{Cell, GradientSource, Profile, Range, Soil};
 use proptest::prelude::*;
-use scenario::{BUILT_IN, Check, Finding, Overrides, Scenario, ScenarioError, World, load};
+use scenario::{
+    BUILT_IN, Overrides, ResolvedScenario, Scenario, ScenarioCheck, ScenarioError, Warning, load,
+};
 
 /// A folder with an elevation model: 12 x 9 cells of 2 m that rise 0.5 m a cell northwards, with one
 /// cell that has no height (0, 0) and a wall of cliffs around (6, 4).
@@ -29,7 +31,7 @@ impl Folder {
     }
 
     /// The world of `text` as a file in this folder.
-    fn world(&self, text: &str) -> Result<World, ScenarioError> {
+    fn world(&self, text: &str) -> Result<ResolvedScenario, ScenarioError> {
         let path = self.write("mission.toml", text);
         load(path.to_str().unwrap())?.resolve()
     }
@@ -76,7 +78,7 @@ start = [0, 0]
 goal = [8, 6]
 "#;
 
-fn hilly(from: &str, to: &str) -> Result<World, ScenarioError> {
+fn hilly(from: &str, to: &str) -> Result<ResolvedScenario, ScenarioError> {
     assert!(HILLY.contains(from), "{from:?}");
     Scenario::parse(&HILLY.replace(from, to), "hilly")?.resolve()
 }
@@ -87,14 +89,14 @@ fn says(text: &str, words: &[&str]) {
     }
 }
 
-fn built_in(name: &str) -> World {
+fn built_in(name: &str) -> ResolvedScenario {
     load(name).unwrap().resolve().unwrap()
 }
 
 #[test]
 fn the_papers_scenarios_are_the_papers_worlds() {
     for (name, sand) in [("hard", 0), ("heterogeneous", 7 * 9), ("sandy", 400 - 42)] {
-        let World { brief, terrain, findings, .. } = built_in(name);
+        let ResolvedScenario { brief, terrain, warnings, .. } = built_in(name);
         assert_eq!((brief.grid.width, brief.grid.height, brief.grid.hop_cells), (20, 20, 1));
         assert_eq!((brief.start, brief.goal), (Cell::new(1, 2), Cell::new(18, 18)));
         assert_eq!(brief.profile, Profile::Paper2023);
@@ -113,7 +115,7 @@ fn the_papers_scenarios_are_the_papers_worlds() {
         assert!((brief.priors.height_m.max - 0.161).abs() < 5e-4);
         let safest = if sand > 0 { 5.0 } else { 0.0 };
         assert!((brief.priors.safety.max - safest).abs() < 0.01, "{:?}", brief.priors);
-        assert!(findings.is_empty(), "{findings:?}");
+        assert!(warnings.is_empty(), "{warnings:?}");
     }
     let amplitude =
         built_in("hard").resolved.contains(&format!("amplitude_m = {}", 1.0 / std::f64::consts::TAU));
@@ -141,7 +143,7 @@ fn the_scenarios_of_the_house_are_the_files_in_the_folder() {
 fn the_generated_hills_can_be_crossed_without_any_file() {
     let world = built_in("hills");
     assert_eq!((world.brief.grid.width, world.brief.grid.height), (40, 40));
-    assert!(world.findings.is_empty(), "{:?}", world.findings);
+    assert!(world.warnings.is_empty(), "{:?}", world.warnings);
     let sand = world.terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count();
     assert!((40..800).contains(&sand), "some sand, not all: {sand}");
 }
@@ -152,7 +154,7 @@ fn the_large_map_has_the_papers_size_way_and_limit() {
     let brief = &world.brief;
     assert_eq!((brief.grid.width, brief.grid.height, brief.limits.steps_max), (50, 50, 800));
     assert_eq!((brief.start, brief.goal), (Cell::new(1, 2), Cell::new(48, 48)));
-    assert!(world.findings.is_empty() && world.terrain.cells.iter().all(|ground| ground.passable));
+    assert!(world.warnings.is_empty() && world.terrain.cells.iter().all(|ground| ground.passable));
     let sand = world.terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count();
     assert_eq!(sand, 643, "of 2,500");
 }
@@ -162,7 +164,7 @@ fn the_wide_and_the_vast_world_can_be_crossed_and_are_made_quickly() {
     for (name, side, hops) in [("wide", 200, 255), ("vast", 821, 1010)] {
         let world = built_in(name);
         assert_eq!((world.brief.grid.width, world.brief.grid.height), (side, side));
-        assert!(world.findings.is_empty(), "{name}: {:?}", world.findings);
+        assert!(world.warnings.is_empty(), "{name}: {:?}", world.warnings);
         let share = |of: fn(&contract::Ground) -> bool| {
             world.terrain.cells.iter().filter(|ground| of(ground)).count() as f64
                 / world.terrain.cells.len() as f64
@@ -221,8 +223,8 @@ fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
     assert_eq!(guard(&stated, Profile::Hopper), (0.0, 1_500_000_000));
     assert_eq!(guard(&stated, Profile::Paper2023), (1.0, 0), "the paper flies without a guard");
     let unused = world(&stated, Profile::Paper2023);
-    assert!(unused.findings.iter().any(|finding| finding.to_string().contains("[guard] is not used")));
-    assert!(world(HILLY, Profile::Paper2023).findings.is_empty());
+    assert!(unused.warnings.iter().any(|warning| warning.to_string().contains("[guard] is not used")));
+    assert!(world(HILLY, Profile::Paper2023).warnings.is_empty());
     // The guard is a part of the mission, and of its hash; without one, everything is as it was.
     assert_ne!(world(HILLY, Profile::Hopper).hash, world(&stated, Profile::Hopper).hash);
     assert_eq!(world(HILLY, Profile::Paper2023).hash, unused.hash);
@@ -283,7 +285,7 @@ fn an_elevation_file_gives_heights_over_the_datum_gradients_and_impassable_groun
     let cliff = [(6, 3), (5, 4), (7, 4), (6, 5)].map(|(x, y)| Cell::new(x, y));
     assert_eq!(blocked, [&[Cell::new(0, 0)], &cliff[..]].concat(), "the slopes around the spire");
     assert_eq!(world.brief.priors.height_m, Range { min: 0.0, max: 4040.0 });
-    assert!(world.findings.is_empty(), "a way leads around");
+    assert!(world.warnings.is_empty(), "a way leads around");
     let survey = Folder::new().world(&REAL.replace("-4000", "\"survey\"")).unwrap();
     let mean: f64 = survey.terrain.cells.iter().skip(1).map(|ground| ground.height_m).sum::<f64>() / 107.0;
     assert!(mean.abs() < 1e-9, "heights are relative to their mean");
@@ -334,7 +336,8 @@ fn sand_lies_in_rectangles_hollows_and_masks() {
         "[truth.sand]\nmask_file = {:?}\nrectangles = [{{ x = [1, 2], y = [7, 99] }}]\nbelow_height_m = 0.5\n",
         mask
     );
-    let is_sand = |world: &World, x, y| world.terrain.ground(Cell::new(x, y)).unwrap().soil == Soil::Sand;
+    let is_sand =
+        |world: &ResolvedScenario, x, y| world.terrain.ground(Cell::new(x, y)).unwrap().soil == Soil::Sand;
     let world = folder.world(&format!("{sand}{REAL}")).unwrap();
     for (x, y, expected) in [
         (8, 3, true),
@@ -380,12 +383,12 @@ fn a_goal_that_no_chain_of_hops_reaches_is_a_warning() {
     let folder = Folder::new();
     folder.write("dem.asc", &grid(|x, _| if x >= 6 { 50.0 } else { 0.0 }));
     let world = folder.world(REAL).unwrap();
-    let [finding] = &world.findings[..] else { panic!("{:?}", world.findings) };
-    assert!(matches!(finding, Finding::Unreachable { .. }));
-    says(&Check::of(&world).to_string(), &["no way", "warning: no chain of hops"]);
+    let [warning] = &world.warnings[..] else { panic!("{:?}", world.warnings) };
+    assert!(matches!(warning, Warning::Unreachable { .. }));
+    says(&ScenarioCheck::of(&world).to_string(), &["no way", "warning: no chain of hops"]);
 
     let hasty = hilly("[brief]", "[limits]\nsteps_max = 5\n[brief]").unwrap();
-    says(&hasty.findings[0].to_string(), &["steps_max = 5", "14 steps", "7 hops"]);
+    says(&hasty.warnings[0].to_string(), &["steps_max = 5", "14 steps", "7 hops"]);
 }
 
 #[test]

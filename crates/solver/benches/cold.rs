@@ -1,4 +1,4 @@
-//! Cold solves of seeded worlds: times, sweeps, certificates, and how near they come to the kernel in cache.
+//! Cold solves of seeded worlds: times, sweeps, certificates, and how close they come to the kernel's speed in cache.
 //!
 //! `cargo bench -p solver --bench cold [SIDE...]`. One thread. Each time is the median (and the least) of
 //! solves by one solver, buffers kept. "Kernel" is what as many sweeps would take if each ran as fast as
@@ -8,8 +8,8 @@
 
 use std::time::Instant;
 
-use solver::specimen::Specimen;
-use solver::{Effort, Simd, Solver, World, certify};
+use solver::fixtures::Fixture;
+use solver::{Effort, GridWorld, Simd, Solver, certify};
 
 /// Side of the world on which the kernel is timed.
 const KERNEL_SIDE: usize = 60;
@@ -20,16 +20,16 @@ fn main() {
     let sides = if sides.is_empty() { vec![20, 50, 200, 821] } else { sides };
     println!("vectors: {:?}\n", Simd::detect());
     println!(
-        "| world | vectors | median [ms] | least [ms] | sweeps | surveys | bound | kernel [ms] | ratio |\n\
+        "| world | vectors | median [ms] | least [ms] | sweeps | residual passes | bound | kernel [ms] | ratio |\n\
          |---|---|---|---|---|---|---|---|---|"
     );
     for side in sides {
-        for (name, specimen) in [
-            ("plain", Specimen::plain(side, 1)),
-            ("inner", Specimen::inner(side, 1)),
-            ("trap", Specimen::trap(side, 1)),
+        for (name, fixture) in [
+            ("plain", Fixture::plain(side, 1)),
+            ("inner", Fixture::inner(side, 1)),
+            ("trap", Fixture::trap(side, 1)),
         ] {
-            let world = specimen.world().expect("a specimen of a sound size");
+            let world = fixture.world().expect("a fixture of a sound size");
             for simd in
                 [Simd::Avx512, Simd::Avx2, Simd::Portable].into_iter().filter(|simd| simd.is_available())
             {
@@ -40,7 +40,7 @@ fn main() {
     println!("\npeak resident memory, worlds and everything: {}", peak_memory());
 }
 
-fn row(name: &str, world: &World, simd: Simd) {
+fn row(name: &str, world: &GridWorld, simd: Simd) {
     let mut solver = Solver::with_simd(simd);
     let solution = solver.solve(world, &Effort::default());
     assert_eq!(solution.certificate, certify(world, solver.values()), "the certificate is the definition's");
@@ -52,7 +52,7 @@ fn row(name: &str, world: &World, simd: Simd) {
     println!(
         "| {name} | {simd:?} | {median:.3} | {least:.3} | {} | {} | {:.1e} | {kernel:.3} | {:.2} |",
         solution.sweeps,
-        solution.surveys,
+        solution.residual_passes,
         solution.certificate.error_bound,
         median / kernel
     );
@@ -73,7 +73,7 @@ fn time_ms(rounds: usize, mut of: impl FnMut()) -> [f64; 2] {
 
 /// Nanoseconds a node for one sweep in cache: what 15 sweeps take longer than 5, over 10.
 fn sweep_ns(simd: Simd) -> f64 {
-    let world = Specimen::trap(KERNEL_SIDE, 1).world().expect("a specimen of a sound size");
+    let world = Fixture::trap(KERNEL_SIDE, 1).world().expect("a fixture of a sound size");
     let mut solver = Solver::with_simd(simd);
     let mut least = |sweeps_max| {
         let effort = Effort { error_max: 0.0, sweeps_max };
@@ -84,7 +84,7 @@ fn sweep_ns(simd: Simd) -> f64 {
     (least(15) - least(5)) * 1e6 / (10 * world.nodes()) as f64
 }
 
-/// Peak resident memory of this process as Linux tells it.
+/// Peak resident memory of this process (`VmHWM`).
 fn peak_memory() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,18 +1,18 @@
-//! What can be wrong with a world.
+//! Why a world is refused.
 
 use thiserror::Error;
 
-/// Why a world was refused.
+/// An input out of its range.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Error {
     /// The grid holds no node, or more than can be numbered.
     #[error("a world needs 1 to {nodes_max} nodes, got {width} × {height}")]
     Size {
-        /// Nodes a row.
+        /// Nodes per row that were asked for.
         width: usize,
-        /// Rows.
+        /// Rows that were asked for.
         height: usize,
-        /// The most nodes a world may have.
+        /// [`GridWorld::NODES_MAX`](crate::GridWorld::NODES_MAX).
         nodes_max: usize,
     },
     /// The discount is not in [0, 1).
@@ -32,16 +32,16 @@ pub enum Error {
     Soils {
         /// Soils that were given.
         got: usize,
-        /// The most soils a world may have.
+        /// [`GridWorld::SOILS_MAX`](crate::GridWorld::SOILS_MAX).
         soils_max: usize,
     },
-    /// A soil's numbers are no probabilities, or do not sum to 1.
+    /// The numbers of a soil are not probabilities, or do not sum to 1.
     #[error(
         "soil {soil} needs intended, stuck and sideways in [0, 1] with intended + stuck + 2 sideways = 1, \
          and a wait in [0, 1]; got {intended}, {stuck}, {sideways}, wait {wait}"
     )]
     Scatter {
-        /// Index of the soil.
+        /// Index in [`Rules::soils`](crate::Rules::soils).
         soil: usize,
         /// Probability of the intended landing on the flat.
         intended: f64,

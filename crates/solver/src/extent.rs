@@ -1,27 +1,27 @@
-//! What a world's payoffs range over.
+//! The range of a world's payoffs, and the bounds on its values that follow.
 
-use crate::simd::{Simd, dispatch};
-use crate::world::Class;
-use crate::{Kind, Leaving, Rules, World};
+use crate::grid_world::Class;
+use crate::simd::{DOUBLE_LANES, Simd, dispatch};
+use crate::{GridWorld, Kind, Leaving, Rules};
 
-/// What a world's payoffs range over.
+/// The range of a world's payoffs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extent {
-    /// Largest |r| of free ground, 0 without any.
+    /// Largest |r| of free ground; 0 if there is none.
     pub free_max: f64,
-    /// Largest |r| of a goal, 0 without any.
+    /// Largest |r| of a goal; 0 if there is none.
     pub goal_max: f64,
-    /// The least payoff but of nodes where the hopper is lost, 0 at most.
+    /// The least payoff of nodes where the hopper is not lost, at most 0.
     pub worst: f64,
     /// Whether the hopper is lost at some node.
     pub any_lost: bool,
-    /// The goal that pays best; of equals, the last.
+    /// The goal that pays most; the last among equals.
     pub best_goal: Option<usize>,
 }
 
 impl Extent {
-    /// The extent of `world`.
-    pub fn of(simd: Simd, world: &World) -> Self {
+    /// Scans all nodes of `world`.
+    pub fn of(simd: Simd, world: &GridWorld) -> Self {
         let (payoffs, classes) = world.payoffs();
         let mut extent = Self { free_max: 0.0, goal_max: 0.0, worst: 0.0, any_lost: false, best_goal: None };
         let mut best = f64::NEG_INFINITY;
@@ -45,25 +45,33 @@ impl Extent {
     }
 
     /// The largest |r + V*| possible under `rules`.
-    pub fn worth_max(&self, rules: &Rules) -> f64 {
+    pub fn afterstate_max(&self, rules: &Rules) -> f64 {
         (self.free_max / (1.0 - rules.discount)).max(self.goal_max).max(rules.loss.abs())
     }
 
-    /// What no free node's value is below under `rules`.
+    /// A lower bound on the value of any free node under `rules`.
     pub fn value_min(&self, rules: &Rules) -> f64 {
-        let lingers = self.worst / (1.0 - rules.discount);
+        let worst_forever = self.worst / (1.0 - rules.discount);
         let may_lose = rules.leaving == Leaving::Loses || self.any_lost;
-        if may_lose { lingers.min(rules.loss) } else { lingers }
+        if may_lose { worst_forever.min(rules.loss) } else { worst_forever }
     }
 }
 
-/// Nodes looked at together.
+impl GridWorld {
+    /// The largest |r + V*| possible, the loss included: the largest payoff for ever, or a goal's, or the loss.
+    #[must_use]
+    pub fn afterstate_max(&self) -> f64 {
+        Extent::of(Simd::detect(), self).afterstate_max(self.rules())
+    }
+}
+
+/// Nodes per call of the kernel.
 const SPAN: usize = 512;
-/// Lanes of a chunk.
-const LANES: usize = 16;
+/// Lanes of a chunk: two registers, so that the comparisons of one do not wait for the other's.
+const LANES: usize = 2 * DOUBLE_LANES;
 
 dispatch! {
-    /// Largest |r| of free ground, least r of what is not lost, and all kinds in one.
+    /// Largest |r| of free ground, least r where the hopper is not lost (at most 0), and the union of all classes.
     fn span(payoffs: &[f64], classes: &[Class]) -> (f64, f64, Class) = span_lanes
 }
 

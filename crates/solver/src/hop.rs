@@ -1,4 +1,4 @@
-//! The four hops.
+//! The four hops to neighbouring nodes.
 
 /// A hop to one of the four neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,29 +1,28 @@
-//! Memory for large planes, in large pages where the system has them.
+//! Memory for large arrays, in huge pages where the system has them.
 //!
-//! A sweep over a map of a million cells reads five streams at once, each through hundreds of pages of 4 KiB:
-//! what it waits for is the translation of addresses. Linux backs a range with pages of 2 MiB when asked to
-//! (`MADV_HUGEPAGE`, where `transparent_hugepage` says `madvise` or `always`).
+//! A sweep over a map of a million cells reads five streams at once, each through hundreds of pages of 4 KiB, and waits
+//! for the translation of addresses. Linux backs a range with pages of 2 MiB when asked to (`MADV_HUGEPAGE`, where
+//! `transparent_hugepage` says `madvise` or `always`).
 
-/// `len` times `value`; zeros come fresh from the system, and cost nothing until touched.
+/// `len` times `value`. Zeros come fresh from the system, and cost nothing until touched.
 pub(crate) fn filled<T: Copy>(value: T, len: usize) -> Vec<T> {
     let mut numbers = vec![value; len];
-    prefer_large(&mut numbers);
+    prefer_huge(&mut numbers);
     numbers
 }
 
-/// Bytes of a large page.
+/// Bytes of a huge page.
 #[cfg(all(target_os = "linux", not(miri)))]
-const LARGE_BYTES: usize = 2 << 20;
+const HUGE_BYTES: usize = 2 << 20;
 
-/// Asks for large pages, if the numbers fill at least one. The system may decline; nothing depends on it.
+/// Asks for huge pages if the numbers fill at least one. The system may decline; no result depends on it.
 #[cfg(all(target_os = "linux", not(miri)))]
-fn prefer_large<T: Copy>(numbers: &mut [T]) {
+fn prefer_huge<T: Copy>(numbers: &mut [T]) {
     let bytes = size_of_val(numbers);
-    if bytes < LARGE_BYTES {
+    if bytes < HUGE_BYTES {
         return;
     }
-    // Advice is given for whole pages; those at the ends may hold a neighbour's bytes, which it does not change
-    // either, but they are left out.
+    // Advice applies to whole pages. The partial ones at the ends are left out.
     let start = numbers.as_mut_ptr().cast::<u8>();
     let skipped = start.align_offset(rustix::param::page_size());
     let Some(rest) = bytes.checked_sub(skipped) else { return };
@@ -31,12 +30,12 @@ fn prefer_large<T: Copy>(numbers: &mut [T]) {
     // SAFETY: the range lies within `numbers`, and this advice changes how memory is backed, never what it holds.
     let advised =
         unsafe { rustix::mm::madvise(start.add(skipped).cast(), whole, rustix::mm::Advice::LinuxHugepage) };
-    // A system without large pages declines; small ones do.
+    // A system without huge pages declines, and small pages serve as well.
     let _ = advised;
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]
-fn prefer_large<T: Copy>(_: &mut [T]) {}
+fn prefer_huge<T: Copy>(_: &mut [T]) {}
 
 #[cfg(test)]
 mod tests {

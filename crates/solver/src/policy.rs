@@ -1,11 +1,11 @@
-//! The hops that values imply, with a total order among equals.
+//! The greedy hop under given values, with a total order among equals.
 
-use crate::{Hop, Kind, World, action_values};
+use crate::{GridWorld, Hop, Kind, action_values};
 
-/// The first of north, east, south, west whose value lies within `tie` of the best; `None` where there is
-/// nothing to decide.
+/// The first of north, east, south, west whose value lies within `tie` of the best; `None` where the node
+/// is not free.
 #[must_use]
-pub fn hop(world: &World, values: &[f64], node: usize, tie: f64) -> Option<Hop> {
+pub fn hop(world: &GridWorld, values: &[f64], node: usize, tie: f64) -> Option<Hop> {
     (world.kind(node) == Kind::Free).then(|| first_best(action_values(world, values, node), tie))
 }
 

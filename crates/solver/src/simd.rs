@@ -1,29 +1,35 @@
-//! Which vector instructions the kernels are compiled for, chosen at run time.
+//! The vector instructions that kernels are compiled for, chosen at run time.
 //!
-//! Every kernel is one piece of plain Rust over chunks of a fixed number of lanes, compiled once for each
-//! instruction set. Rust never fuses a multiplication with an addition, and sums are kept lane by lane in
-//! the same order everywhere, so all paths give the same bits; the chunk is 16 lanes even where the
-//! registers are narrower.
+//! Every kernel is plain Rust over chunks of a fixed number of lanes, compiled once for each instruction set. Rust
+//! never fuses a multiplication with an addition on its own, and sums are kept lane by lane in the same order
+//! everywhere, so all instruction sets give the same bits. The chunk is as wide as the widest register, even where
+//! the registers are narrower.
 
-/// An instruction set.
+/// Lanes of a chunk in single precision: a register of 512 bits.
+pub(crate) const SINGLE_LANES: usize = 16;
+
+/// Lanes of a chunk in double precision: a register of 512 bits.
+pub(crate) const DOUBLE_LANES: usize = SINGLE_LANES / 2;
+
+/// An instruction set that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simd {
-    /// What every processor of the target has.
+    /// The instructions that every processor of the target has.
     Portable,
-    /// 256-bit vectors.
+    /// 256-bit vectors (`avx2`).
     Avx2,
-    /// 512-bit vectors.
+    /// 512-bit vectors (`avx512f`, `vl`, `dq` and `bw`).
     Avx512,
 }
 
 impl Simd {
-    /// The widest that this processor has.
+    /// The widest set that this processor has.
     #[must_use]
     pub fn detect() -> Self {
         [Self::Avx512, Self::Avx2].into_iter().find(|simd| simd.is_available()).unwrap_or(Self::Portable)
     }
 
-    /// Whether this processor has it.
+    /// Whether this processor has all instructions of the set.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -41,7 +47,7 @@ impl Simd {
         return self == Self::Portable;
     }
 
-    /// This one if the processor has it, otherwise the widest it has.
+    /// This set if the processor has it, otherwise the widest it has.
     #[must_use]
     pub fn or_available(self) -> Self {
         if self.is_available() { self } else { Self::detect() }
@@ -75,7 +81,7 @@ macro_rules! dispatch {
                 match simd {
                     crate::simd::Simd::Portable => {}
                     // SAFETY: the kernels are safe Rust; the only condition of the call is that the processor
-                    // has the instructions, and `or_available` gave no set without asking it.
+                    // has the instructions, which `or_available` and `detect` checked.
                     crate::simd::Simd::Avx2 => return unsafe { avx2($($arg),*) },
                     // SAFETY: as above.
                     crate::simd::Simd::Avx512 => return unsafe { avx512($($arg),*) },

@@ -1,15 +1,15 @@
-//! How hops scatter on one soil.
+//! The scatter of hops on one soil, and the time they take.
 
 use crate::Error;
 
-/// The scatter of hops on the flat, and the time they take.
+/// The landings of hops on flat ground of one soil, and the time they take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Soil {
-    /// Probability of the intended landing.
+    /// Probability p of the intended landing.
     pub intended: f64,
-    /// Probability of getting stuck.
+    /// Probability q of staying at the node of departure.
     pub stuck: f64,
-    /// Probability of a slip to either side; all four landings sum to 1.
+    /// Probability s of a slip to either side; all four landings sum to 1.
     pub sideways: f64,
     /// Share of the hops that take a second period, spent where they start: 0 on hard ground, 1 where
     /// every hop takes two.
@@ -29,7 +29,7 @@ impl Soil {
     /// its probability times its discount.
     #[must_use]
     pub fn mixture(parts: &[(f64, Self)], discount: f64) -> Self {
-        // Without a discount's γ; where no part ever lands, its share must do.
+        // The common factor γ is left out. Where no part ever lands, plain shares are the weights.
         let then = |soil: &Self| 1.0 - soil.wait + soil.wait * discount;
         let lands = parts.iter().any(|(share, soil)| share * then(soil) > 0.0);
         let weight = |share: f64, soil: &Self| if lands { share * then(soil) } else { share };
@@ -45,8 +45,7 @@ impl Soil {
         }
     }
 
-    /// The soil with the slips that make its landings sum to 1 to the last bits, which [`Self::check`] asks for
-    /// only nearly.
+    /// The soil with its slips adjusted so that its landings sum to 1 to the last bits; [`Self::check`] allows 1e-6.
     pub(crate) fn normalised(self) -> Self {
         let Self { intended, stuck, sideways, .. } = self;
         if (intended + stuck + 2.0 * sideways - 1.0).abs() <= 2.0 * f64::EPSILON {

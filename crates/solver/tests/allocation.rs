@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use solver::specimen::Specimen;
+use solver::fixtures::Fixture;
 use solver::{Effort, Solver};
 
 /// The system's allocator, counting for each thread: the test harness allocates on one of its own.
@@ -33,8 +33,8 @@ static COUNTING: Counting = Counting;
 
 #[test]
 fn a_second_solve_of_a_world_of_the_same_size_allocates_nothing() {
-    let worlds = [Specimen::trap(40, 1), Specimen::plain(40, 2), Specimen::trap(40, 3)]
-        .map(|specimen| specimen.world().unwrap());
+    let worlds = [Fixture::trap(40, 1), Fixture::plain(40, 2), Fixture::trap(40, 3)]
+        .map(|fixture| fixture.world().unwrap());
     let mut solver = Solver::new();
     // A trap comes first, so that the planes of the Krylov method are there as well.
     solver.solve(&worlds[0], &Effort::default());

@@ -3,16 +3,16 @@
 mod worlds;
 
 use proptest::prelude::*;
-use solver::specimen::Specimen;
-use solver::{Effort, Leaving, Simd, Solution, Solver, World};
+use solver::fixtures::Fixture;
+use solver::{Effort, GridWorld, Leaving, Simd, Solution, Solver};
 use worlds::{hills, inside, random};
 
-fn solve(solver: &mut Solver, world: &World) -> (Solution, Vec<u64>) {
+fn solve(solver: &mut Solver, world: &GridWorld) -> (Solution, Vec<u64>) {
     let solution = solver.solve(world, &Effort::default());
     (solution, solver.values().iter().map(|value| value.to_bits()).collect())
 }
 
-fn agree(world: &World) {
+fn agree(world: &GridWorld) {
     let plain = solve(&mut Solver::with_simd(Simd::Portable), world);
     for simd in [Simd::Avx2, Simd::Avx512] {
         assert!(plain == solve(&mut Solver::with_simd(simd), world), "{simd:?} differs");
@@ -33,7 +33,7 @@ proptest! {
     #[test]
     fn hills_of_any_shape_give_the_same_bits(width in 1_usize..70, height in 1_usize..70, seed: u64, loses: bool) {
         let leaving = if loses { Leaving::Loses } else { Leaving::Stays };
-        agree(&Specimen { width, height, leaving, ..Specimen::plain(1, seed) }.world().unwrap());
+        agree(&Fixture { width, height, leaving, ..Fixture::plain(1, seed) }.world().unwrap());
     }
 }
 
@@ -43,12 +43,12 @@ fn a_second_thread_gives_the_same_bits() {
     let mut pair = Solver::new().with_threads(2);
     let mut alone = Solver::new();
     for seed in 0..6 {
-        let [plain, inner, trap] = [Specimen::plain, Specimen::inner, Specimen::trap];
-        for specimen in [plain(101, seed), inner(130, seed), trap(101, seed)] {
+        let [plain, inner, trap] = [Fixture::plain, Fixture::inner, Fixture::trap];
+        for fixture in [plain(101, seed), inner(130, seed), trap(101, seed)] {
             // A long shape has diagonals of few nodes, and the first thread is never far ahead.
-            for (width, height) in [(specimen.width, specimen.height), (17, 700), (900, 12)] {
+            for (width, height) in [(fixture.width, fixture.height), (17, 700), (900, 12)] {
                 let leaving = if seed % 2 == 0 { Leaving::Stays } else { Leaving::Loses };
-                let world = Specimen { width, height, leaving, ..specimen }.world().unwrap();
+                let world = Fixture { width, height, leaving, ..fixture }.world().unwrap();
                 for _ in 0..3 {
                     assert!(
                         solve(&mut pair, &world) == solve(&mut alone, &world),
@@ -73,7 +73,7 @@ fn what_was_solved_before_does_not_matter() {
         }
     }
     let [wide, tall] = [(30, 20), (20, 30)]
-        .map(|(width, height)| Specimen { width, height, ..Specimen::trap(1, 7) }.world().unwrap());
+        .map(|(width, height)| Fixture { width, height, ..Fixture::trap(1, 7) }.world().unwrap());
     solve(&mut used, &wide);
     assert!(solve(&mut used, &tall) == solve(&mut Solver::new(), &tall));
 }

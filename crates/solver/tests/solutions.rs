@@ -3,10 +3,10 @@
 mod worlds;
 
 use nalgebra::{DMatrix, DVector};
-use solver::specimen::{Draw, HARD, SAND, Specimen};
+use solver::fixtures::{Fixture, HARD, SAND, SplitMix64};
 use solver::{
-    Effort, Hop, Kind, Leaving, Reach, Rules, Site, Soil, Solver, Status, World, action_values, certificate,
-    certify, policy,
+    Effort, GoalSearch, GridWorld, Hop, Kind, Leaving, Rules, Site, Soil, SolveStatus, Solver, action_values,
+    certificate, certify, policy,
 };
 use worlds::{hills, inside, random};
 
@@ -29,9 +29,10 @@ fn values_lie_within_their_bound_of_the_linear_solve_on_hundreds_of_worlds() {
         for world in [random(seed), hills(seed)] {
             let solution = solver.solve(&world, &Effort::default());
             let bound = solution.certificate.error_bound;
-            assert_eq!(solution.status, Status::Solved, "seed {seed}");
+            assert_eq!(solution.status, SolveStatus::Solved, "seed {seed}");
             // Where values are large, floating point is the limit.
-            let limit = 4.0 * certificate::rounding(2.0 * world.worth_max()) / (1.0 - world.rules().discount);
+            let limit =
+                4.0 * certificate::rounding(2.0 * world.afterstate_max()) / (1.0 - world.rules().discount);
             assert!(bound <= limit.max(1e-6), "seed {seed}: bound {bound}");
             let exact = exact(&world);
             let error = error(solver.values(), &exact);
@@ -52,7 +53,7 @@ fn a_cut_solve_is_valid_and_says_how_far_off_it_is() {
                 assert!(solution.sweeps <= sweeps_max, "seed {seed}: {solution:?}");
                 let bound = solution.certificate.error_bound;
                 assert!(error(solver.values(), &exact) <= bound + DENSE * largest(&exact), "seed {seed}");
-                assert_eq!(solution.status == Status::Solved, bound <= 1e-6, "seed {seed}");
+                assert_eq!(solution.status == SolveStatus::Solved, bound <= 1e-6, "seed {seed}");
                 for node in 0..world.nodes() {
                     let hop = policy::hop(&world, solver.values(), node, 1e-6);
                     assert_eq!(hop.is_some(), world.kind(node) == Kind::Free);
@@ -68,7 +69,7 @@ fn a_tighter_error_is_reached_where_it_is_asked_for() {
     for seed in 0..40 {
         let world = hills(seed);
         let solution = solver.solve(&world, &Effort { error_max: 1e-8, ..Effort::default() });
-        assert_eq!(solution.status, Status::Solved);
+        assert_eq!(solution.status, SolveStatus::Solved);
         assert!(solution.certificate.error_bound <= 1e-8, "seed {seed}: {solution:?}");
     }
 }
@@ -89,7 +90,7 @@ fn the_certificate_is_what_a_plain_sweep_from_the_definition_measures() {
 #[test]
 fn perturbed_values_are_refused() {
     let mut solver = Solver::new();
-    let world = Specimen::plain(20, 3).world().unwrap();
+    let world = Fixture::plain(20, 3).world().unwrap();
     assert!(
         certify(&world, {
             solver.solve(&world, &Effort::default());
@@ -100,7 +101,7 @@ fn perturbed_values_are_refused() {
     );
     for (seed, perturbation) in [(1, 1e-5), (2, -1e-5), (3, 1.0), (4, f64::NAN), (5, f64::INFINITY)] {
         let mut values = solver.values().to_vec();
-        let node = (Draw(seed).uniform() * values.len() as f64) as usize;
+        let node = (SplitMix64(seed).uniform() * values.len() as f64) as usize;
         values[node] += perturbation;
         let bound = certify(&world, &values).error_bound;
         assert!(bound.is_nan() || bound > 1e-6, "{perturbation} at {node} passed with {bound}");
@@ -117,8 +118,11 @@ fn a_goal_well_inside_is_solved_for_from_all_sides() {
             let solution = solver.solve(&world, &Effort { sweeps_max, ..Effort::default() });
             assert_eq!(solution.certificate, certify(&world, solver.values()), "seed {seed}");
             assert!(solution.sweeps <= sweeps_max, "seed {seed}: {solution:?}");
-            assert_eq!(solution.status == Status::Solved, solution.certificate.error_bound <= 1e-6);
-            assert!(sweeps_max < u64::MAX || solution.status == Status::Solved, "seed {seed}: {solution:?}");
+            assert_eq!(solution.status == SolveStatus::Solved, solution.certificate.error_bound <= 1e-6);
+            assert!(
+                sweeps_max < u64::MAX || solution.status == SolveStatus::Solved,
+                "seed {seed}: {solution:?}"
+            );
         }
         if seed < 2 {
             let exact = exact(&world);
@@ -130,13 +134,13 @@ fn a_goal_well_inside_is_solved_for_from_all_sides() {
 
 #[test]
 fn a_large_trap_world_is_certified() {
-    let world = Specimen::trap(120, 5).world().unwrap();
+    let world = Fixture::trap(120, 5).world().unwrap();
     let mut solver = Solver::new();
     let solution = solver.solve(&world, &Effort::default());
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, SolveStatus::Solved);
     assert!(certify(&world, solver.values()).error_bound <= 1e-6);
-    // A trap it is: lingering is worth more than the goal.
-    let start = Specimen::trap(120, 5).start();
+    // A trap it is: lingering pays more than the goal.
+    let start = Fixture::trap(120, 5).start();
     assert!(solver.values()[start] > 100.0);
 }
 
@@ -144,11 +148,11 @@ fn a_large_trap_world_is_certified() {
 fn payoffs_beyond_single_precision_are_solved_to_the_limit_of_double_precision() {
     let soils = vec![HARD];
     let rules = Rules { discount: 0.9, loss: -1e40, leaving: Leaving::Loses, soils };
-    let mut world = World::new(4, 3, rules).unwrap();
+    let mut world = GridWorld::new(4, 3, rules).unwrap();
     world.set(5, Site { kind: Kind::Goal, payoff: 1e38, slope_east: 0.0, slope_north: 0.0, soil: 0 });
     let mut solver = Solver::new();
     let solution = solver.solve(&world, &Effort::default());
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, SolveStatus::Solved);
     let exact = exact(&world);
     assert!(error(solver.values(), &exact) <= 1e-9 * largest(&exact));
 }
@@ -157,28 +161,28 @@ fn payoffs_beyond_single_precision_are_solved_to_the_limit_of_double_precision()
 fn a_walled_in_goal_is_told_from_one_that_can_be_reached() {
     let soils = vec![HARD];
     let mut world =
-        World::new(5, 5, Rules { discount: 0.99, loss: -300.0, leaving: Leaving::Stays, soils }).unwrap();
+        GridWorld::new(5, 5, Rules { discount: 0.99, loss: -300.0, leaving: Leaving::Stays, soils }).unwrap();
     let site = |kind| Site { kind, payoff: 0.0, slope_east: 0.0, slope_north: 0.0, soil: 0 };
     world.set(24, site(Kind::Goal));
     world.set(19, site(Kind::Lost));
-    let mut reach = Reach::default();
+    let mut reach = GoalSearch::default();
     assert!(reach.leads_to_goal(&world, 0));
     world.set(23, site(Kind::Lost));
     assert!(!reach.leads_to_goal(&world, 0));
     assert!(reach.leads_to_goal(&world, 24));
     let solution = Solver::new().solve(&world, &Effort::default());
-    assert_eq!(solution.status, Status::Solved, "values exist all the same");
+    assert_eq!(solution.status, SolveStatus::Solved, "values exist all the same");
 }
 
 #[test]
 fn a_slope_at_the_limit_lets_no_hop_away_uphill_so_a_goal_above_it_cannot_be_reached_that_way() {
     let hop_only = Soil { intended: 1.0, stuck: 0.0, sideways: 0.0, wait: 0.0 };
     let rules = Rules { discount: 0.99, loss: -300.0, leaving: Leaving::Stays, soils: vec![hop_only] };
-    let mut world = World::new(2, 1, rules).unwrap();
+    let mut world = GridWorld::new(2, 1, rules).unwrap();
     world.set(1, Site { kind: Kind::Goal, payoff: 100.0, slope_east: 0.0, slope_north: 0.0, soil: 0 });
-    assert!(Reach::default().leads_to_goal(&world, 0));
+    assert!(GoalSearch::default().leads_to_goal(&world, 0));
     world.set(0, Site { kind: Kind::Free, payoff: 0.0, slope_east: 3.0, slope_north: 0.0, soil: 0 });
-    assert!(!Reach::default().leads_to_goal(&world, 0));
+    assert!(!GoalSearch::default().leads_to_goal(&world, 0));
 }
 
 #[test]
@@ -187,9 +191,9 @@ fn a_mixture_of_soils_is_worth_the_mean_of_its_parts() {
     let mixture = Soil::mixture(&[(share, SAND), (1.0 - share, HARD)], 0.99);
     let rules =
         Rules { discount: 0.99, loss: -500.0, leaving: Leaving::Loses, soils: vec![HARD, SAND, mixture] };
-    let mut draw = Draw(9);
+    let mut draw = SplitMix64(9);
     for _ in 0..100 {
-        let mut world = World::new(3, 3, rules.clone()).unwrap();
+        let mut world = GridWorld::new(3, 3, rules.clone()).unwrap();
         let values: Vec<f64> = (0..9).map(|_| draw.between(-100.0, 100.0)).collect();
         let site = Site {
             kind: Kind::Free,
@@ -210,16 +214,18 @@ fn a_mixture_of_soils_is_worth_the_mean_of_its_parts() {
 }
 
 /// V* by policy iteration, each policy evaluated by a dense linear solve.
-fn exact(world: &World) -> Vec<f64> {
+fn exact(world: &GridWorld) -> Vec<f64> {
     let mut policy = vec![Hop::North; world.nodes()];
     for _ in 0..200 {
         let values = evaluate(world, &policy);
         let mut changed = false;
         for node in (0..world.nodes()).filter(|&node| world.kind(node) == Kind::Free) {
-            let worth = action_values(world, &values, node);
-            let best = Hop::ALL.into_iter().max_by(|&a, &b| worth[a as usize].total_cmp(&worth[b as usize]));
+            let hop_values = action_values(world, &values, node);
+            let best = Hop::ALL
+                .into_iter()
+                .max_by(|&a, &b| hop_values[a as usize].total_cmp(&hop_values[b as usize]));
             let best = best.expect("four hops");
-            if worth[best as usize] > worth[policy[node] as usize] + 1e-10 {
+            if hop_values[best as usize] > hop_values[policy[node] as usize] + 1e-10 {
                 policy[node] = best;
                 changed = true;
             }
@@ -231,7 +237,7 @@ fn exact(world: &World) -> Vec<f64> {
     panic!("policy iteration ends");
 }
 
-fn evaluate(world: &World, policy: &[Hop]) -> Vec<f64> {
+fn evaluate(world: &GridWorld, policy: &[Hop]) -> Vec<f64> {
     let (nodes, rules) = (world.nodes(), world.rules());
     let mut matrix = DMatrix::<f64>::identity(nodes, nodes);
     let mut side = DVector::zeros(nodes);
@@ -265,7 +271,7 @@ fn evaluate(world: &World, policy: &[Hop]) -> Vec<f64> {
     matrix.lu().solve(&side).expect("a discounted process has one solution").as_slice().to_vec()
 }
 
-/// P-ENDS. Where hops mostly slip, sweeps that go beyond Bellman's worth have gone round in circles.
+/// P-ENDS. Where hops mostly slip, over-relaxed sweeps have gone round in circles.
 #[test]
 fn every_solve_ends_where_hops_mostly_slip() {
     let slips = Soil { intended: 0.18, stuck: 0.12, sideways: 0.35, wait: 0.0 };
@@ -274,15 +280,16 @@ fn every_solve_ends_where_hops_mostly_slip() {
     // In the last ten they did.
     let circles = [13_985, 78_723, 105_267, 133_370, 190_758, 209_154, 236_423, 243_842, 256_007, 281_103];
     for seed in (0..1_000).chain(circles) {
-        let mut draw = Draw(seed);
+        let mut draw = SplitMix64(seed);
         let side = 2 + (18.0 * draw.uniform()) as usize;
         let leaving = if seed % 2 == 0 { Leaving::Loses } else { Leaving::Stays };
         let discount = [0.9, 0.99][(seed / 2 % 2) as usize];
         let rules = Rules { discount, loss: 0.0, leaving, soils: vec![slips, only, stuck] };
-        let mut world = World::new(side, side, rules).expect("a world in range");
+        let mut world = GridWorld::new(side, side, rules).expect("a world in range");
         for node in 0..world.nodes() {
-            let slope =
-                |draw: &mut Draw| [-1.0, 1.0, 0.0, draw.between(-1.0, 1.0)][(4.0 * draw.uniform()) as usize];
+            let slope = |draw: &mut SplitMix64| {
+                [-1.0, 1.0, 0.0, draw.between(-1.0, 1.0)][(4.0 * draw.uniform()) as usize]
+            };
             let (slope_east, slope_north) = (slope(&mut draw), slope(&mut draw));
             let soil = (3.0 * draw.uniform()) as u8;
             let kind = if draw.uniform() < 0.05 { Kind::Lost } else { Kind::Free };
@@ -292,6 +299,6 @@ fn every_solve_ends_where_hops_mostly_slip() {
         world.set(goal, Site { kind: Kind::Goal, payoff: 5.0, ..world.site(goal) });
         let effort = Effort { error_max: 1e-7, sweeps_max: 50_000 };
         let solution = Solver::new().solve(&world, &effort);
-        assert_eq!(solution.status, Status::Solved, "seed {seed}, {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Solved, "seed {seed}, {solution:?}");
     }
 }

@@ -1,12 +1,12 @@
-//! ESRI ASCII grids: a header of keywords, then the rows, northernmost first.
+//! Reads ESRI ASCII grids: a header of keywords, then the rows, northernmost first.
 //!
-//! Read here and not by the `esri_ascii_grid` crate, which (version 0.4.6) panics on a header of 0
-//! rows or a value that is no number, takes memory for as many rows as a header claims, insists on
-//! one order of the header, and without a NODATA_value line loses the first row.
+//! The `esri_ascii_grid` crate (version 0.4.6) is not used: it panics on a header of 0 rows or on a value
+//! that is not a number, allocates as many rows as the header claims, accepts one order of the header only,
+//! and loses the first row of a file without a NODATA_value line.
 
 use std::io::{BufRead, Seek};
 
-use crate::raster::{PixelIs, Placement, RasterFormat, RasterHeader};
+use crate::raster_header::{PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::{TerrainError, Window};
 
 /// Longest word of a grid, bytes.
@@ -15,11 +15,11 @@ const WORD_BYTES_MAX: usize = 64;
 pub(crate) struct AsciiGrid<R> {
     pub header: RasterHeader,
     cell_sizes: [f64; 2],
-    /// Easting and northing of the corner or the middle of the south-western cell.
+    /// Easting and northing of the south-western cell: its corner or its middle, as `pixel_is` says.
     origin: [f64; 2],
     pixel_is: PixelIs,
     words: Words<R>,
-    /// The first value, which ended the header.
+    /// The first value: reading it ended the header.
     first: Option<String>,
 }
 
@@ -32,8 +32,8 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
             .any(|keyword| word.starts_with(keyword.as_bytes()))
     }
 
-    /// Reads the header: keywords with a value each, in any order, until a number stands where a
-    /// keyword would.
+    /// Reads the header: keywords with a value each, in any order, until a number appears in place of a
+    /// keyword.
     pub fn open(reader: R) -> Result<Self, TerrainError> {
         let mut words = Words { reader };
         let (mut columns, mut rows, mut x, mut y) = (None, None, None, None);
@@ -110,11 +110,11 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
         }
     }
 
-    /// Values within `window`, southernmost row first, NaN for nodata; every value of the file is
-    /// read and checked. To be called once.
+    /// Values within `window`, southernmost row first, NaN for nodata. Reads and checks every value of the
+    /// file, so it can be called only once.
     pub fn values(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
         let RasterHeader { width, height, nodata, .. } = self.header;
-        // Grown as rows arrive, so that a header cannot take memory that its rows do not fill.
+        // Grows as rows arrive: a header cannot make it allocate more than the rows fill.
         let mut north_first = Vec::new();
         for row in 0..height {
             let y = height - 1 - row;
@@ -161,7 +161,7 @@ fn required<T>(what: &'static str, value: Option<T>) -> Result<T, TerrainError> 
     })
 }
 
-/// Words between white space, none longer than [`WORD_BYTES_MAX`].
+/// Splits a reader into words at white space, none longer than [`WORD_BYTES_MAX`].
 struct Words<R> {
     reader: R,
 }

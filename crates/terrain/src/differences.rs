@@ -1,9 +1,10 @@
-//! The gradient of a cell as far as the heights around it are known.
+//! Finite differences over cells of which some are unknown.
 
 use contract::Cell;
 
-/// Gradient at a cell from the heights of known neighbours: central difference where both are known,
-/// one-sided where one is, zero where none is, or the cell itself is not.
+/// Gradient at `cell`, metres per metre, from the heights of known neighbours: along each axis a central
+/// difference if both neighbours are known, a one-sided one if only one is, zero if neither is or the cell
+/// itself is unknown.
 #[must_use]
 pub fn differences(cell: Cell, spacing_m: f64, known_m: impl Fn(Cell) -> Option<f64>) -> [f64; 2] {
     let Some(here) = known_m(cell) else { return [0.0; 2] };

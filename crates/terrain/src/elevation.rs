@@ -1,30 +1,30 @@
-//! Heights on a square lattice, as an elevation model gives them.
+//! Heights on a square lattice, as read from an elevation model.
 
 use contract::Grid;
 
 use crate::{TerrainError, Window};
 
-/// Absolute heights, row-major, southernmost row first; NaN where there is none.
+/// Absolute heights, row-major, southernmost row first; NaN where there is no data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Elevation {
-    /// Columns.
+    /// Columns, at least 1.
     pub width: u32,
-    /// Rows.
+    /// Rows, at least 1.
     pub height: u32,
     /// Edge of a cell, metres.
     pub cell_size_m: f64,
-    /// Heights, metres.
+    /// `width` × `height` heights, metres above the reference of the file.
     pub heights_m: Vec<f64>,
 }
 
 impl Elevation {
-    /// The same ground in cells of `cell_size_m`, its south-western corner kept and cells that do not
-    /// fit whole at the north and the east left out. Heights are taken bilinearly between the middles
-    /// of the old cells, and as the outermost ones within half a cell of the edge; a cell next to
-    /// nodata that would weigh in is nodata.
+    /// The same ground resampled to cells of `cell_size_m`. The south-western corner stays; cells that do not
+    /// fit whole at the northern and eastern edges are left out. Heights are interpolated bilinearly between
+    /// the middles of the old cells; within half a cell of the edge the outermost height is used. If any old
+    /// cell with weight is nodata, the new one is nodata.
     ///
     /// # Errors
-    /// If the cell size is not a length, or the result would be no [`Grid`].
+    /// If the cell size is not above 0 m, or the result exceeds the bounds of a [`Grid`].
     pub fn resampled(&self, cell_size_m: f64) -> Result<Self, TerrainError> {
         let (columns, rows) = (self.axis(self.width, cell_size_m)?, self.axis(self.height, cell_size_m)?);
         let mut heights_m = Vec::with_capacity(columns.len() * rows.len());
@@ -57,14 +57,14 @@ impl Elevation {
         })
     }
 
-    fn axis(&self, side: u32, cell_size_m: f64) -> Result<Vec<Between>, TerrainError> {
+    fn axis(&self, side: u32, cell_size_m: f64) -> Result<Vec<Interpolation>, TerrainError> {
         let ratio = resample_ratio(self.cell_size_m, cell_size_m)?;
         let cells = resampled_side(side, ratio)?;
-        Ok((0..cells).map(|cell| Between::new((f64::from(cell) + 0.5) * ratio - 0.5, side)).collect())
+        Ok((0..cells).map(|cell| Interpolation::new((f64::from(cell) + 0.5) * ratio - 0.5, side)).collect())
     }
 }
 
-/// New cells in units of the old ones.
+/// Size of a new cell in units of an old one.
 pub(crate) fn resample_ratio(old_m: f64, new_m: f64) -> Result<f64, TerrainError> {
     let ratio = new_m / old_m;
     if ratio.is_finite() && ratio > 0.0 {
@@ -74,23 +74,24 @@ pub(crate) fn resample_ratio(old_m: f64, new_m: f64) -> Result<f64, TerrainError
     }
 }
 
-/// Whole new cells along a side of `side` old ones; checked against the bounds of a grid before
-/// anything is made of that size.
+/// Number of whole new cells along a side of `side` old ones, checked against the bounds of a grid before
+/// anything of that size is allocated.
 pub(crate) fn resampled_side(side: u32, ratio: f64) -> Result<u32, TerrainError> {
-    // A hair of tolerance, so that a whole number of cells stays one after the division.
+    // Tolerates rounding: an exact multiple must not lose a cell in the division.
     let cells = (f64::from(side) / ratio * (1.0 + 1e-12)).floor().min(f64::from(u32::MAX)) as u32;
     Grid::new(cells, 1, 1.0, 1)?;
     Ok(cells)
 }
 
-/// A position between two neighbours of an axis.
-struct Between {
+/// The two cells of an axis between which a position lies.
+struct Interpolation {
     low: usize,
     high: usize,
+    /// Weight of `high`, 0 to 1.
     share: f64,
 }
 
-impl Between {
+impl Interpolation {
     fn new(position: f64, side: u32) -> Self {
         let position = position.clamp(0.0, f64::from(side - 1));
         let low = position.floor() as usize;

@@ -1,4 +1,4 @@
-//! Sakamoto & Kunii 2022, eq. 7: hills with round tops.
+//! Gaussian hills and hollows (Sakamoto & Kubota 2022, eq. 7).
 
 /// One hill, h(r) = a·exp(−r²/2σ²); a hollow if its amplitude is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl Gaussian {
         self.height_and_gradient(at_m).1
     }
 
-    /// Both at once, for one exponential.
+    /// [`Gaussian::height_m`] and [`Gaussian::gradient`] together, for the price of one exponential.
     #[must_use]
     pub fn height_and_gradient(&self, at_m: [f64; 2]) -> (f64, [f64; 2]) {
         let [dx, dy] = self.offset(at_m);

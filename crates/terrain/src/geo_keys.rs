@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::TerrainError;
-use crate::raster::PixelIs;
+use crate::raster_header::PixelIs;
 
 const MODEL_TYPE: u16 = 1024;
 const RASTER_TYPE: u16 = 1025;
@@ -18,7 +18,7 @@ const USER_DEFINED: u16 = 32767;
 /// Tag of the text that citations are cut from.
 const TEXT_TAG: u16 = 34737;
 
-/// The keys whose value is a short integer, and the citation.
+/// The keys with short integer values, and the citation that names the coordinate system.
 #[derive(Debug, Default)]
 pub(crate) struct GeoKeys {
     shorts: BTreeMap<u16, u16>,
@@ -66,7 +66,7 @@ impl GeoKeys {
         Ok(result)
     }
 
-    /// What tie points point at; an area unless stated otherwise.
+    /// Whether tie points refer to corners or middles of cells; corners by default.
     pub fn pixel_is(&self) -> PixelIs {
         if self.shorts.get(&RASTER_TYPE) == Some(&2) { PixelIs::Point } else { PixelIs::Area }
     }

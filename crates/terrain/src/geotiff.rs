@@ -1,28 +1,28 @@
-//! GeoTIFF elevation models (OGC 19-008): one band, strips or tiles, north-up.
+//! Reads GeoTIFF elevation models (OGC 19-008): one band, strips or tiles, north-up.
 //!
-//! Read here and not by the `tiff` crate, which (version 0.11.3) fails on valid tiled LZW files
-//! (image-rs/image-tiff issue 395) and on images of more than some thirty thousand strips, and would
-//! take memory for what a header claims before this module could check it.
+//! The `tiff` crate (version 0.11.3) is not used: it fails on valid tiled LZW files (image-rs/image-tiff
+//! issue 395) and on images of more than some thirty thousand strips, and it allocates what a header claims
+//! before this module could check it.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
 use crate::geo_keys::GeoKeys;
-use crate::raster::{ELEVATION_CELLS_MAX, PixelIs, Placement, RasterFormat, RasterHeader};
+use crate::raster_header::{ELEVATION_CELLS_MAX, PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::tiff_chunk::{Packing, Predictor, Sample, unpack};
 use crate::tiff_directory::{Directory, Order};
 use crate::{TerrainError, Window};
 
-/// No compression of TIFF packs tighter than this; a file that claims more cells than its length
-/// could hold is cut short, and that is known before memory is taken for them.
+/// Largest compression ratio of any TIFF compression. A file that claims more cells than its length could hold
+/// was cut short, which is detected before memory is allocated for them.
 const PACKING_MAX: u64 = 4096;
 
-/// Most cells that the strips or tiles of one window may hold: what is unpacked to read it, some seconds' work.
+/// Most cells in the strips or tiles unpacked for one window: some seconds of work.
 const UNPACKED_CELLS_MAX: u64 = 1 << 30;
 
-/// By how much a strip or tile may be longer in the file than unpacked, bytes: what packing may add at worst.
+/// Bytes by which a packed strip or tile may exceed its unpacked size: the worst case of any compression.
 const PACKED_SLACK: u64 = 1024;
 
-/// Remedies for what is not read, in GDAL's words.
+/// GDAL commands that convert unsupported files.
 const AS_DEFLATE: &str = "convert it with gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif";
 const AS_FLOAT32: &str = "convert it with gdal_translate -ot Float32 IN.tif OUT.tif";
 const AS_TILES: &str = "rewrite it in tiles: gdal_translate -co TILED=YES IN.tif OUT.tif";
@@ -64,7 +64,7 @@ pub(crate) struct GeoTiff<R> {
     reader: R,
 }
 
-/// How the cells lie in the file.
+/// How the cells are stored in the file.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     sample: Sample,
@@ -72,7 +72,7 @@ struct Layout {
     predictor: Predictor,
     order: Order,
     tiled: bool,
-    /// Columns and rows of a strip or tile.
+    /// Columns and rows of one strip or tile.
     chunk: (u32, u32),
 }
 
@@ -160,7 +160,7 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         let (chunk_width, chunk_height) = self.layout.chunk;
         let chunks_across = width.div_ceil(chunk_width);
         let places = self.places(u64::from(chunks_across) * u64::from(height.div_ceil(chunk_height)))?;
-        // Chunks run from the north, windows from the south.
+        // Chunks are numbered from the north, window rows from the south.
         let north = height - window.y - window.height;
         let down = north / chunk_height..=(north + window.height - 1) / chunk_height;
         let across = window.x / chunk_width..=(window.x + window.width - 1) / chunk_width;
@@ -214,9 +214,9 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         Ok(offsets.into_iter().zip(numbers(lengths, "lengths of strips or tiles")?).collect())
     }
 
-    /// The values of the strip or tile at `place` whose first row is `top`, nodata compared in the
-    /// samples' own type, in which it was stored; `None` if the file leaves it out, as GDAL does with
-    /// chunks of nodata.
+    /// The values of the strip or tile at `place` whose first row is `top`; NaN for nodata, which is compared in
+    /// the sample type it was stored in. `None` if the file leaves the chunk out, as GDAL does with chunks of
+    /// nodata.
     fn chunk(&mut self, place: (u64, u64), top: u32) -> Result<Option<Vec<f64>>, TerrainError> {
         let (offset, length) = place;
         if length == 0 {
@@ -230,7 +230,10 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         if length > 2 * unpacked_length as u64 + PACKED_SLACK {
             return Err(TerrainError::Malformed {
                 what: "length of a strip or tile",
-                need: format!("hardly more than its {unpacked_length} bytes unpacked"),
+                need: format!(
+                    "at most {} bytes for {unpacked_length} bytes unpacked",
+                    2 * unpacked_length as u64 + PACKED_SLACK
+                ),
                 got: length.to_string(),
             });
         }
@@ -252,91 +255,43 @@ impl<R: BufRead + Seek> GeoTiff<R> {
     }
 }
 
-/// Checks every tag that decides how much memory the cells take, and of what kind they are.
+/// The tags that decide how the cells are encoded, as numbers.
+struct Encoding {
+    width: u32,
+    height: u32,
+    bands: u64,
+    bits: u64,
+    sample_format: u64,
+    compression: u64,
+    predictor: u64,
+    photometric: u64,
+    rows_per_strip: u64,
+}
+
+/// Reads and checks every tag that decides the type of the cells and how much memory they take.
 fn header<R: BufRead + Seek>(
     directory: &Directory,
     reader: &mut R,
     file_bytes: u64,
 ) -> Result<(RasterHeader, Layout), TerrainError> {
-    let mut number = |tag, what, default: Option<u64>| -> Result<u64, TerrainError> {
-        directory.single(reader, tag, what)?.or(default).ok_or_else(|| TerrainError::Malformed {
-            what,
-            need: "a value".into(),
-            got: "none".into(),
-        })
-    };
-    let width = side("image width", number(tag::WIDTH, "image width", None)?)?;
-    let height = side("image height", number(tag::HEIGHT, "image height", None)?)?;
-    let bands = number(tag::BANDS, "bands", Some(1))?;
-    let bits = number(tag::BITS, "bits of a sample", Some(1))?;
-    let format = number(tag::SAMPLE_FORMAT, "sample format", Some(1))?;
-    let compression = number(tag::COMPRESSION, "compression", Some(1))?;
-    let predictor = number(tag::PREDICTOR, "predictor", Some(1))?;
-    let photometric = number(tag::PHOTOMETRIC, "photometric interpretation", None)?;
-    let rows_per_strip = number(tag::ROWS_PER_STRIP, "rows per strip", Some(u64::from(height)))?;
-
-    let unsupported = |what, need, got: u64, remedy| {
-        Err(TerrainError::Unsupported { what, need, got: got.to_string(), remedy })
-    };
-    if bands != 1 {
-        return unsupported("bands", "one", bands, AS_ONE_BAND);
-    }
-    if photometric != 1 {
-        let need = "1 (black is zero); other images are pictures, not heights";
-        return unsupported("photometric interpretation", need, photometric, AS_ONE_BAND);
-    }
-    let Some(packing) = Packing::of_code(compression) else {
-        let need = "none, LZW, deflate or PackBits";
-        return unsupported("compression", need, compression, AS_DEFLATE);
-    };
-    let Some(sample) = Sample::of_codes(format, bits) else {
-        return Err(TerrainError::Unsupported {
-            what: "sample type",
-            need: "integers of 8, 16 or 32 bits or floating point of 32 or 64",
-            got: format!("format {format} of {bits} bits"),
-            remedy: AS_FLOAT32,
-        });
-    };
-    let Some(predictor) = Predictor::of_code(predictor, packing, sample) else {
-        let need = "1, or with LZW or deflate 2, or 3 for floating point";
-        return unsupported("predictor", need, predictor, AS_DEFLATE);
-    };
-
+    let encoding = Encoding::read(directory, reader)?;
+    let (packing, sample, predictor) = encoding.supported()?;
+    let Encoding { width, height, bits, .. } = encoding;
     let tiled = directory.has(tag::TILE_WIDTH);
     let (chunk_width, chunk_height) = if tiled {
-        (number(tag::TILE_WIDTH, "tile width", None)?, number(tag::TILE_HEIGHT, "tile height", None)?)
+        let width = number(directory, reader, tag::TILE_WIDTH, "tile width", None)?;
+        (width, number(directory, reader, tag::TILE_HEIGHT, "tile height", None)?)
     } else {
-        (u64::from(width), rows_per_strip.min(u64::from(height)))
+        (u64::from(width), encoding.rows_per_strip.min(u64::from(height)))
     };
-    if chunk_width == 0 || chunk_height == 0 {
-        let got = format!("{chunk_width} x {chunk_height}");
-        return Err(TerrainError::Malformed { what: "strip or tile", need: "cells".into(), got });
-    }
-    let chunk_cells = chunk_width.saturating_mul(chunk_height);
-    if chunk_cells > ELEVATION_CELLS_MAX {
-        return Err(TerrainError::Unsupported {
-            what: "cells in a strip or tile",
-            need: "at most 16777216",
-            got: chunk_cells.to_string(),
-            remedy: AS_TILES,
-        });
-    }
+    let chunk_cells = chunk_cells(chunk_width, chunk_height)?;
     let bytes = (u64::from(width) * u64::from(height)).max(chunk_cells).saturating_mul(bits / 8);
     if bytes / PACKING_MAX > file_bytes {
         return Err(TerrainError::Truncated {
             need: format!("{width} x {height} cells of {}", sample.name()),
         });
     }
-
-    let nodata = match directory.text(reader, tag::GDAL_NODATA, "GDAL_NODATA")? {
-        None => None,
-        Some(text) if text.is_empty() => None,
-        Some(text) => Some(text.parse().map_err(|_| TerrainError::Malformed {
-            what: "GDAL_NODATA",
-            need: "a number".into(),
-            got: format!("{text:?}"),
-        })?),
-    };
+    let nodata = nodata(directory, reader)?;
     let metadata = directory.text(reader, tag::GDAL_METADATA, "GDAL metadata")?.unwrap_or_default();
     let header = RasterHeader {
         format: RasterFormat::Geotiff,
@@ -349,6 +304,100 @@ fn header<R: BufRead + Seek>(
     };
     let chunk = (chunk_width as u32, chunk_height as u32);
     Ok((header, Layout { sample, packing, predictor, order: directory.order, tiled, chunk }))
+}
+
+impl Encoding {
+    fn read<R: BufRead + Seek>(directory: &Directory, reader: &mut R) -> Result<Self, TerrainError> {
+        let mut number = |tag, what, default| number(directory, reader, tag, what, default);
+        let width = side("image width", number(tag::WIDTH, "image width", None)?)?;
+        let height = side("image height", number(tag::HEIGHT, "image height", None)?)?;
+        Ok(Self {
+            width,
+            height,
+            bands: number(tag::BANDS, "bands", Some(1))?,
+            bits: number(tag::BITS, "bits of a sample", Some(1))?,
+            sample_format: number(tag::SAMPLE_FORMAT, "sample format", Some(1))?,
+            compression: number(tag::COMPRESSION, "compression", Some(1))?,
+            predictor: number(tag::PREDICTOR, "predictor", Some(1))?,
+            photometric: number(tag::PHOTOMETRIC, "photometric interpretation", None)?,
+            rows_per_strip: number(tag::ROWS_PER_STRIP, "rows per strip", Some(u64::from(height)))?,
+        })
+    }
+
+    /// Compression, sample type and predictor, if all of them are read here.
+    fn supported(&self) -> Result<(Packing, Sample, Predictor), TerrainError> {
+        let unsupported = |what, need, got: u64, remedy| {
+            Err(TerrainError::Unsupported { what, need, got: got.to_string(), remedy })
+        };
+        if self.bands != 1 {
+            return unsupported("bands", "one", self.bands, AS_ONE_BAND);
+        }
+        if self.photometric != 1 {
+            let need = "1 (black is zero); other images are pictures, not heights";
+            return unsupported("photometric interpretation", need, self.photometric, AS_ONE_BAND);
+        }
+        let Some(packing) = Packing::of_code(self.compression) else {
+            let need = "none, LZW, deflate or PackBits";
+            return unsupported("compression", need, self.compression, AS_DEFLATE);
+        };
+        let Some(sample) = Sample::of_codes(self.sample_format, self.bits) else {
+            return Err(TerrainError::Unsupported {
+                what: "sample type",
+                need: "integers of 8, 16 or 32 bits or floating point of 32 or 64",
+                got: format!("format {} of {} bits", self.sample_format, self.bits),
+                remedy: AS_FLOAT32,
+            });
+        };
+        let Some(predictor) = Predictor::of_code(self.predictor, packing, sample) else {
+            let need = "1, or with LZW or deflate 2, or 3 for floating point";
+            return unsupported("predictor", need, self.predictor, AS_DEFLATE);
+        };
+        Ok((packing, sample, predictor))
+    }
+}
+
+/// The unsigned integer of `tag`, or `default` if the directory lacks it.
+fn number<R: BufRead + Seek>(
+    directory: &Directory,
+    reader: &mut R,
+    tag: u16,
+    what: &'static str,
+    default: Option<u64>,
+) -> Result<u64, TerrainError> {
+    directory.single(reader, tag, what)?.or(default).ok_or_else(|| TerrainError::Malformed {
+        what,
+        need: "a value".into(),
+        got: "none".into(),
+    })
+}
+
+/// Cells of one strip or tile, if they are at least one and no more than fit into memory.
+fn chunk_cells(chunk_width: u64, chunk_height: u64) -> Result<u64, TerrainError> {
+    if chunk_width == 0 || chunk_height == 0 {
+        let got = format!("{chunk_width} x {chunk_height}");
+        return Err(TerrainError::Malformed { what: "strip or tile", need: "cells".into(), got });
+    }
+    let cells = chunk_width.saturating_mul(chunk_height);
+    if cells > ELEVATION_CELLS_MAX {
+        return Err(TerrainError::Unsupported {
+            what: "cells in a strip or tile",
+            need: "at most 16777216",
+            got: cells.to_string(),
+            remedy: AS_TILES,
+        });
+    }
+    Ok(cells)
+}
+
+fn nodata<R: BufRead + Seek>(directory: &Directory, reader: &mut R) -> Result<Option<f64>, TerrainError> {
+    match directory.text(reader, tag::GDAL_NODATA, "GDAL_NODATA")? {
+        Some(text) if !text.is_empty() => text.parse().map(Some).map_err(|_| TerrainError::Malformed {
+            what: "GDAL_NODATA",
+            need: "a number".into(),
+            got: format!("{text:?}"),
+        }),
+        _ => Ok(None),
+    }
 }
 
 fn side(what: &'static str, got: u64) -> Result<u32, TerrainError> {

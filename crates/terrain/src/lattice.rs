@@ -1,13 +1,13 @@
-//! How hops fit onto cells.
+//! The hop lattice: how many cells one hop spans.
 
 use contract::limits::GRID_SIDE_MAX;
 
 use crate::TerrainError;
 
-/// Cells that a hop of `hop_distance_m` spans on cells of `cell_size_m`: a whole number, at least 1.
+/// Number of cells of `cell_size_m` spanned by a hop of `hop_distance_m`, at least 1.
 ///
 /// # Errors
-/// [`TerrainError::HopOverCell`], naming the cell sizes that would make it one.
+/// [`TerrainError::HopOverCell`] with the nearest cell size that divides the hop.
 pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainError> {
     let ratio = hop_distance_m / cell_size_m;
     let whole = ratio.round();
@@ -17,7 +17,7 @@ pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainEr
         Err(TerrainError::HopOverCell {
             hop_distance_m,
             cell_size_m,
-            // A hop of more cells than a grid has sides is mended by cells as long as the hop.
+            // For a hop longer than any grid, cells as long as the hop are suggested.
             resample_m: if whole <= f64::from(GRID_SIDE_MAX) {
                 hop_distance_m / whole.max(1.0)
             } else {

@@ -1,4 +1,4 @@
-//! Rolling ground from a seed.
+//! Random terrain from a seed: a sum of Gaussian hills and hollows.
 
 use contract::Range;
 use rand_chacha::ChaCha8Rng;
@@ -15,9 +15,9 @@ use crate::Gaussian;
 /// bits of one 64-bit word over 2⁵³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomField {
-    /// The key of every draw.
+    /// Seed of the generator.
     pub seed: u64,
-    /// Hills and hollows together.
+    /// Number of hills and hollows together.
     pub hills: u32,
     /// Range of σ, metres, above 0.
     pub sigma_m: Range,
@@ -26,10 +26,10 @@ pub struct RandomField {
 }
 
 impl RandomField {
-    /// What follows the seed in the generator's key.
+    /// Bytes that follow the seed in the generator's key.
     pub const DOMAIN: &[u8; 24] = b"hopper random field v1  ";
 
-    /// The hills over a map of `extent_m` (width, height).
+    /// The hills over a map of `extent_m` (width, height), metres.
     #[must_use]
     pub fn gaussians(&self, extent_m: [f64; 2]) -> Vec<Gaussian> {
         let mut key = [0; 32];

@@ -1,121 +1,23 @@
-//! Elevation models and masks in files.
+//! Opens raster files, elevation models and masks, of either format.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use contract::limits::LENGTH_MAX_M;
-use serde::Serialize;
 
 use crate::ascii_grid::AsciiGrid;
 use crate::geotiff::GeoTiff;
-use crate::{Elevation, TerrainError, Window};
+use crate::raster_header::{ELEVATION_CELLS_MAX, Placement, RasterHeader};
+use crate::{Elevation, Georeference, TerrainError, Window};
 
-/// Most cells that are read at once: 128 MiB of heights.
-pub const ELEVATION_CELLS_MAX: u64 = 1 << 24;
-
-/// Below this size, cells whose unit is not stated are taken for degrees if the coordinates could be.
+/// Cells smaller than this without a stated unit are assumed to be in degrees if the coordinates allow it.
 const DEGREES_CELL_MAX: f64 = 0.02;
 
-/// Longest `.prj` file that is looked into, bytes.
+/// Most bytes read of a `.prj` file.
 const PROJECTION_BYTES_MAX: u64 = 1 << 16;
 
-/// The format of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RasterFormat {
-    /// TIFF with geo tags (OGC 19-008).
-    Geotiff,
-    /// ESRI ASCII grid.
-    AsciiGrid,
-}
-
-/// What the file's coordinates point at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PixelIs {
-    /// A corner of a cell: its middle lies half a cell further.
-    Area,
-    /// The middle of a cell.
-    Point,
-}
-
-/// Where a raster lies, and how large its cells are.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Georeference {
-    /// Edge of a square cell, metres.
-    pub cell_size_m: f64,
-    /// Easting of the middle of the westernmost cells, metres.
-    pub west_m: f64,
-    /// Northing of the middle of the southernmost cells, metres.
-    pub south_m: f64,
-    /// What the file's coordinates point at.
-    pub pixel_is: PixelIs,
-    /// The coordinate system as far as the file names it.
-    pub coordinate_system: String,
-}
-
-impl Georeference {
-    /// The window of the cells whose middles lie at least `west_m` and `south_m`, and less than
-    /// `width_m` and `height_m` further, in the file's own coordinates; `cells` are the raster's columns
-    /// and rows.
-    ///
-    /// # Errors
-    /// [`TerrainError::Crop`] if that is nothing, or reaches beyond the raster.
-    pub fn window(
-        &self,
-        cells: (u32, u32),
-        [west_m, south_m, width_m, height_m]: [f64; 4],
-    ) -> Result<Window, TerrainError> {
-        let along = |origin_m: f64, start_m: f64, length_m: f64, side: u32| {
-            // A hair of tolerance for coordinates that were written down in decimals.
-            let first_at = |edge_m: f64| ((edge_m - origin_m) / self.cell_size_m - 1e-6).ceil();
-            let (first, end) = (first_at(start_m), first_at(start_m + length_m));
-            (first >= 0.0 && first < end && end <= f64::from(side))
-                .then_some((first as u32, (end - first) as u32))
-        };
-        let (columns, rows) = cells;
-        match (along(self.west_m, west_m, width_m, columns), along(self.south_m, south_m, height_m, rows)) {
-            (Some((x, width)), Some((y, height))) => Ok(Window { x, y, width, height }),
-            _ => {
-                let half = self.cell_size_m / 2.0;
-                let extent = |middle_m: f64, side: u32| {
-                    let edge_m = middle_m - half;
-                    format!("{edge_m} and {} m", edge_m + f64::from(side) * self.cell_size_m)
-                };
-                Err(TerrainError::Crop {
-                    have: format!(
-                        "eastings {} and northings {}",
-                        extent(self.west_m, columns),
-                        extent(self.south_m, rows)
-                    ),
-                    got: format!("{width_m} x {height_m} m from ({west_m}, {south_m})"),
-                })
-            }
-        }
-    }
-}
-
-/// What is known of a raster before its cells are read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RasterHeader {
-    /// Format of the file.
-    pub format: RasterFormat,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Type of a sample, such as `int16` or `float32`.
-    pub sample: &'static str,
-    /// The value that marks cells without data, if the file declares one.
-    pub nodata: Option<f64>,
-    /// Stored values are multiplied by this ...
-    pub scale: f64,
-    /// ... and this is added, to give metres.
-    pub offset: f64,
-}
-
-/// An open raster file, its header read and its cells not yet.
+/// An open raster file: the header is read, the cells are not.
 pub struct RasterFile<R> {
     source: Source<R>,
     projection: Option<String>,
@@ -143,7 +45,7 @@ impl RasterFile<BufReader<File>> {
 }
 
 impl<R: BufRead + Seek> RasterFile<R> {
-    /// Reads the header from `reader`; the format is told by the content.
+    /// Reads the header from `reader`; the first bytes decide the format.
     ///
     /// # Errors
     /// If it is neither format, or its header is cut short, malformed or of an unsupported kind.
@@ -170,7 +72,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         Ok(Self { source, projection: None })
     }
 
-    /// What is known before the cells are read.
+    /// Size, sample type, nodata value and scaling.
     #[must_use]
     pub fn header(&self) -> &RasterHeader {
         match &self.source {
@@ -179,7 +81,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         }
     }
 
-    /// Where the raster lies.
+    /// Position, cell size and coordinate system.
     ///
     /// # Errors
     /// If the file has no position and scale, or they are in degrees, rotated, not square, not metres.
@@ -246,16 +148,18 @@ impl<R: BufRead + Seek> RasterFile<R> {
         })
     }
 
-    /// The values within `window`, row-major, southernmost row first, NaN where there is none: nodata,
-    /// not finite, or larger than [`LENGTH_MAX_M`].
+    /// The values within `window`, row-major, southernmost row first. NaN stands for nodata, for values that
+    /// are not finite, and for those larger than [`LENGTH_MAX_M`].
     ///
     /// # Errors
     /// If the window is not within the file or too large, or the data cut short or malformed.
     pub fn values(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
         let RasterHeader { width, height, scale, offset, .. } = *self.header();
-        let window = window.within(width, height)?;
+        if !window.is_within(width, height) {
+            return Err(TerrainError::Window { window, width, height });
+        }
         if window.cells() > ELEVATION_CELLS_MAX {
-            return Err(TerrainError::CellsMax { cells: window.cells() });
+            return Err(TerrainError::CellsMax { cells_max: ELEVATION_CELLS_MAX, cells: window.cells() });
         }
         let mut values = match &mut self.source {
             Source::GeoTiff(file) => file.values(window)?,
@@ -269,7 +173,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
     }
 }
 
-/// Opens a regular file: a pipe might never open, and a device never end.
+/// Opens a regular file only: opening a pipe might block for ever, and a device might never end.
 fn regular(path: &Path) -> Result<File, TerrainError> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(TerrainError::Unsupported {
@@ -282,16 +186,8 @@ fn regular(path: &Path) -> Result<File, TerrainError> {
     Ok(File::open(path)?)
 }
 
-/// Middle of the north-western cell and the cell's sides, in the file's unit.
-pub(crate) struct Placement {
-    pub x_size: f64,
-    pub y_size: f64,
-    pub west: f64,
-    pub north: f64,
-    pub pixel_is: PixelIs,
-}
-
-/// What a `.prj` file's well-known text says; only its outermost keyword and name are read.
+/// Name of the coordinate system in the well-known text of a `.prj` file; only the outermost keyword and
+/// name are read.
 fn described_by_projection(text: &str) -> Result<String, TerrainError> {
     let keyword = text.split(['[', '(']).next().unwrap_or_default().trim().to_ascii_uppercase();
     let name = text.split('"').nth(1).unwrap_or("unnamed").chars().take(80).collect::<String>();

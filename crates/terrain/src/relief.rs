@@ -1,15 +1,16 @@
-//! Elevations with their gradients.
+//! Elevations and gradients on a square lattice, before a datum and soils are applied.
 
 use contract::{Cell, Grid};
 
 use crate::{Elevation, Gaussian, TerrainError};
 
-/// The shape of the ground: cells in index order, `None` where nothing is known.
+/// Elevation and gradient of every cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
-    /// The lattice.
+    /// Lattice of the cells.
     pub grid: Grid,
-    /// Absolute height in metres with the gradient (∂h/∂x, ∂h/∂y) in metres per metre.
+    /// Cells in index order: absolute height in metres with the gradient (∂h/∂x, ∂h/∂y) in metres per metre;
+    /// `None` where the data has none.
     pub cells: Vec<Option<(f64, [f64; 2])>>,
 }
 
@@ -21,8 +22,8 @@ impl Relief {
         Self::of_gaussians_within(grid, hills, f64::INFINITY)
     }
 
-    /// [`Relief::of_gaussians`], each hill ending where it is `reach_sigma` standard deviations from its
-    /// centre along an axis: on large maps that saves nearly all of the work.
+    /// [`Relief::of_gaussians`] with each hill cut off `reach_sigma` standard deviations from its centre along
+    /// an axis, which saves most of the work on large maps.
     #[must_use]
     pub fn of_gaussians_within(grid: Grid, hills: &[Gaussian], reach_sigma: f64) -> Self {
         let mut cells = vec![(0.0, [0.0, 0.0]); grid.cells()];
@@ -31,7 +32,7 @@ impl Relief {
             let clip = |centre_m: f64, side: u32| {
                 let first = ((centre_m - reach_m) / grid.cell_size_m).ceil().max(0.0);
                 let last = ((centre_m + reach_m) / grid.cell_size_m).floor().min(f64::from(side) - 1.0);
-                // A cast saturates, and takes what lies off the map for an empty range.
+                // Casts saturate: a hill off the map gives an empty range.
                 first as i64..=last as i64
             };
             for y in clip(hill.centre_m[1], grid.height) {
@@ -46,12 +47,12 @@ impl Relief {
         Self { grid, cells: cells.into_iter().map(Some).collect() }
     }
 
-    /// `elevation` with `vertical_exaggeration`, gradients by differences: central ones, one-sided
-    /// next to the edge and next to nodata. A cell with nodata on both sides along an axis counts as
-    /// unknown, for its slope is.
+    /// `elevation` times `vertical_exaggeration`, with gradients by finite differences: central ones inside,
+    /// one-sided ones next to the edge and to nodata. A cell with nodata on both sides along an axis counts as
+    /// unknown, since its slope is.
     ///
     /// # Errors
-    /// If the lattice is out of bounds.
+    /// If the lattice exceeds the bounds of a grid.
     pub fn of_elevation(
         elevation: &Elevation,
         vertical_exaggeration: f64,
@@ -80,7 +81,7 @@ impl Relief {
         Ok(Self { grid, cells })
     }
 
-    /// Cells whose height and slope are known.
+    /// Height and gradient of the cells that have them.
     pub fn known(&self) -> impl Iterator<Item = &(f64, [f64; 2])> {
         self.cells.iter().flatten()
     }
@@ -94,7 +95,7 @@ impl Relief {
     }
 }
 
-/// Slope along one axis from what is known of the neighbours.
+/// Slope along one axis from the neighbours that are known; `None` if neither is.
 fn difference(before: Option<f64>, here: f64, after: Option<f64>, cell_size_m: f64) -> Option<f64> {
     match (before, after) {
         (Some(before), Some(after)) => Some((after - before) / (2.0 * cell_size_m)),

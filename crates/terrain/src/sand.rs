@@ -1,4 +1,4 @@
-//! Where the ground is sand.
+//! Rules for which cells are sand, and sand masks from raster files.
 
 use std::path::Path;
 
@@ -7,23 +7,23 @@ use contract::{Cell, Grid};
 use crate::elevation::{resample_ratio, resampled_side};
 use crate::{RasterFile, TerrainError, Window};
 
-/// Cells x.min..=x.max by y.min..=y.max.
+/// A rectangle of cells, its edges included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rectangle {
-    /// First and last column.
+    /// First and last column, from the west.
     pub x: [i32; 2],
-    /// First and last row.
+    /// First and last row, from the south.
     pub y: [i32; 2],
 }
 
-/// Sand lies wherever one of these says so.
+/// Which cells are sand: those to which at least one of these rules applies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sand {
-    /// Whole rectangles.
+    /// Cells in any of these rectangles.
     pub rectangles: Vec<Rectangle>,
-    /// Wherever the height above the datum is less than this, metres.
+    /// Cells whose height above the datum is less than this, metres.
     pub below_height_m: Option<f64>,
-    /// Wherever the mask of the terrain's own shape is true; empty for no mask.
+    /// Cells, in index order, where the mask is true; empty for no mask.
     pub mask: Vec<bool>,
 }
 
@@ -39,9 +39,9 @@ impl Sand {
 
     /// Reads a mask from the raster at `path`: sand where its value is neither 0 nor nodata.
     ///
-    /// The raster has the shape `(width, height)` of the terrain's source; `window` is cut from it as
-    /// it was from the source, and if the source was resampled by `ratio` (new cell over old), each new
-    /// cell takes the old one its middle lies in.
+    /// The raster needs the shape `(width, height)` of the terrain's source. It is cropped to `window` as the
+    /// source was. If the source was resampled by `ratio` (new cell size over old), each new cell takes the
+    /// value of the old cell that its middle lies in.
     ///
     /// # Errors
     /// If the file cannot be read or has another shape.

@@ -1,4 +1,4 @@
-//! The truth that hops are executed on.
+//! The true ground that hops are executed on.
 
 use std::collections::VecDeque;
 
@@ -6,13 +6,12 @@ use contract::{Cell, Direction, Grid, Ground, Range, Soil};
 
 use crate::{Relief, Sand};
 
-/// The ground of every cell, heights relative to a datum.
+/// The ground of every cell. Heights are relative to the mission's datum, whose elevation is in
+/// [`contract::Brief::datum_m`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terrain {
-    /// The lattice.
+    /// Lattice of the cells.
     pub grid: Grid,
-    /// Absolute elevation of height 0, metres.
-    pub datum_m: f64,
     /// Cells in index order: row-major, southernmost row first.
     pub cells: Vec<Ground>,
     /// Cells with treasures, in index order.
@@ -20,9 +19,9 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// Sets `relief` relative to `datum_m` and lays `sand` on it. Impassable is what is steeper than
-    /// `slope_limit_rad`, and what is not known; the latter is level with the lowest known cell, hard
-    /// and flat, so that it says nothing. There are no treasures on it yet.
+    /// `relief` with heights relative to `datum_m` and with `sand`, without treasures. Cells steeper than
+    /// `slope_limit_rad` and unknown cells are impassable; unknown cells are hard and flat at the height of the
+    /// lowest known cell, so that they widen no range of heights.
     #[must_use]
     pub fn new(relief: &Relief, datum_m: f64, slope_limit_rad: f64, sand: &Sand) -> Self {
         let lowest = relief.known().map(|(height, _)| *height).reduce(f64::min).unwrap_or(datum_m);
@@ -37,22 +36,21 @@ impl Terrain {
         };
         Self {
             grid: relief.grid,
-            datum_m,
             cells: relief.grid.iter().zip(&relief.cells).map(ground).collect(),
             treasures: Vec::new(),
         }
     }
 
-    /// The ground of `cell`; `None` outside.
+    /// The ground of `cell`; `None` outside of the map.
     #[must_use]
     pub fn ground(&self, cell: Cell) -> Option<&Ground> {
         self.grid.index(cell).map(|index| &self.cells[index])
     }
 
-    /// Range of heights over passable ground, metres: what an orbital survey tells of I.
+    /// Range of heights over passable ground, metres: the prior of I that an orbital survey would give.
     ///
-    /// Impassable ground stays out: a single cliff or a gap in the data would squeeze all the ground
-    /// a hopper can stand on into a sliver of the range. Empty at 0 where nothing is passable.
+    /// Impassable ground is left out: a single cliff or a gap in the data would squeeze all ground a hopper
+    /// can stand on into a small part of the range. Both ends are 0 if nothing is passable.
     #[must_use]
     pub fn height_range(&self) -> Range {
         self.range_of(|ground| ground.height_m)
@@ -68,7 +66,7 @@ impl Terrain {
         })
     }
 
-    /// Fewest hops over passable ground from `from` to `to`, if any chain of hops connects them.
+    /// Fewest hops over passable ground from `from` to `to`; `None` if no chain of hops connects them.
     #[must_use]
     pub fn hops_between(&self, from: Cell, to: Cell) -> Option<u32> {
         let passable = |cell: Cell| self.grid.index(cell).filter(|&index| self.cells[index].passable);

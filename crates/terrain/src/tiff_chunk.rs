@@ -1,12 +1,12 @@
-//! What a strip or tile of a TIFF holds: unpacked (TIFF 6.0, sections 9 and 13), predictors undone
-//! (section 14; Adobe Photoshop TIFF Technical Note 3), samples as numbers.
+//! Decodes a strip or tile of a TIFF: decompression (TIFF 6.0, sections 9 and 13), predictors (section 14;
+//! Adobe Photoshop TIFF Technical Note 3), samples.
 
 use std::io::Read;
 
 use crate::TerrainError;
 use crate::tiff_directory::Order;
 
-/// Type of a sample.
+/// Number type of the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sample {
     U8,
@@ -19,7 +19,7 @@ pub(crate) enum Sample {
     F64,
 }
 
-/// Compression.
+/// Compression of a strip or tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Packing {
     None,
@@ -28,13 +28,13 @@ pub(crate) enum Packing {
     PackBits,
 }
 
-/// What was subtracted from a row before it was packed.
+/// What was subtracted from each value of a row before compression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Predictor {
     None,
-    /// The sample before.
+    /// The sample to the left.
     Horizontal,
-    /// The byte before, after the bytes were sorted by their significance.
+    /// The byte to the left, after the bytes of the row were grouped by significance.
     FloatingPoint,
 }
 

@@ -1,6 +1,6 @@
-//! The first directory of a TIFF file: tags with their values (TIFF 6.0, section 2; BigTIFF).
+//! Reads the first directory of a TIFF file: tags with their values (TIFF 6.0, section 2; BigTIFF).
 //!
-//! Nothing a tag claims takes memory that the file does not fill.
+//! No tag can make it allocate more memory than the file fills.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};

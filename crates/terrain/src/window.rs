@@ -1,11 +1,9 @@
-//! A part of a raster.
+//! A rectangular part of a raster.
 
-use crate::TerrainError;
-
-/// Cells of a raster, counted from its south-west corner, x east and y north.
+/// A rectangle of cells, counted from the south-western corner of the raster, x east and y north.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// First column.
+    /// First column, from the west.
     pub x: u32,
     /// First row, from the south.
     pub y: u32,
@@ -16,30 +14,24 @@ pub struct Window {
 }
 
 impl Window {
-    /// All of a raster of `width` × `height`.
+    /// The whole of a raster of `width` × `height`.
     #[must_use]
     pub fn all(width: u32, height: u32) -> Self {
         Self { x: 0, y: 0, width, height }
     }
 
-    /// Number of cells.
+    /// Number of cells: `width` × `height`.
     #[must_use]
     pub fn cells(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Itself, if it lies within a raster of `width` × `height` and has cells.
-    ///
-    /// # Errors
-    /// [`TerrainError::Window`].
-    pub fn within(self, width: u32, height: u32) -> Result<Self, TerrainError> {
+    /// Whether it has cells and lies within a raster of `width` × `height`.
+    #[must_use]
+    pub fn is_within(self, width: u32, height: u32) -> bool {
         let fits = |start: u32, length: u32, side: u32| {
             length > 0 && start.checked_add(length).is_some_and(|end| end <= side)
         };
-        if fits(self.x, self.width, width) && fits(self.y, self.height, height) {
-            Ok(self)
-        } else {
-            Err(TerrainError::Window { window: self, width, height })
-        }
+        fits(self.x, self.width, width) && fits(self.y, self.height, height)
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use contract::wire::BriefV3;
 use contract::{Brief, Limits, RunId};
-use scenario::World;
+use scenario::ResolvedScenario;
 use serde::{Deserialize, Serialize};
 
 use super::{JournalError, Storage, codec, frame};
@@ -34,7 +34,7 @@ impl JournalHeader {
     /// The header of `world` flown with `seed`; its run is the world's, until
     /// [`JournalHeader::with_run`] gives it one.
     #[must_use]
-    pub fn new(world: &World, seed: u64) -> Self {
+    pub fn new(world: &ResolvedScenario, seed: u64) -> Self {
         Self { brief: world.brief, seed, resolved: world.resolved.clone() }
     }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Status, Term};
-use report::{Fallbacks, Tenure};
+use report::{Fallbacks, Leadership};
 use serde::Serialize;
 
 use super::{History, JournalError, Storage};
@@ -46,7 +46,7 @@ pub struct Verification {
     /// Bytes after the last whole frame.
     pub torn_bytes: u64,
     /// Who commanded.
-    pub planners: Vec<Tenure>,
+    pub planners: Vec<Leadership>,
     /// The life that commanded last; 0 if none has.
     pub commander: Incarnation,
 }
@@ -159,7 +159,7 @@ impl Verification {
                 // Term 0 is before every planner; a change of hands takes a higher term.
                 self.terms_rise &= leader.term > last.map_or(Term(0), |tenure| tenure.term);
                 self.commander = leader.incarnation;
-                self.planners.push(Tenure {
+                self.planners.push(Leadership {
                     name: leader.planner,
                     term: leader.term,
                     from_decision: record.decision,
@@ -178,11 +178,11 @@ impl fmt::Display for Verification {
             format!("{} of {}, seed {}, profile {}", self.run, self.scenario, self.seed, self.profile),
         )?;
         fact("decisions", format!("{}, {} steps, {}", self.decisions, self.steps, self.outcome))?;
-        for Tenure { name, term, from_decision, to_decision } in &self.planners {
+        for Leadership { name, term, from_decision, to_decision } in &self.planners {
             fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
         }
         if self.vetoes > 0 || self.fallbacks.total() > 0 {
-            fact("guard", report::guarded(self.vetoes, self.fallbacks))?;
+            fact("guard", report::guard_phrase(self.vetoes, self.fallbacks))?;
         }
         fact("digest", self.digest.to_string())?;
         if self.torn_bytes > 0 {

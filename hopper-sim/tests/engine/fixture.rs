@@ -62,11 +62,7 @@ pub fn mission() -> Mission {
         passable: cell != Cell::new(8, 0),
     };
     let cells = brief.grid.iter().map(ground).collect();
-    Mission {
-        terrain: Terrain { grid: brief.grid, datum_m: brief.datum_m, cells, treasures: Vec::new() },
-        brief,
-        seed: 42,
-    }
+    Mission { terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new() }, brief, seed: 42 }
 }
 
 /// The mission with hops that always land where they are meant to, from `start`.

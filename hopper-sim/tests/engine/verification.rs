@@ -3,13 +3,13 @@
 use contract::{Decision, Digest, Name, Record, Status, Term};
 use hopper_sim::journal::Show;
 use hopper_sim::{Journal, JournalError, Mission, Pace, Verification, verify};
-use report::Tenure;
+use report::Leadership;
 
 use crate::fixture::{Host, header, mission, name, undisturbed};
 use crate::journal::Written;
 
-fn tenure(name: Name, term: u64, from: u64, to: u64) -> Tenure {
-    Tenure { name, term: Term(term), from_decision: Decision(from), to_decision: Decision(to) }
+fn tenure(name: Name, term: u64, from: u64, to: u64) -> Leadership {
+    Leadership { name, term: Term(term), from_decision: Decision(from), to_decision: Decision(to) }
 }
 
 /// The undisturbed records, with terms and planners as `leader` gives them.

@@ -11,8 +11,8 @@ use contract::{MonotonicNs, Order};
 use node::{Exit, Failure, Node};
 
 use super::gate::{Answer, Gate, HEAD_BYTES_MAX, HEADERS, Head, Rejection};
-use crate::Chronicle;
 use crate::chronicle::{Cursor, Frame};
+use crate::{Chronicle, Screen, Wish};
 
 /// Connections at once; whoever comes beyond is told so.
 pub const CONNECTIONS_MAX: usize = 32;
@@ -150,6 +150,17 @@ impl Page {
     #[must_use]
     pub fn orders(&self) -> VecDeque<Order> {
         std::mem::take(&mut *self.shared.orders.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Screen for Page {
+    fn wants_policy(&self) -> bool {
+        Page::wants_policy(self)
+    }
+
+    fn show(&mut self, _account: &Chronicle, _now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
+        self.ring();
+        Ok(self.orders().into_iter().map(Wish::Order).collect())
     }
 }
 

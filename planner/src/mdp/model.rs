@@ -3,69 +3,70 @@
 //! With r(x) the payoff of landing on x, γ the discount, p(x′ | x, u) the scatter of hop u:
 //!
 //! - from hard ground V(x) = γ max_u Σ p (r(x′) + V(x′));
-//! - from sand a hop takes two periods, the first spent where it stands:
+//! - from sand a hop takes two periods, the first spent at x:
 //!   V(x) = γ max_u \[r(x) + γ Σ p (r(x′) + V(x′))\];
 //! - the goal absorbs: V = 0, and landing there pays the brief's goal payoff;
-//! - unseen cells are what [`Belief`] takes them for;
+//! - unseen cells are as [`Belief`] assumes;
 //! - in profile `paper-2023` leaving the map counts as staying, in the plan only; in profile `hopper`
 //!   it loses the hopper, from unseen cells too;
 //! - landing on ground known to be impassable loses the hopper, in both profiles (the paper's worlds
 //!   have none).
 //!
-//! A loss stands in place of r(x′) + V(x′), [`LOSS`] below the worst life there is on this map: the
-//! worst payoff for ever, min r / (1 − γ). A fixed price would not do: at −300, far from the goal on
-//! a map of 50 × 50 cells the way there costs more than that, and the plan jumps off the map.
+//! The afterstate value of being lost replaces r(x′) + V(x′). It lies [`LOSS`] below the worst payoff for ever on this
+//! map, min r / (1 − γ). A fixed value such as −300 fails on a map of 50 × 50 cells: far from the goal the way there costs
+//! more than that, and the best plan would be to jump off the map.
 //!
 //! Hops keep to a lattice of every `hop_cells`-th cell, so only the goal's lattice is modelled.
 
 use contract::{Brief, Cell, Ground, Profile, Soil};
 use motion::soil_motion;
-use solver::{Kind, Leaving, Rules, Site, World};
+use scatter::slope_in_limits;
+use solver::{GridWorld, Kind, Leaving, Rules, Site};
 
-use super::lattice::Lattice;
-use crate::Situation;
+use super::hop_lattice::HopLattice;
 use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
+use crate::plan::Situation;
 
-/// What losing the hopper costs beyond the worst life on the map, in units of payoff.
+/// How far the value of being lost lies below the worst payoff for ever, in units of payoff.
 pub const LOSS: f64 = -300.0;
 
-/// The process of one situation.
+/// The Markov decision process of one situation.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Which cells its nodes are.
-    pub lattice: Lattice,
-    /// The process.
-    pub world: World,
+    /// The cells of its nodes.
+    pub lattice: HopLattice,
+    /// The process as the solver sees it.
+    pub world: GridWorld,
 }
 
 impl Model {
-    /// The process of `situation`, treasures aside.
+    /// The process of `situation`, without treasures.
     ///
     /// # Panics
     /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
         let Situation { brief, map, .. } = *situation;
-        let (lattice, belief) = (Lattice::new(brief), Belief::new(brief, map));
+        let (lattice, belief) = (HopLattice::new(brief), Belief::new(brief, map));
         let world = world(brief, &lattice, |node| *belief.ground(lattice.cell(node)));
         Self { lattice, world }
     }
 }
 
-/// The process on ground as `ground` tells of each node.
+/// The process on the ground that `ground` gives for each node.
 ///
 /// # Panics
 /// If the brief's numbers are out of range: they are checked where a brief enters a process.
 #[must_use]
-pub fn world(brief: &Brief, lattice: &Lattice, ground: impl Fn(usize) -> Ground) -> World {
+pub fn world(brief: &Brief, lattice: &HopLattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
     let leaving = match brief.profile {
         Profile::Paper2023 => Leaving::Stays,
         Profile::Hopper => Leaving::Loses,
     };
     let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
     let refused = "a brief is checked where it enters a process";
-    let mut world = World::new(lattice.width, lattice.height, rules).expect(refused);
+    let mut world = GridWorld::new(lattice.width, lattice.height, rules).expect(refused);
     let payoff = LandingPayoff::new(brief);
     for node in 0..lattice.nodes() {
         world.set(node, site(brief, &payoff, lattice.cell(node), &ground(node)));
@@ -74,7 +75,7 @@ pub fn world(brief: &Brief, lattice: &Lattice, ground: impl Fn(usize) -> Ground)
     world
 }
 
-/// What the process knows of a cell.
+/// The node of a cell.
 #[must_use]
 pub fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Ground) -> Site {
     Site {
@@ -84,25 +85,25 @@ pub fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Grou
             false => Kind::Lost,
         },
         payoff: payoff.of(cell, ground),
-        slope_east: libm::atan(ground.gradient[0]) / brief.motion.slope_limit_rad,
-        slope_north: libm::atan(ground.gradient[1]) / brief.motion.slope_limit_rad,
+        slope_east: slope_in_limits(ground.gradient[0], brief.motion.slope_limit_rad),
+        slope_north: slope_in_limits(ground.gradient[1], brief.motion.slope_limit_rad),
         soil: u8::from(ground.soil == Soil::Sand),
     }
 }
 
-/// What a node's payoff counts as in the worst: nothing where it is impassable.
+/// A node's payoff for [`worst_payoff`]: 0 where it is impassable.
 #[must_use]
-pub fn counted(world: &World, node: usize) -> f64 {
+pub fn counted(world: &GridWorld, node: usize) -> f64 {
     if world.kind(node) == Kind::Lost { 0.0 } else { world.payoff(node) }
 }
 
 /// The least payoff of a node that is not impassable, 0 at most.
 #[must_use]
-pub fn worst_payoff(world: &World) -> f64 {
+pub fn worst_payoff(world: &GridWorld) -> f64 {
     (0..world.nodes()).map(|node| counted(world, node)).fold(0.0, f64::min)
 }
 
-/// [`LOSS`] below the worst life there is.
+/// The afterstate value of being lost: [`LOSS`] below the worst payoff for ever.
 #[must_use]
 pub fn loss(brief: &Brief, worst_payoff: f64) -> f64 {
     LOSS + worst_payoff / (1.0 - brief.payoff.discount)
@@ -112,8 +113,7 @@ pub fn loss(brief: &Brief, worst_payoff: f64) -> f64 {
 fn soils(brief: &Brief) -> [solver::Soil; 2] {
     [Soil::Hard, Soil::Sand].map(|soil| {
         let motion = soil_motion(&brief.motion, soil);
-        // The scatter takes the remainder for one side; here both sides share it. Where there are no slips,
-        // rounding may leave a remainder just below 0.
+        // Both sides share the remainder to 1, which rounding may leave just below 0 where there are no slips.
         let sideways = (0.5 * (1.0 - motion.intended - motion.stuck)).max(0.0);
         let wait = f64::from(u8::from(soil == Soil::Sand));
         solver::Soil { intended: motion.intended, stuck: motion.stuck, sideways, wait }

@@ -1,9 +1,9 @@
-//! A*: one search from the hopper to the goal, anew before every hop.
+//! A*: a new search from the hopper to the goal before every hop.
 //!
 //! Cells are expanded in the order of (f, g, index), f = g + a consistent lower bound. The cells before
 //! a cell on a cheapest route have no larger f and a smaller g (a hop costs something), so all of them
-//! are expanded before it: when the goal's turn comes, the set of first hops that each cell carries is
-//! complete there, and the first of north, east, south, west can be told among all cheapest routes.
+//! are expanded before it. When the goal is expanded, its set of first hops is therefore complete, and the first of north,
+//! east, south, west among all cheapest routes is known.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,15 +12,16 @@ use contract::{Action, Cell, Direction, Grid, Name};
 
 use super::costs::{Costs, FORBIDDEN, at_least};
 use super::{Found, Search};
-use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
-/// Plans the cheapest route by A*. Work is counted in expansions; a plan that is cut holds.
+/// Plans the cheapest route by A*. Work is counted in expansions; a plan cut short holds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AStar;
 
 impl Planner for AStar {
     fn name(&self) -> Name {
-        algorithm::name("astar")
+        names::name(names::ASTAR)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
@@ -34,8 +35,8 @@ impl Planner for AStar {
     }
 }
 
-/// Searches for a cheapest route from `start` to another cell `goal` within `budget`, counted
-/// in expansions; gives how it ended, and the expansions made.
+/// Searches for a cheapest route from `start` to another cell `goal` within `budget`, counted in expansions. Returns how
+/// it ended, and the expansions made.
 #[must_use]
 pub fn search(costs: &Costs, grid: &Grid, start: Cell, goal: Cell, budget: &Budget) -> (Search, u64) {
     let (Some(first), Some(last)) = (grid.index(start), grid.index(goal)) else {

@@ -1,4 +1,4 @@
-//! The graph of intended hops: what each is expected to cost on the believed ground.
+//! The graph of intended hops, with the expected cost of each on the believed ground.
 //!
 //! A hop that is repeated until it lands where it was meant to takes 1/p tries, p from soil and slope
 //! ([`motion::transitions`]). All but the last cost what a failed hop costs, so its expected cost is
@@ -11,10 +11,10 @@
 use contract::{Action, Branch, Cell, Direction, Grid, Ground, MotionParameters, Soil};
 use motion::{steps, transitions};
 
-use crate::Situation;
 use crate::belief::Belief;
+use crate::plan::Situation;
 
-/// The cost of what cannot be done.
+/// The cost of a hop that is not allowed.
 pub const FORBIDDEN: u64 = u64::MAX;
 
 /// Millionths of a step in one step.
@@ -28,16 +28,16 @@ pub const INTENDED_MIN: f64 = 1.0e-6;
 pub struct Costs {
     /// Cost of the four hops from each cell, in index order and that of [`Direction::ALL`];
     /// [`FORBIDDEN`] off the map, onto ground known to be impassable, where no hop succeeds, and what the
-    /// guard has vetoed where the hopper stands.
+    /// guard has vetoed at the hopper's cell.
     pub hops: Vec<[u64; 4]>,
-    /// A lower bound on the cost of any hop, the same whatever has been seen.
+    /// A lower bound on the cost of any hop, which does not depend on the map.
     pub cheapest: u64,
     /// Columns, rows, and cells a hop.
     shape: [u32; 3],
 }
 
 impl Costs {
-    /// The graph that `situation` makes believe.
+    /// The graph over the ground as believed in `situation`.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
         let Situation { brief, map, state } = *situation;
@@ -62,15 +62,14 @@ impl Costs {
         }
     }
 
-    /// Whether both are graphs on one grid with one lower bound, whatever their hops cost.
+    /// Whether both graphs have the same grid and lower bound; hops may differ in cost.
     #[must_use]
     pub fn comparable(&self, other: &Costs) -> bool {
         self.shape == other.shape && self.cheapest == other.cheapest
     }
 }
 
-/// A lower bound on the cost from one cell to another: hops there and back count alike, so it is
-/// consistent. Exact on flat ground of the cheaper soil.
+/// A lower bound on the cost from one cell to another. It is symmetric, hence consistent. Exact on flat ground of the cheaper soil.
 #[must_use]
 pub fn at_least(grid: &Grid, cheapest: u64, from: Cell, to: Cell) -> u64 {
     let cells = u64::from(from.x.abs_diff(to.x)) + u64::from(from.y.abs_diff(to.y));

@@ -1,20 +1,20 @@
-//! D* Lite (Koenig & Likhachev 2002): a search from the goal that is mended, not repeated, as the map grows.
+//! D* Lite (Koenig & Likhachev 2002): an incremental search from the goal, repaired as the map grows.
 //!
 //! g(x) is the cost from x to the goal as far as settled, rhs(x) = min over hops of cost + g; a cell
 //! whose two differ waits in a queue under the key (min(g, rhs) + bound to the hopper + k_m, min(g,
-//! rhs)). A landing moves the hopper (k_m grows by the bound on how far, so that old keys stay lower
-//! bounds), changed costs reopen the cells they leave from.
+//! rhs)). A landing moves the hopper: k_m grows by the bound on the distance, so that old keys stay lower
+//! bounds. Changed costs reopen the cells that the hops leave from.
 //!
-//! # The law
+//! # Why it obeys the law of planners
 //! A search is over when no key is below the hopper's and the hopper's own g and rhs agree. A
 //! neighbour n with cost + g(n), or rhs(n), up to g(hopper) would have a key below the hopper's if it
 //! were unsettled: the bound is at most the cost, and min(g, rhs) < g(hopper). So all neighbours that
 //! could begin a cheapest route are settled, with their true cost; costs are integers, so that cost has
-//! one value however it was come by; and the hop taken is the first of north, east, south, west among
-//! them. It is a function of the graph, whatever the queue went through.
+//! one value however it was computed; and the hop taken is the first of north, east, south, west among
+//! them. So it is a function of the graph alone, whatever the history of the queue.
 //!
-//! Only the number of expansions tells a mended search from a new one. A budget bounds that number, so
-//! under a budget every search is new.
+//! A repaired search differs from a new one only in the number of expansions. A budget bounds that number, so under a
+//! budget every search is new.
 
 use std::collections::BTreeSet;
 
@@ -22,18 +22,19 @@ use contract::{Action, Cell, Direction, Grid, Name};
 
 use super::costs::{Costs, FORBIDDEN, at_least};
 use super::{Found, Search};
-use crate::{Budget, Plan, PlanStatus, Planner, Situation, algorithm};
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
-/// Plans the cheapest route by D* Lite. Work is counted in expansions, and depends on what was kept; a
-/// plan that is cut holds.
+/// Plans the cheapest route by D* Lite. Work is counted in expansions, and depends on the search kept from the last plan;
+/// a plan cut short holds.
 #[derive(Clone, Debug, Default)]
 pub struct DStarLite {
-    kept: Option<Incremental>,
+    kept: Option<IncrementalSearch>,
 }
 
 impl Planner for DStarLite {
     fn name(&self) -> Name {
-        algorithm::name("dstar_lite")
+        names::name(names::DSTAR_LITE)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
@@ -48,25 +49,26 @@ impl Planner for DStarLite {
         let costs = Costs::new(situation);
         if budget.work_max.is_some() {
             self.kept = None;
-            let (search, expansions) = Incremental::new(costs, brief.grid, here, brief.goal).search(budget);
+            let (search, expansions) =
+                IncrementalSearch::new(costs, brief.grid, here, brief.goal).search(budget);
             return search.plan(expansions);
         }
         let kept = self.kept.take().filter(|kept| kept.continues(&costs, &brief.grid, brief.goal));
         let search = match kept {
             Some(mut kept) => {
-                kept.follow(here, costs);
+                kept.repair(here, costs);
                 kept
             }
-            None => Incremental::new(costs, brief.grid, here, brief.goal),
+            None => IncrementalSearch::new(costs, brief.grid, here, brief.goal),
         };
         let (found, expansions) = self.kept.insert(search).search(budget);
         found.plan(expansions)
     }
 }
 
-/// A search that can be mended.
+/// A search that can be repaired.
 #[derive(Clone, Debug)]
-pub struct Incremental {
+pub struct IncrementalSearch {
     costs: Costs,
     grid: Grid,
     here: Cell,
@@ -78,12 +80,12 @@ pub struct Incremental {
     /// Key of each cell in the queue.
     keys: Vec<Option<(u64, u64)>>,
     queue: BTreeSet<((u64, u64), usize)>,
-    /// k_m.
+    /// k_m, the sum of the bounds on the hopper's moves.
     offset: u64,
 }
 
-impl Incremental {
-    /// Nothing settled yet, the goal in the queue; `here` and `goal` lie on the grid.
+impl IncrementalSearch {
+    /// A new search: no cell is settled, and the goal is in the queue. `here` and `goal` lie on the grid.
     #[must_use]
     pub fn new(costs: Costs, grid: Grid, here: Cell, goal: Cell) -> Self {
         let cells = grid.cells();
@@ -104,14 +106,14 @@ impl Incremental {
         search
     }
 
-    /// Whether the search may be mended into one over `costs` for `goal`.
+    /// Whether the search can be repaired into one over `costs` for `goal`.
     #[must_use]
     pub fn continues(&self, costs: &Costs, grid: &Grid, goal: Cell) -> bool {
         self.costs.comparable(costs) && self.grid == *grid && self.goal == goal
     }
 
-    /// The hopper is at `here` now, and hops cost `costs`.
-    pub fn follow(&mut self, here: Cell, costs: Costs) {
+    /// Repairs the search for a hopper at `here` and hops that cost `costs`.
+    pub fn repair(&mut self, here: Cell, costs: Costs) {
         self.offset = self.offset.saturating_add(at_least(&self.grid, self.costs.cheapest, self.here, here));
         self.here = here;
         let before = std::mem::replace(&mut self.costs, costs);
@@ -122,7 +124,7 @@ impl Incremental {
         }
     }
 
-    /// Settles as much as the hop from here needs, within `budget`, counted in expansions.
+    /// Settles the cells that the hop from here depends on, within `budget`, counted in expansions.
     pub fn search(&mut self, budget: &Budget) -> (Search, u64) {
         let here = self.index(self.here);
         let mut expansions = 0;
@@ -151,7 +153,7 @@ impl Incremental {
 
     fn expand(&mut self, key: (u64, u64), index: usize) {
         if key < self.key(index) {
-            // Queued when the hopper stood elsewhere.
+            // Its key dates from an earlier position of the hopper.
             self.requeue(index);
             return;
         }
@@ -170,7 +172,7 @@ impl Incremental {
         }
     }
 
-    /// Looks one hop ahead from a cell anew.
+    /// Recomputes rhs of a cell.
     fn update(&mut self, index: usize) {
         if index != self.index(self.goal) {
             self.ahead[index] = Direction::ALL

@@ -1,13 +1,12 @@
-//! Planners that search for a route of least expected cost, as if every hop had one landing (P23 section V).
+//! Algorithms that search for a route of least expected cost, as if every hop had one landing (P23 section V).
 //!
-//! Both search the same graph, [`Costs`], with exact integer costs, and answer with the same rule: the
-//! first of north, east, south, west that begins some cheapest route. That hop is a property of the
-//! graph, not of the search, so [`AStar`] and [`DStarLite`] always decide alike, and what
-//! [`DStarLite`] keeps between decisions cannot change an answer.
+//! Both search the same graph, [`Costs`], with exact integer costs, and take the first of north, east, south, west that
+//! begins some cheapest route. That hop is a property of the graph, not of the search, so [`AStar`] and [`DStarLite`]
+//! always decide alike, and what [`DStarLite`] keeps between decisions cannot change an answer.
 //!
-//! In unknown terrain they replan at each landing over what is believed by then. Slips are priced (a
-//! hop that seldom succeeds is dear) and otherwise ignored: no route minds the edge of the map.
-//! Treasures are no part of a route's cost: these planners collect only what lies on their way.
+//! They replan at each landing over the ground as believed by then. Slips enter the cost (a hop that rarely succeeds is
+//! expensive) and are otherwise ignored: no route avoids the edge of the map because of them. Treasures have no part in
+//! a route's cost, so these algorithms collect only those on their way.
 
 pub mod astar;
 pub mod costs;
@@ -19,7 +18,7 @@ pub use dstar_lite::DStarLite;
 
 use contract::{Action, Direction};
 
-use crate::{Plan, PlanStatus};
+use crate::plan::{Plan, PlanStatus};
 
 /// What a search found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,16 +32,16 @@ pub struct Found {
 /// How a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
-    /// With a cheapest route.
+    /// Found a cheapest route.
     Found(Found),
-    /// With the certainty that there is none.
+    /// Proved that there is none.
     NoRoute,
-    /// With its budget.
+    /// The budget ran out.
     Cut,
 }
 
 impl Search {
-    /// The plan it comes to, after so many expansions. Without a hop known to be best it holds.
+    /// The plan that follows, after `expansions` expansions. Without a known best hop it holds.
     #[must_use]
     pub fn plan(self, expansions: u64) -> Plan {
         let (action, status) = match self {

@@ -140,8 +140,8 @@ fn ground_without_slips_is_planned_on_in_a_session_and_from_nothing() {
                     let budget = Budget::of(work_max);
                     world.plan_within(&mut Mdp::default(), &world.unseen(), world.brief.start, &budget)
                 };
-                let [session, cold] = [None, Some(u64::MAX)].map(plan_within);
-                assert_eq!((session.status, session.action), (PlanStatus::Solved, cold.action), "{intended}");
+                let [online, cold] = [None, Some(u64::MAX)].map(plan_within);
+                assert_eq!((online.status, online.action), (PlanStatus::Solved, cold.action), "{intended}");
                 assert_eq!(cold.status, PlanStatus::Solved);
             }
         }
@@ -153,13 +153,13 @@ fn a_session_and_a_solve_from_nothing_choose_the_same_hop_however_far_out_the_di
     let mut compared = 0;
     for seed in 0..24 {
         let world = World::doubtful(seed);
-        let mut session = Mdp::default();
+        let mut veteran = Mdp::default();
         for share in [0.3, 0.7, 1.0] {
             let map = partly_seen(&world, seed, share);
             for cell in world.brief.grid.iter().filter(|cell| *cell != world.brief.goal) {
                 let [warm, cold] = [None, Some(u64::MAX)].map(|work_max| {
                     let mut novice = Mdp::default();
-                    let mdp = if work_max.is_none() { &mut session } else { &mut novice };
+                    let mdp = if work_max.is_none() { &mut veteran } else { &mut novice };
                     world.plan_within(mdp, &map, cell, &Budget::of(work_max)).action
                 });
                 assert_eq!(warm, cold, "{cell}, seed {seed}, {share} seen");
@@ -196,7 +196,7 @@ fn a_budget_cuts_between_sweeps_and_says_how_far_it_came() {
     let mut planner = Mdp::default();
     let mut plan_within =
         |work_max| world.plan_within(&mut planner, &world.seen(), world.brief.start, &Budget::of(work_max));
-    // Without a budget the plan is the session's, which counts other work.
+    // Without a budget the plan is the online model's, which counts other work.
     let whole = plan_within(Some(u64::MAX));
     assert_eq!(whole.status, PlanStatus::Solved);
     assert_eq!(plan_within(None).action, whole.action);

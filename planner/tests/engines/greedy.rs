@@ -1,4 +1,4 @@
-//! The greedy planner.
+//! The greedy planner against hand-made situations.
 
 use contract::{Action, Cell, Direction, Ground, Profile, Soil};
 use planner::{PlanStatus, algorithm};

@@ -32,7 +32,7 @@ fn a_long_plan_beats_as_its_work_goes_on() {
     }
 }
 
-/// P-PULSE: so does a session that goes on from what it knows, and solves nothing anew.
+/// P-PULSE: so does an online model that continues from what it knows.
 #[test]
 fn a_session_beats_whenever_it_works_on_news() {
     for profile in Profile::ALL {

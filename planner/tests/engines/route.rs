@@ -3,7 +3,7 @@
 use contract::{Action, Cell, Decision, Direction, Grid, ObservedMap, Profile, RobotId};
 use motion::{Domain, Draw};
 use planner::route::costs::{Costs, FORBIDDEN, at_least};
-use planner::route::dstar_lite::Incremental;
+use planner::route::dstar_lite::IncrementalSearch;
 use planner::route::{Found, Search, astar};
 use planner::{Budget, PlanStatus, Situation, algorithm};
 
@@ -70,7 +70,7 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
                 let (found, expansions) = astar::search(&costs, &grid, here, goal, &Budget::default());
                 assert_eq!(found, need, "A*, world {seed}, {profile}, from {here}");
                 assert!(expansions <= grid.cells() as u64, "A* expands no cell twice");
-                let mut search = Incremental::new(costs.clone(), grid, here, goal);
+                let mut search = IncrementalSearch::new(costs.clone(), grid, here, goal);
                 assert_eq!(
                     search.search(&Budget::default()).0,
                     need,

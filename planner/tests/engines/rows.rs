@@ -136,7 +136,7 @@ fn landing_on_impassable_ground_or_at_the_goal_ends_the_life() {
         action_values(&model.world, &values, west_of_goal)[1],
         0.99 * (0.9 * 100.0 + 0.05 * here + 0.05 * (model.world.payoff(middle) + 1000.0)),
     );
-    close(model.world.worth(&values, south_of_goal), model.world.rules().loss);
+    close(model.world.afterstate_value(&values, south_of_goal), model.world.rules().loss);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use contract::{Action, Cell, Direction, ObservedMap, Profile};
 use planner::mdp::model::Model;
-use planner::mdp::treasures::EXACT_MAX;
+use planner::mdp::treasure_sets::EXACT_MAX;
 use planner::{Planner, Situation, algorithm};
 use solver::{Hop, Kind, Leaving, Scatter};
 

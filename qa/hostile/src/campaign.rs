@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use campaign::row::Ending;
+use campaign::row::TrialResult;
 use campaign::{Campaign, Manifest, Plan, Report, Row, Rows, Shard};
 use contract::{Digest, Status};
 
@@ -81,7 +81,7 @@ pub fn read_checkpoint(bytes: &[u8]) {
                 assert!(plan.trial(trial).is_some());
             }
             let report = Report::new(plan.clone());
-            told(&report.findings(true, &[]).markdown());
+            told(&report.results(true, &[]).markdown());
         }
     }
 }
@@ -101,7 +101,7 @@ pub fn read_rows(bytes: &[u8]) {
             }
         }
     }
-    told(&report.findings(true, &[]).markdown());
+    told(&report.results(true, &[]).markdown());
 }
 
 /// Valid campaign files.
@@ -124,7 +124,7 @@ pub fn rows() -> Vec<Vec<u8>> {
     let rows =
         (0..).map_while(|index| plan.trial(shard.nth(index, plan.trials())?)).zip(endings.iter().cycle());
     let lines = rows.map(|(trial, &outcome)| {
-        let ending = Ending {
+        let ending = TrialResult {
             outcome,
             steps: 40 + trial.number,
             hops: 20,

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use terrain::{RasterFile, Relief, Sand, Survey, Terrain, Window};
+use terrain::{RasterFile, Relief, Sand, Terrain, TerrainCheck, Window};
 
 use crate::told;
 
@@ -26,7 +26,7 @@ pub fn read(bytes: &[u8]) {
         Ok(values) => assert_eq!(values.len() as u64, whole.cells()),
         Err(error) => told(&error),
     }
-    match Survey::of(open().expect("as before"), "hostile", Some(window), 30.0) {
+    match TerrainCheck::of(open().expect("as before"), "hostile", Some(window), 30.0) {
         Ok(survey) => told(&survey),
         Err(error) => told(&error),
     }

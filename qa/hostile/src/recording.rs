@@ -3,7 +3,9 @@
 use contract::{Control, MonotonicNs, Order, Pace, PastPage, Policy, PolicyCell, Tempo};
 use hopper_sim::ROBOT;
 use perception::Cartographer;
-use recording::{Context, Gap, Host, Message, Playback, Recorder, Recording, recover, steps};
+use recording::{
+    Context, MachineLoad, Playback, RecordedMessage, Recorder, Recording, SequenceGap, last_run, recover,
+};
 
 use crate::{specimen, told};
 
@@ -22,7 +24,7 @@ pub fn read(bytes: &[u8]) {
             Err(error) => told(&error),
         }
     }
-    if let Err(error) = steps(&recording) {
+    if let Err(error) = last_run(&recording) {
         told(&error);
     }
     match recover(&recording) {
@@ -37,32 +39,34 @@ pub fn read(bytes: &[u8]) {
 
 /// Every kind of message, out of the specimen's mission.
 #[must_use]
-pub fn messages() -> Vec<Message> {
+pub fn messages() -> Vec<RecordedMessage> {
     let (records, states) = specimen::flown();
     let mission = specimen::mission();
     let mut now = MonotonicNs(1_000);
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(perception::Event::Terrain(specimen::RUN, mission.terrain.clone()), now);
     cartographer.on(perception::Event::Brief(specimen::brief()), now);
-    let mut messages = vec![Message::Heartbeat(specimen::heartbeat()), Message::Brief(specimen::brief())];
+    let mut messages =
+        vec![RecordedMessage::Heartbeat(specimen::heartbeat()), RecordedMessage::Brief(specimen::brief())];
     for state in states {
-        messages.push(Message::State(state));
+        messages.push(RecordedMessage::State(state));
         for effect in cartographer.on(perception::Event::State(state), now) {
             if effect == perception::Effect::PublishMap {
                 now = now.plus_ns(7);
-                messages.extend(cartographer.patches(now, &mut || now).into_iter().map(Message::Patch));
+                messages
+                    .extend(cartographer.patches(now, &mut || now).into_iter().map(RecordedMessage::Patch));
             }
         }
         if !state.status.is_over() {
-            messages.push(Message::Command(specimen::command(&state)));
+            messages.push(RecordedMessage::Command(specimen::command(&state)));
         }
     }
     let request = contract::MapRequest { run: specimen::RUN, robot: ROBOT, from: 0, observation: 0 };
-    messages.extend(cartographer.page(&request).map(Message::Page));
+    messages.extend(cartographer.page(&request).map(RecordedMessage::Page));
     let (run, robot, from) = (specimen::RUN, ROBOT, contract::Decision(0));
-    messages.push(Message::Past(PastPage { run, robot, from, records }));
+    messages.push(RecordedMessage::Past(PastPage { run, robot, from, records }));
     let cell = PolicyCell { action: contract::Action::Hold, value: -1.5 };
-    messages.push(Message::Policy(Policy {
+    messages.push(RecordedMessage::Policy(Policy {
         run,
         robot,
         decision: contract::Decision(3),
@@ -71,14 +75,20 @@ pub fn messages() -> Vec<Message> {
         cells: vec![cell; 42],
     }));
     for order in [Order::Pause, Order::Pace(Pace::Hertz(2.5)), Order::HandOver(contract::Incarnation(7))] {
-        messages.push(Message::Control(Control { run, robot, order }));
+        messages.push(RecordedMessage::Control(Control { run, robot, order }));
     }
     let (pace, paused, heeds) = (Pace::Real, true, true);
-    messages.push(Message::Tempo(Tempo { run, robot, pace, paused, heeds }));
-    let host = Host { since: MonotonicNs(5), until: MonotonicNs(9), busy: 0.5, load_1min: 1.25, cores: 2 };
-    messages.push(Message::Host(host));
+    messages.push(RecordedMessage::Tempo(Tempo { run, robot, pace, paused, heeds }));
+    let host =
+        MachineLoad { since: MonotonicNs(5), until: MonotonicNs(9), busy: 0.5, load_1min: 1.25, cores: 2 };
+    messages.push(RecordedMessage::Host(host));
     let topic = "hop/r0/state".into();
-    messages.push(Message::Gap(Gap { topic, from: 3, through: 4, counted: "decisions".into() }));
+    messages.push(RecordedMessage::Gap(SequenceGap {
+        topic,
+        from: 3,
+        through: 4,
+        counted: "decisions".into(),
+    }));
     messages
 }
 

@@ -1,6 +1,6 @@
 //! Scenarios: text to a world, or one error.
 
-use scenario::{Check, Scenario, TerrainSource};
+use scenario::{Scenario, ScenarioCheck, TerrainSource};
 
 use crate::{specimen, told};
 
@@ -30,7 +30,7 @@ pub fn read(bytes: &[u8]) {
                 (world.hash, &world.brief),
                 "the canonical text is the world"
             );
-            told(&Check::of(&world));
+            told(&ScenarioCheck::of(&world));
         }
     }
 }

@@ -7,7 +7,7 @@ use contract::{
     Role, RunId, State, Status, Term,
 };
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
-use scenario::{Scenario, World};
+use scenario::{ResolvedScenario, Scenario};
 
 /// A scenario with every field of generated hills at given places.
 pub const GAUSSIANS: &str = r#"
@@ -76,14 +76,14 @@ pub const RUN: RunId = RunId(0x0123_4567_89ab_cdef_0011_2233_4455_6677);
 /// The life of the planner in command here.
 pub const LIFE: Incarnation = Incarnation(0x1eaf);
 
-static WORLD: LazyLock<World> = LazyLock::new(|| {
+static WORLD: LazyLock<ResolvedScenario> = LazyLock::new(|| {
     let scenario = Scenario::parse(GAUSSIANS, "specimen").and_then(|scenario| scenario.resolve());
     scenario.expect("the specimen is a scenario")
 });
 
 /// The world of [`GAUSSIANS`].
 #[must_use]
-pub fn world() -> &'static World {
+pub fn world() -> &'static ResolvedScenario {
     &WORLD
 }
 

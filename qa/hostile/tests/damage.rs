@@ -6,7 +6,7 @@ use campaign::{CampaignError, Manifest, Row, Rows};
 use contract::Record;
 use hopper_sim::{History, JournalError};
 use hostile::disk::Disk;
-use recording::{Message, Recording, Topic, recover};
+use recording::{Channel, RecordedMessage, Recording, recover};
 
 /// `bytes` with each of its bits flipped in turn, and which.
 fn flipped(bytes: &[u8]) -> impl Iterator<Item = (usize, Vec<u8>)> + '_ {
@@ -164,17 +164,17 @@ fn a_flipped_bit_of_a_recording_is_told_or_harms_no_message_as_sampled() {
 fn every_message_of_a_recording_comes_back_as_it_was() {
     let bytes = hostile::recording::seeds().remove(0);
     let recording = Recording::read(&bytes).unwrap();
-    let read: Vec<Message> = recording.messages().map(|message| message.unwrap().1).collect();
+    let read: Vec<RecordedMessage> = recording.messages().map(|message| message.unwrap().1).collect();
     let written = hostile::recording::messages();
     let mut read = read.into_iter();
     for message in &written {
         // What the recorder adds stands between them.
         assert!(read.any(|got| got == *message), "{message:?}");
     }
-    let topics: std::collections::BTreeSet<_> = written.iter().map(Message::topic).collect();
+    let topics: std::collections::BTreeSet<_> = written.iter().map(RecordedMessage::topic).collect();
     assert_eq!(
         topics.len(),
-        Topic::ALL.iter().filter(|topic| !topic.is_view()).count(),
+        Channel::ALL.iter().filter(|topic| !topic.is_view()).count(),
         "every kind is there"
     );
 }
@@ -187,14 +187,14 @@ fn what_was_recorded_half_a_second_ago_survives_a_kill() {
     let mut now = MonotonicNs(7);
     let mut recorder = Recorder::new(&recording::Context::new(), now).unwrap();
     let mut bytes = recorder.bytes();
-    let mut recorded: Vec<(MonotonicNs, Message)> = Vec::new();
+    let mut recorded: Vec<(MonotonicNs, RecordedMessage)> = Vec::new();
     for message in hostile::recording::messages() {
         recorder.on(message.clone(), now).unwrap();
         recorded.push((now, message));
         now = now.plus_ns(CHUNK_NS / 4);
         recorder.tick(now).unwrap();
         bytes.extend(recorder.bytes());
-        let kept: Vec<Message> = {
+        let kept: Vec<RecordedMessage> = {
             let recording = Recording::read(&bytes).unwrap();
             recording.messages().map(|message| message.unwrap().1).collect()
         };

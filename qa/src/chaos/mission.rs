@@ -9,7 +9,7 @@ use std::time::Duration;
 use contract::{Digest, MonotonicNs, Role, Status};
 use hopper::mission::child::Supervised;
 use hopper_sim::{History, Journal};
-use node::{Exit, Failure, Instance, Node, Vigil};
+use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use report::Summary;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
@@ -100,13 +100,13 @@ pub fn fly(
     plan: &Plan,
     folder: &Path,
     undisturbed: Undisturbed,
-    vigil: &Vigil,
+    shutdown: &ShutdownSignal,
 ) -> Result<Flown, Failure> {
     let instance = Instance::new(&format!("chaos-{}-{}-{}", std::process::id(), plan.victim, plan.seed))?;
     let mut flight = Flight {
         hopper,
         plan,
-        vigil,
+        shutdown,
         journal: folder.join("journal"),
         folder,
         instance: &instance,
@@ -139,7 +139,7 @@ pub fn fly(
 struct Flight<'a> {
     hopper: &'a Path,
     plan: &'a Plan,
-    vigil: &'a Vigil,
+    shutdown: &'a ShutdownSignal,
     folder: &'a Path,
     journal: PathBuf,
     instance: &'a Instance,
@@ -165,7 +165,7 @@ impl Flight<'_> {
         // When the journal first held the decision that the next fault waits for.
         let mut reached = None;
         loop {
-            if self.vigil.wait(POLL) {
+            if self.shutdown.wait(POLL) {
                 return Err(Failure::new(Exit::Interrupted, "interrupted").into());
             }
             let now = Node::now();
@@ -352,9 +352,9 @@ impl Flight<'_> {
     }
 
     fn verify(&mut self, undisturbed: Undisturbed) -> Result<(), Cut> {
-        let traces = self.instance.traces().map_err(Failure::from)?;
-        if !traces.is_empty() {
-            return Err(broken("nothing is left in shared memory", format!("left: {traces:?}")));
+        let left = self.instance.paths().map_err(Failure::from)?;
+        if !left.is_empty() {
+            return Err(broken("nothing is left in shared memory", format!("left: {left:?}")));
         }
         let folders = [("tmp", &[][..]), ("journal", &["hops.journal", "lock"][..])];
         for (folder, expected) in folders {

@@ -1,9 +1,9 @@
 //! The faults of one mission, drawn from its seed and its victim.
 
 use contract::Role;
-use hopper::simulate::chance::Chance;
 use hopper_sim::Pace;
 use serde::Serialize;
+use simulation::chance::Chance;
 
 /// Most faults in a mission.
 const FAULTS_MAX: u64 = 4;
@@ -133,9 +133,9 @@ impl Plan {
 pub fn crash_points(role: Role) -> &'static [&'static str] {
     match role {
         Role::HopperSim => hopper_sim::CRASH_POINTS,
-        Role::Perception => perception::shell::CRASH_POINTS,
-        Role::Planner => planner::shell::CRASH_POINTS,
-        Role::Monitor => monitor::shell::CRASH_POINTS,
+        Role::Perception => perception::process::CRASH_POINTS,
+        Role::Planner => planner::process::CRASH_POINTS,
+        Role::Monitor => monitor::process::CRASH_POINTS,
     }
 }
 

@@ -1,30 +1,30 @@
-//! What the paper says of its figures, sentence by sentence, in a form that holds or does not.
+//! The paper's claims about its figures, as statements that hold or do not.
 //!
-//! Words are made exact once, here, for every reading alike: "high" and "flat" compare means along the
-//! path; "almost the same" is three quarters of the cells within one of the other path; "over a hill top"
-//! is within one cell of its centre.
+//! Its words are made precise once, here, for all readings: "high" and "flat" compare means along the path;
+//! "almost the same" means three quarters of the cells within one cell of the other path; "over a hill top" means
+//! within one cell of its centre.
 
 use contract::Cell;
 use serde::Serialize;
 
-use crate::{Case, Experiment, Hop, Model, Plan, Reading, Rocks, Weights, World};
+use crate::{Case, Experiment, Hop, KnownMap, Model, Plan, Reading, Rocks, Weights};
 
 /// One claim of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
-    /// The world it is about.
+    /// Simulation that it is about.
     pub experiment: Experiment,
-    /// The claim.
+    /// The claim in words.
     pub statement: String,
-    /// Whether it holds.
+    /// Whether it holds for the computed plans.
     pub holds: bool,
-    /// What was got.
+    /// Computed value, in words.
     pub got: String,
-    /// Whether our own choice of the rocks' outlines makes it so; no reading is judged by it.
+    /// Whether it follows from our choice of the rocks' outlines. Such claims do not count for any reading.
     pub by_construction: bool,
 }
 
-/// The cases of one world with the goal's payoff of 10.
+/// The cases of one map with the goal's payoff of 10.
 pub(crate) fn of(cases: &[Case], experiment: Experiment) -> impl Iterator<Item = &Case> {
     cases.iter().filter(move |case| case.experiment == experiment && case.weights.goal == Weights::GOAL)
 }
@@ -48,7 +48,7 @@ fn claim(experiment: Experiment, statement: String, holds: bool, got: String) ->
     Claim { experiment, statement, holds, got, by_construction: false }
 }
 
-/// One claim a weight: there is a path, or there is none.
+/// Adds one claim for each weighting: that there is a path, or that there is none.
 fn paths(cases: &[Case], experiment: Experiment, exists: impl Fn(f64) -> bool, claims: &mut Vec<Claim>) {
     for case in of(cases, experiment) {
         let (w1, need) = (case.weights.safety, exists(case.weights.safety));
@@ -58,7 +58,7 @@ fn paths(cases: &[Case], experiment: Experiment, exists: impl Fn(f64) -> bool, c
     }
 }
 
-/// Observation 1.
+/// Observation 1: hard ground.
 fn hard(cases: &[Case], claims: &mut Vec<Claim>) {
     let experiment = Experiment::Hard;
     paths(cases, experiment, |_| true, claims);
@@ -96,12 +96,12 @@ fn hard(cases: &[Case], claims: &mut Vec<Claim>) {
     }
 }
 
-/// Observation 2.
+/// Observation 2: heterogeneous ground.
 fn heterogeneous(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let experiment = Experiment::Heterogeneous;
     let exists = |w1| w1 < 0.75;
     paths(cases, experiment, exists, claims);
-    let tops = World::hill_tops(reading);
+    let tops = KnownMap::hill_tops(reading);
     let raised = raised(cases);
     let with: Vec<&Case> = of(cases, experiment).filter(|case| exists(case.weights.safety)).collect();
     for case in &with {
@@ -129,7 +129,7 @@ fn heterogeneous(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
         raised.path.ending.to_string(),
     ));
     let steepest = most(raised.path.slopes.iter().copied());
-    let gentle = World::new(experiment, reading).mean_steepness();
+    let gentle = KnownMap::new(experiment, reading).mean_steepness();
     claims.push(claim(
         experiment,
         "w1 = 1, goal 50: it passes slopes, its steepest cell steeper than the map's mean".into(),
@@ -138,13 +138,13 @@ fn heterogeneous(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     ));
 }
 
-/// Observation 3.
+/// Observation 3: sandy ground.
 fn sandy(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let experiment = Experiment::Sandy;
     let exists = |w1| w1 < 0.75;
     paths(cases, experiment, exists, claims);
-    let world = World::new(experiment, reading);
-    let everywhere = world.sand_share();
+    let map = KnownMap::new(experiment, reading);
+    let everywhere = map.sand_share();
     let cases: Vec<&Case> = of(cases, experiment).filter(|case| exists(case.weights.safety)).collect();
     for case in &cases[1..] {
         let first = &cases[0].path;
@@ -168,7 +168,7 @@ fn sandy(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     ));
 }
 
-/// Observation 4.
+/// Observation 4: rocks.
 fn rocks(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let experiment = Experiment::Rocks;
     let Some(case) = of(cases, experiment).next() else { return };
@@ -189,9 +189,9 @@ fn rocks(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
             if ups.is_empty() { "no vertical hop".into() } else { format!("at {shown}") },
         )
     });
-    let world = World::new(experiment, reading);
-    let model = Model::new(&world, reading);
-    let plan = Plan::new(&world, &model, reading, case.weights);
+    let map = KnownMap::new(experiment, reading);
+    let model = Model::new(&map, reading);
+    let plan = Plan::new(&map, &model, reading, case.weights);
     let hops = plan.solution.policy.iter().flatten().map(|&choice| (model.choices[choice].hop, choice));
     let others = hops.clone().filter(|(hop, _)| hop.is_up()).count();
     claims.push(Claim {
@@ -206,7 +206,7 @@ fn rocks(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let climbs = |&(hop, choice): &(Hop, usize)| {
         hop.is_up() && model.landings[choice][0].index < model.cells() && {
             let end = model.landings[choice][0].index;
-            world.ground[end].height_m >= Rocks::TALL_M
+            map.ground[end].height_m >= Rocks::TALL_M
         }
     };
     let into = hops.filter(climbs).count();
@@ -226,7 +226,7 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Mean height of either half of a path of hills.
+/// Mean heights of the two halves of a path, metres.
 fn halves_m(case: &Case) -> [f64; 2] {
     let heights_m = &case.path.heights_m;
     let (first, second) = heights_m.split_at(heights_m.len() / 2);

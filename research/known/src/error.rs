@@ -1,32 +1,32 @@
-//! Why a known-map plan cannot be made.
+//! Errors of planning on known ground.
 
-/// What was needed, and what was got.
+/// Why a plan on known ground cannot be made or executed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum KnownError {
-    /// A weight outside its range.
-    #[error("a weight of safety needs to be 0 to 1, got {got}")]
+    /// The weight of safety is outside 0 to 1.
+    #[error("weight of safety: need 0 to 1, got {got}")]
     Weight {
-        /// The weight asked for.
+        /// Weight as given.
         got: f64,
     },
-    /// A goal payoff that is none.
-    #[error("the payoff of the goal needs to be above 0 and at most 1000000, got {got}")]
+    /// The payoff of the goal is not positive, or too large.
+    #[error("payoff of the goal: need a number above 0 and at most 1000000, got {got}")]
     GoalPayoff {
-        /// The payoff asked for.
+        /// Payoff as given.
         got: f64,
     },
-    /// No such experiment.
-    #[error("an experiment is hard, heterogeneous, sandy or rocks, got {got:?}")]
+    /// There is no experiment of this name.
+    #[error("experiment: need hard, heterogeneous, sandy or rocks, got {got:?}")]
     Experiment {
-        /// The name asked for.
+        /// Name as given.
         got: String,
     },
-    /// Nothing to execute.
-    #[error("an execution needs 1 to {max} trials, got {got}")]
+    /// The number of trials is 0 or too large.
+    #[error("trials of an execution: need 1 to {max}, got {got}")]
     Trials {
-        /// Most trials at once.
+        /// Largest number of trials.
         max: u64,
-        /// Trials asked for.
+        /// Number as given.
         got: u64,
     },
 }

@@ -1,27 +1,26 @@
-//! The decision process of a world under a reading.
+//! The Markov decision process of a map under a reading.
 //!
-//! For every cell the hops that are offered there, each with its four landings and with the four terms of
-//! its expected payoff, r = w1·S + w2·I + P + G: safety and information, normalised; sand and distance;
-//! and how often the goal pays.
+//! Every cell has the hops that are possible there, each with its four landings and the four terms of its expected
+//! payoff r = w1·S + w2·I + P + G: normalised safety and information; sand and distance; the goal.
 
 use contract::{Branch, Direction, MotionParameters, Range, Soil};
 use motion::{Launch, Transition, collision_m, vertical_transition};
 use serde::Serialize;
 
-use crate::{Edge, GoalPayoff, HalfHops, Moment, Reading, SandPayoff, Weights, World};
+use crate::{Edge, GoalPayoff, HalfHops, KnownMap, PayoffCell, Reading, SandPayoff, Weights};
 
-/// Surface gravity of Mars as the paper has it, m/s².
+/// Surface gravity of Mars in the paper, m/s².
 const GRAVITY_MPS2: f64 = 3.72;
-/// The angle of a hop.
+/// Launch angle of a hop, radians: 45°.
 const FLAT_RAD: f64 = std::f64::consts::FRAC_PI_4;
-/// The angle of a vertical hop: 80°.
+/// Launch angle of a vertical hop, radians: 80°.
 const STEEP_RAD: f64 = 80.0 * std::f64::consts::PI / 180.0;
-/// Slope at which a hop no longer gets anywhere.
+/// Slope at which a hop no longer makes way, radians: 30°.
 const SLOPE_LIMIT_RAD: f64 = std::f64::consts::FRAC_PI_6;
-/// The payoff of sand.
+/// Payoff P of a cell of sand.
 const SAND_PAYOFF: f64 = -0.5;
 
-/// What the hopper may do.
+/// A possible action of the hopper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hop {
@@ -32,7 +31,7 @@ pub enum Hop {
 }
 
 impl Hop {
-    /// Where it is aimed.
+    /// Direction of the intended landing.
     #[must_use]
     pub fn direction(self) -> Direction {
         match self {
@@ -47,65 +46,65 @@ impl Hop {
     }
 }
 
-/// One hop that is offered in a cell.
+/// One possible hop of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The hop.
+    /// Direction and kind of the hop.
     pub hop: Hop,
-    /// Its scatter, slope and rise considered.
+    /// Probabilities of its branches, with slope and rise taken into account.
     pub scatter: Transition,
-    /// Expected payoff: weight of w1, of w2, of 1, and of the goal's payoff.
+    /// Terms of the expected payoff: factors of w1, of w2, of 1, and of the goal's payoff.
     pub terms: [f64; 4],
 }
 
-/// Where a branch of a hop ends, for the solver.
+/// Where a branch of a hop ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landing {
-    /// Probability, discounted where the hop takes two periods.
+    /// Probability of the branch, discounted once more if the hop takes two periods.
     pub factor: f64,
-    /// Cell, or the number of cells for the journey's end beyond the edge.
+    /// Index of the cell; the number of cells stands for the end of the trial beyond the edge.
     pub index: usize,
 }
 
-/// The branches of a hop, in the order in which draws select them.
+/// The branches of a hop, in the order that draws select them.
 pub(crate) const BRANCHES: [Branch; 4] = [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right];
 
-/// The decision process.
+/// The Markov decision process of one map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Every hop that is offered, cell by cell in index order, north, east, south, west.
+    /// Every possible hop, cell by cell in index order, each in the order north, east, south, west.
     pub choices: Vec<Choice>,
     /// The landings of each choice: intended, stayed, left, right.
     pub landings: Vec<[Landing; 4]>,
-    /// γ.
+    /// Discount γ of one period.
     pub discount: f64,
-    /// The goal's index, if the journey ends there with a value of its own.
+    /// Index of the goal if the trial ends there with a fixed value; `None` if it is a cell like any other.
     pub pinned_goal: Option<usize>,
-    /// Where the choices of each cell begin, and where the last ones end.
+    /// Index of the first choice of each cell, and the number of choices at the end.
     first: Vec<usize>,
     goal_payoff: GoalPayoff,
 }
 
-/// A hop that survived the collision check, before payoffs are normalised.
+/// A hop that passed the collision check, before payoffs are normalised.
 struct Offer {
     hop: Hop,
     scatter: Transition,
-    /// Δh of a vertical hop, which takes the place of the slope in S.
+    /// |Δh| of a vertical hop, metres, which replaces the slope in S; `None` for other hops.
     climb_m: Option<f64>,
-    /// End of each branch; the number of cells for beyond the edge.
+    /// Index of the end of each branch; the number of cells stands for beyond the edge.
     ends: [usize; 4],
 }
 
 impl Model {
-    /// The model of `world` under `reading`.
+    /// The model of `map` under `reading`.
     #[must_use]
-    pub fn new(world: &World, reading: &Reading) -> Self {
-        let goal = world.grid.index(world.goal).expect("a goal on the map");
+    pub fn new(map: &KnownMap, reading: &Reading) -> Self {
+        let goal = map.grid.index(map.goal).expect("a goal on the map");
         let pinned_goal = (reading.goal_payoff != GoalPayoff::EveryPeriod).then_some(goal);
-        let offers: Vec<Vec<Offer>> = (0..world.grid.cells())
-            .map(|index| if pinned_goal == Some(index) { Vec::new() } else { offers(world, reading, index) })
+        let offers: Vec<Vec<Offer>> = (0..map.grid.cells())
+            .map(|index| if pinned_goal == Some(index) { Vec::new() } else { offers(map, reading, index) })
             .collect();
-        let payoffs = Payoffs::new(world, reading, goal, pinned_goal, &offers);
+        let payoffs = Payoffs::new(map, reading, goal, pinned_goal, &offers);
         let mut model = Self {
             choices: Vec::new(),
             landings: Vec::new(),
@@ -116,7 +115,7 @@ impl Model {
         };
         for (index, offers) in offers.iter().enumerate() {
             model.first.push(model.choices.len());
-            let hop = world.hop(world.ground[index].soil);
+            let hop = map.hop(map.ground[index].soil);
             let twice = hop.motion.flights > 1 && reading.half_hops == HalfHops::TwoPeriods;
             for offer in offers {
                 let mut terms = payoffs.of(index, offer);
@@ -136,19 +135,19 @@ impl Model {
         model
     }
 
-    /// Number of cells.
+    /// Number of cells of the map.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.first.len() - 1
     }
 
-    /// Indices of the choices of a cell.
+    /// Range of the choices of a cell in [`Model::choices`].
     #[must_use]
     pub fn choices_of(&self, cell: usize) -> std::ops::Range<usize> {
         self.first[cell]..self.first[cell + 1]
     }
 
-    /// The expected payoff of every choice.
+    /// Expected payoff of every choice under `weights`.
     #[must_use]
     pub fn payoffs(&self, weights: &Weights) -> Vec<f64> {
         let factors = [weights.safety, weights.information, 1.0, weights.goal];
@@ -157,7 +156,7 @@ impl Model {
         self.choices.iter().map(payoff).collect()
     }
 
-    /// V of a goal where the journey ends.
+    /// Value of a goal where the trial ends; 0 if it does not end there.
     #[must_use]
     pub fn goal_value(&self, weights: &Weights) -> f64 {
         match self.goal_payoff {
@@ -168,20 +167,21 @@ impl Model {
     }
 }
 
-/// The hops offered at a cell: at 45° where the flight is free, else the vertical one where it gets up.
-fn offers(world: &World, reading: &Reading, index: usize) -> Vec<Offer> {
-    let from = world.grid.cell(index);
-    let ground = &world.ground[index];
-    let hop = world.hop(ground.soil);
-    let scatters = motion::transitions(&parameters(world), ground);
+/// The possible hops of a cell: at 45° if the flight is free of collisions, else the vertical hop if it clears the
+/// step.
+fn offers(map: &KnownMap, reading: &Reading, index: usize) -> Vec<Offer> {
+    let from = map.grid.cell(index);
+    let ground = &map.ground[index];
+    let hop = map.hop(ground.soil);
+    let scatters = motion::transitions(&parameters(map), ground);
     let launch = Launch::reaching(hop.flight_m, FLAT_RAD, GRAVITY_MPS2);
-    let clear = |direction| collision_m(&launch, &world.profile(from, direction, hop.cells)).is_none();
-    let end = |direction: Direction, cells: u32| world.grid.index(World::beyond(from, direction, cells));
+    let clear = |direction| collision_m(&launch, &map.profile(from, direction, hop.cells)).is_none();
+    let end = |direction: Direction, cells: u32| map.grid.index(KnownMap::beyond(from, direction, cells));
     let outside = match reading.edge {
-        Edge::Ends => world.grid.cells(),
+        Edge::Ends => map.grid.cells(),
         Edge::Dropped | Edge::Stays => index,
     };
-    // A slip runs into what a hop would run into, and is bounced off.
+    // A slip that would collide stays in the cell.
     let aside = |direction| match clear(direction) {
         true => end(direction, hop.slip_cells).unwrap_or(outside),
         false => index,
@@ -196,9 +196,9 @@ fn offers(world: &World, reading: &Reading, index: usize) -> Vec<Offer> {
             let scatter = scatters[direction as usize];
             return Some(Offer { hop: Hop::Forward(direction), scatter, climb_m: None, ends });
         }
-        let rise_m = world.ground[target?].height_m - ground.height_m;
+        let rise_m = map.ground[target?].height_m - ground.height_m;
         let steep = launch.at(STEEP_RAD);
-        if collision_m(&steep, &world.profile(from, direction, hop.cells)).is_some() {
+        if collision_m(&steep, &map.profile(from, direction, hop.cells)).is_some() {
             return None;
         }
         let scatter = vertical_transition(&hop.motion, rise_m, steep.apex_height_m())?;
@@ -207,19 +207,19 @@ fn offers(world: &World, reading: &Reading, index: usize) -> Vec<Offer> {
     Direction::ALL.into_iter().filter_map(offer).collect()
 }
 
-fn parameters(world: &World) -> MotionParameters {
+fn parameters(map: &KnownMap) -> MotionParameters {
     MotionParameters {
-        hard: world.hard.motion,
-        sand: world.sand.motion,
+        hard: map.hard.motion,
+        sand: map.sand.motion,
         slope_limit_rad: SLOPE_LIMIT_RAD,
         launch_angle_rad: FLAT_RAD,
         gravity_mps2: GRAVITY_MPS2,
     }
 }
 
-/// The terms of the payoff.
+/// Computes the terms of the payoff.
 struct Payoffs<'a> {
-    world: &'a World,
+    map: &'a KnownMap,
     reading: &'a Reading,
     goal: usize,
     pinned: bool,
@@ -229,28 +229,22 @@ struct Payoffs<'a> {
 
 impl<'a> Payoffs<'a> {
     fn new(
-        world: &'a World,
+        map: &'a KnownMap,
         reading: &'a Reading,
         goal: usize,
         pinned_goal: Option<usize>,
         offers: &[Vec<Offer>],
     ) -> Self {
         let nothing = Range { min: 0.0, max: 0.0 };
-        let mut payoffs = Self {
-            world,
-            reading,
-            goal,
-            pinned: pinned_goal.is_some(),
-            safety: nothing,
-            information: nothing,
-        };
-        let slopes = (0..world.ground.len()).map(|index| payoffs.raw_safety(index, None));
+        let mut payoffs =
+            Self { map, reading, goal, pinned: pinned_goal.is_some(), safety: nothing, information: nothing };
+        let slopes = (0..map.ground.len()).map(|index| payoffs.raw_safety(index, None));
         let climbs = offers.iter().enumerate().flat_map(|(index, offers)| {
             offers.iter().filter_map(move |offer| offer.climb_m.map(|climb_m| (index, climb_m)))
         });
         let climbs = climbs.map(|(index, climb_m)| payoffs.raw_safety(index, Some(climb_m)));
         let safety = range(slopes.chain(climbs));
-        let information = range(world.ground.iter().map(|ground| ground.height_m));
+        let information = range(map.ground.iter().map(|ground| ground.height_m));
         payoffs.safety = safety;
         payoffs.information = information;
         payoffs
@@ -258,14 +252,14 @@ impl<'a> Payoffs<'a> {
 
     /// S before it is normalised: −|∇h|, or −Δh of a vertical hop (eqs. 5 and 10).
     fn raw_safety(&self, index: usize, climb_m: Option<f64>) -> f64 {
-        let ground = &self.world.ground[index];
+        let ground = &self.map.ground[index];
         let on_sand = ground.soil == Soil::Sand && self.reading.sand_payoff == SandPayoff::InSafety;
         -climb_m.unwrap_or_else(|| ground.steepness()) + if on_sand { SAND_PAYOFF } else { 0.0 }
     }
 
-    /// The terms of a period at cell `index`, the hop rising `climb_m` if it is a vertical one.
+    /// The terms of one period in cell `index`; `climb_m` is |Δh| of a vertical hop.
     fn terms(&self, index: usize, climb_m: Option<f64>) -> [f64; 4] {
-        let ground = &self.world.ground[index];
+        let ground = &self.map.ground[index];
         let safety = self.reading.safety_span.at(self.safety.normalise(self.raw_safety(index, climb_m)));
         let information = self.reading.information_span.at(self.information.normalise(ground.height_m));
         let sand = match (ground.soil, self.reading.sand_payoff) {
@@ -273,9 +267,8 @@ impl<'a> Payoffs<'a> {
             (Soil::Sand, SandPayoff::OnTopReversed) => -SAND_PAYOFF,
             _ => 0.0,
         };
-        let cell = self.world.grid.cell(index);
-        let distance =
-            -cell.distance_cells(self.world.goal) / self.world.start.distance_cells(self.world.goal);
+        let cell = self.map.grid.cell(index);
+        let distance = -cell.distance_cells(self.map.goal) / self.map.start.distance_cells(self.map.goal);
         let goal = if index == self.goal { 1.0 } else { 0.0 };
         [safety, information, sand + self.reading.distance_weight * distance, goal]
     }
@@ -285,13 +278,13 @@ impl<'a> Payoffs<'a> {
     }
 
     fn of(&self, index: usize, offer: &Offer) -> [f64; 4] {
-        if self.reading.payoff_at == Moment::Departure {
+        if self.reading.payoff_at == PayoffCell::Departure {
             return self.terms(index, offer.climb_m);
         }
         let mut sum = [0.0; 4];
         for (branch, end) in BRANCHES.into_iter().zip(offer.ends) {
-            // Beyond the edge nothing pays; a goal that ends the journey pays by its value.
-            if end < self.world.ground.len() && !(self.pinned && end == self.goal) {
+            // Nothing pays beyond the edge; a goal that ends the trial pays through its value.
+            if end < self.map.ground.len() && !(self.pinned && end == self.goal) {
                 let terms = self.terms(end, offer.climb_m);
                 let probability = offer.scatter.probability(branch);
                 sum = std::array::from_fn(|n| sum[n] + probability * terms[n]);

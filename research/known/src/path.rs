@@ -1,46 +1,46 @@
-//! The path of a policy: its intended moves from the start.
+//! The path of a policy: its intended hops from the start.
 
 use std::fmt;
 
 use contract::{Cell, Soil};
 use serde::Serialize;
 
-use crate::{Hop, Model, Solution, World};
+use crate::{Hop, KnownMap, Model, Solution};
 
 /// How a path ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Ending {
-    /// At the goal.
+pub enum PathEnd {
+    /// It reaches the goal.
     Arrives,
-    /// It comes back to a cell it has been in: there is no path.
+    /// It returns to a cell it has visited: there is no path.
     Loops,
     /// It leaves the map.
     Leaves,
-    /// It comes to a cell where no hop is offered.
+    /// It reaches a cell where no hop is possible.
     Stands,
 }
 
-impl fmt::Display for Ending {
+impl fmt::Display for PathEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Ending::Arrives => "arrives",
-            Ending::Loops => "loops",
-            Ending::Leaves => "leaves the map",
-            Ending::Stands => "stands",
+            PathEnd::Arrives => "arrives",
+            PathEnd::Loops => "loops",
+            PathEnd::Leaves => "leaves the map",
+            PathEnd::Stands => "stands",
         })
     }
 }
 
-/// What a path runs over; means are over its cells, start and end included.
+/// A path with the terrain under it. Means are over its cells, start and end included.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Path {
-    /// Its cells from the start on; a loop's last cell is its first repeated one.
+    /// Cells from the start on; the last cell of a loop is the first repeated one.
     pub cells: Vec<Cell>,
     /// The hop out of each cell but the last.
     pub hops: Vec<Hop>,
     /// How it ends.
-    pub ending: Ending,
+    pub ending: PathEnd,
     /// Height of each cell, metres.
     pub heights_m: Vec<f64>,
     /// Steepness |∇h| of each cell, metres per metre.
@@ -49,35 +49,35 @@ pub struct Path {
     pub mean_height_m: f64,
     /// Mean steepness |∇h|, metres per metre.
     pub mean_slope: f64,
-    /// Cells on sand.
+    /// Number of cells that are sand.
     pub sand_cells: usize,
 }
 
 impl Path {
     /// Follows the policy of `solution`.
     #[must_use]
-    pub fn follow(world: &World, model: &Model, solution: &Solution) -> Self {
+    pub fn follow(map: &KnownMap, model: &Model, solution: &Solution) -> Self {
         let mut seen = vec![false; model.cells()];
-        let (mut cells, mut hops) = (vec![world.start], Vec::new());
-        let mut at = world.grid.index(world.start).expect("a start on the map");
+        let (mut cells, mut hops) = (vec![map.start], Vec::new());
+        let mut at = map.grid.index(map.start).expect("a start on the map");
         let ending = loop {
-            if world.grid.cell(at) == world.goal {
-                break Ending::Arrives;
+            if map.grid.cell(at) == map.goal {
+                break PathEnd::Arrives;
             }
             if std::mem::replace(&mut seen[at], true) {
-                break Ending::Loops;
+                break PathEnd::Loops;
             }
-            let Some(choice) = solution.policy[at] else { break Ending::Stands };
+            let Some(choice) = solution.policy[at] else { break PathEnd::Stands };
             let next = model.landings[choice][0].index;
             hops.push(model.choices[choice].hop);
             if next == model.cells() {
                 hops.pop();
-                break Ending::Leaves;
+                break PathEnd::Leaves;
             }
-            cells.push(world.grid.cell(next));
+            cells.push(map.grid.cell(next));
             at = next;
         };
-        let ground: Vec<_> = cells.iter().map(|cell| world.at(*cell).expect("a path on the map")).collect();
+        let ground: Vec<_> = cells.iter().map(|cell| map.at(*cell).expect("a path on the map")).collect();
         let heights_m: Vec<f64> = ground.iter().map(|ground| ground.height_m).collect();
         let slopes: Vec<f64> = ground.iter().map(|ground| ground.steepness()).collect();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -93,13 +93,13 @@ impl Path {
         }
     }
 
-    /// Whether there is a path: the policy's intended moves lead from the start to the goal.
+    /// Whether the intended hops lead from the start to the goal.
     #[must_use]
     pub fn arrives(&self) -> bool {
-        self.ending == Ending::Arrives
+        self.ending == PathEnd::Arrives
     }
 
-    /// The cells from which it hops vertically.
+    /// Cells that it leaves by a vertical hop.
     pub fn ups(&self) -> impl Iterator<Item = Cell> + '_ {
         self.cells.iter().zip(&self.hops).filter(|(_, hop)| hop.is_up()).map(|(cell, _)| *cell)
     }

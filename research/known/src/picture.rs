@@ -1,24 +1,24 @@
-//! The paper's figures, drawn from the plans.
+//! Draws the paper's figures from the computed plans.
 
 use report::ReportError;
 use report::picture::{Aim, Chart, Curves, Line, Panel, Panels};
 
-use crate::{Experiment, Findings, Model, Plan, Reading, Weights, World};
+use crate::{Experiment, Findings, KnownMap, Model, Plan, Reading, Weights};
 
 /// A figure as an SVG document.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Name of its file, without ending.
+    /// File name without extension.
     pub name: &'static str,
-    /// The document.
+    /// SVG document.
     pub svg: String,
 }
 
-/// The figures of every experiment: policy, path, hills, sand for each of the weights, side by side; and
-/// mean height and mean slope against w1.
+/// One figure for each experiment, with policy, path and terrain for all weights side by side, and one with mean
+/// height and mean slope against w1.
 ///
 /// # Errors
-/// Never for the paper's worlds: [`ReportError`] tells of layers that do not cover their grid.
+/// Never for the paper's maps: their layers cover their grids.
 pub fn figures(findings: &Findings) -> Result<Vec<Figure>, ReportError> {
     let mut figures = Vec::new();
     for (experiment, name) in [
@@ -33,30 +33,30 @@ pub fn figures(findings: &Findings) -> Result<Vec<Figure>, ReportError> {
     Ok(figures)
 }
 
-/// One plan on one sheet.
+/// One plan as an SVG document.
 ///
 /// # Errors
-/// Never for a plan of this world.
-pub fn figure(world: &World, model: &Model, plan: &Plan) -> Result<String, ReportError> {
+/// Never for a plan of this map: its layers cover its grid.
+pub fn figure(map: &KnownMap, model: &Model, plan: &Plan) -> Result<String, ReportError> {
     let panels = Panels {
-        title: title(world.experiment).into(),
+        title: title(map.experiment).into(),
         caption: format!(
             "w1 = {}, w2 = {}, goal {}",
             plan.weights.safety, plan.weights.information, plan.weights.goal
         ),
         columns: 1,
         side: 640.0,
-        panels: vec![panel(world, model, plan)],
+        panels: vec![panel(map, model, plan)],
     };
     panels.svg()
 }
 
 fn experiment_svg(findings: &Findings, experiment: Experiment) -> Result<String, ReportError> {
     let reading: &Reading = &findings.reading;
-    let world = World::new(experiment, reading);
-    let model = Model::new(&world, reading);
+    let map = KnownMap::new(experiment, reading);
+    let model = Model::new(&map, reading);
     let cases = findings.cases.iter().filter(|case| case.experiment == experiment);
-    let plans: Vec<Plan> = cases.map(|case| Plan::new(&world, &model, reading, case.weights)).collect();
+    let plans: Vec<Plan> = cases.map(|case| Plan::new(&map, &model, reading, case.weights)).collect();
     let single = plans.len() == 1;
     let panels = Panels {
         title: title(experiment).into(),
@@ -64,7 +64,7 @@ fn experiment_svg(findings: &Findings, experiment: Experiment) -> Result<String,
             .into(),
         columns: if single { 1 } else { 4 },
         side: if single { 560.0 } else { 300.0 },
-        panels: plans.iter().map(|plan| panel(&world, &model, plan)).collect(),
+        panels: plans.iter().map(|plan| panel(&map, &model, plan)).collect(),
     };
     panels.svg()
 }
@@ -78,7 +78,7 @@ fn title(experiment: Experiment) -> &'static str {
     }
 }
 
-fn panel<'a>(world: &'a World, model: &Model, plan: &'a Plan) -> Panel<'a> {
+fn panel<'a>(map: &'a KnownMap, model: &Model, plan: &'a Plan) -> Panel<'a> {
     let aim = |choice: usize| {
         let hop = model.choices[choice].hop;
         Aim { direction: hop.direction(), up: hop.is_up() }
@@ -90,13 +90,13 @@ fn panel<'a>(world: &'a World, model: &Model, plan: &'a Plan) -> Panel<'a> {
     let outcome = if plan.path.arrives() { "" } else { ": no path" };
     Panel {
         title: format!("w = ({}, {}){goal}{outcome}", plan.weights.safety, plan.weights.information),
-        grid: world.grid,
-        ground: &world.ground,
+        grid: map.grid,
+        ground: &map.ground,
         policy: plan.solution.policy.iter().map(|choice| choice.map(aim)).collect(),
         path: &plan.path.cells,
         arrives: plan.path.arrives(),
-        start: world.start,
-        goal: world.goal,
+        start: map.start,
+        goal: map.goal,
     }
 }
 

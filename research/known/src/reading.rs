@@ -1,4 +1,4 @@
-//! What the paper leaves open, each question a field.
+//! Readings of the paper: an answer to every question that it leaves open.
 
 use serde::Serialize;
 
@@ -27,13 +27,13 @@ impl HillHeight {
     }
 }
 
-/// Which cell a payoff is that of.
+/// The cell that determines the payoff of a hop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Moment {
-    /// The cell that is left: r(x, u), as eqs. 1, 2 and 5 have it.
+pub enum PayoffCell {
+    /// The cell the hop leaves: r(x, u), as in eqs. 1, 2 and 5.
     Departure,
-    /// The cell that is reached: r(x′), as P23 has it.
+    /// The cell the hop reaches: r(x′), as in P23.
     Arrival,
 }
 
@@ -61,7 +61,7 @@ impl Span {
     }
 }
 
-/// Where the payoff of sand, −0.5, goes.
+/// Which term the payoff of sand, −0.5, belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SandPayoff {
@@ -73,93 +73,93 @@ pub enum SandPayoff {
     OnTopReversed,
 }
 
-/// What the goal's payoff is worth.
+/// How often the goal's payoff is received.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GoalPayoff {
-    /// It is got once, and the journey ends: V(goal) = payoff.
+    /// Once, and the trial ends: V(goal) = payoff.
     Once,
-    /// It is got in every period at the goal, which is a cell like any other (eq. 2 to the letter).
+    /// In every period at the goal, which is a cell like any other (eq. 2 taken literally).
     EveryPeriod,
-    /// It is got in every period, and the goal is never left: V(goal) = γ payoff / (1 − γ).
+    /// In every period, and the goal is never left: V(goal) = γ payoff / (1 − γ).
     ForEver,
 }
 
-/// What lies beyond the edge of the map.
+/// What happens to hops that would leave the map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Edge {
-    /// A hop aimed outside is not offered; a slip outside stays.
+    /// A hop aimed outside is impossible; a slip outside stays in the cell.
     Dropped,
-    /// Every hop outside stays.
+    /// Every hop outside stays in the cell.
     Stays,
-    /// Every hop outside ends the journey with nothing.
+    /// Every hop outside ends the trial without payoff.
     Ends,
 }
 
-/// What a half hop on sand costs where a cell takes two of them (heterogeneous ground, 0.5 m).
+/// Periods taken by a hop of two half hops on sand (heterogeneous ground, 0.5 m each).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HalfHops {
     /// One period like any other.
     OnePeriod,
-    /// Two periods, the first of them spent where it stands.
+    /// Two periods, the first of them in the cell it leaves.
     TwoPeriods,
 }
 
-/// Where a hop of 2.0 m on the hard ground of the sandy world leads.
+/// Cells spanned by a hop of 2.0 m from hard ground on the sandy map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LongHops {
-    /// Two cells on; a slip leads two cells aside.
+    /// Two cells ahead; a slip leads two cells aside.
     TwoCells,
-    /// Two cells on; a slip leads one cell aside.
+    /// Two cells ahead; a slip leads one cell aside.
     TwoCellsSlippingOne,
-    /// One cell on: the length only enters the collision check.
+    /// One cell ahead: the length matters only in the collision check.
     OneCell,
 }
 
 /// One answer to every question that the paper leaves open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Reading {
-    /// Height of the hills.
+    /// Height of a single hill.
     pub hill_height: HillHeight,
     /// Which three of Table 2's eight are hollows, counted from 1; the caption gives their number only.
     pub hollows: [u8; 3],
-    /// The sandy world's sand lies below this share of a hill's height ("most of this terrain").
+    /// The sandy map's sand lies below this share of a hill's height ("most of this terrain").
     pub sand_level: f64,
-    /// Which cell pays.
-    pub payoff_at: Moment,
-    /// Interval of S.
+    /// Cell that determines the payoff.
+    pub payoff_at: PayoffCell,
+    /// Interval that safety S is normalised to.
     pub safety_span: Span,
-    /// Interval of I.
+    /// Interval that information I is normalised to.
     pub information_span: Span,
-    /// Where the payoff of sand goes.
+    /// Term that the payoff of sand belongs to.
     pub sand_payoff: SandPayoff,
-    /// What the goal's payoff is worth.
+    /// How often the goal's payoff is received.
     pub goal_payoff: GoalPayoff,
     /// Weight of P23's distance penalty D; 0 is eq. 3 as printed.
     pub distance_weight: f64,
-    /// The edge of the map.
+    /// What happens at the edge of the map.
     pub edge: Edge,
-    /// Half hops on sand.
+    /// Periods of two half hops on sand.
     pub half_hops: HalfHops,
-    /// Hops of 2.0 m.
+    /// Cells spanned by hops of 2.0 m.
     pub long_hops: LongHops,
-    /// γ of eq. 2.
+    /// Discount γ of eq. 2, above 0 and below 1.
     pub discount: f64,
-    /// Algorithm 1 stops once no value of a sweep changes by more.
+    /// Algorithm 1 stops once no value changes by more than this in a sweep.
     pub tolerance: f64,
 }
 
 /// The reading of P22: the one that reproduces most of the paper's claims among those searched.
 ///
-/// Found by `hopper known search`; `docs/known-terrain.md` tells how, and what does not reproduce.
+/// Found by `hopper known search`; `docs/known-terrain.md` explains how, and what does not reproduce.
 pub const P22: Reading = Reading {
     hill_height: HillHeight::Metre,
     hollows: [6, 7, 8],
     sand_level: 0.2,
-    payoff_at: Moment::Departure,
+    payoff_at: PayoffCell::Departure,
     safety_span: Span::Cost,
     information_span: Span::Gain,
     sand_payoff: SandPayoff::OnTop,
@@ -172,17 +172,17 @@ pub const P22: Reading = Reading {
     tolerance: 1e-2,
 };
 
-/// A question that the paper leaves open, with the answers that are tried.
+/// A question that the paper leaves open, with the answers to try.
 #[derive(Clone, Debug)]
 pub struct Question {
-    /// The field of [`Reading`].
+    /// Name of the field of [`Reading`].
     pub field: &'static str,
-    /// A reading for each answer: the one asked about, with this field answered.
+    /// One reading for each answer, equal to the original in all other fields.
     pub answers: Vec<Reading>,
 }
 
 impl Reading {
-    /// Every question, each with its answers put into this reading.
+    /// Every question, with each answer substituted in this reading.
     #[must_use]
     pub fn questions(&self) -> Vec<Question> {
         let base = *self;
@@ -198,7 +198,7 @@ impl Reading {
             question!(hill_height, [HillHeight::Printed, HillHeight::WithoutDeterminant, HillHeight::Metre]),
             question!(hollows, threes_of_eight()),
             question!(sand_level, [0.2, 0.4, 0.6, 0.8]),
-            question!(payoff_at, [Moment::Departure, Moment::Arrival]),
+            question!(payoff_at, [PayoffCell::Departure, PayoffCell::Arrival]),
             question!(safety_span, [Span::Gain, Span::Cost, Span::Both]),
             question!(information_span, [Span::Gain, Span::Cost, Span::Both]),
             question!(sand_payoff, [SandPayoff::OnTop, SandPayoff::InSafety, SandPayoff::OnTopReversed]),

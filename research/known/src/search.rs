@@ -1,12 +1,12 @@
-//! The search for the reading under which most of the paper's claims hold.
+//! Searches for the reading under which most of the paper's claims hold.
 //!
-//! First a seeded sample: every question of [`Reading::questions`] answered at random, each answer equally
-//! likely. Then, from the best few, climbs: all readings that differ in one answer are judged, and the best
-//! of them is moved to, until none is better. From the best few summits it goes on with all readings that
-//! differ in two answers (the choice of hollows aside). Of equals the first found leads.
+//! It begins with a seeded sample: every question of [`Reading::questions`] is answered at random, each answer
+//! equally likely. From the best few, hill climbing moves to the best of all readings that differ in one answer,
+//! until none is better. From the best few local optima it continues with all readings that differ in two answers
+//! (except for the choice of hollows). Of equal readings the one found first comes first.
 //!
-//! A reading is judged over all worlds and weights at once, by how many of the paper's claims hold:
-//! nothing is tuned to a weight or a world.
+//! A reading is judged over all maps and weights at once, by the number of claims that hold: nothing is tuned to
+//! one weighting or map.
 
 use std::collections::BTreeMap;
 
@@ -16,47 +16,47 @@ use serde::Serialize;
 
 use crate::{Findings, P22, Reading};
 
-/// What is searched, and how long.
+/// Parameters of a hill-climbing search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Search {
-    /// Seed of the sample.
+    /// Seed of the random sample.
     pub seed: u64,
-    /// Readings in the sample.
+    /// Number of readings in the sample.
     pub samples: usize,
-    /// Best of the sample that are climbed from.
+    /// Number of the best samples that hill climbing starts from.
     pub climbs: usize,
-    /// Best of the summits that are climbed on from, two answers at a time.
+    /// Number of the best local optima that climbing continues from, two answers at a time.
     pub high_climbs: usize,
 }
 
-/// A reading with its judgement.
+/// A reading with its score.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Judged {
-    /// Claims that hold.
+    /// Number of claims that hold.
     pub holds: usize,
-    /// Claims in all.
+    /// Number of claims.
     pub claims: usize,
-    /// The reading.
+    /// The reading that was judged.
     pub reading: Reading,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
-    /// How it searched.
+    /// Parameters of the search.
     pub search: Search,
-    /// Different readings judged.
+    /// Number of different readings judged.
     pub judged: usize,
-    /// The summit of each climb, best first, equal ones once.
+    /// Local optima, best first, without repetition.
     pub summits: Vec<Judged>,
     /// The reading in use, [`P22`].
     pub chosen: Judged,
-    /// The readings that differ from it in one answer at most: for each of [`Reading::questions`] its
-    /// answers, in order.
+    /// The readings that differ from it in at most one answer: for each of [`Reading::questions`] its answers, in
+    /// order.
     pub around: Vec<Vec<Judged>>,
 }
 
-/// Judges one reading.
+/// Counts the claims that hold under one reading.
 #[must_use]
 pub fn judge(reading: &Reading) -> Judged {
     let (holds, claims) = Findings::new(reading).score();
@@ -64,7 +64,7 @@ pub fn judge(reading: &Reading) -> Judged {
 }
 
 impl Search {
-    /// Searches; `judge_all` judges readings in their order, on as many threads as it likes.
+    /// Runs the search. `judge_all` judges readings in their order, on any number of threads.
     pub fn run(self, mut judge_all: impl FnMut(&[Reading]) -> Vec<Judged>) -> Found {
         let mut known = BTreeMap::new();
         let mut judged = |readings: &[Reading]| -> Vec<Judged> {
@@ -80,7 +80,7 @@ impl Search {
             readings.iter().map(|reading| known[&key(reading)]).collect()
         };
         let mut sample = judged(&self.sample());
-        // The sort is stable: of equals the one drawn first leads.
+        // The sort is stable: of equal readings the one drawn first comes first.
         sample.sort_by_key(|judged| std::cmp::Reverse(judged.holds));
         sample.dedup_by_key(|judged| key(&judged.reading));
         let summits = climb_all(&sample, self.climbs, &neighbours, &mut judged);
@@ -97,7 +97,7 @@ impl Search {
         Found { search: self, judged: known.len(), summits, chosen, around }
     }
 
-    /// The sample: readings with every question answered at random.
+    /// The random sample: every question answered at random.
     #[must_use]
     pub fn sample(&self) -> Vec<Reading> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
@@ -112,7 +112,7 @@ impl Search {
     }
 }
 
-/// Climbs from the first `count` of `starts`; the summits, best first, equal ones once.
+/// Climbs from the first `count` of `starts`; the local optima, best first, without repetition.
 fn climb_all(
     starts: &[Judged],
     count: usize,
@@ -130,7 +130,7 @@ fn climb_all(
     summits
 }
 
-/// Moves to the best reading around, the first of equals, until none is better.
+/// Moves to the best neighbouring reading, the first of equals, until none is better.
 fn climb(
     start: Judged,
     around: &dyn Fn(&Reading) -> Vec<Reading>,
@@ -147,12 +147,12 @@ fn climb(
     }
 }
 
-/// The readings that differ in one answer at most.
+/// The readings that differ in at most one answer.
 fn neighbours(reading: &Reading) -> Vec<Reading> {
     reading.questions().into_iter().flat_map(|question| question.answers).collect()
 }
 
-/// The readings that differ in two answers at most, with the same hollows.
+/// The readings that differ in at most two answers, with the same hollows.
 fn second_neighbours(reading: &Reading) -> Vec<Reading> {
     let few = |reading: &Reading| {
         let questions = reading.questions().into_iter().filter(|question| question.field != "hollows");
@@ -161,7 +161,7 @@ fn second_neighbours(reading: &Reading) -> Vec<Reading> {
     few(reading).iter().flat_map(few).collect()
 }
 
-/// The reading in words, which order and tell apart.
+/// A text that identifies the reading.
 fn key(reading: &Reading) -> String {
     format!("{reading:?}")
 }

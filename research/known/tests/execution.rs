@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use known::execution::{HOPS_MAX, execute};
-use known::{Experiment, KnownError, Model, P22, Plan, Weights, World};
+use known::{Experiment, KnownError, KnownMap, Model, P22, Plan, Weights};
 
 /// Probability of being at the goal within [`HOPS_MAX`] hops, by pushing the distribution forward.
-fn exact(world: &World, model: &Model, plan: &Plan) -> f64 {
+fn exact(world: &KnownMap, model: &Model, plan: &Plan) -> f64 {
     let (start, goal) = (world.grid.index(world.start).unwrap(), world.grid.index(world.goal).unwrap());
     let mut at = vec![0.0; model.cells() + 1];
     at[start] = 1.0;
@@ -41,7 +41,7 @@ fn the_success_of_journeys_is_the_exact_probability_within_sampling_noise() {
         (Experiment::Sandy, 0.8),
         (Experiment::Rocks, 0.5),
     ] {
-        let world = World::new(experiment, &P22);
+        let world = KnownMap::new(experiment, &P22);
         let model = Model::new(&world, &P22);
         let plan = Plan::new(&world, &model, &P22, Weights::new(safety, 10.0).unwrap());
         let need = exact(&world, &model, &plan);
@@ -54,7 +54,7 @@ fn the_success_of_journeys_is_the_exact_probability_within_sampling_noise() {
 
 #[test]
 fn journeys_depend_on_their_seed_alone() {
-    let world = World::new(Experiment::Rocks, &P22);
+    let world = KnownMap::new(Experiment::Rocks, &P22);
     let model = Model::new(&world, &P22);
     let plan = Plan::new(&world, &model, &P22, Weights::new(0.5, 10.0).unwrap());
     let run = |seed, trials| execute(&world, &model, &plan.solution, seed, trials).unwrap();
@@ -67,7 +67,7 @@ fn journeys_depend_on_their_seed_alone() {
 
 #[test]
 fn no_trials_or_too_many_are_refused() {
-    let world = World::new(Experiment::Rocks, &P22);
+    let world = KnownMap::new(Experiment::Rocks, &P22);
     let model = Model::new(&world, &P22);
     let plan = Plan::new(&world, &model, &P22, Weights::new(0.5, 10.0).unwrap());
     for trials in [0, 10_000_001] {

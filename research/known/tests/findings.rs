@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use contract::Soil;
 use known::{
-    Experiment, Findings, HillHeight, KnownError, P22, Plan, Reading, Weights, World, figure, figures,
+    Experiment, Findings, HillHeight, KnownError, KnownMap, P22, Plan, Reading, Weights, figure, figures,
 };
 
 /// P-KNOWN: which claims hold, and which two do not.
@@ -48,9 +48,9 @@ fn every_answer_in_use_is_one_that_was_searched() {
 
 #[test]
 fn hills_are_those_of_the_papers_table() {
-    let printed = World::new(Experiment::Hard, &Reading { hill_height: HillHeight::Printed, ..P22 });
+    let printed = KnownMap::new(Experiment::Hard, &Reading { hill_height: HillHeight::Printed, ..P22 });
     let without =
-        World::new(Experiment::Hard, &Reading { hill_height: HillHeight::WithoutDeterminant, ..P22 });
+        KnownMap::new(Experiment::Hard, &Reading { hill_height: HillHeight::WithoutDeterminant, ..P22 });
     for (low, high) in printed.ground.iter().zip(&without.ground) {
         assert!((4.0 * low.height_m - high.height_m).abs() < 1e-12, "the root of |Σ| = 16 is 4");
     }
@@ -66,7 +66,7 @@ fn hills_are_those_of_the_papers_table() {
 #[test]
 fn sand_lies_where_the_paper_has_it() {
     let sand = |experiment| {
-        let world = World::new(experiment, &P22);
+        let world = KnownMap::new(experiment, &P22);
         world.ground.iter().filter(|ground| ground.soil == Soil::Sand).count()
     };
     assert_eq!(sand(Experiment::Hard), 0);
@@ -103,7 +103,7 @@ fn every_figure_is_a_document_with_a_panel_a_plan() {
             figure.name
         );
     }
-    let world = World::new(Experiment::Rocks, &P22);
+    let world = KnownMap::new(Experiment::Rocks, &P22);
     let model = known::Model::new(&world, &P22);
     let plan = Plan::new(&world, &model, &P22, Weights::new(0.5, 10.0).unwrap());
     let svg = figure(&world, &model, &plan).unwrap();

@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Cell, Grid, Ground, Soil};
-use known::{Edge, Experiment, GoalPayoff, HalfHops, Model, Moment, P22, Plan, Reading, Weights, World};
+use known::{
+    Edge, Experiment, GoalPayoff, HalfHops, KnownMap, Model, P22, PayoffCell, Plan, Reading, Weights,
+};
 use proptest::prelude::*;
 
 /// A world of 3 × 2 cells from one corner to the other.
-fn small(heights_m: [f64; 6], sand: [bool; 6], stepped: bool) -> World {
+fn small(heights_m: [f64; 6], sand: [bool; 6], stepped: bool) -> KnownMap {
     let grid = Grid::new(3, 2, 1.0, 1).unwrap();
     let ground = (0..6).map(|n| Ground {
         height_m: heights_m[n],
@@ -15,8 +17,8 @@ fn small(heights_m: [f64; 6], sand: [bool; 6], stepped: bool) -> World {
         soil: if sand[n] { Soil::Sand } else { Soil::Hard },
         passable: true,
     });
-    let template = World::new(if stepped { Experiment::Rocks } else { Experiment::Heterogeneous }, &P22);
-    World {
+    let template = KnownMap::new(if stepped { Experiment::Rocks } else { Experiment::Heterogeneous }, &P22);
+    KnownMap {
         grid,
         ground: ground.collect(),
         start: Cell::new(0, 0),
@@ -87,7 +89,7 @@ fn no_policy_of_all_is_better_anywhere_than_the_one_found() {
     ];
     let readings = [
         P22,
-        Reading { goal_payoff: GoalPayoff::Once, edge: Edge::Stays, payoff_at: Moment::Arrival, ..P22 },
+        Reading { goal_payoff: GoalPayoff::Once, edge: Edge::Stays, payoff_at: PayoffCell::Arrival, ..P22 },
         Reading {
             goal_payoff: GoalPayoff::ForEver,
             edge: Edge::Dropped,

@@ -5,11 +5,11 @@
 use contract::Direction::{East, North, South, West};
 use contract::{Cell, Soil};
 use known::{
-    Choice, Edge, Experiment, GoalPayoff, HalfHops, Hop, LongHops, Model, P22, Reading, Rocks, World,
+    Choice, Edge, Experiment, GoalPayoff, HalfHops, Hop, KnownMap, LongHops, Model, P22, Reading, Rocks,
 };
 
 struct Offered<'a> {
-    world: &'a World,
+    world: &'a KnownMap,
     model: &'a Model,
     index: usize,
 }
@@ -27,12 +27,12 @@ impl Offered<'_> {
     }
 }
 
-fn offered<'a>(world: &'a World, model: &'a Model, x: i32, y: i32) -> Offered<'a> {
+fn offered<'a>(world: &'a KnownMap, model: &'a Model, x: i32, y: i32) -> Offered<'a> {
     Offered { world, model, index: world.grid.index(Cell::new(x, y)).unwrap() }
 }
 
-fn built(experiment: Experiment, reading: &Reading) -> (World, Model) {
-    let world = World::new(experiment, reading);
+fn built(experiment: Experiment, reading: &Reading) -> (KnownMap, Model) {
+    let world = KnownMap::new(experiment, reading);
     let model = Model::new(&world, reading);
     (world, model)
 }
@@ -85,7 +85,7 @@ fn the_vertical_hop_is_offered_nowhere_but_around_the_low_rock() {
 #[test]
 fn a_rock_of_the_steep_apex_is_too_high_and_one_a_little_lower_is_not() {
     for (rock_m, climbed) in [(0.26, true), (0.484, true), (0.485, false), (0.6, false)] {
-        let mut world = World::new(Experiment::Rocks, &P22);
+        let mut world = KnownMap::new(Experiment::Rocks, &P22);
         let low = world.grid.index(Cell::new(11, 11)).unwrap();
         for ground in &mut world.ground {
             ground.height_m = 0.0;

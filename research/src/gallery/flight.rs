@@ -1,17 +1,17 @@
 //! A mission flown in lockstep, to be drawn.
 
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
-use hopper::lockstep::{self, Crew};
 use hopper::mission::Snapshot;
 use hopper_sim::Mission;
+use lockstep::Crew;
 use node::Failure;
-use scenario::World;
+use scenario::ResolvedScenario;
 
 use super::SEED;
 
 /// A mission from start to end, by one planner.
 pub struct Flight {
-    world: World,
+    world: ResolvedScenario,
     brief: Brief,
     planner: &'static str,
     route: Vec<Record>,
@@ -48,8 +48,8 @@ impl Flight {
     }
 
     /// A view that shows `snapshot`.
-    pub fn view<'a>(&'a self, snapshot: &'a Snapshot, heading: String) -> report::View<'a> {
-        report::View {
+    pub fn view<'a>(&'a self, snapshot: &'a Snapshot, heading: String) -> report::TitledPicture<'a> {
+        report::TitledPicture {
             heading,
             picture: snapshot.picture(&self.world, &self.brief, &self.route[..snapshot.hops]),
         }

@@ -3,7 +3,7 @@
 use contract::Status;
 use hopper::mission::Snapshot;
 use node::Failure;
-use report::Plate;
+use report::PictureGrid;
 
 use super::flight::Flight;
 use super::{Figure, SEED};
@@ -74,7 +74,7 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
     }
     let title = format!("{}: initial, halfway and final states", world.name);
     let caption = format!("{}; w1 = 0.5, w2 = 0.5, profile paper-2023, seed {SEED}", world.ground);
-    let plate = Plate { title: title.clone(), caption, columns: 3, views };
+    let plate = PictureGrid { title: title.clone(), caption, columns: 3, views };
     Ok(Figure {
         name: format!("states-{}", world.scenario),
         title,
@@ -105,7 +105,7 @@ pub fn weights(world: &World) -> Result<Figure, Failure> {
     });
     let title = format!("{}: three weightings", world.name);
     let caption = format!("{}; final states, w = (w1, w2), profile paper-2023, seed {SEED}", world.ground);
-    let plate = Plate { title: title.clone(), caption, columns: 3, views: views.collect() };
+    let plate = PictureGrid { title: title.clone(), caption, columns: 3, views: views.collect() };
     Ok(Figure {
         name: format!("weights-{}", world.scenario),
         title,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use ::campaign::statistics::wilson;
 use ::known::execution::{self, Execution};
-use ::known::{Case, Claim, Experiment, Findings, Model, P22, Plan, World, figures};
+use ::known::{Case, Claim, Experiment, Findings, KnownMap, Model, P22, Plan, figures};
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use rayon::prelude::*;
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         .cases
         .par_iter()
         .map(|case| {
-            let world = World::new(case.experiment, &P22);
+            let world = KnownMap::new(case.experiment, &P22);
             let model = Model::new(&world, &P22);
             let plan = Plan::new(&world, &model, &P22, case.weights);
             execution::execute(&world, &model, &plan.solution, args.seed, args.trials)

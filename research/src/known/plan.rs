@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::known::{Experiment, Hop, Model, P22, Plan, Weights, World, figure};
+use ::known::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use contract::{Cell, Direction};
 use hopper::stdout::print;
 use node::{Exit, Failure};
@@ -55,7 +55,7 @@ struct Account<'a> {
 /// Exit code 2 for weights out of range.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let weights = Weights::new(args.w1, args.goal).map_err(Failure::usage)?;
-    let world = World::new(args.experiment, &P22);
+    let world = KnownMap::new(args.experiment, &P22);
     let model = Model::new(&world, &P22);
     let plan = Plan::new(&world, &model, &P22, weights);
     let policy = plan.solution.policy.iter();
@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 impl Account<'_> {
-    fn written(&self, form: Form, world: &World) -> String {
+    fn written(&self, form: Form, world: &KnownMap) -> String {
         let Weights { safety, information, goal } = self.weights;
         let title = format!(
             "{} ground, w = ({safety}, {information}), goal {goal}: {} after {} hops",
@@ -122,7 +122,7 @@ impl Account<'_> {
         text + &if form == Form::Markdown { format!("```text\n{map}```\n") } else { map }
     }
 
-    fn value(&self, world: &World, cell: Cell) -> String {
+    fn value(&self, world: &KnownMap, cell: Cell) -> String {
         world.grid.index(cell).map_or("-".into(), |index| format!("{:.2}", self.values[index]))
     }
 

@@ -5,20 +5,20 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use ::campaign::row::Ending;
+use ::campaign::row::TrialResult;
 use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
-use node::{Exit, Failure, Node, Vigil};
+use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
-use scenario::World;
+use scenario::ResolvedScenario;
 use scenario::text::{self, TEXT_BYTES_MAX};
 use serde::Serialize;
 
 use super::progress::Progress;
 use super::store::{self, Manifest, Store, Times};
-use crate::lockstep::{self, Crew};
 use crate::stdout::print;
+use lockstep::Crew;
 
 /// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
 const AHEAD_PER_JOB: u64 = 32;
@@ -157,11 +157,11 @@ fn long(duration_s: f64) -> String {
 /// seconds; `None` if interrupted. Trials under way are then left as they are: they end with the process.
 fn fly_all(
     manifest: &Manifest,
-    worlds: Vec<World>,
+    worlds: Vec<ResolvedScenario>,
     jobs: usize,
     store: &mut Store,
 ) -> Result<Option<f64>, Failure> {
-    let vigil = Vigil::new()?;
+    let shutdown = ShutdownSignal::new()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(jobs)
         // The panic is logged already; the trial will never arrive.
@@ -169,7 +169,7 @@ fn fly_all(
         .build()
         .map_err(Failure::run)?;
     let (shard, plan) = (manifest.shard, Arc::new(manifest.plan.clone()));
-    let worlds: Arc<[World]> = worlds.into();
+    let worlds: Arc<[ResolvedScenario]> = worlds.into();
     let due = shard.len(plan.trials());
     let mut progress = Progress::begin(due, store.done(), Node::now());
     if store.done() < due {
@@ -207,7 +207,7 @@ fn fly_all(
             store.flush()?;
         }
         progress.show(store.done(), now);
-        if vigil.stop_requested().is_some() {
+        if shutdown.stop_reason().is_some() {
             progress.end();
             store.flush()?;
             return Ok(None);
@@ -237,7 +237,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 ///
 /// # Errors
 /// If the planner of the trial is unknown.
-pub fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
+pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
     let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
@@ -249,7 +249,7 @@ pub fn fly(plan: &Plan, world: &World, trial: &Trial<'_>) -> Result<(Row, Times)
     })
     .map_err(Failure::usage)?;
     let episode_ns = Node::now().since_ns(started);
-    let ending = Ending {
+    let ending = TrialResult {
         outcome: flown.state.status,
         steps: flown.state.steps,
         hops,

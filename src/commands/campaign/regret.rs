@@ -1,7 +1,7 @@
 //! The clairvoyant's bounds of a campaign's worlds, each computed once.
 
 use ::campaign::{Bound, Plan};
-use scenario::World;
+use scenario::ResolvedScenario;
 use sha2::{Digest as _, Sha256};
 
 /// Most cells × steps of a world whose bounds are computed; some ten seconds. Larger worlds go without.
@@ -26,7 +26,7 @@ pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
 }
 
 /// What the bounds depend on: ground, way, motion and clock; neither weights nor profile.
-fn key(world: &World) -> [u8; 32] {
+fn key(world: &ResolvedScenario) -> [u8; 32] {
     let brief = &world.brief;
     let mut hasher = Sha256::new();
     let way = (brief.grid, brief.start, brief.goal, brief.motion, brief.limits.steps_max);

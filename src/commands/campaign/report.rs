@@ -71,10 +71,10 @@ impl fmt::Display for Form {
 /// Exit code 2 if a folder holds no campaign, a row is damaged, or the format does not go with the other flags.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (manifest, report) = fold(&args.dir)?;
-    let findings = report.findings(args.against.is_some(), &bounds(&manifest.plan));
+    let findings = report.results(args.against.is_some(), &bounds(&manifest.plan));
     if let Some(dir) = &args.beside {
         let (_, other) = fold(dir)?;
-        let others = other.findings(false, &[]);
+        let others = other.results(false, &[]);
         let comparison = Comparison::new(&findings, &others);
         print(&match args.format {
             Form::Md => comparison.markdown(),

@@ -8,9 +8,9 @@ use node::{Exit, Failure};
 use report::Format;
 
 use super::store;
-use crate::lockstep::Crew;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
+use lockstep::Crew;
 
 /// Arguments of `hopper campaign rerun`.
 #[derive(clap::Args, Clone, Debug)]

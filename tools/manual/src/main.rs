@@ -13,5 +13,5 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    hopper::tool::main(|| hopper_manual::run(&cli.command))
+    hopper::tool::main("hopper", || hopper_manual::run(&cli.command))
 }

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
-use contract::{Brief, Decision, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
+use contract::{Brief, Decision, Heartbeat, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
 use hopper::stdout::print;
-use node::peer::{Patience, TICK, accept};
 use node::{Exit, Failure, Instance, Node};
-use recording::steps;
-use report::steps::{compare, plot};
-use report::{Conditions, Format, Step, StepAccount};
+use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
+use recording::last_run;
+use report::decisions::{compare, plot};
+use report::{Conditions, DecisionTiming, DecisionTimings, Format};
 use serde::Serialize;
 
 use crate::bag::{at_fault, keep, load, open};
@@ -55,7 +55,7 @@ pub struct Args {
 /// A mission's decisions, and what they were flown under.
 struct Source {
     name: String,
-    account: StepAccount,
+    account: DecisionTimings,
     brief: Brief,
     seed: Option<String>,
     conditions: Conditions,
@@ -153,7 +153,7 @@ fn differences(first: &Source, second: &Source) -> Result<Vec<Differs>, Failure>
     let seed = |source: &Source| source.seed.clone().unwrap_or_else(|| "not known".into());
     let planners = |source: &Source| {
         let mut names: Vec<_> =
-            source.account.steps().iter().map(|step| step.leader.planner.to_string()).collect();
+            source.account.decisions().iter().map(|step| step.leader.planner.to_string()).collect();
         names.dedup();
         if names.is_empty() { "none".into() } else { names.join(", then ") }
     };
@@ -165,26 +165,26 @@ fn differences(first: &Source, second: &Source) -> Result<Vec<Differs>, Failure>
 fn recorded(path: &Path) -> Result<Source, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
-    let flown = steps(&recording).map_err(|error| at_fault(path, &error))?;
-    let told = |key| recording.told("hopper", key).map(str::to_owned);
-    let hosts = flown.hosts.len() as f64;
-    let busy = || flown.hosts.iter().map(|host| host.busy);
+    let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+    let told = |key| recording.metadata_entry("hopper", key).map(str::to_owned);
+    let hosts = flown.machine_loads.len() as f64;
+    let busy = || flown.machine_loads.iter().map(|host| host.busy);
     let most = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max);
-    let executed = flown.state.map_or(0, |state| state.decision.0).max(flown.steps.len() as u64);
+    let executed = flown.state.map_or(0, |state| state.decision.0).max(flown.decisions.len() as u64);
     let conditions = Conditions {
         clock: told("clock").unwrap_or_else(|| "not known".into()),
         pace: told("pace"),
         processor: told("processor"),
-        cores: flown.hosts.first().map(|host| host.cores),
+        cores: flown.machine_loads.first().map(|host| host.cores),
         busy_mean: (hosts > 0.0).then(|| busy().sum::<f64>() / hosts),
         busy_max: most(&mut busy()),
-        load_max: most(&mut flown.hosts.iter().map(|host| host.load_1min)),
-        missing: executed - flown.steps.len() as u64,
+        load_max: most(&mut flown.machine_loads.iter().map(|host| host.load_1min)),
+        missing: executed - flown.decisions.len() as u64,
         ..Conditions::default()
     };
     Ok(Source {
         name: path.display().to_string(),
-        account: StepAccount::new(flown.steps, flown.happenings),
+        account: DecisionTimings::new(flown.decisions, flown.disturbances),
         brief: flown.brief,
         seed: told("seed"),
         conditions,
@@ -195,20 +195,21 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
 fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let instance = Instance::new(name)?;
     let mut node = Node::visit(&instance)?;
-    let mut briefs = node.brief_reader()?;
-    let mut past = node.past_client()?;
-    let mut patience = Patience::new(Some(wait), &instance);
+    let mut briefs = node.reader::<Brief>(RobotId(0), false)?;
+    let mut heartbeats = node.reader::<Heartbeat>(RobotId(0), false)?;
+    let mut past = node.client::<PastRequest>(RobotId(0))?;
+    let mut patience = Patience::new(Some(wait));
     let mut roster = Roster::default();
     let mut gathered = Gathered::default();
     let flown = loop {
         if let Some(request) = gathered.ask(Node::now()) {
-            past.request(&request)?;
+            past.request(request)?;
         }
-        node.wait(TICK);
-        if node.stop_requested().is_some() {
+        node.sleep(Duration::from_nanos(TICK_NS));
+        if node.stop_requested() {
             return Ok(None);
         }
-        for beat in node.heartbeats().into_iter().flatten() {
+        for beat in heartbeats.drain().into_iter().flatten() {
             roster.observe(beat, Node::now());
         }
         if let Some(brief) = accept(briefs.newest()) {
@@ -219,7 +220,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
         }
         let lacks = gathered.brief.is_none().then_some("hopper-sim: no brief yet");
         let silent = !roster.has(Role::HopperSim, Node::now());
-        patience.check(lacks.or(silent.then_some("hopper-sim")), Node::now())?;
+        patience.check(lacks.or(silent.then_some("hopper-sim")), &mut node)?;
     };
     let (brief, steps) = flown;
     let load = node::host::load();
@@ -233,7 +234,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     };
     Ok(Some(Source {
         name: format!("instance {name}"),
-        account: StepAccount::new(steps, Vec::new()),
+        account: DecisionTimings::new(steps, Vec::new()),
         brief,
         seed: None,
         conditions,
@@ -244,7 +245,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
 #[derive(Default)]
 struct Gathered {
     brief: Option<Brief>,
-    steps: Vec<Step>,
+    steps: Vec<DecisionTiming>,
     asked: Option<MonotonicNs>,
 }
 
@@ -267,12 +268,12 @@ impl Gathered {
     }
 
     /// Takes a page; the last one, which is not full, gives all there is.
-    fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<Step>)> {
+    fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<DecisionTiming>)> {
         let brief = self.brief.filter(|brief| brief.run == page.run)?;
         if page.from.0 != self.steps.len() as u64 {
             return None;
         }
-        self.steps.extend(page.records.iter().map(Step::from));
+        self.steps.extend(page.records.iter().map(DecisionTiming::from));
         self.asked = None;
         let is_last = page.records.len() < PAST_PAGE_RECORDS;
         is_last.then(|| (brief, std::mem::take(&mut self.steps)))
@@ -323,14 +324,14 @@ mod tests {
     fn missions_of_two_scenarios_are_not_compared_and_other_differences_are_told() {
         let source = |brief: Brief, seed: Option<&str>, planner: &str| {
             let (records, _) = hostile::specimen::flown();
-            let mut steps: Vec<Step> = records.iter().map(Step::from).collect();
+            let mut steps: Vec<DecisionTiming> = records.iter().map(DecisionTiming::from).collect();
             for step in &mut steps {
                 step.leader.planner = planner.parse().unwrap();
                 step.timing.committed = MonotonicNs(u64::MAX);
             }
             Source {
                 name: "a.mcap".into(),
-                account: StepAccount::new(steps, Vec::new()),
+                account: DecisionTimings::new(steps, Vec::new()),
                 brief,
                 seed: seed.map(str::to_owned),
                 conditions: Conditions::default(),

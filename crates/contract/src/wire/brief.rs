@@ -2,10 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::fixed_payload;
+
 use super::{
     Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
 };
 use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::message::{Message, PublishSubscribe};
 use crate::{
     Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors,
     Profile, Range, Refusal, SensorParameters, SoilMotion, Weights,
@@ -311,4 +315,12 @@ fn patrol_from_wire(
         cells.iter().map(|cell| on_grid("brief.patrol", *cell)).collect::<Result<_, _>>()?;
     let hops_max = Some(wire.hops_max).filter(|hops| *hops <= DECISIONS_MAX).ok_or_else(refuse)?;
     Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
+}
+
+fixed_payload!(Brief => BriefV3);
+
+/// Tells every process of the run; a late reader gets the last one.
+impl Message for Brief {
+    const SERVICE: PublishSubscribe =
+        PublishSubscribe { max_subscribers: 16, ..PublishSubscribe::new("hop/brief", &[Role::HopperSim]) };
 }

@@ -2,8 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::fixed_payload;
+
 use super::{Wire, flag, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
 use crate::limits::DECISIONS_MAX;
+use crate::message::{Message, PublishSubscribe};
 use crate::{Action, Command, Decision, Incarnation, MonotonicNs, Name, Refusal, Term};
 
 /// One command.
@@ -116,4 +120,18 @@ impl TryFrom<&CommandV1> for Command {
             planning_ended: MonotonicNs(wire.planning_ended_ns),
         })
     }
+}
+
+fixed_payload!(Command => CommandV1);
+
+/// Wakes hopper-sim, the only reader that acts on it. The budget allows for the leader and one that stands by.
+impl Message for Command {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_publishers: 8,
+        expected_publishers: 2,
+        history: 0,
+        buffer: 16,
+        event: true,
+        ..PublishSubscribe::new("hop/rN/command", &[Role::Planner])
+    };
 }

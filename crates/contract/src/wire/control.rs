@@ -2,7 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::fixed_payload;
+
 use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
+use crate::message::{Message, PublishSubscribe};
 use crate::pace::{HERTZ_MAX, HERTZ_MIN};
 use crate::{Control, Incarnation, Order, Pace, Refusal, Tempo};
 
@@ -137,6 +141,26 @@ impl TryFrom<&TempoV1> for Tempo {
             heeds: flag("tempo.heeds", wire.heeds)?,
         })
     }
+}
+
+fixed_payload!(Control => ControlV1);
+
+/// Written by monitors that were started with `--control`; read by hopper-sim and planners.
+impl Message for Control {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_publishers: 4,
+        max_subscribers: 16,
+        history: 0,
+        buffer: 16,
+        ..PublishSubscribe::new("hop/rN/control", &[Role::Monitor])
+    };
+}
+
+fixed_payload!(Tempo => TempoV1);
+
+/// Published when it changes.
+impl Message for Tempo {
+    const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/tempo", &[Role::HopperSim]);
 }
 
 #[cfg(test)]

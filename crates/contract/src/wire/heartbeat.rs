@@ -2,7 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::fixed_payload;
+
 use super::{Wire, counted, name_from_wire, run_from_wire, run_to_wire, tag};
+use crate::message::{Message, PublishSubscribe};
 use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, Role, Status};
 
 /// One beat.
@@ -73,4 +76,17 @@ impl TryFrom<&HeartbeatV1> for Heartbeat {
             status: tag("heartbeat.status", wire.status, Status::from_code)?,
         })
     }
+}
+
+fixed_payload!(Heartbeat => HeartbeatV1);
+
+/// Written by every process; the budget allows for four and a stand-by.
+impl Message for Heartbeat {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_publishers: 16,
+        expected_publishers: 5,
+        max_subscribers: 16,
+        buffer: 16,
+        ..PublishSubscribe::new("hop/heartbeat", &Role::ALL)
+    };
 }

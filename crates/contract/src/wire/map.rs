@@ -2,11 +2,15 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::{fixed_payload, slice_payload};
+
 use super::{
     Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag,
     treasures_from_wire, treasures_to_wire,
 };
 use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
+use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
 use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell, Soil};
 
 /// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
@@ -340,4 +344,34 @@ fn seen_cells(cells: &[SeenCellV1], most: usize, from: u32, next: u32) -> Result
         seen.push(SeenCell::try_from(wire)?);
     }
     Ok(seen)
+}
+
+slice_payload!(MapPatch => MapPatchV1, SeenCellV1, cells, patch_from_wire);
+
+/// Wakes planners. A late reader asks for the map ([`MapRequest`]), and so does every reader after a landing of
+/// more patches than the buffer holds: one that reveals more than 16,384 cells, which no sensor of the built-in
+/// scenarios can.
+impl Message for MapPatch {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        history: 0,
+        buffer: 16,
+        event: true,
+        capacity: Capacity::Cells(MAP_PATCH_CELLS),
+        ..PublishSubscribe::new("hop/rN/map", &[Role::Perception])
+    };
+}
+
+fixed_payload!(MapRequest => MapRequestV1);
+
+slice_payload!(MapPage => MapPageV1, SeenCellV1, cells, map_page_from_wire);
+
+/// The map for whoever has missed a patch.
+impl Request for MapRequest {
+    type Response = MapPage;
+    const SERVICE: RequestResponse = RequestResponse {
+        name: "hop/rN/snapshot",
+        server: Role::Perception,
+        max_clients: 8,
+        page: MAP_PAGE_CELLS,
+    };
 }

@@ -32,15 +32,39 @@ pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 use bytemuck::{Pod, Zeroable};
 
 use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, STEPS_MAX, TREASURES_MAX};
+use crate::message::Visitor;
 use crate::{
     Action, Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose,
     Refusal, RobotId, RunId, Term, Timing, Vetoed,
+};
+use crate::{
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, State, Tempo, TruthRequest,
 };
 
 /// A type that may cross shared memory under a versioned name.
 pub trait Wire: Pod + std::fmt::Debug {
     /// Name with version; every version of a layout has its own.
     const NAME: &'static str;
+}
+
+/// The header of a message of one fixed size.
+impl Wire for () {
+    const NAME: &'static str = "()";
+}
+
+/// Shows `visitor` every message and request: the one list of them.
+pub fn visit(visitor: &mut impl Visitor) {
+    visitor.message::<Brief>();
+    visitor.message::<Heartbeat>();
+    visitor.message::<State>();
+    visitor.message::<Command>();
+    visitor.message::<Control>();
+    visitor.message::<Tempo>();
+    visitor.message::<MapPatch>();
+    visitor.message::<Policy>();
+    visitor.request::<PastRequest>();
+    visitor.request::<TruthRequest>();
+    visitor.request::<MapRequest>();
 }
 
 /// The run nonce: high half, then low half.

@@ -2,11 +2,15 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::{fixed_payload, slice_payload};
+
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, flag, robot_from_wire, run_from_wire, run_to_wire,
     steps, tag, timing_from_wire, timing_to_wire, vetoed,
 };
 use crate::limits::{DECISIONS_MAX, PAST_PAGE_RECORDS};
+use crate::message::{Request, RequestResponse};
 use crate::{Action, Decision, Digest, Origin, PastPage, PastRequest, Record, Refusal, Status};
 
 /// Asks for records from a decision on.
@@ -207,4 +211,19 @@ pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV3]) -> Result<Pas
         from: Decision(from),
         records,
     })
+}
+
+fixed_payload!(PastRequest => PastRequestV1);
+
+slice_payload!(PastPage => PastHeaderV1, RecordV3, records, page_from_wire);
+
+/// The journal's public projection.
+impl Request for PastRequest {
+    type Response = PastPage;
+    const SERVICE: RequestResponse = RequestResponse {
+        name: "hop/past",
+        server: Role::HopperSim,
+        max_clients: 16,
+        page: PAST_PAGE_RECORDS,
+    };
 }

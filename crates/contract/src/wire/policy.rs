@@ -2,8 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::slice_payload;
+
 use super::{Wire, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
 use crate::limits::GRID_CELLS_MAX;
+use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
 
 /// What the policy was made for.
@@ -89,4 +93,18 @@ pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Resu
         error_bound: float("policy.error_bound", header.error_bound, 0.0, f64::INFINITY)?,
         cells: cells.iter().map(cell).collect::<Result<_, _>>()?,
     })
+}
+
+slice_payload!(Policy => PolicyHeaderV1, PolicyCellV1, cells, policy_from_wire);
+
+/// Written while somebody reads it: hopper-sim for its fallback, a page, a recording.
+impl Message for Policy {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_publishers: 8,
+        expected_publishers: 2,
+        max_subscribers: 3,
+        history: 0,
+        capacity: Capacity::Grid,
+        ..PublishSubscribe::new("hop/rN/policy", &[Role::Planner])
+    };
 }

@@ -2,10 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::fixed_payload;
+
 use super::{
     LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire,
     steps, tag, timing_from_wire, timing_to_wire, vetoed,
 };
+use crate::message::{Message, PublishSubscribe};
 use crate::{Decision, Digest, MonotonicNs, Origin, Refusal, State, Status};
 
 /// The state at one decision.
@@ -102,4 +106,16 @@ impl TryFrom<&StateV3> for State {
             last_timing: timing_from_wire(wire.last_timing_ns),
         })
     }
+}
+
+fixed_payload!(State => StateV3);
+
+/// Wakes perception.
+impl Message for State {
+    const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_subscribers: 16,
+        buffer: 64,
+        event: true,
+        ..PublishSubscribe::new("hop/rN/state", &[Role::HopperSim])
+    };
 }

@@ -2,8 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Role;
+use crate::{fixed_payload, slice_payload};
+
 use super::{GroundV1, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
 use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
+use crate::message::{Request, RequestResponse};
 use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
 
 /// Asks for the truth from an index on.
@@ -98,4 +102,19 @@ pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<
     let cells = cells.iter().map(Ground::try_from).collect::<Result<_, _>>()?;
     let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
     Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells, treasures })
+}
+
+fixed_payload!(TruthRequest => TruthRequestV1);
+
+slice_payload!(TruthPage => TruthPageV1, GroundV1, cells, truth_page_from_wire);
+
+/// The true ground: perception asks for it, and whoever echoes it by hand; no planner may.
+impl Request for TruthRequest {
+    type Response = TruthPage;
+    const SERVICE: RequestResponse = RequestResponse {
+        name: "truth/terrain",
+        server: Role::HopperSim,
+        max_clients: 8,
+        page: TRUTH_PAGE_CELLS,
+    };
 }

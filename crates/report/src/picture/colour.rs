@@ -1,27 +1,27 @@
-//! The colours, each named once.
+//! The colours of all pictures.
 //!
-//! Heights run from umber to cream in OkLCh with equal steps of lightness: as far apart in grey or to
-//! a colour-blind eye as in full colour, and light enough that arrows and route stand out on every
-//! shade. What is told apart by colour is told apart by form, too: strays are dashed, arrows point.
+//! Heights run from umber to cream in OkLCh with equal steps of lightness, so they stay as distinct in grey
+//! and to colour-blind readers, and light enough that arrows and route stand out on every shade. Colour is
+//! never the only difference: stray hops are dashed, and arrows point.
 
 use contract::Direction;
 
-/// Route as intended.
+/// Hops that landed as intended.
 pub const ROUTE: &str = "#005f8f";
-/// Stray hops.
+/// Hops that slipped or stayed.
 pub const STRAY: &str = "#e3000f";
-/// Veil over sand.
+/// Translucent layer over sand.
 pub const SAND: &str = "#7d8288";
-/// Impassable ground.
+/// Hatching and tint of impassable ground.
 pub const BLOCKED: &str = "#22262e";
 /// Hatching of unseen ground.
 pub const HATCH: &str = "#aab1bd";
 /// Border between seen and unseen.
 pub const EDGE: &str = "#3f4650";
-/// Ground of which nothing at all is known.
+/// Cells of unknown height.
 pub const NOTHING: &str = "#e4e7ec";
 
-/// Colour of a policy arrow: four as in P23 fig. 4, but four that a colour-blind eye tells apart.
+/// Colour of a policy arrow: four as in P23 fig. 4, chosen so that colour-blind readers can distinguish them.
 pub fn arrow(direction: Direction) -> &'static str {
     match direction {
         Direction::North => "#0050d8",
@@ -31,7 +31,7 @@ pub fn arrow(direction: Direction) -> &'static str {
     }
 }
 
-/// Colour of a height at `share` of the scale, 0 the lowest to 1 the highest.
+/// Colour of a height at `share` of the scale: 0 is the lowest, 1 the highest.
 pub fn height(share: f64) -> String {
     let lightness = 0.55 + 0.42 * share;
     let chroma = 0.080 + 0.025 * (1.0 - share) * share * 4.0 - 0.035 * share;

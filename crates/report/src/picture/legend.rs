@@ -1,20 +1,23 @@
-//! What the marks mean.
+//! The legend of a picture.
 
 use contract::{Branch, Direction};
 
-use super::raster::Raster;
-use super::sheet::{Number, Sheet};
-use super::{Find, Picture, arrow, colour, is_slip};
+use super::colour;
+use super::mission::{Picture, is_slip};
+use super::quiver::arrow;
+use super::svg_writer::{Number, SvgWriter};
+use super::symbols::{TreasureState, dot, goal, hopper, start, treasure};
+use super::tile_map::{Tile, TileMap};
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;
 const LEFT: f64 = 36.0;
 
-/// A swatch, drawn around a point, with its words.
+/// A legend entry: a sample drawn around a point, and its text.
 pub struct Entry {
     swatch: Box<dyn Fn(f64, f64) -> String>,
     words: String,
-    /// What it says where several pictures share the legend.
+    /// Text to use instead if several pictures share the legend.
     shared: Option<&'static str>,
 }
 
@@ -22,56 +25,8 @@ fn entry(words: impl Into<String>, swatch: impl Fn(f64, f64) -> String + 'static
     Entry { swatch: Box::new(swatch), words: words.into(), shared: None }
 }
 
-/// The start: a blue dot, as in P23.
-pub fn start(x: f64, y: f64, size: f64) -> String {
-    dot(x, y, size, "#1f6fe0", "#fff")
-}
-
-/// The hopper: a yellow dot, as in P23.
-pub fn hopper(x: f64, y: f64, size: f64) -> String {
-    dot(x, y, size, "#ffd400", "#111")
-}
-
-fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
-    format!(
-        "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{fill}\" stroke=\"{stroke}\" stroke-width=\"1.8\"/>",
-        Number(x),
-        Number(y),
-        Number(size)
-    )
-}
-
-/// The goal: a red star, P23's red point with a form of its own.
-pub fn goal(x: f64, y: f64, size: f64) -> String {
-    star(x, y, size, "fill=\"#e3000f\" stroke=\"#fff\"")
-}
-
-/// A treasure: a black star, as in P23, golden once it is collected, faint while nobody knows of it.
-pub fn treasure(x: f64, y: f64, size: f64, find: Find) -> String {
-    let ink = match find {
-        Find::Collected => "fill=\"#ffc400\" stroke=\"#111\"",
-        Find::Seen => "fill=\"#111\" stroke=\"#fff\"",
-        Find::Unseen => "fill=\"#111\" stroke=\"#fff\" opacity=\".45\"",
-    };
-    star(x, y, size, ink)
-}
-
-fn star(x: f64, y: f64, size: f64, ink: &str) -> String {
-    let points: Vec<String> = (0..10)
-        .map(|n| {
-            let radius = size * if n % 2 == 0 { 1.45 } else { 0.62 };
-            let angle = std::f64::consts::PI * f64::from(n) / 5.0;
-            format!("{} {}", Number(x + radius * angle.sin()), Number(y - radius * angle.cos()))
-        })
-        .collect();
-    format!(
-        "<polygon points=\"{}\" {ink} stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\"/>",
-        points.join(" ")
-    )
-}
-
-/// The entries for what `picture` shows.
-pub fn entries(picture: &Picture<'_>, raster: &Raster) -> Vec<Entry> {
+/// The entries for the elements that `picture` shows.
+pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     let mut entries = vec![
         entry("start", |x, y| start(x, y, 7.0)),
         entry("goal", |x, y| goal(x, y, 7.0)),
@@ -83,13 +38,13 @@ pub fn entries(picture: &Picture<'_>, raster: &Raster) -> Vec<Entry> {
             None => entry("hopper", |x, y| hopper(x, y, 6.0)),
         },
     ];
-    for (find, words) in [
-        (Find::Collected, "treasure, collected"),
-        (Find::Seen, "treasure, seen"),
-        (Find::Unseen, "treasure, not seen"),
+    for (treasure_state, words) in [
+        (TreasureState::Collected, "treasure, collected"),
+        (TreasureState::Seen, "treasure, seen"),
+        (TreasureState::Unseen, "treasure, not seen"),
     ] {
-        if picture.treasures.iter().any(|&cell| picture.find(cell) == find) {
-            entries.push(entry(words, move |x, y| treasure(x, y, 6.0, find)));
+        if picture.treasures.iter().any(|&cell| picture.treasure_state(cell) == treasure_state) {
+            entries.push(entry(words, move |x, y| treasure(x, y, 6.0, treasure_state)));
         }
     }
     let took = |wanted: fn(Branch) -> bool| picture.route.iter().any(|record| wanted(record.outcome.branch));
@@ -102,7 +57,7 @@ pub fn entries(picture: &Picture<'_>, raster: &Raster) -> Vec<Entry> {
     if took(|branch| branch == Branch::Stayed) {
         entries.push(entry("stray hop, got nowhere", |x, y| dot(x, y, 6.0, "#fff", colour::STRAY)));
     }
-    let any = |wanted: fn(&super::raster::Tile) -> bool| raster.tiles().iter().any(wanted);
+    let any = |wanted: fn(&Tile) -> bool| tiles.tiles().iter().any(wanted);
     if any(|tile| !tile.seen) {
         entries.push(entry("not seen", unseen));
     }
@@ -167,7 +122,7 @@ fn compass(x: f64, y: f64) -> String {
     arrows.collect()
 }
 
-/// The entries of several pictures, each but once, in the order of each.
+/// The entries of several pictures without repetition, in an order that fits all of them.
 pub fn shared(pictures: Vec<Vec<Entry>>) -> Vec<Entry> {
     let mut all: Vec<Entry> = Vec::new();
     for entries in pictures {
@@ -186,7 +141,7 @@ pub fn shared(pictures: Vec<Vec<Entry>>) -> Vec<Entry> {
     all
 }
 
-/// Height of `count` entries on a sheet of `width`.
+/// Height of `count` entries in a document of `width`.
 pub fn height(count: usize, width: f64) -> f64 {
     count.div_ceil(columns(width)) as f64 * ENTRY_HEIGHT + 14.0
 }
@@ -196,13 +151,13 @@ fn columns(width: f64) -> usize {
 }
 
 /// Draws `entries` from `top` downwards.
-pub fn draw(sheet: &mut Sheet, entries: &[Entry], top: f64, width: f64) {
+pub fn draw(svg: &mut SvgWriter, entries: &[Entry], top: f64, width: f64) {
     let rows = entries.len().div_ceil(columns(width));
     for (n, Entry { swatch, words, .. }) in entries.iter().enumerate() {
         let (column, row) = (n / rows, n % rows);
         let x = LEFT + column as f64 * ENTRY_WIDTH + 24.0;
         let y = top + row as f64 * ENTRY_HEIGHT + 12.0;
-        sheet.raw(&swatch(x, y));
-        sheet.text(x + 30.0, y + 4.5, "", words);
+        svg.raw(&swatch(x, y));
+        svg.text(x + 30.0, y + 4.5, "", words);
     }
 }

@@ -1,12 +1,14 @@
-//! Plans side by side: policy arrows, path, hills, sand, in the manner of P22's figures 4 to 11.
+//! Plans on known ground side by side, in the style of P22's figures 4 to 11.
 
 use std::fmt::Write as _;
 
 use contract::{Cell, Direction, Grid, Ground, Range, Soil};
 
-use super::scale::Ticks;
-use super::sheet::{Number, Sheet};
-use super::{Quiver, SHADES, arrow, colour, legend};
+use super::frame::SHADES;
+use super::quiver::{Quiver, arrow};
+use super::scale::{Ticks, range};
+use super::svg_writer::{Number, SvgWriter};
+use super::{colour, symbols};
 use crate::ReportError;
 
 const MARGIN_LEFT: f64 = 58.0;
@@ -19,42 +21,42 @@ const FOOT: f64 = 30.0;
 const GAP: f64 = 34.0;
 const LEGEND: f64 = 62.0;
 
-/// Where a policy hops from a cell.
+/// The hop of a policy in one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Aim {
-    /// Towards which neighbour.
+    /// Direction of the hop.
     pub direction: Direction,
-    /// Whether vertically, onto a rock.
+    /// Whether it is a vertical hop, onto a rock.
     pub up: bool,
 }
 
-/// One plan.
+/// One plan with its terrain.
 #[derive(Clone, Debug)]
 pub struct Panel<'a> {
-    /// What is written over it.
+    /// Line of text over the panel.
     pub title: String,
-    /// The lattice.
+    /// Lattice of the cells.
     pub grid: Grid,
-    /// Ground of every cell in index order.
+    /// True ground of every cell in index order.
     pub ground: &'a [Ground],
-    /// What the policy does in every cell; `None` where it does nothing.
+    /// Hop of the policy in every cell, in index order; `None` where it has none.
     pub policy: Vec<Option<Aim>>,
-    /// Where it leads, from the start on.
+    /// Cells of the path that the policy intends, from the start on.
     pub path: &'a [Cell],
-    /// Whether that is the goal.
+    /// Whether the path ends at the goal.
     pub arrives: bool,
-    /// The start.
+    /// Start of the path.
     pub start: Cell,
-    /// The goal.
+    /// Goal of the plan.
     pub goal: Cell,
 }
 
 /// Panels in rows, under one title, with one height scale.
 #[derive(Clone, Debug)]
 pub struct Panels<'a> {
-    /// The title.
+    /// Title of the document.
     pub title: String,
-    /// What is written under it.
+    /// A smaller line below the title.
     pub caption: String,
     /// Panels in a row, at least 1.
     pub columns: usize,
@@ -65,7 +67,7 @@ pub struct Panels<'a> {
 }
 
 impl Panels<'_> {
-    /// The picture as an SVG document; it depends on nothing but the panels, to the byte.
+    /// The SVG document; it depends only on the panels, to the byte.
     ///
     /// # Errors
     /// [`ReportError::Cells`] if ground or policy of a panel do not cover its grid.
@@ -83,43 +85,40 @@ impl Panels<'_> {
         let (pitch_x, pitch_y) = (self.side + GAP, self.side + HEAD + FOOT);
         let width = MARGIN_LEFT + columns as f64 * pitch_x - GAP + MARGIN_RIGHT;
         let bottom = MARGIN_TOP + rows as f64 * pitch_y;
-        let mut sheet = Sheet::new(width, bottom + LEGEND, &self.title);
-        sheet.heading(24.0, 34.0, 20.0, "font-weight=\"bold\"", &self.title);
-        sheet.heading(24.0, 58.0, 14.0, "fill=\"#555\"", &self.caption);
+        let mut svg = SvgWriter::new(width, bottom + LEGEND, &self.title);
+        svg.heading(24.0, 34.0, 20.0, "font-weight=\"bold\"", &self.title);
+        svg.heading(24.0, 58.0, 14.0, "fill=\"#555\"", &self.caption);
         let heights = self.heights();
-        // Panels on the same ground share its drawing.
+        // Panels with the same terrain share its drawing.
         let mut grounds: Vec<(&[Ground], Grid)> = Vec::new();
-        sheet.open("defs", "");
+        svg.open("defs", "");
         for panel in &self.panels {
             if !grounds.contains(&(panel.ground, panel.grid)) {
                 let id = format!("ground-{}", grounds.len());
-                ground(&mut sheet, &id, panel, heights);
+                ground(&mut svg, &id, panel, heights);
                 grounds.push((panel.ground, panel.grid));
             }
         }
-        sheet.close("defs");
+        svg.close("defs");
         for (n, panel) in self.panels.iter().enumerate() {
             let left = MARGIN_LEFT + (n % columns) as f64 * pitch_x;
             let top = MARGIN_TOP + HEAD + (n / columns) as f64 * pitch_y;
             let drawn = grounds.iter().position(|(ground, _)| *ground == panel.ground).unwrap_or(0);
             let frame = Frame::new(panel, left, top, self.side);
-            frame.draw(&mut sheet, panel, drawn);
+            frame.draw(&mut svg, panel, drawn);
         }
         let top = MARGIN_TOP + HEAD;
-        height_scale(&mut sheet, width - MARGIN_RIGHT + 26.0, top, bottom - FOOT - top, heights);
-        self.legend(&mut sheet, bottom + 22.0);
-        Ok(sheet.finish())
+        height_scale(&mut svg, width - MARGIN_RIGHT + 26.0, top, bottom - FOOT - top, heights);
+        self.legend(&mut svg, bottom + 22.0);
+        Ok(svg.finish())
     }
 
     fn heights(&self) -> Range {
         let heights = self.panels.iter().flat_map(|panel| panel.ground).map(|ground| ground.height_m);
-        let range = heights.fold(Range { min: f64::INFINITY, max: f64::NEG_INFINITY }, |range, height_m| {
-            Range { min: range.min.min(height_m), max: range.max.max(height_m) }
-        });
-        if range.min > range.max { Range { min: 0.0, max: 0.0 } } else { range }
+        range(heights).unwrap_or(Range { min: 0.0, max: 0.0 })
     }
 
-    fn legend(&self, sheet: &mut Sheet, y: f64) {
+    fn legend(&self, svg: &mut SvgWriter, y: f64) {
         let any = |wanted: &dyn Fn(&Panel<'_>) -> bool| self.panels.iter().any(wanted);
         let line = |x: f64, colour: &str, rest: &str| {
             format!(
@@ -130,12 +129,12 @@ impl Panels<'_> {
         };
         let mut x = 36.0;
         let mut entry = |swatch: &dyn Fn(f64) -> String, words: &str| {
-            sheet.raw(&swatch(x));
-            sheet.text(x + 20.0, y + 4.5, "", words);
+            svg.raw(&swatch(x));
+            svg.text(x + 20.0, y + 4.5, "", words);
             x += 48.0 + 7.3 * words.chars().count() as f64;
         };
-        entry(&|x| legend::start(x, y, 6.0), "start");
-        entry(&|x| legend::goal(x, y, 6.0), "goal");
+        entry(&|x| symbols::start(x, y, 6.0), "start");
+        entry(&|x| symbols::goal(x, y, 6.0), "goal");
         if any(&|panel| panel.arrives) {
             entry(&|x| line(x, colour::ROUTE, ""), "path");
         }
@@ -170,7 +169,7 @@ impl Panels<'_> {
     }
 }
 
-/// Attributes of an arrow: vertical hops are white with a dark rim.
+/// SVG attributes of an arrow: vertical hops are white with a dark rim.
 fn ink(direction: Direction, up: bool) -> String {
     match up {
         true => "fill=\"#fff\" stroke=\"#111\" stroke-width=\"4.5\" paint-order=\"stroke\" stroke-linejoin=\"round\"".to_owned(),
@@ -178,9 +177,9 @@ fn ink(direction: Direction, up: bool) -> String {
     }
 }
 
-/// Shades of the ground once, in units of a cell, y up, for every panel that stands on it.
-fn ground(sheet: &mut Sheet, id: &str, panel: &Panel<'_>, heights: Range) {
-    sheet.open("g", &format!("id=\"{id}\" shape-rendering=\"crispEdges\""));
+/// Draws the terrain once, in units of a cell with y upwards, for every panel that shows it.
+fn ground(svg: &mut SvgWriter, id: &str, panel: &Panel<'_>, heights: Range) {
+    svg.open("g", &format!("id=\"{id}\" shape-rendering=\"crispEdges\""));
     let shade = |ground: &Ground| {
         (heights.normalise(ground.height_m) * SHADES as f64).min(SHADES as f64 - 1.0).max(0.0) as usize
     };
@@ -193,14 +192,14 @@ fn ground(sheet: &mut Sheet, id: &str, panel: &Panel<'_>, heights: Range) {
     };
     for n in 0..SHADES {
         let fill = format!("fill=\"{}\"", colour::height((n as f64 + 0.5) / SHADES as f64));
-        sheet.path(&cells(&|ground| shade(ground) == n), &fill);
+        svg.path(&cells(&|ground| shade(ground) == n), &fill);
     }
     let sand = cells(&|ground| ground.soil == Soil::Sand);
-    sheet.path(&sand, &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
-    sheet.close("g");
+    svg.path(&sand, &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
+    svg.close("g");
 }
 
-/// Where a panel lies on the sheet.
+/// Position and scale of a panel in the document.
 struct Frame {
     left: f64,
     top: f64,
@@ -221,36 +220,30 @@ impl Frame {
         (x, self.top + self.height - (f64::from(cell.y) + 0.5) * self.pitch)
     }
 
-    fn draw(&self, sheet: &mut Sheet, panel: &Panel<'_>, ground: usize) {
+    fn draw(&self, svg: &mut SvgWriter, panel: &Panel<'_>, ground: usize) {
         let Self { left, top, width, height, pitch } = *self;
-        sheet.text(left, top - 8.0, "font-size=\"13\"", &panel.title);
-        sheet.raw(&format!(
+        svg.text(left, top - 8.0, "font-size=\"13\"", &panel.title);
+        svg.raw(&format!(
             "<use href=\"#ground-{ground}\" transform=\"translate({} {}) scale({} {})\"/>",
             Number(left),
             Number(top + height),
             Number(pitch),
             Number(-pitch)
         ));
-        self.policy(sheet, panel);
-        self.path(sheet, panel);
+        self.policy(svg, panel);
+        self.path(svg, panel);
         let size = (pitch * 0.4).clamp(4.0, 9.0);
         for (cell, mark) in
-            [(panel.start, legend::start as fn(f64, f64, f64) -> String), (panel.goal, legend::goal)]
+            [(panel.start, symbols::start as fn(f64, f64, f64) -> String), (panel.goal, symbols::goal)]
         {
             let (x, y) = self.centre(cell);
-            sheet.raw(&mark(x, y, size));
+            svg.raw(&mark(x, y, size));
         }
-        sheet.raw(&format!(
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#333\"/>",
-            Number(left),
-            Number(top),
-            Number(width),
-            Number(height)
-        ));
-        self.axes(sheet, panel);
+        svg.outline(left, top, width, height);
+        self.axes(svg, panel);
     }
 
-    fn policy(&self, sheet: &mut Sheet, panel: &Panel<'_>) {
+    fn policy(&self, svg: &mut SvgWriter, panel: &Panel<'_>) {
         let aims =
             || panel.grid.iter().zip(&panel.policy).filter_map(|(cell, aim)| aim.map(|aim| (cell, aim)));
         for direction in Direction::ALL {
@@ -259,15 +252,15 @@ impl Frame {
                 let wanted = aims().filter(|(_, aim)| *aim == Aim { direction, up });
                 let path = quiver.path(direction, wanted.map(|(cell, _)| self.centre(cell)));
                 if !path.is_empty() {
-                    quiver.open(sheet);
-                    sheet.path(&path, &ink(direction, up));
-                    sheet.close("g");
+                    quiver.open(svg);
+                    svg.path(&path, &ink(direction, up));
+                    svg.close("g");
                 }
             }
         }
     }
 
-    fn path(&self, sheet: &mut Sheet, panel: &Panel<'_>) {
+    fn path(&self, svg: &mut SvgWriter, panel: &Panel<'_>) {
         let mut path = String::new();
         for (n, &cell) in panel.path.iter().enumerate() {
             let (x, y) = self.centre(cell);
@@ -280,17 +273,17 @@ impl Frame {
                 Number(width)
             )
         };
-        sheet.path(&path, &stroke("#fff", breadth + 2.0, " stroke-opacity=\".8\""));
+        svg.path(&path, &stroke("#fff", breadth + 2.0, " stroke-opacity=\".8\""));
         match panel.arrives {
-            true => sheet.path(&path, &stroke(colour::ROUTE, breadth, "")),
+            true => svg.path(&path, &stroke(colour::ROUTE, breadth, "")),
             false => {
                 let dots = format!(" stroke-dasharray=\"0.5 {}\"", Number(breadth * 1.8));
-                sheet.path(&path, &stroke(colour::BLOCKED, breadth, &dots));
+                svg.path(&path, &stroke(colour::BLOCKED, breadth, &dots));
             }
         }
     }
 
-    fn axes(&self, sheet: &mut Sheet, panel: &Panel<'_>) {
+    fn axes(&self, svg: &mut SvgWriter, panel: &Panel<'_>) {
         let reach = |cells: u32| Range { min: 0.0, max: f64::from(cells - 1) * panel.grid.cell_size_m };
         let mut strokes = String::new();
         let small = "font-size=\"10.5\" fill=\"#444\"";
@@ -298,24 +291,24 @@ impl Frame {
             let (x, y) =
                 (self.left + (at_m / panel.grid.cell_size_m + 0.5) * self.pitch, self.top + self.height);
             let _ = write!(strokes, "M{} {}v4", Number(x), Number(y));
-            sheet.text(x, y + 16.0, &format!("text-anchor=\"middle\" {small}"), &label);
+            svg.text(x, y + 16.0, &format!("text-anchor=\"middle\" {small}"), &label);
         }
         for (at_m, label) in Ticks::over(reach(panel.grid.height), 5).labels() {
             let y = self.top + self.height - (at_m / panel.grid.cell_size_m + 0.5) * self.pitch;
             let _ = write!(strokes, "M{} {}h-4", Number(self.left), Number(y));
-            sheet.text(self.left - 7.0, y + 3.8, &format!("text-anchor=\"end\" {small}"), &label);
+            svg.text(self.left - 7.0, y + 3.8, &format!("text-anchor=\"end\" {small}"), &label);
         }
-        sheet.path(&strokes, "stroke=\"#333\"");
+        svg.path(&strokes, "stroke=\"#333\"");
     }
 }
 
-fn height_scale(sheet: &mut Sheet, left: f64, top: f64, height: f64, heights: Range) {
+fn height_scale(svg: &mut SvgWriter, left: f64, top: f64, height: f64, heights: Range) {
     let height = height.min(360.0);
     let step = height / SHADES as f64;
     for shade in 0..SHADES {
         let fill = colour::height((shade as f64 + 0.5) / SHADES as f64);
         let overlap = if shade == 0 { 0.0 } else { 0.5 };
-        sheet.raw(&format!(
+        svg.raw(&format!(
             "<rect x=\"{}\" y=\"{}\" width=\"15\" height=\"{}\" fill=\"{fill}\"/>",
             Number(left),
             Number(top + height - step * (shade + 1) as f64),
@@ -326,8 +319,8 @@ fn height_scale(sheet: &mut Sheet, left: f64, top: f64, height: f64, heights: Ra
     for (height_m, label) in Ticks::over(heights, 8).labels() {
         let y = top + height * (1.0 - heights.normalise(height_m));
         let _ = write!(strokes, "M{} {}h4", Number(left + 15.0), Number(y));
-        sheet.text(left + 23.0, y + 4.0, "font-size=\"11\"", &label);
+        svg.text(left + 23.0, y + 4.0, "font-size=\"11\"", &label);
     }
-    sheet.path(&strokes, "stroke=\"#333\"");
-    sheet.text_upwards(left + 70.0, top + height / 2.0, "height (m)");
+    svg.path(&strokes, "stroke=\"#333\"");
+    svg.text_upwards(left + 70.0, top + height / 2.0, "height (m)");
 }

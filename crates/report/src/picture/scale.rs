@@ -1,4 +1,4 @@
-//! Round numbers along an axis.
+//! Ticks at round numbers along an axis, and ranges of values.
 
 use contract::Range;
 
@@ -13,7 +13,7 @@ pub struct Ticks {
 }
 
 impl Ticks {
-    /// The finest ticks over `range` that are at most `count`; whole numbers on a range of one point.
+    /// The finest ticks over `range` with at most `count` of them; whole numbers if the range is a point.
     pub fn over(range: Range, count: usize) -> Self {
         let width = range.max - range.min;
         let one =
@@ -25,7 +25,7 @@ impl Ticks {
         let steps = (rough..rough + 5).flat_map(|exponent| [1, 2, 5].map(|digit| (digit, exponent)));
         let mut ticks = steps.map(|(digit, exponent)| {
             let step = step(digit, exponent);
-            // A hair of slack keeps a tick that rounding puts just outside.
+            // Tolerates rounding: a tick at the very end of the range must be kept.
             let slack = 1e-9 * width / step;
             let first = (range.min / step - slack).ceil() as i64;
             Self { first, last: (range.max / step + slack).floor() as i64, digit, exponent }
@@ -42,6 +42,12 @@ impl Ticks {
             (value, format!("{value:.decimals$}").replace('-', "−"))
         })
     }
+}
+
+/// Smallest and largest of `values`; `None` without values.
+pub fn range(values: impl IntoIterator<Item = f64>) -> Option<Range> {
+    let points = values.into_iter().map(|value| Range { min: value, max: value });
+    points.reduce(|range, value| Range { min: range.min.min(value.min), max: range.max.max(value.max) })
 }
 
 fn step(digit: i64, exponent: i32) -> f64 {

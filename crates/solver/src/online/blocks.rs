@@ -1,87 +1,88 @@
-//! The blocks of a row, and what their equations read.
+//! The blocks of a row, and the entries that their equations read.
 
-use super::field::Field;
-use super::kernel::{Around, Ground, Lanes, backup};
-use super::rings::{BLOCKS, LANES, Row};
+use super::kernel::{Lanes, NodeLanes, Stencil, backup};
+use super::layout::Layout;
+use super::rings::{BLOCKS, Row};
+use crate::simd::DOUBLE_LANES as LANES;
 
-/// Places of a row.
-const PLACES: usize = BLOCKS * LANES;
+/// Entries of a row.
+const ENTRIES: usize = BLOCKS * LANES;
 
-/// The blocks of one row of the layout, counted from 0. A row has room for [`BLOCKS`], whether its ring has them or
-/// not: that a block lies in it need not be checked block by block.
+/// The blocks of one row, counted from 0. Memory holds [`BLOCKS`] of them even where the ring has fewer, so that bounds
+/// are checked once per row.
 #[derive(Clone, Copy)]
 pub(super) struct Blocks<'a> {
-    /// Place of the first, and of those beside it: inwards along v, outwards along u.
-    place: usize,
+    /// First entry of the row, of its neighbours inwards along v, and outwards along u.
+    entry: usize,
     inwards: usize,
     outwards: usize,
-    grounds: &'a [Ground; BLOCKS],
-    /// Which of the field's patterns of soils each has.
+    node_lanes: &'a [NodeLanes; BLOCKS],
+    /// The number of each block's pattern of soils.
     patterns: &'a [u32; BLOCKS],
-    field: &'a Field,
+    layout: &'a Layout,
 }
 
 impl<'a> Blocks<'a> {
     #[inline(always)]
-    pub fn of(field: &'a Field, row: &Row) -> Self {
-        let block = row.place / LANES;
+    pub fn of(layout: &'a Layout, row: &Row) -> Self {
+        let block = row.entry / LANES;
         Self {
-            place: row.place,
+            entry: row.entry,
             inwards: row.inwards - 1,
             outwards: row.outwards,
-            grounds: chunk(&field.grounds, block),
-            patterns: chunk(&field.patterns_of, block),
-            field,
+            node_lanes: chunk(&layout.node_lanes, block),
+            patterns: chunk(&layout.patterns_of, block),
+            layout,
         }
     }
 
-    /// Residuals of a block in one field of worths, and the worths after its steps: see [`backup`].
+    /// Residuals of a block in one field, and the values after its steps: see [`backup`].
     #[inline(always)]
-    pub fn measure<const CAREFUL: bool>(
+    pub fn measure<const SAFEGUARDED: bool>(
         &self,
-        worths: &[f64],
+        afterstates: &[f64],
         block: usize,
         tolerance: f64,
     ) -> (Lanes, Lanes) {
         let block = block % BLOCKS;
-        let place = block * LANES;
-        let here: &[f64; PLACES] = chunk(worths, self.place);
-        let inwards: &[f64; PLACES + 1] = chunk(worths, self.inwards);
-        let outwards: &[f64; PLACES + 1] = chunk(worths, self.outwards);
-        let around = Around {
-            here: chunk(here, place),
-            in_v: chunk(inwards, place),
-            in_u: chunk(inwards, place + 1),
-            out_u: chunk(outwards, place),
-            out_v: chunk(outwards, place + 1),
+        let entry = block * LANES;
+        let here: &[f64; ENTRIES] = chunk(afterstates, self.entry);
+        let inwards: &[f64; ENTRIES + 1] = chunk(afterstates, self.inwards);
+        let outwards: &[f64; ENTRIES + 1] = chunk(afterstates, self.outwards);
+        let around = Stencil {
+            here: chunk(here, entry),
+            in_v: chunk(inwards, entry),
+            in_u: chunk(inwards, entry + 1),
+            out_u: chunk(outwards, entry),
+            out_v: chunk(outwards, entry + 1),
         };
-        let soils = &self.field.patterns.soils()[self.patterns[block] as usize];
-        backup::<CAREFUL>(soils, &self.grounds[block], &around, tolerance)
+        let soils = &self.layout.patterns.soils()[self.patterns[block] as usize];
+        backup::<SAFEGUARDED>(soils, &self.node_lanes[block], &around, tolerance)
     }
 
-    /// Writes a block's worths.
+    /// Writes a block's values.
     #[inline(always)]
-    pub fn write(&self, worths: &mut [f64], block: usize, next: &Lanes) {
-        let here: &mut [f64; PLACES] =
-            worths[self.place..].first_chunk_mut().expect("a row has room for all its blocks");
+    pub fn write(&self, afterstates: &mut [f64], block: usize, next: &Lanes) {
+        let here: &mut [f64; ENTRIES] =
+            afterstates[self.entry..].first_chunk_mut().expect("a row has room for all its blocks");
         here[block % BLOCKS * LANES..][..LANES].copy_from_slice(next);
     }
 
-    /// Sees to it that no worth of the row exceeds a magnitude: seldom needed, and kept out of the way.
+    /// Clamps the row's values to a magnitude. Rarely needed, so kept out of the hot path.
     #[cold]
     #[inline(never)]
-    pub fn clamp(self, worths: &mut [f64], magnitude: f64) {
-        for worth in &mut worths[self.place..self.place + PLACES] {
-            if *worth > magnitude {
-                *worth = magnitude;
-            } else if *worth < -magnitude {
-                *worth = -magnitude;
+    pub fn clamp(self, afterstates: &mut [f64], magnitude: f64) {
+        for value in &mut afterstates[self.entry..self.entry + ENTRIES] {
+            if *value > magnitude {
+                *value = magnitude;
+            } else if *value < -magnitude {
+                *value = -magnitude;
             }
         }
     }
 }
 
-/// So many of a stream, from `at` on.
+/// `N` items of `stream` from `at` on.
 #[inline(always)]
 fn chunk<T, const N: usize>(stream: &[T], at: usize) -> &[T; N] {
     stream[at..].first_chunk().expect("a row has room for all its blocks")

@@ -1,152 +1,153 @@
-//! Bounds on the values around the hopper: what lies behind it is kept in reserve.
+//! Bounds on the values around the hopper: two fields, one above the values and one below.
 //!
-//! Two fields, one above the values and one below, and a line behind the hopper: the levels from the line
-//! on are frozen. See [`super`] for why the bounds hold.
+//! Levels far behind the hopper are frozen, and an offset keeps the bounds valid there. See [`super`] for why they hold.
 
-use super::field::Field;
+use super::layout::Layout;
 use super::relaxation::{Limits, Relaxation};
+use super::tolerance::{STAGES, VALUE_ERROR};
 
-/// First reserve, in units of payoff.
-const RESERVE: f64 = 1.0;
+/// First and least offset, in units of payoff.
+const OFFSET: f64 = 1.0;
 
-/// Largest reserve, in units of the field's magnitude: less than a hop is worth, or thereabouts.
-const RESERVE_MAX: f64 = 1.0 / 1024.0;
+/// Largest offset, in units of the layout's magnitude: about what a hop is worth, or less.
+const OFFSET_MAX: f64 = 1.0 / 1024.0;
 
-/// Nothing coarser than the first stage is frozen, and the least reserve leaves room for that: (1 − γ) S.
-const _: () = assert!(super::STAGES[0] * super::VALUE_ERROR < 0.5 * RESERVE);
+/// Nothing coarser than the first stage is frozen, and the slack (1 − γ) S of the least offset covers that.
+const _: () = assert!(STAGES[0] * VALUE_ERROR < 0.5 * OFFSET);
 
-/// Reserves laid on for one decision, at most.
-const RESERVES_MAX: usize = 6;
+/// Most offsets added for one decision.
+const OFFSETS_MAX: usize = 6;
 
-/// The bounds.
+/// The bounds, and how far they are frozen.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Enclosure {
-    /// A super-harmonic field and a sub-harmonic one, but for what has been laid on and not yet written.
+    /// A super-harmonic field and a sub-harmonic one, except for offsets not yet applied.
     pub bounds: Relaxation<2>,
     /// First frozen level.
-    line: usize,
-    /// The reserve to lay on next.
-    reserve: f64,
-    /// Reserve of each level in all.
-    laid: Vec<f64>,
-    /// How much of it the level's worths contain.
-    written: Vec<f64>,
+    frozen_from: usize,
+    /// The offset to add next.
+    next_offset: f64,
+    /// Sum of the offsets of each level.
+    offsets: Vec<f64>,
+    /// The part of it that the level's values contain.
+    applied: Vec<f64>,
 }
 
 impl Enclosure {
-    /// Encloses values at rest: nothing is frozen yet, and both bounds are what the values are.
-    pub fn draw(&mut self, field: &Field, values: &Relaxation<1>) {
-        let levels = field.rings.levels;
-        self.bounds.take_over(values);
-        self.line = levels;
-        self.reserve = RESERVE;
-        for laid in [&mut self.laid, &mut self.written] {
-            laid.clear();
-            laid.resize(levels, 0.0);
+    /// Starts with nothing frozen, and with converged values as both bounds.
+    pub fn start(&mut self, layout: &Layout, values: &Relaxation<1>) {
+        let levels = layout.rings.levels;
+        self.bounds.copy_from(values);
+        self.frozen_from = levels;
+        self.next_offset = OFFSET;
+        for sums in [&mut self.offsets, &mut self.applied] {
+            sums.clear();
+            sums.resize(levels, 0.0);
         }
     }
 
     /// First frozen level.
-    pub fn line(&self) -> usize {
-        self.line
+    pub fn frozen_from(&self) -> usize {
+        self.frozen_from
     }
 
-    /// The bounds on a free node's worth: the upper one, the lower one.
+    /// The upper and the lower bound on a free node's afterstate value.
     #[cfg(test)]
-    pub fn around(&self, field: &Field, node: usize) -> [f64; 2] {
-        let (seat, level) =
-            field.rings.seat(node).zip(field.rings.level(node)).expect("a free node has a seat");
-        let unwritten = self.laid[level] - self.written[level];
-        let [upper, lower] = self.bounds.worths.each_ref().map(|worths| worths[seat.place]);
-        [upper + unwritten, lower - unwritten]
+    pub fn bounds_at(&self, layout: &Layout, node: usize) -> [f64; 2] {
+        let (slot, level) =
+            layout.rings.slot(node).zip(layout.rings.level(node)).expect("a free node has a slot");
+        let pending = self.offsets[level] - self.applied[level];
+        let [upper, lower] = self.bounds.afterstates.each_ref().map(|afterstates| afterstates[slot.entry]);
+        [upper + pending, lower - pending]
     }
 
-    /// Draws the line nearer to the centre: what is frozen from now on gets a reserve.
-    pub fn draw_in(&mut self, field: &Field, line: usize) {
-        debug_assert!(line <= self.line, "nearer than {}, got {line}", self.line);
-        self.line = line;
-        self.lay(field);
-        self.reserve = RESERVE.max(0.5 * self.reserve);
+    /// Freezes the levels from `level` on, and adds an offset to all frozen ones.
+    pub fn freeze_from(&mut self, layout: &Layout, level: usize) {
+        debug_assert!(level <= self.frozen_from, "needs a level up to {}, got {level}", self.frozen_from);
+        self.frozen_from = level;
+        self.add_offset(layout);
+        self.next_offset = OFFSET.max(0.5 * self.next_offset);
     }
 
-    /// Draws the line farther out: what thaws is to be relaxed.
-    pub fn draw_out(&mut self, field: &Field, line: usize) {
-        let line = line.min(field.rings.levels);
-        for level in self.line..line {
-            self.write(field, level);
-            self.bounds.touch_level(&field.rings, level);
+    /// Thaws the levels before `end`, and marks them.
+    pub fn thaw_to(&mut self, layout: &Layout, end: usize) {
+        let end = end.min(layout.rings.levels);
+        for level in self.frozen_from..end {
+            self.apply(layout, level);
+            self.bounds.mark_level(&layout.rings, level);
         }
-        self.line = self.line.max(line);
-        self.write(field, self.line);
+        self.frozen_from = self.frozen_from.max(end);
+        self.apply(layout, self.frozen_from);
     }
 
-    /// Lays a reserve on all that is frozen. The level before it is to be relaxed.
-    fn lay(&mut self, field: &Field) {
-        for laid in &mut self.laid[self.line..] {
-            *laid += self.reserve;
+    /// Adds an offset to all frozen levels, and marks the level before them.
+    fn add_offset(&mut self, layout: &Layout) {
+        for offset in &mut self.offsets[self.frozen_from..] {
+            *offset += self.next_offset;
         }
-        self.write(field, self.line);
-        if self.line > 0 && self.line < field.rings.levels {
-            self.bounds.touch_level(&field.rings, self.line - 1);
-        }
-    }
-
-    /// Writes a level's reserve into its worths.
-    fn write(&mut self, field: &Field, level: usize) {
-        if level < self.laid.len() && self.written[level] != self.laid[level] {
-            let rise = self.laid[level] - self.written[level];
-            self.bounds.raise_level(field, level, [rise, -rise]);
-            self.written[level] = self.laid[level];
+        self.apply(layout, self.frozen_from);
+        if self.frozen_from > 0 && self.frozen_from < layout.rings.levels {
+            self.bounds.mark_level(&layout.rings, self.frozen_from - 1);
         }
     }
 
-    /// Brings the bounds to rest at `tolerance` on all that is not frozen, with `relax`, and sees to it that
-    /// they hold on what is; whether that was possible.
-    pub fn rest(
+    /// Applies a level's offset to its values.
+    fn apply(&mut self, layout: &Layout, level: usize) {
+        if level < self.offsets.len() && self.applied[level] != self.offsets[level] {
+            let rise = self.offsets[level] - self.applied[level];
+            self.bounds.raise_level(layout, level, [rise, -rise]);
+            self.applied[level] = self.offsets[level];
+        }
+    }
+
+    /// Converges the bounds at the tolerance of `limits` on the clear levels, with `relax`, and makes sure that they hold
+    /// on the frozen ones; whether that was possible.
+    pub fn converge(
         &mut self,
-        field: &Field,
+        layout: &Layout,
         limits: &Limits,
         relax: &mut dyn FnMut(&mut Relaxation<2>, &Limits),
     ) -> bool {
-        for attempt in 0..RESERVES_MAX {
-            let limits = Limits { frozen_from: self.line, ..*limits };
-            self.bounds.refine(&field.rings, limits.tolerance, limits.frozen_from);
+        for attempt in 0..OFFSETS_MAX {
+            let limits = Limits { frozen_from: self.frozen_from, ..*limits };
+            self.bounds.refine(&layout.rings, limits.tolerance, limits.frozen_from);
             relax(&mut self.bounds, &limits);
-            if !self.bounds.at_rest(&field.rings, self.line) {
+            if !self.bounds.is_converged(&layout.rings, self.frozen_from) {
                 return false;
             }
-            let (wanted, level) = self.wanted(field, limits.finest, attempt > 0);
-            if wanted <= 0.0 {
-                self.bounds.unmark_from(&field.rings, self.line);
+            let (needed, level) = self.needed(layout, limits.finest, attempt > 0);
+            if needed <= 0.0 {
+                self.bounds.unmark_from(&layout.rings, self.frozen_from);
                 return true;
             }
-            if wanted > field.magnitude * RESERVE_MAX {
-                self.draw_out(field, level + 2);
+            if needed > layout.magnitude * OFFSET_MAX {
+                self.thaw_to(layout, level + 2);
             } else {
-                self.reserve = wanted.max(2.0 * self.reserve);
-                self.lay(field);
+                self.next_offset = needed.max(2.0 * self.next_offset);
+                self.add_offset(layout);
             }
         }
         false
     }
 
-    /// The reserve that the frozen blocks marked would need, and the level that needs it.
-    fn wanted(&mut self, field: &Field, tolerance: f64, again: bool) -> (f64, usize) {
-        let mut wanted = (0.0, self.line);
-        for level in self.bounds.marked_from(&field.rings, self.line) {
+    /// The offset that the marked frozen blocks need, and the level that needs it.
+    fn needed(&mut self, layout: &Layout, tolerance: f64, again: bool) -> (f64, usize) {
+        let mut needed = (0.0, self.frozen_from);
+        for level in self.bounds.marked_from(&layout.rings, self.frozen_from) {
             for around in level.saturating_sub(1)..=level + 1 {
-                self.write(field, around);
+                self.apply(layout, around);
             }
-            let short = self.bounds.worst(field, level..level + 1, |[upper, lower]| upper.max(-lower));
+            let short = self.bounds.worst(layout, level..level + 1, |[upper, lower]| upper.max(-lower));
             if short > tolerance {
-                // At the line the reserve is not laid on what lies inwards; behind it only its discount helps.
-                let factor = if level == self.line && !again { 4.0 } else { 1.25 / (1.0 - field.discount) };
-                let wants = factor * short;
-                if wants > wanted.0 {
-                    wanted = (wants, level);
+                // At the first frozen level the neighbours inwards get no offset; further out only its discount helps.
+                let factor =
+                    if level == self.frozen_from && !again { 4.0 } else { 1.25 / (1.0 - layout.discount) };
+                let needs = factor * short;
+                if needs > needed.0 {
+                    needed = (needs, level);
                 }
             }
         }
-        wanted
+        needed
     }
 }

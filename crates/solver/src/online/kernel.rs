@@ -1,69 +1,70 @@
-//! Bellman's backup of a block of nodes, many lanes at a time.
+//! Bellman's backup of a block of nodes, in vector lanes.
 //!
-//! In worths W = r + V the equation of a node is W = b + d max_u Σ p W(x′), with b = r (1 + γλ) and
+//! In afterstate values W = r + V the equation of a node is W = b + d max_u Σ p W(x′), with b = r (1 + γλ) and
 //! d = γ (1 − λ + λγ). With s_u, s_v the slopes towards u and v, t = max(0, slope towards the hop), and
-//! O, I the worths outwards and inwards along an axis, the module's table in [`crate::world`] gives
+//! O, I the values outwards and inwards along an axis, the slope law ([`scatter`]) gives
 //!
 //! Σ p W = p (ahead + t (here − ahead)) + q here + s ((O + I) + slope (O − I)),
 //!
 //! O, I, slope being those of the other axis. Of the two hops along an axis the better is the one that leads
-//! to more, whatever p. The same operations in the same order on every processor, a product and a sum fused
-//! exactly where it says `mul_add`: lanes differ in nothing but how many are worked on at once.
+//! to the larger value, whatever p. Every processor performs the same operations in the same order, and fuses a product
+//! and a sum exactly where the code says `mul_add`, so the width of its registers changes no bit.
 
-use super::rings::LANES;
+use crate::simd::DOUBLE_LANES as LANES;
 
-/// A number a lane.
+/// One number per lane.
 pub(super) type Lanes = [f64; LANES];
 
-/// What hops from one soil do, times the soil's discount d.
+/// The landings of hops from one soil on the flat, times the soil's discount d.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scattered {
+pub(super) struct SoilCoefficients {
     /// d p: lands ahead on the flat.
     pub ahead: f64,
     /// d s: slips to one side on the flat.
     pub sideways: f64,
     /// d q: gets stuck.
     pub stuck: f64,
-    /// 1 / (1 − d q), or 0 where nothing moves.
+    /// 1 / (1 − d q), or 0 for an entry that must not change.
     pub gain: f64,
 }
 
-impl Scattered {
-    /// Leaves a node of base 0 as it is: the residual is 0 whatever finite worths lie around it.
+impl SoilCoefficients {
+    /// Keeps an entry of base 0 as it is: its residual is 0 whatever finite values lie around it.
     pub const STILL: Self = Self { ahead: 0.0, sideways: 0.0, stuck: 1.0, gain: 0.0 };
 }
 
-/// The same, a lane each, as the backup wants it.
+/// The soils of a block, lane by lane, in the form that the backup uses.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct ScatteredLanes {
+pub(super) struct SoilLanes {
     ahead: Lanes,
     sideways: Lanes,
     /// d q − 1.
     stuck: Lanes,
     gain: Lanes,
-    /// d p / (1 − d q)², times [`BOLD`].
-    pull: Lanes,
+    /// d p / (1 − d q)², times [`UPHILL_FACTOR`].
+    uphill_gain: Lanes,
 }
 
-/// See [`backup`]. Least work on 200 x 200 nodes among 1, 1.15, 1.25, 1.35 and 1.5.
-const BOLD: f64 = 1.25;
+/// Factor of the first-order term in y, see [`backup`]. Chosen for the least work on 200 x 200 nodes among 1, 1.15,
+/// 1.25, 1.35 and 1.5.
+const UPHILL_FACTOR: f64 = 1.25;
 
-impl ScatteredLanes {
-    /// The soil of each lane.
-    pub fn each(soils: [&Scattered; LANES]) -> Self {
+impl SoilLanes {
+    /// Collects the soil of each lane.
+    pub fn each(soils: [&SoilCoefficients; LANES]) -> Self {
         Self {
             ahead: soils.map(|soil| soil.ahead),
             sideways: soils.map(|soil| soil.sideways),
             stuck: soils.map(|soil| soil.stuck - 1.0),
             gain: soils.map(|soil| soil.gain),
-            pull: soils.map(|soil| BOLD * (soil.ahead * (soil.gain * soil.gain))),
+            uphill_gain: soils.map(|soil| UPHILL_FACTOR * (soil.ahead * (soil.gain * soil.gain))),
         }
     }
 }
 
-/// Worths of a block and around it.
-pub(super) struct Around<'a> {
+/// Afterstate values of a block and its neighbours.
+pub(super) struct Stencil<'a> {
     pub here: &'a Lanes,
     pub in_u: &'a Lanes,
     pub in_v: &'a Lanes,
@@ -71,48 +72,50 @@ pub(super) struct Around<'a> {
     pub out_v: &'a Lanes,
 }
 
-/// What a block's nodes are.
+/// The block's own numbers: base b, and slopes towards u and v in slope limits.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub(super) struct Ground {
+pub(super) struct NodeLanes {
     pub base: Lanes,
     pub slope_u: Lanes,
     pub slope_v: Lanes,
 }
 
-/// Residual TW − W of each lane, and the worth after a step that about satisfies its equation: as it was where
-/// the residual is at most `tolerance`. A step need not be exact, for only the residual is believed.
+/// Residual TW − W of each lane, and its value after a step that approximately solves its equation. Where the residual
+/// is at most `tolerance`, the value stays. A step need not be exact, because only residuals enter the proof.
 ///
-/// A step moves the node's own equation by what stays where it is, d q + d p t for the best hop: it is
-/// (TW − W) / (1 − d q − d p t). With g = 1 / (1 − d q) and y = g d p t that is g / (1 − y) times the residual,
-/// and g (1 + [`BOLD`] y) here: right for y = 0 and 1/5, and y is seldom more where one hops uphill at all. And
-/// what slips outwards lands where nodes lead inwards and follow: not this node, but the one beside it on the
-/// ring. (A hop inwards along u from (u, v) slips to (u, v + 1), from where a hop inwards along u lands on
-/// (u − 1, v + 1), the next lane.) So d s / (1 − d q − d p t) of that lane's step is added, as on the flat; at
-/// either end of a block, of its own.
+/// **Own node.** A step changes the node's own equation through the share that stays there, d q + d p t for the best
+/// hop, so the exact step is (TW − W) / (1 − d q − d p t). With g = 1 / (1 − d q) and y = g d p t that is g / (1 − y)
+/// times the residual. The kernel takes g (1 + [`UPHILL_FACTOR`] y), which is exact for y = 0 and y = 1/5; y is rarely
+/// larger where an uphill hop is best at all.
 ///
-/// # Careful
-/// Such steps may go round in circles: the neighbour may not follow, and where a worth comes down another hop
-/// may take over on the way. `CAREFUL` steps cannot. A node's residual is convex in its worth, so that upwards
-/// the best hop's tangent ends at or below where it is 0, and g (1 + y + y² + y³) is less; downwards the step is
-/// (TW − W) / (1 − d q), which is Gauss–Seidel with what gets stuck solved for, a contraction.
+/// **Next node.** Slips outwards land on nodes whose best hop leads inwards, and whose values follow: not to this node,
+/// but to the one beside it on the ring. (A hop inwards along u from (u, v) slips to (u, v + 1); from there a hop
+/// inwards along u lands on (u − 1, v + 1), the next lane.) So d s / (1 − d q − d p t) of that lane's step is added, as
+/// on the flat; at either end of a block, of the lane's own step.
+///
+/// # Safeguarded steps
+/// Such steps may cycle: the neighbour may not follow, and while a value falls another hop may become the best.
+/// `SAFEGUARDED` steps cannot cycle. A node's residual is convex in its value, so upwards the tangent of the best hop
+/// reaches 0 no later than the residual does, and g (1 + y + y² + y³) is less still. Downwards the step is
+/// (TW − W) / (1 − d q), which is Gauss–Seidel with the stuck share solved for, a contraction.
 #[inline(always)]
-pub(super) fn backup<const CAREFUL: bool>(
-    soil: &ScatteredLanes,
-    ground: &Ground,
-    around: &Around<'_>,
+pub(super) fn backup<const SAFEGUARDED: bool>(
+    soil: &SoilLanes,
+    ground: &NodeLanes,
+    around: &Stencil<'_>,
     tolerance: f64,
 ) -> (Lanes, Lanes) {
     let mut residual = [0.0; LANES];
     let mut step = [0.0; LANES];
-    let mut follow = [0.0; LANES];
+    let mut coupling = [0.0; LANES];
     let mut towards_v = [false; LANES];
     for lane in 0..LANES {
         let here = around.here[lane];
         let (ahead, sideways) = (soil.ahead[lane], soil.sideways[lane]);
-        // What is the same whatever the hop, and W taken off.
+        // The terms common to all hops, less W.
         let stays = soil.stuck[lane].mul_add(here, ground.base[lane]);
-        // Along an axis: where the better hop lands, what of it is uphill, and what slips to either side add.
+        // Along an axis: the value where the better hop lands, its slope uphill, and the terms of slips to either side.
         let axis = |inwards: f64, outwards: f64, slope: f64| {
             let up = if slope > 0.0 { slope } else { 0.0 };
             let down = up - slope;
@@ -130,25 +133,25 @@ pub(super) fn backup<const CAREFUL: bool>(
         let is_v = hop_v > hop_u;
         let short = if is_v { hop_v } else { hop_u };
         let uphill = if is_v { uphill_v } else { uphill_u };
-        let gain = if !CAREFUL {
-            soil.pull[lane].mul_add(uphill, soil.gain[lane])
+        let gain = if !SAFEGUARDED {
+            soil.uphill_gain[lane].mul_add(uphill, soil.gain[lane])
         } else if short < 0.0 {
             soil.gain[lane]
         } else {
-            let y = -soil.stuck[lane] * soil.pull[lane] * (uphill / BOLD);
+            let y = -soil.stuck[lane] * soil.uphill_gain[lane] * (uphill / UPHILL_FACTOR);
             soil.gain[lane] * ((1.0 + y) * (1.0 + y * y))
         };
         residual[lane] = short;
         step[lane] = short * gain;
-        follow[lane] = sideways * gain;
+        coupling[lane] = sideways * gain;
         towards_v[lane] = is_v;
     }
-    if !CAREFUL {
+    if !SAFEGUARDED {
         let above: Lanes = std::array::from_fn(|lane| step[(lane + 1).min(LANES - 1)]);
         let below: Lanes = std::array::from_fn(|lane| step[lane.saturating_sub(1)]);
         for lane in 0..LANES {
             let beside = if towards_v[lane] { below[lane] } else { above[lane] };
-            step[lane] = follow[lane].mul_add(beside, step[lane]);
+            step[lane] = coupling[lane].mul_add(beside, step[lane]);
         }
     }
     let mut next = *around.here;

@@ -1,69 +1,68 @@
-//! Worths brought back to rest where something changed: active-set Gauss–Seidel from ring to ring.
+//! Active-set Gauss–Seidel from ring to ring: afterstate values converge again where something changed.
 //!
-//! A block is *marked* if its nodes' residuals |TW − W| are not known to be at most the tolerance. A visit
-//! measures them. Lanes above the tolerance take a step, and the blocks whose residuals that step touches
-//! are marked: this one, and those of the lanes' neighbours. Marks are kept 64 to a word, a block at the
-//! same bit on every ring, so that a row's visits mark their neighbours at once; and words in the order of
-//! visits, so that a pass runs through them. If no lane steps, the block is at rest: its residuals are known,
-//! and remain so until a neighbour or the ground changes, which marks it again. When nothing is marked, every
-//! node's residual is at most the tolerance, measured after the last change of any of its inputs: a proof as
-//! strong as a full sweep, whatever was visited.
+//! A block is *marked* if its nodes' residuals |TW − W| are not known to be at most the tolerance. A visit measures
+//! them. Lanes above the tolerance take a step, and the blocks whose residuals depend on them are marked: this one, and
+//! those of the lanes' neighbours. Marks are stored 64 to a word, a block at the same bit on every ring, so that the
+//! visits to a row mark its neighbours at once; the words are in the order of visits, so that a pass runs through them.
+//! If no lane steps, the block has converged: its residuals are known, and remain so until a neighbour or the ground
+//! changes, which marks it again. When nothing is marked, every node's residual is at most the tolerance, measured after
+//! the last change of any of its inputs: a proof as strong as a full sweep, whatever was visited.
 //!
-//! Visits go outwards, the way news of the goal travels: a change crosses all it reaches in one pass. What
-//! that order leaves over are slips back towards the goal, one a pass; so a pass goes no further than
-//! [`WINDOW`] levels beyond the first marked one, lest far ones be visited again for every correction of
-//! near ones.
+//! Visits go outwards, the way changes at the goal travel, so a change reaches all that depends on it in one pass. Only
+//! slips back towards the goal remain, one ring per pass. So that far levels are not visited again for every correction
+//! of near ones, a pass goes no further than [`WINDOW`] levels beyond the first marked one.
 //!
-//! On some steep worlds these steps go round in circles. After [`BOLD_SWEEPS`] without rest they are careful
-//! ones ([`backup`]), which come to rest, though slowly; after [`SWEEPS_MAX`] the relaxation is *stuck* and
-//! visits nothing more until it begins anew.
+//! On some steep worlds these steps cycle. After [`FAST_SWEEPS_MAX`] sweeps without convergence they are *safeguarded*
+//! ([`super::kernel::backup`]), which converges, though slowly. After [`SWEEPS_MAX`] the relaxation *gives up*, and
+//! visits nothing until it is started again.
 
 use std::ops::Range;
 
 use super::blocks::Blocks;
-use super::field::Field;
 use super::kernel::Lanes;
-use super::rings::{BLOCKS, LANES, Rings, Row, Seat};
-use crate::World;
+use super::layout::Layout;
+use super::rings::{BLOCKS, Rings, Row, Slot};
+use crate::GridWorld;
+use crate::simd::DOUBLE_LANES as LANES;
 
-/// Levels of a pass.
+/// Most levels of a pass.
 const WINDOW: usize = 40;
 
-/// Sweeps without rest after which steps are careful.
-const BOLD_SWEEPS: u64 = 64;
+/// Sweeps without convergence after which steps are safeguarded.
+const FAST_SWEEPS_MAX: u64 = 64;
 
-/// Sweeps without rest after which it is given up.
+/// Sweeps without convergence after which the relaxation gives up.
 const SWEEPS_MAX: u64 = 1024;
 
-/// One or several fields of worths on one world, and what is marked in them: a block if it is in any.
+/// One or several fields on one world, and their marks: a block is marked if it is in any field.
 #[derive(Clone, Debug)]
 pub(super) struct Relaxation<const FIELDS: usize> {
-    pub worths: [Vec<f64>; FIELDS],
+    pub afterstates: [Vec<f64>; FIELDS],
     marks: Vec<u64>,
-    /// Rows outside of which nothing is marked: from the first to before the second.
+    /// Range of rows outside of which nothing is marked.
     marked: (usize, usize),
-    /// Blocks at rest at a tolerance, `rough_at` at most, that is not the finest.
-    rough: Vec<u64>,
-    rough_rows: (usize, usize),
-    rough_at: f64,
-    /// Visits since the last rest.
-    restless: u64,
+    /// Blocks that converged only at a coarse tolerance, of at most `coarse_tolerance`.
+    coarse: Vec<u64>,
+    coarse_rows: (usize, usize),
+    coarse_tolerance: f64,
+    /// Visits since it last converged.
+    unconverged_visits: u64,
 }
 
-/// What a relaxation may do.
+/// Where a relaxation ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Residual to come to rest at.
+    /// Residual to converge to.
     pub tolerance: f64,
-    /// Residual that nobody will ask more than.
+    /// The finest residual that will ever be asked for.
     pub finest: f64,
-    /// First level that stays as it is.
+    /// First level that is not updated.
     pub frozen_from: usize,
-    /// Most blocks to visit, but for the row that exceeds it.
+    /// Most blocks to visit; the last row may exceed it.
     pub visits_max: u64,
 }
 
-/// No row.
+/// The empty range of rows.
 const NONE: (usize, usize) = (usize::MAX, 0);
 
 fn with(rows: (usize, usize), row: usize) -> (usize, usize) {
@@ -73,79 +72,79 @@ fn with(rows: (usize, usize), row: usize) -> (usize, usize) {
 impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
     fn default() -> Self {
         Self {
-            worths: std::array::from_fn(|_| Vec::new()),
+            afterstates: std::array::from_fn(|_| Vec::new()),
             marks: Vec::new(),
             marked: NONE,
-            rough: Vec::new(),
-            rough_rows: NONE,
-            rough_at: 0.0,
-            restless: 0,
+            coarse: Vec::new(),
+            coarse_rows: NONE,
+            coarse_tolerance: 0.0,
+            unconverged_visits: 0,
         }
     }
 }
 
 impl<const FIELDS: usize> Relaxation<FIELDS> {
-    /// Nothing marked.
+    /// Removes all marks.
     pub fn clear(&mut self, rings: &Rings) {
-        for marks in [&mut self.marks, &mut self.rough] {
+        for marks in [&mut self.marks, &mut self.coarse] {
             marks.clear();
             marks.resize(rings.rows.len(), 0);
         }
-        (self.marked, self.rough_rows, self.rough_at) = (NONE, NONE, 0.0);
-        self.restless = 0;
+        (self.marked, self.coarse_rows, self.coarse_tolerance) = (NONE, NONE, 0.0);
+        self.unconverged_visits = 0;
     }
 
-    /// Begins with the row-major values of `world` in every field, all marked.
-    pub fn begin(&mut self, field: &Field, world: &World, values: &[f64]) {
-        for worths in &mut self.worths {
-            field.worths(world, values, worths);
+    /// Starts with the row-major `values` in every field, all blocks marked.
+    pub fn begin(&mut self, layout: &Layout, world: &GridWorld, values: &[f64]) {
+        for afterstates in &mut self.afterstates {
+            layout.fill(world, values, afterstates);
         }
-        self.clear(&field.rings);
-        for level in 0..field.rings.levels {
-            self.touch_level(&field.rings, level);
+        self.clear(&layout.rings);
+        for level in 0..layout.rings.levels {
+            self.mark_level(&layout.rings, level);
         }
     }
 
-    /// Becomes what `other` is, each field its first.
-    pub fn take_over<const OTHERS: usize>(&mut self, other: &Relaxation<OTHERS>) {
-        for worths in &mut self.worths {
-            worths.clone_from(&other.worths[0]);
+    /// Copies the marks of `other`, and its first field into every field.
+    pub fn copy_from<const OTHERS: usize>(&mut self, other: &Relaxation<OTHERS>) {
+        for afterstates in &mut self.afterstates {
+            afterstates.clone_from(&other.afterstates[0]);
         }
         self.marks.clone_from(&other.marks);
         self.marked = other.marked;
-        self.rough.clone_from(&other.rough);
-        (self.rough_rows, self.rough_at) = (other.rough_rows, other.rough_at);
-        self.restless = other.restless;
+        self.coarse.clone_from(&other.coarse);
+        (self.coarse_rows, self.coarse_tolerance) = (other.coarse_rows, other.coarse_tolerance);
+        self.unconverged_visits = other.unconverged_visits;
     }
 
     /// Whether nothing is marked below `frozen_from`.
-    pub fn at_rest(&self, rings: &Rings, frozen_from: usize) -> bool {
+    pub fn is_converged(&self, rings: &Rings, frozen_from: usize) -> bool {
         self.marked.0 >= self.marked.1.min(rings.rows_of(0..frozen_from).end)
     }
 
-    /// Whether it has been given up.
-    pub fn is_stuck(&self, rings: &Rings) -> bool {
-        self.restless > SWEEPS_MAX * rings.blocks
+    /// Whether it gave up: see the module.
+    pub fn has_given_up(&self, rings: &Rings) -> bool {
+        self.unconverged_visits > SWEEPS_MAX * rings.blocks
     }
 
-    /// Marks a node's block and those of its neighbours: its worth has been changed, or its ground.
-    pub fn touch(&mut self, field: &Field, seat: Seat) {
-        let row = field.rings.at(seat.ring).row(seat.block / BLOCKS);
-        let at = |lane: usize| u64::from(seat.place % LANES == lane) << (seat.block % BLOCKS);
-        let moved = Moved { any: 1 << (seat.block % BLOCKS), first: at(0), last: at(LANES - 1) };
-        let start = self.touched(field, row, &moved);
+    /// Marks a node's block and those of its neighbours, after a change of its value or its ground.
+    pub fn mark_around(&mut self, layout: &Layout, slot: Slot) {
+        let row = layout.rings.at(slot.ring).row(slot.block / BLOCKS);
+        let at = |lane: usize| u64::from(slot.entry % LANES == lane) << (slot.block % BLOCKS);
+        let moved = Moved { any: 1 << (slot.block % BLOCKS), first: at(0), last: at(LANES - 1) };
+        let start = self.mark_readers(layout, row, &moved);
         self.marked = with(self.marked, start);
     }
 
-    /// Marks all of a level.
-    pub fn touch_level(&mut self, rings: &Rings, level: usize) {
+    /// Marks all blocks of a level.
+    pub fn mark_level(&mut self, rings: &Rings, level: usize) {
         for row in rings.rows_of(level..level + 1) {
             self.marks[row] = rings.rows[row].valid;
             self.marked = with(self.marked, row);
         }
     }
 
-    /// The levels from `level` on that may bear marks.
+    /// The levels from `level` on that may have marks.
     pub fn marked_from(&self, rings: &Rings, level: usize) -> Range<usize> {
         let rows = self.marked.0.max(rings.rows_of(0..level).end)..self.marked.1;
         match rings.rows.get(rows) {
@@ -155,7 +154,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         }
     }
 
-    /// Unmarks all levels from `level` on.
+    /// Removes the marks of all levels from `level` on.
     pub fn unmark_from(&mut self, rings: &Rings, level: usize) {
         let first = rings.rows_of(0..level).end;
         if first < self.marked.1 {
@@ -167,47 +166,50 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         }
     }
 
-    /// Marks what is at rest at a tolerance above `tolerance`, before `frozen_from`.
+    /// Marks the blocks before level `frozen_from` that converged only at a tolerance above `tolerance`.
     pub fn refine(&mut self, rings: &Rings, tolerance: f64, frozen_from: usize) {
-        if self.rough_at <= tolerance {
+        if self.coarse_tolerance <= tolerance {
             return;
         }
-        for row in self.rough_rows.0..self.rough_rows.1.min(rings.rows_of(0..frozen_from).end) {
-            self.marks[row] |= std::mem::take(&mut self.rough[row]);
+        for row in self.coarse_rows.0..self.coarse_rows.1.min(rings.rows_of(0..frozen_from).end) {
+            self.marks[row] |= std::mem::take(&mut self.coarse[row]);
             self.marked = with(self.marked, row);
         }
-        (self.rough_rows, self.rough_at) = (NONE, 0.0);
+        (self.coarse_rows, self.coarse_tolerance) = (NONE, 0.0);
     }
 
-    /// Adds each field's rise to its worths of a level's free nodes; marks nothing.
-    pub fn raise_level(&mut self, field: &Field, level: usize, rises: [f64; FIELDS]) {
-        let rings = &field.rings;
+    /// Adds each field's rise to its values at a level's free nodes, without marking.
+    pub fn raise_level(&mut self, layout: &Layout, level: usize, rises: [f64; FIELDS]) {
+        let rings = &layout.rings;
         for sector in rings.sectors() {
             let Some(ring) = rings.ring(sector, level) else { continue };
-            let places = rings.at(ring).places();
-            for (worths, rise) in self.worths.iter_mut().zip(rises) {
-                for (worth, free) in worths[places.clone()].iter_mut().zip(field.free(places.clone())) {
-                    let raised = (*worth + rise).clamp(-field.magnitude, field.magnitude);
-                    *worth = if free { raised } else { *worth };
+            let entries = rings.at(ring).entries();
+            for (afterstates, rise) in self.afterstates.iter_mut().zip(rises) {
+                for (value, free) in afterstates[entries.clone()].iter_mut().zip(layout.free(entries.clone()))
+                {
+                    let raised = (*value + rise).clamp(-layout.magnitude, layout.magnitude);
+                    *value = if free { raised } else { *value };
                 }
-                for mirror in rings.mirrors(ring) {
-                    worths[mirror.to] = worths[mirror.from];
+                for ghost in rings.ghosts(ring) {
+                    afterstates[ghost.to] = afterstates[ghost.from];
                 }
             }
         }
     }
 
     /// The largest value of `of` over the fields' residuals TW − W in the marked blocks of `levels`, at
-    /// least 0. Visits nothing, marks nothing.
-    pub fn worst(&self, field: &Field, levels: Range<usize>, of: impl Fn([f64; FIELDS]) -> f64) -> f64 {
+    /// least 0.
+    pub fn worst(&self, layout: &Layout, levels: Range<usize>, of: impl Fn([f64; FIELDS]) -> f64) -> f64 {
         let mut worst = 0.0_f64;
-        let rows = field.rings.rows_of(levels);
+        let rows = layout.rings.rows_of(levels);
         for row in rows.start.max(self.marked.0)..rows.end.min(self.marked.1) {
-            let blocks = Blocks::of(field, &field.rings.rows[row]);
-            let marks = self.marks[row] & field.rings.rows[row].valid;
+            let blocks = Blocks::of(layout, &layout.rings.rows[row]);
+            let marks = self.marks[row] & layout.rings.rows[row].valid;
             for block in (0..BLOCKS).filter(|bit| marks & (1 << bit) != 0) {
-                let residuals =
-                    self.worths.each_ref().map(|worths| blocks.measure::<false>(worths, block, 0.0).0);
+                let residuals = self
+                    .afterstates
+                    .each_ref()
+                    .map(|afterstates| blocks.measure::<false>(afterstates, block, 0.0).0);
                 let of_lane = |lane: usize| of(residuals.map(|residual| residual[lane]));
                 worst = (0..LANES).map(of_lane).fold(worst, f64::max);
             }
@@ -215,45 +217,48 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         worst
     }
 
-    /// Whether steps are to be careful ones.
-    pub fn is_restless(&self, rings: &Rings) -> bool {
-        self.restless > BOLD_SWEEPS * rings.blocks
+    /// Whether steps have to be safeguarded.
+    pub fn needs_safeguard(&self, rings: &Rings) -> bool {
+        self.unconverged_visits > FAST_SWEEPS_MAX * rings.blocks
     }
 
-    /// Makes steps careful ones at once.
+    /// Makes steps safeguarded at once.
     #[cfg(test)]
-    pub fn tire(&mut self, rings: &Rings) {
-        self.restless = BOLD_SWEEPS * rings.blocks + 1;
+    pub fn exhaust_fast_steps(&mut self, rings: &Rings) {
+        self.unconverged_visits = FAST_SWEEPS_MAX * rings.blocks + 1;
     }
 
-    /// Relaxes until nothing is marked below `limits.frozen_from`, the visits run out, it is stuck, or steps are
-    /// no longer to be as careful as these. Returns the visits.
+    /// Relaxes until nothing is marked below `limits.frozen_from`, the visits run out, it gives up, or steps have to be
+    /// safeguarded and these are not. Returns the visits.
     #[inline(always)]
-    pub fn relax<const CAREFUL: bool>(&mut self, field: &Field, limits: &Limits) -> u64 {
-        let rings = &field.rings;
+    pub fn relax<const SAFEGUARDED: bool>(&mut self, layout: &Layout, limits: &Limits) -> u64 {
+        let rings = &layout.rings;
         let end = rings.rows_of(0..limits.frozen_from).end;
         let mut visits = 0;
         loop {
             self.tighten(rings);
-            if self.at_rest(rings, limits.frozen_from) {
-                self.restless = 0;
+            if self.is_converged(rings, limits.frozen_from) {
+                self.unconverged_visits = 0;
                 return visits;
             }
-            if visits >= limits.visits_max || self.is_stuck(rings) || self.is_restless(rings) != CAREFUL {
+            if visits >= limits.visits_max
+                || self.has_given_up(rings)
+                || self.needs_safeguard(rings) != SAFEGUARDED
+            {
                 return visits;
             }
             let visits_max = limits.visits_max - visits;
             let more = if limits.tolerance > limits.finest {
-                self.pass::<CAREFUL, true>(field, limits, end, visits_max)
+                self.pass::<SAFEGUARDED, true>(layout, limits, end, visits_max)
             } else {
-                self.pass::<CAREFUL, false>(field, limits, end, visits_max)
+                self.pass::<SAFEGUARDED, false>(layout, limits, end, visits_max)
             };
             visits += more;
-            self.restless += more;
+            self.unconverged_visits += more;
         }
     }
 
-    /// Finds the first row that bears marks.
+    /// Finds the first row with marks.
     #[inline(always)]
     fn tighten(&mut self, rings: &Rings) {
         let (mut first, end) = self.marked;
@@ -264,16 +269,16 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
         self.marked = if first < end { (first, end) } else { NONE };
     }
 
-    /// One pass outwards over what is marked, up to before a row. `ROUGH` if the tolerance is not the finest.
+    /// One pass outwards over the marked rows before row `end`. `COARSE` if the tolerance is not the finest.
     #[inline(always)]
-    fn pass<const CAREFUL: bool, const ROUGH: bool>(
+    fn pass<const SAFEGUARDED: bool, const COARSE: bool>(
         &mut self,
-        field: &Field,
+        layout: &Layout,
         limits: &Limits,
         end: usize,
         visits_max: u64,
     ) -> u64 {
-        let rings = &field.rings;
+        let rings = &layout.rings;
         let mut visits = 0;
         let mut row = self.marked.0;
         let level = rings.rows[row].level as usize;
@@ -283,73 +288,74 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             let marks = std::mem::take(&mut self.marks[row]) & rings.rows[row].valid;
             if marks != 0 {
                 visits += u64::from(marks.count_ones());
-                let (moved, rough) = self.visit::<CAREFUL, ROUGH>(field, row, marks, limits);
+                let (moved, coarse) = self.visit::<SAFEGUARDED, COARSE>(layout, row, marks, limits);
                 if moved.any != 0 {
-                    left = left.min(self.touched(field, row, &moved));
+                    left = left.min(self.mark_readers(layout, row, &moved));
                 }
-                if rough != 0 {
-                    self.rough[row] |= rough;
-                    self.rough_rows = with(self.rough_rows, row);
-                    self.rough_at = self.rough_at.max(limits.tolerance);
+                if coarse != 0 {
+                    self.coarse[row] |= coarse;
+                    self.coarse_rows = with(self.coarse_rows, row);
+                    self.coarse_tolerance = self.coarse_tolerance.max(limits.tolerance);
                 }
             }
             row += 1;
         }
-        // What lies beyond has not been looked at; a ring of it may bear marks already.
+        // Rows beyond were not visited, and may have marks.
         self.marked.0 = left.min(row);
         visits
     }
 
-    /// Visits the blocks of a row that are set in `marks`: lanes whose residual is above the tolerance step.
-    /// What moved, and the blocks that did not but are short of the finest tolerance.
+    /// Visits the blocks of a row that are set in `marks`: lanes whose residual is above the tolerance take a step.
+    /// Returns what moved, and the blocks that did not move but have not converged at the finest tolerance.
     #[inline(always)]
-    fn visit<const CAREFUL: bool, const ROUGH: bool>(
+    fn visit<const SAFEGUARDED: bool, const COARSE: bool>(
         &mut self,
-        field: &Field,
+        layout: &Layout,
         row: usize,
         marks: u64,
         limits: &Limits,
     ) -> (Moved, u64) {
-        let blocks = Blocks::of(field, &field.rings.rows[row]);
+        let blocks = Blocks::of(layout, &layout.rings.rows[row]);
         let mut all = Moved::default();
-        let mut rough = 0;
-        for worths in &mut self.worths {
+        let mut coarse = 0;
+        for afterstates in &mut self.afterstates {
             let mut farthest = [0.0; LANES];
             let mut marks = marks;
             while marks != 0 {
                 let bit = marks & marks.wrapping_neg();
                 let block = marks.trailing_zeros() as usize;
                 marks ^= bit;
-                let (residual, next) = blocks.measure::<CAREFUL>(worths, block, limits.tolerance);
-                blocks.write(worths, block, &next);
+                let (residual, next) = blocks.measure::<SAFEGUARDED>(afterstates, block, limits.tolerance);
+                blocks.write(afterstates, block, &next);
                 for (farthest, next) in farthest.iter_mut().zip(next) {
                     *farthest = if next.abs() > *farthest { next.abs() } else { *farthest };
                 }
-                let moved = beyond(&residual, limits.tolerance);
+                let moved = lanes_above(&residual, limits.tolerance);
                 let if_any = |lanes: u8| if lanes != 0 { bit } else { 0 };
                 all.any |= if_any(moved);
                 all.first |= if_any(moved & 1);
                 all.last |= if_any(moved >> (LANES - 1));
-                if ROUGH {
-                    rough |= if_any(beyond(&residual, limits.finest));
+                if COARSE {
+                    coarse |= if_any(lanes_above(&residual, limits.finest));
                 }
             }
-            // Nobody reads a row while it is visited, itself included.
-            if beyond(&farthest, field.magnitude) != 0 {
-                blocks.clamp(worths, field.magnitude);
+            // No equation reads the row's values while it is visited, so clamping can wait until now.
+            if lanes_above(&farthest, layout.magnitude) != 0 {
+                blocks.clamp(afterstates, layout.magnitude);
             }
         }
-        (all, rough & !all.any)
+        (all, coarse & !all.any)
     }
 
-    /// Marks what reads the lanes that moved, and their blocks; brings their mirrors up to date. The first row
-    /// that may be marked now.
+    /// Marks the blocks that read the lanes that moved, and their own; updates their ghosts. Returns the first row that
+    /// may be marked now.
     #[inline(always)]
-    fn touched(&mut self, field: &Field, row: usize, moved: &Moved) -> usize {
-        let Row { before, after, ring, column, mirrored, mirrored_first, rims, .. } = field.rings.rows[row];
-        for worths in &mut self.worths {
-            for (from, to) in rims {
-                worths[to as usize] = worths[from as usize];
+    fn mark_readers(&mut self, layout: &Layout, row: usize, moved: &Moved) -> usize {
+        let Row { before, after, ring, column, ghosted, ghosted_first, border_ghosts, .. } =
+            layout.rings.rows[row];
+        for afterstates in &mut self.afterstates {
+            for (from, to) in border_ghosts {
+                afterstates[to as usize] = afterstates[from as usize];
             }
         }
         let (mut first, mut last) = (before as usize, after as usize);
@@ -366,23 +372,22 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
             self.marks[last] |= 1;
         }
         self.marked.1 = self.marked.1.max(last + 1);
-        let has_moved = moved.any & mirrored | moved.first & mirrored_first;
-        if has_moved != 0 { first.min(self.mirror(field, ring as usize)) } else { first }
+        let has_moved = moved.any & ghosted | moved.first & ghosted_first;
+        if has_moved != 0 { first.min(self.update_ghosts(layout, ring as usize)) } else { first }
     }
 
-    /// Brings the mirrors of a ring's nodes up to date, and marks who reads those that change; the first row
-    /// of these.
+    /// Updates the ghosts of a ring's nodes, and marks the readers of those that change. Returns their first row.
     #[inline(always)]
-    fn mirror(&mut self, field: &Field, ring: usize) -> usize {
+    fn update_ghosts(&mut self, layout: &Layout, ring: usize) -> usize {
         let mut first = usize::MAX;
-        for mirror in field.rings.mirrors(ring) {
+        for ghost in layout.rings.ghosts(ring) {
             let mut changes = false;
-            for worths in &mut self.worths {
-                changes |= worths[mirror.to] != worths[mirror.from];
-                worths[mirror.to] = worths[mirror.from];
+            for afterstates in &mut self.afterstates {
+                changes |= afterstates[ghost.to] != afterstates[ghost.from];
+                afterstates[ghost.to] = afterstates[ghost.from];
             }
-            // Whether it does is anybody's guess, so there is no branch to guess at.
-            let (row, bit) = mirror.reader;
+            // Unpredictable, hence without a branch.
+            let (row, bit) = ghost.reader;
             self.marks[row] |= u64::from(changes) << bit;
             self.marked.1 = self.marked.1.max(row + 1);
             first = if changes { first.min(row) } else { first };
@@ -391,7 +396,7 @@ impl<const FIELDS: usize> Relaxation<FIELDS> {
     }
 }
 
-/// Blocks of a row in which lanes moved, a bit each: any lane, the first, the last.
+/// Blocks of a row in which any lane moved, the first lane, or the last, one bit each.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moved {
     any: u64,
@@ -399,9 +404,9 @@ struct Moved {
     last: u64,
 }
 
-/// The lanes whose magnitude is above `limit` or no number, a bit each.
+/// The lanes whose magnitude is above `limit` or not a number, one bit each.
 #[inline(always)]
-fn beyond(lanes: &Lanes, limit: f64) -> u8 {
+fn lanes_above(lanes: &Lanes, limit: f64) -> u8 {
     let mut set = 0;
     for (lane, number) in lanes.iter().enumerate() {
         let within = number.abs() <= limit;
@@ -413,18 +418,18 @@ fn beyond(lanes: &Lanes, limit: f64) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::{DISCOUNT, HARD, SplitMix64};
     use crate::online::rings::{grids, read_by};
-    use crate::specimen::{DISCOUNT, Draw, HARD};
     use crate::{Hop, Kind, Leaving, Rules, Site};
 
     const LOSS: f64 = -900.0;
 
-    /// Flat worlds around goals of all kinds, and the goals.
-    fn worlds() -> impl Iterator<Item = (usize, World)> {
+    /// Flat worlds with goals at all kinds of places, and the goals.
+    fn worlds() -> impl Iterator<Item = (usize, GridWorld)> {
         grids().flat_map(|(width, height, goal)| {
             [Leaving::Stays, Leaving::Loses].map(|leaving| {
                 let rules = Rules { discount: DISCOUNT, loss: LOSS, leaving, soils: vec![HARD] };
-                let mut world = World::new(width, height, rules).expect("a world in range");
+                let mut world = GridWorld::new(width, height, rules).expect("a world in range");
                 let site = |kind| Site { kind, payoff: 0.0, slope_east: 0.0, slope_north: 0.0, soil: 0 };
                 (0..world.nodes()).for_each(|node| world.set(node, site(Kind::Free)));
                 world.set(goal, site(Kind::Goal));
@@ -436,33 +441,33 @@ mod tests {
     /// P-AT-REST.
     #[test]
     fn who_reads_a_node_that_has_moved_is_marked_and_reads_what_it_is_worth_now() {
-        let mut draw = Draw(1);
+        let mut draw = SplitMix64(1);
         for (goal, world) in worlds() {
-            let field = Field::new(&world);
-            let rings = &field.rings;
+            let layout = Layout::new(&world);
+            let rings = &layout.rings;
             let mut relaxation = Relaxation::<1>::default();
-            field.worths(&world, &vec![0.0; world.nodes()], &mut relaxation.worths[0]);
+            layout.fill(&world, &vec![0.0; world.nodes()], &mut relaxation.afterstates[0]);
             relaxation.clear(rings);
             let stays = world.rules().leaving == Leaving::Stays;
             for step in 0..world.nodes().min(500) {
                 let any = (draw.uniform() * world.nodes() as f64) as usize;
                 let node = if world.nodes() <= 500 { step } else { any };
-                let Some(seat) = rings.seat(node).filter(|_| node != goal) else { continue };
+                let Some(slot) = rings.slot(node).filter(|_| node != goal) else { continue };
                 relaxation.marks.fill(0);
                 relaxation.marked = NONE;
-                relaxation.worths[0][seat.place] = 1.0 + step as f64;
-                relaxation.touch(&field, seat);
+                relaxation.afterstates[0][slot.entry] = 1.0 + step as f64;
+                relaxation.mark_around(&layout, slot);
                 let beside = Hop::ALL.into_iter().filter_map(|hop| world.neighbour(node, hop));
                 for reader in beside.chain([node]).filter(|reader| *reader != goal) {
-                    let seat = rings.seat(reader).expect("a seat");
-                    let row = rings.at(seat.ring).row(seat.block / BLOCKS);
+                    let slot = rings.slot(reader).expect("a slot");
+                    let row = rings.at(slot.ring).row(slot.block / BLOCKS);
                     let is_marked =
-                        relaxation.marks[row] & rings.rows[row].valid & 1 << (seat.block % BLOCKS);
+                        relaxation.marks[row] & rings.rows[row].valid & 1 << (slot.block % BLOCKS);
                     let within = (relaxation.marked.0..relaxation.marked.1).contains(&row);
                     assert!(is_marked != 0 && within, "{reader} beside {node}, around {goal}");
-                    for (hop, place) in read_by(rings, reader) {
-                        let is_worth = |node: usize| match rings.seat(node) {
-                            Some(seat) => relaxation.worths[0][seat.place],
+                    for (hop, entry) in read_by(rings, reader) {
+                        let is_worth = |node: usize| match rings.slot(node) {
+                            Some(slot) => relaxation.afterstates[0][slot.entry],
                             None => 0.0,
                         };
                         let expected = match world.neighbour(reader, hop) {
@@ -470,8 +475,8 @@ mod tests {
                             None if stays => is_worth(reader),
                             None => LOSS,
                         };
-                        let worth = relaxation.worths[0][place];
-                        assert_eq!(worth, expected, "{hop:?} of {reader} beside {node}, around {goal}");
+                        let value = relaxation.afterstates[0][entry];
+                        assert_eq!(value, expected, "{hop:?} of {reader} beside {node}, around {goal}");
                     }
                 }
             }
@@ -482,23 +487,24 @@ mod tests {
     #[test]
     fn a_level_that_is_raised_is_read_as_such_from_everywhere() {
         for (goal, world) in worlds().filter(|(_, world)| world.nodes() < 10_000) {
-            let field = Field::new(&world);
+            let layout = Layout::new(&world);
             let mut relaxation = Relaxation::<2>::default();
-            for worths in &mut relaxation.worths {
-                field.worths(&world, &vec![0.0; world.nodes()], worths);
+            for afterstates in &mut relaxation.afterstates {
+                layout.fill(&world, &vec![0.0; world.nodes()], afterstates);
             }
-            for level in (0..field.rings.levels).step_by(3) {
-                relaxation.raise_level(&field, level, [level as f64, -1.0]);
+            for level in (0..layout.rings.levels).step_by(3) {
+                relaxation.raise_level(&layout, level, [level as f64, -1.0]);
             }
-            let raised = |node: usize| field.rings.level(node).filter(|level| level % 3 == 0 && node != goal);
+            let raised =
+                |node: usize| layout.rings.level(node).filter(|level| level % 3 == 0 && node != goal);
             for node in (0..world.nodes()).filter(|&node| node != goal) {
-                for (hop, place) in read_by(&field.rings, node) {
+                for (hop, entry) in read_by(&layout.rings, node) {
                     let expected = match world.neighbour(node, hop) {
                         None if world.rules().leaving == Leaving::Loses => [LOSS; 2],
                         to => raised(to.unwrap_or(node)).map_or([0.0; 2], |level| [level as f64, -1.0]),
                     };
-                    let worths = relaxation.worths.each_ref().map(|worths| worths[place]);
-                    assert_eq!(worths, expected, "{hop:?} of {node}, around {goal}");
+                    let afterstates = relaxation.afterstates.each_ref().map(|afterstates| afterstates[entry]);
+                    assert_eq!(afterstates, expected, "{hop:?} of {node}, around {goal}");
                 }
             }
         }

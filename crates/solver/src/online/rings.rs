@@ -1,43 +1,44 @@
 //! Where each node lies in memory: on rings around a goal, the nodes of a ring side by side.
 //!
-//! Round the centre the grid falls into four sectors, each with one arm of the axes, so that a quarter
-//! turn maps each onto the next. Within a sector a node has coordinates (u, v), both from 0, growing
-//! away from the centre; v's direction is u's turned left. Its ring is k = u + v, one less than the number
-//! of hops to the centre. Nodes of one ring are no neighbours: from (u, v) a hop leads inwards to
-//! (u − 1, v) and (u, v − 1) on ring k − 1, outwards to (u + 1, v) and (u, v + 1) on ring k + 1. So a ring
-//! is worked on many nodes at a time, and from ring to ring news of the centre travels outwards in one
-//! sweep.
+//! **Sectors.** Around the centre the grid has four sectors, each with one arm of the axes, so that a quarter turn maps
+//! each onto the next. Within a sector a node has coordinates (u, v), both from 0, growing away from the centre; v's
+//! direction is u's turned left.
 //!
-//! Where the centre lies at most [`THIN`] nodes from a side of the grid, sectors beyond it would be strips of short
-//! rings that cost as much as long ones. There the sectors on this side have the strip as well: two share the grid, or
-//! in a corner one has all of it, the centre too. Their u or v begins at the grid's side, and rings are straight
-//! across the strip. So some of its ways to the centre lead outwards; but whatever the sectors, neighbours are on rings
-//! next to each other, and that is all that anybody relies on. Rings of one *level* are worked on together: k, counted
-//! on from sector to sector so that neighbours of two sectors lie on levels next to each other as well.
+//! **Rings.** The ring of a node is k = u + v, one less than the number of hops to the centre. Nodes of one ring are not
+//! neighbours: from (u, v) a hop leads inwards to (u − 1, v) and (u, v − 1) on ring k − 1, and outwards to (u + 1, v)
+//! and (u, v + 1) on ring k + 1. So many nodes of a ring are updated at a time, and a change at the centre travels
+//! outwards, from ring to ring, in one sweep.
 //!
-//! Rings lie in memory by sector, then by k, a node at lane v. Where a ring ends, a place beyond either
-//! end mirrors the node that lies there: one of the next sector, the centre, or what leaving the grid
-//! is worth.
+//! **Thin strips.** If the centre lies at most [`THIN`] nodes from a side of the grid, sectors beyond it would be strips
+//! of short rings that cost as much as long ones. There the sectors on this side contain the strip as well: two share
+//! the grid, or in a corner one has all of it, the centre included. Their u or v begins at the grid's side, and rings
+//! run straight across the strip. Some ways from the strip to the centre then lead outwards. But whatever the sectors,
+//! neighbours are on adjacent rings, and the relaxation relies on nothing else.
+//!
+//! **Levels.** Rings of one level are updated together. The level is k, shifted from sector to sector so that
+//! neighbours in two sectors lie on adjacent levels as well.
+//!
+//! **Memory.** An *entry* is the index of a node's number in a field. Rings are stored by sector, then by k, a node at
+//! lane v, in *blocks* of [`LANES`] nodes. 64 blocks of a ring form a *row*. Beyond either end of a ring lies a *ghost*:
+//! a copy of the node that lies there, in the next sector or at the centre, or what leaving the grid is worth.
 
 use std::ops::{Range, RangeInclusive};
 
+use crate::simd::DOUBLE_LANES as LANES;
 use crate::{Hop, Leaving};
 
-/// Nodes worked on at a time, and what rings are aligned to.
-pub(super) const LANES: usize = 8;
-
-/// Blocks of a row: bits of a word.
+/// Blocks of a row: the bits of a word.
 pub(super) const BLOCKS: usize = 64;
 
-/// A centre no farther than this from a side has no sectors beyond. On 200 x 200 nodes strips of up to ten gain
-/// something, and wider ones lose where news has to travel far outwards; this few leave every kind of layout among
-/// the small worlds of tests.
+/// A centre at most this far from a side has no sectors beyond. On 200 x 200 nodes strips of up to ten gain something,
+/// and wider ones lose where a change has to travel far outwards; with this few, the small worlds of tests have layouts
+/// of every kind.
 const THIN: i32 = 3;
 
 /// One ring of one sector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
-    /// Place of lane −[`LANES`]; need not belong to the ring.
+    /// Entry of lane −[`LANES`]; need not belong to the ring.
     origin: usize,
     /// First and last lane with a node; none if the first is greater.
     first: i32,
@@ -49,20 +50,19 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Place of a block.
+    /// First entry of a block.
     #[inline(always)]
-    pub fn place(&self, block: usize) -> usize {
+    pub fn entry(&self, block: usize) -> usize {
         self.origin + block * LANES
     }
 
-    /// The row of a column. The rings beside this one have rows for all columns that its nodes' neighbours lie
-    /// in.
+    /// The row of a column. Adjacent rings have rows for all columns in which neighbours of this ring's nodes lie.
     pub fn row(&self, column: usize) -> usize {
         self.rows.wrapping_add(column)
     }
 
-    /// The columns that it has rows for: those of its blocks, and where blocks of the rings beside it may lie that
-    /// begin or end a block farther.
+    /// The columns that it has rows for: those of its blocks, and those of adjacent rings' blocks, which may begin or end
+    /// one block further.
     fn columns(&self) -> RangeInclusive<usize> {
         self.blocks.0.saturating_sub(1) as usize / BLOCKS..=(self.blocks.1 + 1) as usize / BLOCKS
     }
@@ -75,10 +75,10 @@ impl Ring {
         (0..BLOCKS).filter(there).fold(0, |mask, bit| mask | 1 << bit)
     }
 
-    /// The places of its nodes.
-    pub fn places(&self) -> Range<usize> {
-        let place = |lane: i32| self.origin + (lane + LANES as i32) as usize;
-        place(self.first)..place(self.last + 1)
+    /// The entries of its nodes.
+    pub fn entries(&self) -> Range<usize> {
+        let entry = |lane: i32| self.origin + (lane + LANES as i32) as usize;
+        entry(self.first)..entry(self.last + 1)
     }
 
     /// The blocks that hold nodes.
@@ -88,42 +88,41 @@ impl Ring {
     }
 }
 
-/// [`BLOCKS`] blocks of a ring side by side. Rows are numbered from level to level outwards; those of one
-/// level, whatever their sector, are neighbours. The rows of one *column* hold the blocks of the same numbers
-/// on rings after one another. Rows without blocks of nodes, such as ring −1's, are there to be written to, and
-/// lead nowhere but to themselves.
+/// [`BLOCKS`] blocks of a ring side by side. Rows are numbered by level, outwards; those of one level, whatever their
+/// sector, have consecutive numbers. The rows of one *column* hold the blocks of the same numbers on successive rings.
+/// Rows without blocks of nodes, such as ring −1's, only absorb writes, and are their own neighbours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
-    /// Place of its first block, and of that block on the rings inwards and outwards.
-    pub place: usize,
+    /// First entry of its first block, and of the same block on the rings inwards and outwards.
+    pub entry: usize,
     pub inwards: usize,
     pub outwards: usize,
-    /// The blocks that there are, a bit each.
+    /// The blocks of the ring that it holds, one bit each.
     pub valid: u64,
-    /// Those with a node in their first lane, or in another, of whose mirrors not all are among `rims`.
-    pub mirrored_first: u64,
-    pub mirrored: u64,
-    /// Mirrors in which nodes of the row see themselves beyond the rim, from and to, the first two of four at most;
-    /// an unused one repeats a place onto itself.
-    pub rims: [(u32, u32); 2],
+    /// The blocks whose first lane, or another lane, has a ghost that is not among `border_ghosts`.
+    pub ghosted_first: u64,
+    pub ghosted: u64,
+    /// Ghosts outside the grid that copy a node of the row for that node itself, from and to: the first two of at most
+    /// four. An unused one copies an entry to itself.
+    pub border_ghosts: [(u32, u32); 2],
     /// The rows of its column on the rings inwards and outwards.
     pub before: u32,
     pub after: u32,
-    /// Which of the ring's blocks it holds: those from 64 `column` on.
+    /// Its first block is the ring's block 64 · `column`.
     pub column: u32,
     /// Index of the ring, and its level, at least 0.
     pub ring: u32,
     pub level: u32,
 }
 
-/// A place that repeats a node's worth.
+/// An entry that copies a node's value.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mirror {
-    /// The node's place.
+pub(super) struct Ghost {
+    /// Entry of the node.
     pub from: usize,
-    /// The place that repeats it.
+    /// Entry of the copy.
     pub to: usize,
-    /// Row, and bit in it, of the block that reads it.
+    /// Row, and bit in it, of the block that reads the copy.
     pub reader: (usize, usize),
 }
 
@@ -137,45 +136,45 @@ struct Sector {
     below: (i32, i32),
     /// Level of its first ring.
     level: usize,
-    /// Index of the ring before that, which has but a mirror.
+    /// Index of the ring before that, which only has a ghost.
     rings: usize,
 }
 
-/// The layout.
+/// The layout of a grid on rings around a centre.
 #[derive(Clone, Debug)]
 pub(super) struct Rings {
     width: usize,
     centre: (i32, i32),
-    /// On which side of the centre every node of the grid counts as lying, by the signs of x and y, or 0 where each
-    /// counts as lying on its own.
+    /// The side of the centre, as signs of x and y, that all nodes of the grid count as lying on; 0 if both sides have
+    /// sectors of their own.
     sides: (i32, i32),
     sectors: [Sector; 4],
     rings: Vec<Ring>,
-    /// Mirrors of each ring's nodes, and where they begin.
-    mirrors: Vec<Mirror>,
-    mirrors_from: Vec<u32>,
-    /// Places that stand for being lost beyond the rim.
-    pub beyond: Vec<usize>,
-    /// Places in all.
-    pub places: usize,
+    /// Ghosts, ring by ring, and where those of each ring begin.
+    ghosts: Vec<Ghost>,
+    ghosts_from: Vec<u32>,
+    /// Entries outside the grid that hold the loss.
+    pub outside: Vec<usize>,
+    /// Length of a field.
+    pub entries: usize,
     /// Rows in order, and the first of each level from −1 on.
     pub rows: Vec<Row>,
     rows_from: Vec<usize>,
-    /// Levels that there are.
+    /// Number of levels.
     pub levels: usize,
-    /// Blocks that there are.
+    /// Number of blocks with nodes, over all rings.
     pub blocks: u64,
 }
 
-/// What a place of the layout holds.
+/// Where a node lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Seat {
+pub(super) struct Slot {
     /// Index of the ring.
     pub ring: usize,
     /// The block in it.
     pub block: usize,
-    /// The place.
-    pub place: usize,
+    /// Index in a field.
+    pub entry: usize,
 }
 
 impl Rings {
@@ -196,10 +195,10 @@ impl Rings {
             sides: (sides[0], sides[1]),
             sectors: Default::default(),
             rings: Vec::new(),
-            mirrors: Vec::new(),
-            mirrors_from: Vec::new(),
-            beyond: Vec::new(),
-            places: 0,
+            ghosts: Vec::new(),
+            ghosts_from: Vec::new(),
+            outside: Vec::new(),
+            entries: 0,
             rows: Vec::new(),
             rows_from: Vec::new(),
             levels: 0,
@@ -217,9 +216,9 @@ impl Rings {
         }
         let depth = |sector: &Sector| sector.below.0 + sector.below.1;
         let deepest = layout.sectors.iter().map(depth).max().unwrap_or(0);
-        // Room before the first ring: its neighbours are read, whatever they hold.
+        // Room before the first ring, whose neighbours are read although their numbers do not matter.
         let margin = (width.max(height) / LANES + 4) * LANES;
-        layout.places = margin;
+        layout.entries = margin;
         for index in layout.sectors() {
             let Sector { across, along, .. } = layout.sectors[index];
             let level = (deepest - depth(&layout.sectors[index])) as usize;
@@ -230,8 +229,8 @@ impl Rings {
             layout.levels = layout.levels.max(level + (across + along - 1) as usize);
         }
         // And behind the last, for all the blocks of a row.
-        layout.places += BLOCKS * LANES + margin;
-        debug_assert!(u32::try_from(layout.places).is_ok(), "{} places", layout.places);
+        layout.entries += BLOCKS * LANES + margin;
+        debug_assert!(u32::try_from(layout.entries).is_ok(), "{} entries", layout.entries);
         layout.number();
         layout.link(leaving);
         layout
@@ -244,16 +243,16 @@ impl Rings {
         let block = |lane: i32| ((lane + lanes) / lanes) as u32;
         let blocks = (block(first - 1), block(last + 1));
         self.rings.push(Ring {
-            origin: self.places - blocks.0 as usize * LANES,
+            origin: self.entries - blocks.0 as usize * LANES,
             first,
             last: if k > across + along - 2 { first - 1 } else { last },
             blocks,
             rows: 0,
         });
-        self.places += (blocks.1 - blocks.0 + 1) as usize * LANES;
+        self.entries += (blocks.1 - blocks.0 + 1) as usize * LANES;
     }
 
-    /// Numbers the rows.
+    /// Numbers the rows by level, and links them with those of adjacent rings.
     fn number(&mut self) {
         let ring_at = |sector: &Sector, k: usize| {
             let k = k.checked_sub(sector.level)?;
@@ -265,16 +264,16 @@ impl Rings {
                 let at = self.rings[ring];
                 self.rings[ring].rows = self.rows.len().wrapping_sub(*at.columns().start());
                 for column in at.columns() {
-                    let place = at.origin + BLOCKS * column * LANES;
+                    let entry = at.origin + BLOCKS * column * LANES;
                     let row = self.rows.len() as u32;
                     self.rows.push(Row {
-                        place,
-                        inwards: place,
-                        outwards: place,
+                        entry,
+                        inwards: entry,
+                        outwards: entry,
                         valid: if at.first > at.last { 0 } else { at.valid(column) },
-                        mirrored_first: 0,
-                        mirrored: 0,
-                        rims: [(place as u32, place as u32); 2],
+                        ghosted_first: 0,
+                        ghosted: 0,
+                        border_ghosts: [(entry as u32, entry as u32); 2],
                         before: row,
                         after: row,
                         ring: ring as u32,
@@ -289,101 +288,102 @@ impl Rings {
             self.blocks += u64::from(row.valid.count_ones());
             let (ring, column) = (row.ring as usize, row.column as usize);
             let (before, after) = (&self.rings[ring - 1], &self.rings[ring + 1]);
-            (row.inwards, row.outwards) = (before.place(BLOCKS * column), after.place(BLOCKS * column));
+            (row.inwards, row.outwards) = (before.entry(BLOCKS * column), after.entry(BLOCKS * column));
             (row.before, row.after) = (before.row(column) as u32, after.row(column) as u32);
         }
     }
 
-    /// Finds the mirrors of each ring's nodes.
+    /// Finds the ghosts of each ring's nodes.
     fn link(&mut self, leaving: Leaving) {
         let cut = [self.sides.0 == 0, self.sides.1 == 0];
         for sector in self.sectors() {
             let Sector { across, along, below, rings, .. } = self.sectors[sector];
             // Whether what lies before u = 0 and before v = 0 belongs to other sectors; else there is nothing.
-            let (seam_u, seam_v) = (cut[sector % 2], cut[(sector + 1) % 2]);
+            let (other_sector_u, other_sector_v) = (cut[sector % 2], cut[(sector + 1) % 2]);
             for k in -1..across + along {
                 let ring = rings + (k + 1) as usize;
-                self.mirrors_from.push(self.mirrors.len() as u32);
+                self.ghosts_from.push(self.ghosts.len() as u32);
                 let Ring { first, last, .. } = self.rings[ring];
                 if first > last {
                     continue;
                 }
-                let seat = |u: i32, v: i32| self.seat_at(sector, u, v);
+                let slot = |u: i32, v: i32| self.slot_at(sector, u, v);
                 // Who is seen, where, and by whom.
                 let mut found = Vec::new();
-                if first == 0 && seam_v {
+                if first == 0 && other_sector_v {
                     // v = 0: seen from the sector before.
                     let before = (sector + 3) % 4;
                     let v = k - below.0 + 1 + self.sectors[before].below.1;
-                    found.push((seat(k, 0), self.seat_at(before, -1, v), self.seat_at(before, 0, v)));
+                    found.push((slot(k, 0), self.slot_at(before, -1, v), self.slot_at(before, 0, v)));
                 } else if first == 0 {
-                    found.push((seat(k, 0), seat(k, -1), seat(k, 0)));
+                    found.push((slot(k, 0), slot(k, -1), slot(k, 0)));
                 }
-                if last == k && seam_u {
+                if last == k && other_sector_u {
                     // u = 0: seen from the sector after, but for what only the centre would see.
                     let after = (sector + 1) % 4;
                     let u = k - below.1 - 1 + self.sectors[after].below.0;
                     if u >= 0 {
-                        found.push((seat(0, k), self.seat_at(after, u, -1), self.seat_at(after, u, 0)));
+                        found.push((slot(0, k), self.slot_at(after, u, -1), self.slot_at(after, u, 0)));
                     }
                 } else if last == k {
-                    found.push((seat(0, k), seat(-1, k), seat(0, k)));
+                    found.push((slot(0, k), slot(-1, k), slot(0, k)));
                 }
                 if k - first == across - 1 {
-                    let node = seat(across - 1, first);
-                    found.push((node, seat(across, first), node));
+                    let node = slot(across - 1, first);
+                    found.push((node, slot(across, first), node));
                 }
                 if last == along - 1 {
-                    let node = seat(k - last, last);
-                    found.push((node, seat(k - last, along), node));
+                    let node = slot(k - last, last);
+                    found.push((node, slot(k - last, along), node));
                 }
                 for (node, to, reader) in found {
                     if node == reader && leaving == Leaving::Loses {
-                        self.beyond.push(to.place);
+                        self.outside.push(to.entry);
                         continue;
                     }
-                    let row_of = |seat: &Seat| self.rings[seat.ring].row(seat.block / BLOCKS);
+                    let row_of = |slot: &Slot| self.rings[slot.ring].row(slot.block / BLOCKS);
                     let reader_at = (row_of(&reader), reader.block % BLOCKS);
                     let row = &mut self.rows[row_of(&node)];
-                    let free = row.rims.iter_mut().find(|rim| node == reader && rim.0 == rim.1);
-                    if let Some(rim) = free {
-                        *rim = (node.place as u32, to.place as u32);
+                    let free =
+                        row.border_ghosts.iter_mut().find(|border| node == reader && border.0 == border.1);
+                    if let Some(border) = free {
+                        *border = (node.entry as u32, to.entry as u32);
                     } else {
-                        // Another's, or a rim for which there is no room.
-                        let is_first = node.place.is_multiple_of(LANES);
-                        let mirrored = if is_first { &mut row.mirrored_first } else { &mut row.mirrored };
-                        *mirrored |= 1 << (node.block % BLOCKS);
+                        // Another's, or a border for which there is no room.
+                        let is_first = node.entry.is_multiple_of(LANES);
+                        let ghosted = if is_first { &mut row.ghosted_first } else { &mut row.ghosted };
+                        *ghosted |= 1 << (node.block % BLOCKS);
                     }
-                    self.mirrors.push(Mirror { from: node.place, to: to.place, reader: reader_at });
+                    self.ghosts.push(Ghost { from: node.entry, to: to.entry, reader: reader_at });
                 }
             }
         }
-        self.mirrors_from.push(self.mirrors.len() as u32);
+        self.ghosts_from.push(self.ghosts.len() as u32);
     }
 
-    fn seat_at(&self, sector: usize, u: i32, v: i32) -> Seat {
+    fn slot_at(&self, sector: usize, u: i32, v: i32) -> Slot {
         let ring = self.sectors[sector].rings + (u + v + 1) as usize;
         let lane = (v + LANES as i32) as usize;
-        Seat { ring, block: lane / LANES, place: self.rings[ring].origin + lane }
+        Slot { ring, block: lane / LANES, entry: self.rings[ring].origin + lane }
     }
 
-    /// Where a node lies; `None` for the centre of four sectors, which has a mirror in each and no seat.
-    pub fn seat(&self, node: usize) -> Option<Seat> {
+    /// Where a node lies; `None` for the centre of four sectors, which has a ghost in each and no slot.
+    pub fn slot(&self, node: usize) -> Option<Slot> {
         let (sector, u, v) = self.coordinates(node)?;
-        Some(self.seat_at(sector, u, v))
+        Some(self.slot_at(sector, u, v))
     }
 
-    /// The level of a node; `None` where it has no seat.
+    /// The level of a node; `None` where it has no slot.
     pub fn level(&self, node: usize) -> Option<usize> {
         self.coordinates(node).map(|(sector, u, v)| self.sectors[sector].level + (u + v) as usize)
     }
 
-    /// The sector of a node; `None` where it has no seat.
+    /// The sector of a node; `None` where it has no slot.
     pub fn sector(&self, node: usize) -> Option<usize> {
         self.coordinates(node).map(|(sector, _, _)| sector)
     }
 
-    /// Sector and coordinates.
+    /// The sector of a node and its coordinates there; `None` for a centre without a slot.
     fn coordinates(&self, node: usize) -> Option<(usize, i32, i32)> {
         let (dx, dy) =
             ((node % self.width) as i32 - self.centre.0, (node / self.width) as i32 - self.centre.1);
@@ -427,14 +427,14 @@ impl Rings {
         (across > 0 && (k as i32) < across + along - 1).then(|| rings + k + 1)
     }
 
-    /// The nodes of a ring: node and place.
+    /// The nodes of a ring: node and entry.
     pub fn nodes(&self, sector: usize, level: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         let ring = self.ring(sector, level).map(|ring| self.rings[ring]);
         let k = level as i32 - self.sectors[sector].level as i32;
         ring.into_iter().flat_map(move |ring| {
             (ring.first..=ring.last).map(move |v| {
-                let place = ring.origin + (v + LANES as i32) as usize;
-                (self.node_at(sector, k - v, v), place)
+                let entry = ring.origin + (v + LANES as i32) as usize;
+                (self.node_at(sector, k - v, v), entry)
             })
         })
     }
@@ -451,31 +451,31 @@ impl Rings {
         &self.rings[ring]
     }
 
-    /// The mirrors of a ring's nodes.
+    /// The ghosts of a ring's nodes.
     #[inline(always)]
-    pub fn mirrors(&self, ring: usize) -> &[Mirror] {
-        &self.mirrors[self.mirrors_from[ring] as usize..self.mirrors_from[ring + 1] as usize]
+    pub fn ghosts(&self, ring: usize) -> &[Ghost] {
+        &self.ghosts[self.ghosts_from[ring] as usize..self.ghosts_from[ring + 1] as usize]
     }
 
-    /// The mirrors of all nodes.
-    pub fn all_mirrors(&self) -> &[Mirror] {
-        &self.mirrors
+    /// The ghosts of all nodes.
+    pub fn all_ghosts(&self) -> &[Ghost] {
+        &self.ghosts
     }
 
-    /// The places that mirror a centre without a seat.
+    /// The entries that ghost a centre without a slot.
     pub fn centres(&self) -> impl Iterator<Item = usize> + '_ {
-        let seatless = self.sides == (0, 0);
-        self.sectors().filter(move |_| seatless).map(|sector| self.seat_at(sector, -1, 0).place)
+        let slotless = self.sides == (0, 0);
+        self.sectors().filter(move |_| slotless).map(|sector| self.slot_at(sector, -1, 0).entry)
     }
 }
 
-/// The places that a node's equation reads along each hop.
+/// The entries that a node's equation reads along each hop.
 #[cfg(test)]
 pub(super) fn read_by(rings: &Rings, node: usize) -> [(Hop, usize); 4] {
-    let seat = rings.seat(node).expect("a seat");
-    let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
-    let lane = seat.place - row.place;
-    let (u, v) = Rings::axes(rings.sector(node).expect("a seat"));
+    let slot = rings.slot(node).expect("a slot");
+    let row = &rings.rows[rings.at(slot.ring).row(slot.block / BLOCKS)];
+    let lane = slot.entry - row.entry;
+    let (u, v) = Rings::axes(rings.sector(node).expect("a slot"));
     [
         (u, row.outwards + lane),
         (v, row.outwards + lane + 1),
@@ -514,31 +514,31 @@ mod tests {
     fn every_node_but_the_centre_of_four_sectors_has_a_seat_of_its_own_and_is_found_there() {
         let mut seen = [0; 5];
         for (width, height, centre, _, rings) in all_rings() {
-            let mut taken = vec![false; rings.places];
+            let mut taken = vec![false; rings.entries];
             let mut nodes = 0;
             for sector in rings.sectors() {
                 for level in 0..rings.levels {
-                    for (node, place) in rings.nodes(sector, level) {
-                        let seat = rings.seat(node).expect("a seat");
-                        let found = (seat.place, rings.level(node), rings.sector(node));
-                        assert_eq!(found, (place, Some(level), Some(sector)));
-                        assert_eq!(rings.at(seat.ring).place(seat.block), place / LANES * LANES);
-                        assert!(!std::mem::replace(&mut taken[place], true));
+                    for (node, entry) in rings.nodes(sector, level) {
+                        let slot = rings.slot(node).expect("a slot");
+                        let found = (slot.entry, rings.level(node), rings.sector(node));
+                        assert_eq!(found, (entry, Some(level), Some(sector)));
+                        assert_eq!(rings.at(slot.ring).entry(slot.block), entry / LANES * LANES);
+                        assert!(!std::mem::replace(&mut taken[entry], true));
                         nodes += 1;
                     }
                 }
             }
             let sectors = rings.sectors().count();
-            let seated = sectors < 4;
+            let has_slot = sectors < 4;
             assert_eq!(
-                (nodes, rings.seat(centre).is_some()),
-                (width * height - usize::from(!seated), seated)
+                (nodes, rings.slot(centre).is_some()),
+                (width * height - usize::from(!has_slot), has_slot)
             );
-            for mirror in &rings.mirrors {
-                assert!(taken[mirror.from] && !std::mem::replace(&mut taken[mirror.to], true));
+            for ghost in &rings.ghosts {
+                assert!(taken[ghost.from] && !std::mem::replace(&mut taken[ghost.to], true));
             }
-            for place in rings.centres().chain(rings.beyond.iter().copied()) {
-                assert!(!std::mem::replace(&mut taken[place], true));
+            for entry in rings.centres().chain(rings.outside.iter().copied()) {
+                assert!(!std::mem::replace(&mut taken[entry], true));
             }
             seen[sectors] += 1;
         }
@@ -549,16 +549,16 @@ mod tests {
     fn around_a_node_lie_its_neighbours_on_the_rings_beside_its_own() {
         const BEYOND: usize = usize::MAX;
         for (width, height, centre, leaving, rings) in all_rings() {
-            let mut held = vec![None; rings.places];
-            for node in (0..width * height).filter(|&node| rings.seat(node).is_some()) {
-                held[rings.seat(node).expect("a seat").place] = Some(node);
+            let mut held = vec![None; rings.entries];
+            for node in (0..width * height).filter(|&node| rings.slot(node).is_some()) {
+                held[rings.slot(node).expect("a slot").entry] = Some(node);
             }
-            rings.mirrors.iter().for_each(|mirror| held[mirror.to] = held[mirror.from]);
-            rings.centres().for_each(|place| held[place] = Some(centre));
-            rings.beyond.iter().for_each(|&place| held[place] = Some(BEYOND));
+            rings.ghosts.iter().for_each(|ghost| held[ghost.to] = held[ghost.from]);
+            rings.centres().for_each(|entry| held[entry] = Some(centre));
+            rings.outside.iter().for_each(|&entry| held[entry] = Some(BEYOND));
             let leaves_to = |node: usize| if leaving == Leaving::Stays { node } else { BEYOND };
-            for node in (0..width * height).filter(|&node| rings.seat(node).is_some()) {
-                for (hop, place) in read_by(&rings, node) {
+            for node in (0..width * height).filter(|&node| rings.slot(node).is_some()) {
+                for (hop, entry) in read_by(&rings, node) {
                     let (x, y) = (node % width, node / width);
                     let beside = match hop {
                         Hop::East => (x + 1 < width).then(|| node + 1),
@@ -566,10 +566,10 @@ mod tests {
                         Hop::West => x.checked_sub(1).map(|_| node - 1),
                         Hop::South => y.checked_sub(1).map(|_| node - width),
                     };
-                    // Nobody minds what the centre reads.
+                    // It does not matter what the centre reads.
                     if node != centre {
                         let expected = beside.unwrap_or(leaves_to(node));
-                        assert_eq!(held[place], Some(expected), "{hop:?} of {node}, around {centre}");
+                        assert_eq!(held[entry], Some(expected), "{hop:?} of {node}, around {centre}");
                     }
                     if let Some((one, other)) = rings.level(node).zip(beside.and_then(|to| rings.level(to))) {
                         assert_eq!(one.abs_diff(other), 1, "{hop:?} of {node}, around {centre}");
@@ -583,13 +583,14 @@ mod tests {
     fn a_row_knows_of_every_mirror_of_its_nodes() {
         for (width, height, centre, _, rings) in all_rings() {
             for node in 0..width * height {
-                let Some(seat) = rings.seat(node) else { continue };
-                let row = &rings.rows[rings.at(seat.ring).row(seat.block / BLOCKS)];
-                let is_first = seat.place % LANES == 0;
-                let mirrored = if is_first { row.mirrored_first } else { row.mirrored };
-                for mirror in rings.mirrors(seat.ring).iter().filter(|mirror| mirror.from == seat.place) {
-                    let rim = (mirror.from as u32, mirror.to as u32);
-                    let known = row.rims.contains(&rim) || mirrored & (1 << (seat.block % BLOCKS)) != 0;
+                let Some(slot) = rings.slot(node) else { continue };
+                let row = &rings.rows[rings.at(slot.ring).row(slot.block / BLOCKS)];
+                let is_first = slot.entry % LANES == 0;
+                let ghosted = if is_first { row.ghosted_first } else { row.ghosted };
+                for ghost in rings.ghosts(slot.ring).iter().filter(|ghost| ghost.from == slot.entry) {
+                    let border = (ghost.from as u32, ghost.to as u32);
+                    let known =
+                        row.border_ghosts.contains(&border) || ghosted & (1 << (slot.block % BLOCKS)) != 0;
                     assert!(known, "{node} of {width} x {height} around {centre}");
                 }
             }

@@ -1,35 +1,35 @@
-//! A hopper in a world that shows itself a disc at a time.
+//! A mission over a world that the hopper discovers one disc at a time.
 
-use solver::specimen::Draw;
-use solver::{Hop, Kind, Site, World};
+use solver::fixtures::SplitMix64;
+use solver::{GridWorld, Hop, Kind, Site};
 
-/// What a mission flies over, and what was known of it beforehand.
+/// The world of a mission, and what is known of it beforehand.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    pub truth: World,
-    pub unseen: World,
+    pub truth: GridWorld,
+    pub unseen: GridWorld,
     pub start: usize,
-    /// What the hopper sees, in nodes.
+    /// Radius of the disc that the hopper sees, in nodes.
     pub radius: f64,
 }
 
-/// The hopper's whereabouts.
+/// One run of a mission; outcomes are drawn from a seed.
 #[derive(Clone, Debug)]
-pub struct Flight<'a> {
+pub struct Rollout<'a> {
     mission: &'a Mission,
-    draw: Draw,
+    draw: SplitMix64,
     pub here: usize,
 }
 
 impl Mission {
-    /// A hopper at the start, its luck drawn from `seed`.
-    pub fn fly(&self, seed: u64) -> Flight<'_> {
-        Flight { mission: self, draw: Draw(seed ^ 0x5eed), here: self.start }
+    /// A run from the start, its outcomes drawn from `seed`.
+    pub fn fly(&self, seed: u64) -> Rollout<'_> {
+        Rollout { mission: self, draw: SplitMix64(seed ^ 0x5eed), here: self.start }
     }
 }
 
-impl Flight<'_> {
-    /// What is seen from here: nodes and what they are.
+impl Rollout<'_> {
+    /// The nodes seen from here, and their properties.
     pub fn seen(&self) -> Vec<(usize, Site)> {
         let truth = &self.mission.truth;
         let (width, height) = (truth.width() as i64, truth.height() as i64);
@@ -48,7 +48,7 @@ impl Flight<'_> {
         seen
     }
 
-    /// Hops; whether the mission goes on.
+    /// Draws the outcome of `hop`; whether the mission goes on.
     pub fn hop(&mut self, hop: Hop) -> bool {
         let truth = &self.mission.truth;
         let scatter = truth.scatter(self.here, hop);
@@ -62,7 +62,7 @@ impl Flight<'_> {
         } else {
             Some(hop.right())
         };
-        // Leaving the grid is staying, here, whatever the plan feared.
+        // Leaving the grid means staying, whatever the plan's rules say.
         self.here = towards.map_or(Some(self.here), |to| truth.neighbour(self.here, to)).unwrap_or(self.here);
         truth.kind(self.here) == Kind::Free
     }

@@ -1,12 +1,12 @@
-//! Random worlds.
+//! Random worlds for tests of the solver.
 
-use solver::specimen::{DISCOUNT, Draw, HARD, Place, SAND, Specimen};
-use solver::{Kind, Leaving, Rules, Site, Soil, World};
+use solver::fixtures::{DISCOUNT, Fixture, GoalPlace, HARD, SAND, SplitMix64};
+use solver::{GridWorld, Kind, Leaving, Rules, Site, Soil};
 
 /// A small world with everything in it: both ways of leaving, several soils and goals or none, walls, steep
-/// slopes, odd shapes.
-pub fn random(seed: u64) -> World {
-    let mut draw = Draw(seed);
+/// slopes, narrow shapes.
+pub fn random(seed: u64) -> GridWorld {
+    let mut draw = SplitMix64(seed);
     let sides = [1, 2, 3, 5, 7, 11, 13, 16, 17, 23];
     let mut side = || sides[(draw.uniform() * sides.len() as f64) as usize];
     let (width, height) = (side(), side());
@@ -17,7 +17,7 @@ pub fn random(seed: u64) -> World {
     let loss = draw.between(-2000.0, 0.0);
     let soils = vec![HARD, SAND, between, stuck];
     let mut world =
-        World::new(width, height, Rules { discount, loss, leaving, soils }).expect("a sound world");
+        GridWorld::new(width, height, Rules { discount, loss, leaving, soils }).expect("a sound world");
     let flat = draw.uniform() < 0.2;
     let walls = draw.between(0.0, 0.4);
     let (low, high) = (draw.between(-10.0, 0.0), draw.between(0.0, 10.0));
@@ -37,19 +37,19 @@ pub fn random(seed: u64) -> World {
 }
 
 /// Small worlds of hills, traps among them.
-pub fn hills(seed: u64) -> World {
-    let specimen = match seed % 4 {
-        0 | 1 => Specimen::plain(7 + (seed % 9) as usize, seed),
-        _ => Specimen::trap(7 + (seed % 9) as usize, seed),
+pub fn hills(seed: u64) -> GridWorld {
+    let fixture = match seed % 4 {
+        0 | 1 => Fixture::plain(7 + (seed % 9) as usize, seed),
+        _ => Fixture::trap(7 + (seed % 9) as usize, seed),
     };
     let leaving = if seed.is_multiple_of(2) { Leaving::Stays } else { Leaving::Loses };
-    Specimen { leaving, ..specimen }.world().expect("a sound world")
+    Fixture { leaving, ..fixture }.world().expect("a sound world")
 }
 
 /// Worlds whose goal lies well inside, traps among them.
-pub fn inside(seed: u64) -> World {
+pub fn inside(seed: u64) -> GridWorld {
     let (width, height) = (34 + (seed % 17) as usize, 34 + (seed % 13) as usize);
-    let specimen = if seed % 4 < 2 { Specimen::plain(1, seed) } else { Specimen::trap(1, seed) };
+    let fixture = if seed % 4 < 2 { Fixture::plain(1, seed) } else { Fixture::trap(1, seed) };
     let leaving = if seed.is_multiple_of(2) { Leaving::Stays } else { Leaving::Loses };
-    Specimen { width, height, leaving, place: Place::Inside, ..specimen }.world().expect("a sound world")
+    Fixture { width, height, leaving, place: GoalPlace::Inside, ..fixture }.world().expect("a sound world")
 }

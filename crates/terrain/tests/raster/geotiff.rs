@@ -228,7 +228,10 @@ fn too_many_cells_are_refused_before_memory_is_taken_and_a_window_still_reads() 
     };
     let bytes = large.bytes();
     let refused = elevation(&bytes).unwrap_err();
-    assert!(matches!(refused, TerrainError::CellsMax { cells } if cells > ELEVATION_CELLS_MAX), "{refused}");
+    assert!(
+        matches!(refused, TerrainError::CellsMax { cells, .. } if cells > ELEVATION_CELLS_MAX),
+        "{refused}"
+    );
     says(&refused.to_string(), &["16777216", "17640000", "crop"]);
     let window = Window { x: 4000, y: 4100, width: 150, height: 90 };
     let part = RasterFile::new(Cursor::new(bytes)).unwrap().elevation(window).unwrap();

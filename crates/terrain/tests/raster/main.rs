@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod ascii_grid;
+mod check;
 mod geotiff;
 mod malformed;
 mod meter;
-mod survey;
 mod tiff_writer;
 
 use std::io::Cursor;

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 
 use contract::Stage;
-use hopper::topic::summary;
+use hopper::commands::topic::summary;
 use node::{Exit, Failure};
-use recording::{Flown, Message, Recording, RecordingError, Topic, steps};
-use report::Step;
+use recording::{Channel, RecordedMessage, RecordedRun, Recording, RecordingError, last_run};
+use report::DecisionTiming;
 use serde_json::{Map, Value, json};
 
 use super::{Source, at_fault, load, open};
@@ -40,13 +40,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let recording = open(path, &bytes)?;
     match args.topic.as_str() {
         "decisions" => {
-            let flown = steps(&recording).map_err(|error| at_fault(path, &error))?;
-            write(args, || flown.steps.iter().map(|step| Ok(decision(&flown, step))))
+            let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+            write(args, || flown.decisions.iter().map(|step| Ok(decision(&flown, step))))
         }
-        name => match Topic::of(name).filter(|topic| !topic.is_view()) {
+        name => match Channel::of(name).filter(|topic| !topic.is_view()) {
             Some(topic) => write(args, || messages(&recording, topic, args.full)),
             None => {
-                let names = Topic::ALL.into_iter().filter(|topic| !topic.is_view()).map(Topic::name);
+                let names = Channel::ALL.into_iter().filter(|topic| !topic.is_view()).map(Channel::name);
                 let names: Vec<String> = names.collect();
                 let message = format!("--topic needs decisions or one of {}, got {name}", names.join(", "));
                 Err(Failure::new(Exit::Usage, message))
@@ -104,7 +104,7 @@ impl From<csv::Error> for Unwritten {
 }
 
 /// A row a decision, in the columns of `timing.csv` and more.
-fn decision(flown: &Flown, step: &Step) -> Value {
+fn decision(flown: &RecordedRun, step: &DecisionTiming) -> Value {
     let us = |ns: u64| ns as f64 / 1e3;
     let mut row = json!({
         "decision": step.decision,
@@ -140,7 +140,7 @@ fn decision(flown: &Flown, step: &Step) -> Value {
 
 /// A row a message; of the past, a row a record. Cells are counted, as by `hopper topic echo`, and written if `full`: a
 /// policy may have hundreds of thousands.
-fn messages<'a>(recording: &'a Recording<'a>, wanted: Topic, full: bool) -> impl Iterator<Item = Row> + 'a {
+fn messages<'a>(recording: &'a Recording<'a>, wanted: Channel, full: bool) -> impl Iterator<Item = Row> + 'a {
     let of_topic = recording.entries().filter(move |entry| entry.known == Some(wanted));
     of_topic.flat_map(move |entry| match entry.message() {
         Ok(message) => {
@@ -159,23 +159,23 @@ fn messages<'a>(recording: &'a Recording<'a>, wanted: Topic, full: bool) -> impl
     })
 }
 
-fn values(message: Message, full: bool) -> Vec<Value> {
+fn values(message: RecordedMessage, full: bool) -> Vec<Value> {
     match message {
-        Message::Brief(brief) => vec![json!(brief)],
-        Message::State(state) => vec![json!(state)],
-        Message::Patch(patch) => vec![summary(patch, full)],
-        Message::Page(page) => vec![summary(page, full)],
-        Message::Command(command) => vec![json!(command)],
-        Message::Policy(policy) => vec![summary(policy, full)],
-        Message::Control(control) => vec![json!(control)],
-        Message::Tempo(tempo) => vec![json!(tempo)],
-        Message::Heartbeat(beat) => vec![json!(beat)],
-        Message::Past(page) => page.records.iter().map(|record| json!(record)).collect(),
-        Message::Host(host) => vec![json!({
+        RecordedMessage::Brief(brief) => vec![json!(brief)],
+        RecordedMessage::State(state) => vec![json!(state)],
+        RecordedMessage::Patch(patch) => vec![summary(patch, full)],
+        RecordedMessage::Page(page) => vec![summary(page, full)],
+        RecordedMessage::Command(command) => vec![json!(command)],
+        RecordedMessage::Policy(policy) => vec![summary(policy, full)],
+        RecordedMessage::Control(control) => vec![json!(control)],
+        RecordedMessage::Tempo(tempo) => vec![json!(tempo)],
+        RecordedMessage::Heartbeat(beat) => vec![json!(beat)],
+        RecordedMessage::Past(page) => page.records.iter().map(|record| json!(record)).collect(),
+        RecordedMessage::Host(host) => vec![json!({
             "since": host.since, "until": host.until, "busy": host.busy, "load_1min": host.load_1min,
             "cores": host.cores,
         })],
-        Message::Gap(gap) => vec![json!({
+        RecordedMessage::Gap(gap) => vec![json!({
             "topic": gap.topic, "from": gap.from, "through": gap.through, "counted": gap.counted,
         })],
     }
@@ -268,14 +268,14 @@ mod tests {
         recorder.finish(MonotonicNs(2)).unwrap();
         let bytes = recorder.bytes();
         let recording = Recording::read(&bytes).unwrap();
-        for topic in Topic::ALL.into_iter().filter(|topic| !topic.is_view()) {
+        for topic in Channel::ALL.into_iter().filter(|topic| !topic.is_view()) {
             let rows: Vec<Value> = super::messages(&recording, topic, false).map(Result::unwrap).collect();
             assert!(!rows.is_empty() && rows.iter().all(|row| row["logged"] == 1), "{topic:?}: {rows:?}");
             let counted =
                 messages.iter().filter(|message| message.topic() == topic).filter_map(|m| match m {
-                    Message::Policy(policy) => Some(policy.cells.len()),
-                    Message::Patch(patch) => Some(patch.cells.len()),
-                    Message::Page(page) => Some(page.cells.len()),
+                    RecordedMessage::Policy(policy) => Some(policy.cells.len()),
+                    RecordedMessage::Patch(patch) => Some(patch.cells.len()),
+                    RecordedMessage::Page(page) => Some(page.cells.len()),
                     _ => None,
                 });
             for (row, count) in rows.iter().zip(counted) {

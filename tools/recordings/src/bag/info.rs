@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use contract::{Brief, Decision, Digest, RunId, State, Status};
 use hopper::stdout::print;
 use node::{Exit, Failure};
-use recording::{Message, Recording, RecordingError};
+use recording::{RecordedMessage, Recording, RecordingError};
 use report::{Format, table};
 use serde::Serialize;
 
@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
     if args.scenario {
-        let Some(text) = recording.told("scenario", "toml") else {
+        let Some(text) = recording.metadata_entry("scenario", "toml") else {
             return Err(Failure::new(Exit::Failed, format!("{} keeps no scenario", path.display())));
         };
         print(text)?;
@@ -130,17 +130,17 @@ impl Info {
             let topic = topics.entry(entry.topic.clone()).or_default();
             topic.messages += 1;
             topic.bytes += entry.data.len() as u64;
-            topic.schema = entry.known.map_or("of others", recording::Topic::schema).into();
+            topic.schema = entry.known.map_or("of others", recording::Channel::schema).into();
             match entry.message()? {
-                Some(Message::Brief(told)) if !mission.is(told.run) => {
+                Some(RecordedMessage::Brief(told)) if !mission.is(told.run) => {
                     runs += 1;
                     mission = Mission { brief: Some(told), ..Mission::default() };
                 }
-                Some(Message::State(told)) if mission.is(told.run) => mission.state = Some(told),
-                Some(Message::Past(page)) if mission.is(page.run) => {
+                Some(RecordedMessage::State(told)) if mission.is(told.run) => mission.state = Some(told),
+                Some(RecordedMessage::Past(page)) if mission.is(page.run) => {
                     mission.records.extend(page.records.iter().map(|record| record.decision));
                 }
-                Some(Message::Gap(gap)) => mission.gaps.push(Missing {
+                Some(RecordedMessage::Gap(gap)) => mission.gaps.push(Missing {
                     topic: gap.topic,
                     counted: gap.counted,
                     from: gap.from,
@@ -150,7 +150,7 @@ impl Info {
             }
         }
         let duration_s = first.zip(last).map_or(0.0, |(first, last)| last.since_ns(first) as f64 / 1e9);
-        let told = |key| recording.told("hopper", key).map(str::to_owned);
+        let told = |key| recording.metadata_entry("hopper", key).map(str::to_owned);
         let with_rate = |(name, topic): (String, Topic)| Topic {
             topic: name,
             hz: if duration_s > 0.0 { topic.messages as f64 / duration_s } else { 0.0 },
@@ -176,7 +176,7 @@ impl Info {
             records: records.len() as u64,
             status: state.map(|state| state.status),
             digest: state.map(|state| state.digest),
-            digest_at_end: recording.told("end", "digest").map(str::to_owned),
+            digest_at_end: recording.metadata_entry("end", "digest").map(str::to_owned),
             gaps,
             topics: topics.into_iter().map(with_rate).collect(),
             metadata,
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     /// What `hopper bag info` says of a recording of `messages`.
-    fn told(messages: impl IntoIterator<Item = Message>) -> Info {
+    fn told(messages: impl IntoIterator<Item = RecordedMessage>) -> Info {
         let mut now = MonotonicNs(1_000);
         let mut recorder = Recorder::new(&Context::default(), now).unwrap();
         for message in messages {
@@ -264,17 +264,19 @@ mod tests {
     }
 
     /// The messages of the specimen's mission, its own gap left out.
-    fn flown() -> impl Iterator<Item = Message> {
-        hostile::recording::messages().into_iter().filter(|message| !matches!(message, Message::Gap(_)))
+    fn flown() -> impl Iterator<Item = RecordedMessage> {
+        hostile::recording::messages()
+            .into_iter()
+            .filter(|message| !matches!(message, RecordedMessage::Gap(_)))
     }
 
     /// The same as of another run.
-    fn of(run: RunId, message: Message) -> Message {
+    fn of(run: RunId, message: RecordedMessage) -> RecordedMessage {
         match message {
-            Message::Brief(brief) => Message::Brief(Brief { run, ..brief }),
-            Message::State(state) => Message::State(State { run, ..state }),
-            Message::Patch(patch) => Message::Patch(contract::MapPatch { run, ..patch }),
-            Message::Past(page) => Message::Past(contract::PastPage { run, ..page }),
+            RecordedMessage::Brief(brief) => RecordedMessage::Brief(Brief { run, ..brief }),
+            RecordedMessage::State(state) => RecordedMessage::State(State { run, ..state }),
+            RecordedMessage::Patch(patch) => RecordedMessage::Patch(contract::MapPatch { run, ..patch }),
+            RecordedMessage::Past(page) => RecordedMessage::Past(contract::PastPage { run, ..page }),
             other => other,
         }
     }
@@ -285,8 +287,8 @@ mod tests {
         let whole = told(flown());
         assert!(whole.gaps.is_empty() && whole.text().contains("missing     nothing"), "{}", whole.text());
         let late = told(flown().filter(|message| match message {
-            Message::State(state) => state.decision >= Decision(2),
-            Message::Patch(patch) => patch.through >= Decision(2),
+            RecordedMessage::State(state) => state.decision >= Decision(2),
+            RecordedMessage::Patch(patch) => patch.through >= Decision(2),
             _ => true,
         }));
         let of = |topic: &str| {
@@ -306,12 +308,13 @@ mod tests {
         let run = RunId(one.run.unwrap().0 + 1);
         // The second is cut short and has no records; a straggler of the first comes late.
         let cut = flown().filter(|message| match message {
-            Message::State(state) => state.decision <= Decision(1),
-            Message::Patch(_) | Message::Past(_) => false,
+            RecordedMessage::State(state) => state.decision <= Decision(1),
+            RecordedMessage::Patch(_) | RecordedMessage::Past(_) => false,
             _ => true,
         });
-        let straggler = flown().filter(|message| matches!(message, Message::State(_))).last();
-        let missed = flown().filter(|message| !matches!(message, Message::State(s) if s.decision.0 == 1));
+        let straggler = flown().filter(|message| matches!(message, RecordedMessage::State(_))).last();
+        let missed =
+            flown().filter(|message| !matches!(message, RecordedMessage::State(s) if s.decision.0 == 1));
         let two = told(missed.chain(cut.map(|message| of(run, message))).chain(straggler));
         assert_eq!((one.runs, two.runs, two.run), (1, 2, Some(run)));
         assert_eq!((two.decisions, two.records, two.status), (1, 0, Some(Status::Underway)));

@@ -12,7 +12,7 @@ use contract::{Action, Cell, Decision, MonotonicNs, Name, Vetoed};
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use planner::{Budget, Situation, algorithm};
-use recording::{Flown, Message, Playback, Posed, Recording, steps};
+use recording::{PendingDecision, Playback, RecordedMessage, RecordedRun, Recording, last_run};
 use report::{Format, table};
 use serde::Serialize;
 
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
-    let flown = steps(&recording).map_err(|error| at_fault(path, &error))?;
+    let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
     let first = flown.records.values().next().map(|record| record.leader.planner.to_string());
     let name = args.planner.clone().or(first).unwrap_or_else(|| "mdp".into());
     let replay = replay(&recording, &flown, &name, args)
@@ -108,7 +108,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn replay(recording: &Recording<'_>, flown: &Flown, name: &str, args: &Args) -> Result<Replay, Failure> {
+fn replay(
+    recording: &Recording<'_>,
+    flown: &RecordedRun,
+    name: &str,
+    args: &Args,
+) -> Result<Replay, Failure> {
     let mut planner = algorithm(name).map_err(Failure::usage)?;
     let mut playback = Playback::default();
     let mut anew = BTreeMap::<(Decision, Vetoed), Anew>::new();
@@ -117,8 +122,8 @@ fn replay(recording: &Recording<'_>, flown: &Flown, name: &str, args: &Args) -> 
     let mut deciding = Duration::ZERO;
     for message in recording.messages() {
         let (logged, message) = message.map_err(Failure::usage)?;
-        let Some(Posed { brief, map, state }) = playback.on(&message, logged) else {
-            if matches!(message, Message::Brief(_))
+        let Some(PendingDecision { brief, map, state }) = playback.on(&message, logged) else {
+            if matches!(message, RecordedMessage::Brief(_))
                 && playback.brief().map(|b| b.run) == Some(flown.brief.run)
             {
                 // Only the last run is compared.
@@ -175,7 +180,12 @@ fn enter() -> bool {
 }
 
 impl Replay {
-    fn of(planner: Name, flown: &Flown, anew: &BTreeMap<(Decision, Vetoed), Anew>, took: Duration) -> Self {
+    fn of(
+        planner: Name,
+        flown: &RecordedRun,
+        anew: &BTreeMap<(Decision, Vetoed), Anew>,
+        took: Duration,
+    ) -> Self {
         let (mut compared, mut not_posed, mut other_map) = (0, 0, 0);
         let mut different = Vec::new();
         for record in flown.records.values() {
@@ -202,13 +212,13 @@ impl Replay {
                 });
             }
         }
-        let landed = |step: Option<&report::Step>| step.map(|step| step.timing.landed);
-        let span = landed(flown.steps.first()).zip(landed(flown.steps.last()));
+        let landed = |step: Option<&report::DecisionTiming>| step.map(|step| step.timing.landed);
+        let span = landed(flown.decisions.first()).zip(landed(flown.decisions.last()));
         Self {
             planner,
-            decisions: flown.steps.len() as u64,
+            decisions: flown.decisions.len() as u64,
             compared,
-            not_posed: not_posed + flown.steps.len().saturating_sub(flown.records.len()) as u64,
+            not_posed: not_posed + flown.decisions.len().saturating_sub(flown.records.len()) as u64,
             other_map,
             recorded_s: span.map_or(0.0, |(first, last)| last.since_ns(first) as f64 / 1e9),
             replayed_s: took.as_secs_f64(),

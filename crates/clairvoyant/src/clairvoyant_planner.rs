@@ -1,0 +1,74 @@
+//! The planner that reaches the bound on success, by the quickest of such plans.
+
+use contract::{Action, Brief, Direction, Name};
+use planner::{Budget, Plan, PlanStatus, Planner, Situation};
+use terrain::Terrain;
+
+use crate::horizon::Horizon;
+
+/// Most entries of the table of hops, cells times steps.
+pub const TABLE_MAX: u64 = 1 << 28;
+
+/// Why a mission has no clairvoyant planner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClairvoyantError {
+    /// The table of hops would exceed [`TABLE_MAX`].
+    #[error("a clairvoyant planner needs cells times steps of at most {TABLE_MAX}, got {cells} x {steps}")]
+    TooLarge {
+        /// Cells of the grid.
+        cells: u64,
+        /// Step limit of the mission.
+        steps: u64,
+    },
+}
+
+/// Knows the whole map, and takes the steps left into account. All work is done in advance, so a plan is a table lookup,
+/// and the law of planners holds: it depends on the cell and the steps left alone.
+#[derive(Clone, Debug)]
+pub struct Clairvoyant {
+    /// Best hop of each cell, layer by layer from 1 step left on.
+    hops: Vec<Direction>,
+    cells: usize,
+    steps_max: u64,
+}
+
+impl Clairvoyant {
+    /// Solves the mission on `terrain` under `brief`.
+    ///
+    /// # Errors
+    /// [`ClairvoyantError::TooLarge`] beyond [`TABLE_MAX`] entries.
+    pub fn new(brief: &Brief, terrain: &Terrain) -> Result<Self, ClairvoyantError> {
+        let (cells, steps_max) = (brief.grid.cells(), brief.limits.steps_max);
+        let entries = (cells as u64).checked_mul(steps_max).filter(|&entries| entries <= TABLE_MAX);
+        let Some(entries) = entries else {
+            return Err(ClairvoyantError::TooLarge { cells: cells as u64, steps: steps_max });
+        };
+        let mut hops = vec![Direction::North; entries as usize];
+        let mut horizon = Horizon::new(brief, terrain);
+        for layer in hops.chunks_exact_mut(cells) {
+            horizon.next_layer(&mut |index, direction| layer[index] = direction);
+        }
+        Ok(Self { hops, cells, steps_max })
+    }
+}
+
+impl Planner for Clairvoyant {
+    fn name(&self) -> Name {
+        planner::CLAIRVOYANT.parse().expect("a short and printable name")
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let here = situation.state.pose.cell;
+        if here == situation.brief.goal {
+            return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        let left = self.steps_max.saturating_sub(situation.state.steps);
+        match situation.brief.grid.index(here) {
+            Some(index) if left > 0 => {
+                let hop = self.hops[(left as usize - 1) * self.cells + index];
+                Plan::at_once(Action::Hop(hop), PlanStatus::Solved)
+            }
+            _ => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+        }
+    }
+}

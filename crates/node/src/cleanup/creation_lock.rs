@@ -1,0 +1,81 @@
+//! One process at a time makes nodes, services and ports, so that what is half-made belongs to a dead process.
+//!
+//! The kernel releases the lock of a process that dies, and whoever takes it removes what is unfinished before making
+//! anything. Connections between two ports are the exception: they are made whenever the ports meet, outside the lock.
+//! An unfinished one is removed when one of its ports is known to be dead: then nobody needs it.
+
+use std::fs::{self, File};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use rustix::fs::FlockOperation;
+
+use super::unfinished;
+use crate::error::NodeError;
+use crate::file_lock::{try_flock, unlock};
+use crate::membership::instance::Instance;
+
+const FILE: &str = "creation.lock";
+
+/// The right of one process at a time to make things in the instance.
+#[derive(Debug)]
+pub(crate) struct CreationLock {
+    file: File,
+    root: PathBuf,
+    /// What the names of the instance's files begin with.
+    prefix: String,
+}
+
+/// The lock is held until this is dropped.
+#[derive(Debug)]
+pub(crate) struct CreationGuard<'a>(&'a CreationLock);
+
+impl CreationLock {
+    /// Opens the lock; the caller belongs to the instance.
+    pub(crate) fn open(instance: &Instance) -> Result<Self, NodeError> {
+        let path = instance.root().join(FILE);
+        let opened = fs::OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(&path);
+        let file = opened.map_err(|error| NodeError::system("open", &path, error))?;
+        Ok(Self { file, root: instance.root().into(), prefix: instance.prefix() })
+    }
+
+    /// Waits for the lock, at most as long as `patience`; making one thing takes milliseconds.
+    pub(crate) fn hold(&self, patience: Duration) -> Result<CreationGuard<'_>, NodeError> {
+        let started = Instant::now();
+        loop {
+            if let Some(guard) = self.try_hold()? {
+                return Ok(guard);
+            }
+            if started.elapsed() > patience {
+                return Err(NodeError::Busy { root: self.root.clone(), waited_s: patience.as_secs_f64() });
+            }
+            std::thread::sleep(Duration::from_micros(500));
+        }
+    }
+
+    /// Takes the lock if nobody holds it.
+    pub(crate) fn try_hold(&self) -> Result<Option<CreationGuard<'_>>, NodeError> {
+        let operation = FlockOperation::NonBlockingLockExclusive;
+        Ok(try_flock(&self.file, operation, &self.root.join(FILE))?.then(|| CreationGuard(self)))
+    }
+}
+
+impl CreationGuard<'_> {
+    /// Removes what the dead left unfinished.
+    pub(crate) fn remove_unfinished(&self) {
+        unfinished::remove_all(&self.0.root, &self.0.prefix);
+    }
+}
+
+impl Drop for CreationGuard<'_> {
+    fn drop(&mut self) {
+        unlock(&self.0.file);
+    }
+}

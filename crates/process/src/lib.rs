@@ -1,0 +1,88 @@
+//! The work loop that every process shares, against ports that somebody else provides.
+//!
+//! A process is a struct generic over [`Ports`]: it opens its readers, writers, clients and servers there, reads the
+//! clock there, and does one turn of its loop in [`Process::turn`]. Three hosts provide ports: `node` (shared memory
+//! and the real clock), and `simulation` with lockstep (direct calls) and the fault simulation (virtual time, messages
+//! that get lost, processes that die). So what ships is what is simulated.
+//!
+//! Turns are `async` for the simulation's sake alone: where a process may be killed or stopped, or time passes, it
+//! awaits its host. Real ports never suspend, so [`block_on`] is all that a shell needs, and the compiler leaves
+//! nothing of it. No executor, no wakers, no threads.
+
+mod exit;
+mod membership;
+mod patience;
+mod peers;
+mod ports;
+
+pub use exit::{Exit, Failure};
+pub use membership::{Membership, Terms};
+pub use patience::Patience;
+pub use peers::Builds;
+pub use ports::{Client, Ports, Reader, Server, Writer};
+
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use contract::Refusal;
+
+/// How long a work loop sleeps at most, nanoseconds: a lost wake-up costs no more.
+pub const TICK_NS: u64 = 10_000_000;
+
+/// What follows a turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Sleep until a message wakes the process, but no longer than so many nanoseconds; then another turn.
+    Sleep(u64),
+    /// The process leaves.
+    Leave(Exit),
+}
+
+/// A process that has joined its instance.
+pub trait Process<P: Ports> {
+    /// One turn of the work loop: reads what came, lets the engine decide, publishes, beats.
+    ///
+    /// # Errors
+    /// If a port fails, or patience has run out: the process ends with that exit code.
+    fn turn(&mut self, ports: &mut P) -> impl Future<Output = Result<Turn, Failure>>;
+}
+
+/// Turns until the process leaves, or is told to stop.
+///
+/// # Errors
+/// The first error of a turn.
+pub async fn run<P: Ports>(process: &mut impl Process<P>, ports: &mut P) -> Result<Exit, Failure> {
+    let mut sleep_ns = 0;
+    loop {
+        ports.wait(sleep_ns).await;
+        if ports.stop_requested() {
+            return Ok(Exit::Interrupted);
+        }
+        match process.turn(ports).await? {
+            Turn::Sleep(ns) => sleep_ns = ns,
+            Turn::Leave(exit) => return Ok(exit),
+        }
+    }
+}
+
+/// Runs a future of ports that never suspend.
+///
+/// # Panics
+/// If it suspends.
+pub fn block_on<T>(future: impl Future<Output = T>) -> T {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(value) => value,
+        Poll::Pending => panic!("these ports never suspend"),
+    }
+}
+
+/// The message, or nothing with a log line on why it was refused.
+pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
+    message?.inspect_err(log_refusal).ok()
+}
+
+/// Logs why a message was refused.
+pub fn log_refusal(refusal: &Refusal) {
+    tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
+}

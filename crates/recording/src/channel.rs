@@ -1,0 +1,135 @@
+//! The channels of a recording.
+
+use contract::message::{Message as _, Request as _};
+use contract::{
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, RobotId, State, Tempo,
+};
+
+use crate::proto;
+
+/// Number of the robot that is recorded.
+pub const ROBOT: RobotId = RobotId(0);
+
+/// A channel of a recording: first the public messages under the names of their services, then what the recorder
+/// adds, then what is derived from them for viewers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// `hop/brief`: what the mission is.
+    Brief,
+    /// `hop/rN/state`: the state after each decision.
+    State,
+    /// `hop/rN/map`: patches of the observed map.
+    Map,
+    /// `hop/rN/snapshot`: pages that the recorder asked for.
+    Snapshot,
+    /// `hop/rN/command`: commands of planners.
+    Command,
+    /// `hop/rN/policy`: policies for display.
+    Policy,
+    /// `hop/rN/control`: orders such as pause.
+    Control,
+    /// `hop/rN/tempo`: how landings are paced.
+    Tempo,
+    /// `hop/heartbeat`: signs of life of all processes.
+    Heartbeat,
+    /// `hop/past`: records that the recorder asked for.
+    Past,
+    /// `recorder/host`: load of the machine.
+    Host,
+    /// `recorder/gap`: messages that did not reach the recorder.
+    Gap,
+    /// `view/map`: the observed map, a `foxglove.Grid`.
+    ViewMap,
+    /// `view/pose`: a `foxglove.PoseInFrame`.
+    ViewPose,
+    /// `view/scene`: goal, treasures and hops, a `foxglove.SceneUpdate`.
+    ViewScene,
+    /// `view/log`: what happened, a `foxglove.Log`.
+    ViewLog,
+}
+
+impl Channel {
+    /// Every channel, in the order of the file.
+    pub const ALL: [Channel; 16] = [
+        Channel::Brief,
+        Channel::State,
+        Channel::Map,
+        Channel::Snapshot,
+        Channel::Command,
+        Channel::Policy,
+        Channel::Control,
+        Channel::Tempo,
+        Channel::Heartbeat,
+        Channel::Past,
+        Channel::Host,
+        Channel::Gap,
+        Channel::ViewMap,
+        Channel::ViewPose,
+        Channel::ViewScene,
+        Channel::ViewLog,
+    ];
+
+    /// Topic of the channel: for public messages the name of the service.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Channel::Brief => Brief::SERVICE.name_of(ROBOT),
+            Channel::State => State::SERVICE.name_of(ROBOT),
+            Channel::Map => MapPatch::SERVICE.name_of(ROBOT),
+            Channel::Snapshot => MapRequest::SERVICE.name_of(ROBOT),
+            Channel::Command => Command::SERVICE.name_of(ROBOT),
+            Channel::Policy => Policy::SERVICE.name_of(ROBOT),
+            Channel::Control => Control::SERVICE.name_of(ROBOT),
+            Channel::Tempo => Tempo::SERVICE.name_of(ROBOT),
+            Channel::Heartbeat => Heartbeat::SERVICE.name_of(ROBOT),
+            Channel::Past => PastRequest::SERVICE.name_of(ROBOT),
+            Channel::Host => "recorder/host".into(),
+            Channel::Gap => "recorder/gap".into(),
+            Channel::ViewMap => "view/map".into(),
+            Channel::ViewPose => "view/pose".into(),
+            Channel::ViewScene => "view/scene".into(),
+            Channel::ViewLog => "view/log".into(),
+        }
+    }
+
+    /// The channel with this topic.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// Full protobuf name of its messages.
+    #[must_use]
+    pub fn schema(self) -> &'static str {
+        match self {
+            Channel::Brief => "hopper.Brief",
+            Channel::State => "hopper.State",
+            Channel::Map => "hopper.MapPatch",
+            Channel::Snapshot => "hopper.MapPage",
+            Channel::Command => "hopper.Command",
+            Channel::Policy => "hopper.Policy",
+            Channel::Control => "hopper.Control",
+            Channel::Tempo => "hopper.Tempo",
+            Channel::Heartbeat => "hopper.Heartbeat",
+            Channel::Past => "hopper.Past",
+            Channel::Host => "hopper.Host",
+            Channel::Gap => "hopper.Gap",
+            Channel::ViewMap => "foxglove.Grid",
+            Channel::ViewPose => "foxglove.PoseInFrame",
+            Channel::ViewScene => "foxglove.SceneUpdate",
+            Channel::ViewLog => "foxglove.Log",
+        }
+    }
+
+    /// Serialised file descriptor set of its schema.
+    #[must_use]
+    pub fn descriptors(self) -> &'static [u8] {
+        if self.is_view() { proto::FOXGLOVE } else { proto::HOPPER }
+    }
+
+    /// Whether its messages are derived from others, for viewers.
+    #[must_use]
+    pub fn is_view(self) -> bool {
+        self >= Channel::ViewMap
+    }
+}

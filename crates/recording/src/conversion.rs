@@ -1,0 +1,268 @@
+//! Converts wire layouts to protobuf messages and back: the same fields under the same names.
+//!
+//! The conversion is lossless. Decoded messages are validated where all messages are: by the `TryFrom` of the wire
+//! layout.
+
+use bytemuck::Zeroable;
+use contract::wire::{
+    BriefV3, CommandV1, ControlV1, HeartbeatV1, LeaderV1, MapPageV1, MapPatchV1, OutcomeV1, PastHeaderV1,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV3, SeenCellV1, SoilMotionV1, StateV3, TempoV1,
+};
+use contract::{Name, Refusal};
+
+use crate::proto::hopper as proto;
+
+/// Converts one field of a wire layout to its protobuf type `P` and back.
+pub trait Field<P>: Sized {
+    /// The value in a protobuf message.
+    fn to_proto(&self) -> P;
+
+    /// The value from a protobuf message; `field` names it in errors.
+    ///
+    /// # Errors
+    /// If the wire layout cannot represent it.
+    fn from_proto(proto_value: &P, field: &str) -> Result<Self, Refusal>;
+}
+
+macro_rules! same_type {
+    ($($number:ident),*) => { $(
+        impl Field<$number> for $number {
+            fn to_proto(&self) -> $number {
+                *self
+            }
+
+            fn from_proto(proto_value: &$number, _: &str) -> Result<Self, Refusal> {
+                Ok(*proto_value)
+            }
+        }
+    )* };
+}
+
+same_type!(u32, u64, f64);
+
+/// A tag, which is an enumeration in protobuf.
+impl Field<i32> for u32 {
+    fn to_proto(&self) -> i32 {
+        *self as i32
+    }
+
+    fn from_proto(proto_value: &i32, field: &str) -> Result<Self, Refusal> {
+        u32::try_from(*proto_value).map_err(|_| Refusal::malformed(field, "a known tag", proto_value))
+    }
+}
+
+/// A flag, which is a bool in protobuf.
+impl Field<bool> for u32 {
+    fn to_proto(&self) -> bool {
+        *self != 0
+    }
+
+    fn from_proto(proto_value: &bool, _: &str) -> Result<Self, Refusal> {
+        Ok(u32::from(*proto_value))
+    }
+}
+
+/// A run id, which is 32 hexadecimal digits in protobuf.
+impl Field<String> for [u64; 2] {
+    fn to_proto(&self) -> String {
+        format!("{:016x}{:016x}", self[0], self[1])
+    }
+
+    fn from_proto(proto_value: &String, field: &str) -> Result<Self, Refusal> {
+        let run =
+            Some(proto_value).filter(|text| text.len() == 32 && text.bytes().all(|b| b.is_ascii_hexdigit()));
+        let run = run.and_then(|text| u128::from_str_radix(text, 16).ok());
+        let run =
+            run.ok_or_else(|| Refusal::malformed(field, "32 hexadecimal digits", short(proto_value)))?;
+        Ok([(run >> 64) as u64, run as u64])
+    }
+}
+
+/// A name, which is a string in protobuf.
+impl Field<String> for [u8; Name::BYTES] {
+    fn to_proto(&self) -> String {
+        let end = self.iter().position(|&byte| byte == 0).unwrap_or(self.len());
+        String::from_utf8_lossy(&self[..end]).into_owned()
+    }
+
+    fn from_proto(proto_value: &String, field: &str) -> Result<Self, Refusal> {
+        let mut bytes = [0; Name::BYTES];
+        let target = bytes.get_mut(..proto_value.len()).filter(|_| proto_value.len() < Name::BYTES);
+        let target =
+            target.ok_or_else(|| Refusal::malformed(field, "at most 31 bytes", short(proto_value)))?;
+        target.copy_from_slice(proto_value.as_bytes());
+        Ok(bytes)
+    }
+}
+
+/// A digest, which is a byte string in protobuf.
+impl Field<Vec<u8>> for [u8; 32] {
+    fn to_proto(&self) -> Vec<u8> {
+        self.to_vec()
+    }
+
+    fn from_proto(proto_value: &Vec<u8>, field: &str) -> Result<Self, Refusal> {
+        proto_value
+            .as_slice()
+            .try_into()
+            .map_err(|_| Refusal::malformed(field, "32 bytes", proto_value.len()))
+    }
+}
+
+macro_rules! array {
+    ($($number:ident),*) => { $(
+        impl<const N: usize> Field<Vec<$number>> for [$number; N] {
+            fn to_proto(&self) -> Vec<$number> {
+                self.to_vec()
+            }
+
+            fn from_proto(proto_value: &Vec<$number>, field: &str) -> Result<Self, Refusal> {
+                let need = || Refusal::malformed(field, &format!("{N} numbers"), proto_value.len());
+                proto_value.as_slice().try_into().map_err(|_| need())
+            }
+        }
+    )* };
+}
+
+array!(u64, f64);
+
+impl Field<Option<proto::Cell>> for [i32; 2] {
+    fn to_proto(&self) -> Option<proto::Cell> {
+        Some(proto::Cell { x: self[0], y: self[1] })
+    }
+
+    fn from_proto(proto_value: &Option<proto::Cell>, _: &str) -> Result<Self, Refusal> {
+        Ok(proto_value.map_or([0; 2], |cell| [cell.x, cell.y]))
+    }
+}
+
+/// Cells of fixed number, which are a list in protobuf; trailing zeros are left out.
+impl<const N: usize> Field<Vec<proto::Cell>> for [[i32; 2]; N] {
+    fn to_proto(&self) -> Vec<proto::Cell> {
+        let length = self.iter().rposition(|cell| *cell != [0; 2]).map_or(0, |last| last + 1);
+        self[..length].iter().map(|&[x, y]| proto::Cell { x, y }).collect()
+    }
+
+    fn from_proto(proto_value: &Vec<proto::Cell>, field: &str) -> Result<Self, Refusal> {
+        if proto_value.len() > N {
+            return Err(Refusal::malformed(field, &format!("at most {N} cells"), proto_value.len()));
+        }
+        let mut cells = [[0; 2]; N];
+        for (cell, proto_value) in cells.iter_mut().zip(proto_value) {
+            *cell = [proto_value.x, proto_value.y];
+        }
+        Ok(cells)
+    }
+}
+
+/// Implements the conversion between a wire layout and its message. The fields in braces exist in both; padding of the
+/// layout is zero, and the fields after `extra` exist in the message only, for the caller to fill in.
+macro_rules! convert {
+    ($($message:ident = $wire:ident { $($field:ident),* } $(extra { $($own:ident),* })?;)*) => { $(
+        impl From<&$wire> for proto::$message {
+            fn from(wire: &$wire) -> Self {
+                Self { $($field: wire.$field.to_proto(),)* $($($own: Default::default(),)*)? }
+            }
+        }
+
+        impl TryFrom<&proto::$message> for $wire {
+            type Error = Refusal;
+
+            fn try_from(message: &proto::$message) -> Result<Self, Refusal> {
+                let mut wire = $wire::zeroed();
+                $(wire.$field = Field::from_proto(
+                    &message.$field,
+                    concat!(stringify!($message), ".", stringify!($field)),
+                )?;)*
+                Ok(wire)
+            }
+        }
+
+        impl Field<Option<proto::$message>> for $wire {
+            fn to_proto(&self) -> Option<proto::$message> {
+                Some(self.into())
+            }
+
+            fn from_proto(proto_value: &Option<proto::$message>, _: &str) -> Result<Self, Refusal> {
+                proto_value.as_ref().map_or_else(|| Ok($wire::zeroed()), TryInto::try_into)
+            }
+        }
+    )* };
+}
+
+convert! {
+    SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights };
+    Brief = BriefV3 {
+        run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
+        datum_m, start, goal, weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range,
+        height_range_m, hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, sensor_gain,
+        sensor_offset_m, sensor_radius_m, steps_max, decision_budget_ns, hazard_max, deadline_ns, hops_max,
+        goal_count, goals
+    };
+    Leader = LeaderV1 { term, incarnation, pid, planner };
+    Pose = PoseV1 { cell, height_m };
+    Outcome = OutcomeV1 {
+        branch, flights, from, to, launch_speed_mps, launch_angle_rad, range_m, rise_m, apex_height_m,
+        flight_time_s
+    };
+    State = StateV3 {
+        run, decision, steps, visits, landed_ns, published_ns, robot, status, collected, vetoed, last_origin,
+        last_vetoed, leader, pose, last, digest, last_timing_ns
+    };
+    MapPatch = MapPatchV1 {
+        run, through, sequence, before, after, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
+        robot, seen_cells, more, treasure_count, treasures
+    } extra { cells };
+    MapPage = MapPageV1 {
+        run, through, sequence, observation, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
+        robot, from, next, treasure_count, treasures
+    } extra { cells };
+    Command = CommandV1 {
+        run, decision, term, incarnation, observation, work, sensed_ns, map_published_ns, planning_started_ns,
+        planning_ended_ns, robot, action, pid, cut, planner
+    };
+    Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } extra { cells };
+    PolicyCell = PolicyCellV1 { value, action };
+    Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot };
+    Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
+    Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner };
+    Record = RecordV3 {
+        decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
+        leader, outcome, pose, timing_ns, previous, digest
+    };
+    Past = PastHeaderV1 { run, from, robot } extra { records };
+}
+
+/// Seen cells are converted by hand: there are many, and a list for the two gradients would allocate for each.
+impl From<&SeenCellV1> for proto::SeenCell {
+    fn from(wire: &SeenCellV1) -> Self {
+        Self {
+            index: wire.index,
+            height_m: wire.height_m,
+            gradient_x: wire.gradient[0],
+            gradient_y: wire.gradient[1],
+            soil: i32::from(wire.soil),
+            passable: wire.passable != 0,
+        }
+    }
+}
+
+impl TryFrom<&proto::SeenCell> for SeenCellV1 {
+    type Error = Refusal;
+
+    fn try_from(proto_value: &proto::SeenCell) -> Result<Self, Refusal> {
+        let soil = u16::try_from(proto_value.soil);
+        Ok(Self {
+            height_m: proto_value.height_m,
+            gradient: [proto_value.gradient_x, proto_value.gradient_y],
+            index: proto_value.index,
+            soil: soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", proto_value.soil))?,
+            passable: u16::from(proto_value.passable),
+        })
+    }
+}
+
+/// The first 40 characters of a text that may be long.
+fn short(text: &str) -> String {
+    text.chars().take(40).collect()
+}

@@ -1,0 +1,52 @@
+//! One decision as far as its timing is concerned.
+
+use contract::{Decision, Leader, Origin, Record, State, Timing};
+
+/// The timing of one executed decision, and what may explain it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecisionTiming {
+    /// Number of the decision, from 0.
+    pub decision: Decision,
+    /// Planner in command.
+    pub leader: Leader,
+    /// Who chose the action: a planner or the guard's fallback.
+    pub origin: Origin,
+    /// Number of actions that the guard vetoed before it.
+    pub vetoes: u64,
+    /// Work done by the planner, in its own units; 0 if unknown.
+    pub work: u64,
+    /// Whether the planner's budget cut its work short.
+    pub cut: bool,
+    /// When each stage ended, on CLOCK_MONOTONIC.
+    pub timing: Timing,
+}
+
+impl From<&Record> for DecisionTiming {
+    fn from(record: &Record) -> Self {
+        Self {
+            decision: record.decision,
+            leader: record.leader,
+            origin: record.origin,
+            vetoes: record.vetoed.count(),
+            work: record.work,
+            cut: record.cut,
+            timing: record.timing,
+        }
+    }
+}
+
+impl DecisionTiming {
+    /// The decision that led to `state`, with the true time of its commit; `None` at decision 0.
+    #[must_use]
+    pub fn before(state: &State) -> Option<Self> {
+        Some(Self {
+            decision: Decision(state.decision.0.checked_sub(1)?),
+            leader: state.leader,
+            origin: state.last_origin,
+            vetoes: state.last_vetoed.count(),
+            work: 0,
+            cut: false,
+            timing: state.last_timing,
+        })
+    }
+}

@@ -1,0 +1,335 @@
+//! The plot of one mission: terrain, policy, route, markers.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use contract::{
+    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record, Status,
+};
+
+use super::colour;
+use super::frame::{Frame, SHADES};
+use super::quiver::Quiver;
+use super::svg_writer::{Number, SvgWriter};
+use super::symbols::{self, TreasureState};
+use super::tile_map::TileMap;
+use crate::ReportError;
+use crate::phrases::{EndSentence, counted, planners_in_order};
+
+/// Smallest distance of two policy arrows, as a share of the plot's longer side.
+const ARROW_PITCH_MIN: f64 = 0.026;
+/// Smallest distance of two policy arrows, in the picture's units.
+const ARROW_PITCH_LEAST: f64 = 14.0;
+/// Smallest side of a cell, in the picture's units, at which stray hops are dashed.
+const DASHED_PITCH_MIN: f64 = 12.0;
+
+/// What the picture of one mission shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// Brief of the mission: grid, start, goals, names.
+    pub brief: &'a Brief,
+    /// True ground in index order, drawn faintly where nothing was seen; empty if not known.
+    pub terrain: &'a [Ground],
+    /// Cells of the scenario's treasures; empty if not known.
+    pub treasures: &'a [Cell],
+    /// The observed map at the end of the route.
+    pub map: &'a ObservedMap,
+    /// The last policy, one cell for each of the grid; `None` if the planner has none.
+    pub policy: Option<&'a [PolicyCell]>,
+    /// Executed decisions in order; of a long patrol the last ones only.
+    pub route: &'a [Record],
+    /// Status at the end of the route.
+    pub outcome: Status,
+    /// Sensing radius at the last position, metres; `None` to leave it out.
+    pub sensing_radius_m: Option<f64>,
+}
+
+impl Picture<'_> {
+    /// The cells as tiles: the truth if it is known, what was seen otherwise.
+    pub(super) fn tiles(&self) -> TileMap {
+        let is_seen = |index: usize| self.map.cells()[index].is_some();
+        TileMap::new(&self.brief.grid, is_seen, |index| self.ground_at(index))
+    }
+
+    /// Draws the plot inside its frame.
+    pub(super) fn plot(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
+        svg.open("defs", "");
+        self.patterns(svg, frame, tiles);
+        svg.close("defs");
+        self.ground(svg, frame, tiles, heights);
+        self.arrows(svg, frame);
+        self.route_lines(svg, frame);
+        self.markers(svg, frame);
+    }
+
+    pub(super) fn check(&self) -> Result<(), ReportError> {
+        let need = self.brief.grid.cells();
+        let terrain = if self.terrain.is_empty() { need } else { self.terrain.len() };
+        let policy = self.policy.map_or(need, <[PolicyCell]>::len);
+        for (layer, got) in [("terrain", terrain), ("map", self.map.cells().len()), ("policy", policy)] {
+            if got != need {
+                return Err(ReportError::Cells { layer, need, got });
+            }
+        }
+        Ok(())
+    }
+
+    fn patterns(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap) {
+        let Frame { left, top, width, height, .. } = *frame;
+        let id = |name: &str| frame.id(name);
+        svg.raw(&format!(
+            "<clipPath id=\"{}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>",
+            id("plot"),
+            Number(left),
+            Number(top),
+            Number(width),
+            Number(height)
+        ));
+        // Cells are drawn in units of a tile; patterns are given in those units, too.
+        let unit = 1.0 / (frame.pitch * f64::from(tiles.block));
+        let stripes = |id: &str, pitch: f64, line: f64, turn: u32, colour: &str| {
+            let (pitch, line) = (Number(pitch * unit), Number(line * unit));
+            format!(
+                "<pattern id=\"{id}\" width=\"{pitch}\" height=\"{pitch}\" patternUnits=\"userSpaceOnUse\" \
+                 patternTransform=\"rotate({turn})\"><rect width=\"{line}\" height=\"{pitch}\" fill=\"{colour}\"/></pattern>"
+            )
+        };
+        svg.raw(&stripes(&id("unseen-hatch"), 7.0, 0.9, 45, colour::HATCH));
+        svg.raw(&stripes(&id("blocked-hatch"), 4.0, 1.6, 135, colour::BLOCKED));
+    }
+
+    fn ground(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
+        let scale = frame.pitch * f64::from(tiles.block);
+        svg.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
+        svg.open(
+            "g",
+            &format!(
+                "transform=\"translate({} {}) scale({} {})\" shape-rendering=\"crispEdges\"",
+                Number(frame.left),
+                Number(frame.top + frame.height),
+                Number(scale),
+                Number(-scale)
+            ),
+        );
+        match frame.ground {
+            None => draw_terrain(svg, frame, tiles, heights),
+            Some(place) => svg.raw(&format!("<use href=\"#ground-{place}\"/>")),
+        }
+        let unseen = tiles.fill(|tile| !tile.seen);
+        svg.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
+        let hatch = format!("fill=\"url(#{})\" shape-rendering=\"auto\"", frame.id("unseen-hatch"));
+        svg.path(&unseen, &hatch);
+        let edge = format!(
+            "fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" shape-rendering=\"auto\"",
+            colour::EDGE,
+            Number(1.2 / scale)
+        );
+        svg.path(&tiles.outline(|tile| tile.seen), &edge);
+        svg.close("g");
+        svg.close("g");
+    }
+
+    /// Draws an arrow where the policy hops, thinned out to stay readable, faint over unseen ground.
+    fn arrows(&self, svg: &mut SvgWriter, frame: &Frame) {
+        let Some(policy) = self.policy else { return };
+        let span = self.brief.grid.hop_cells;
+        let pitch_min = (ARROW_PITCH_MIN * frame.width.max(frame.height)).max(ARROW_PITCH_LEAST);
+        let hops = ((pitch_min / (frame.pitch * f64::from(span))).ceil() as u32).max(1);
+        let stride = (hops * span) as i32;
+        let quiver = Quiver::new((0.66 * frame.pitch * f64::from(stride)).min(26.0));
+        let drawn = |cell: &Cell| {
+            (cell.x - self.brief.start.x).rem_euclid(stride) == 0
+                && (cell.y - self.brief.start.y).rem_euclid(stride) == 0
+        };
+        quiver.open(svg);
+        for (seen, opacity) in [(false, ".4"), (true, "1")] {
+            for direction in Direction::ALL {
+                let mut at = Vec::new();
+                for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
+                    let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
+                    let points =
+                        policy[index].action == Action::Hop(direction) && passable && cell != self.leg().goal;
+                    if points && self.map.cells()[index].is_some() == seen {
+                        at.push(frame.centre(cell));
+                    }
+                }
+                let ink = colour::arrow(direction);
+                let path = quiver.path(direction, at);
+                svg.path(&path, &format!("fill=\"{ink}\" fill-opacity=\"{opacity}\""));
+            }
+        }
+        svg.close("g");
+    }
+
+    /// Draws the route: one line for hops as intended, one for stray hops, rings where the hopper stayed.
+    fn route_lines(&self, svg: &mut SvgWriter, frame: &Frame) {
+        let breadth = (frame.pitch * 0.16).clamp(2.4, 5.0);
+        let (intended, stray) =
+            (self.line(frame, |branch| branch == Branch::Intended), self.line(frame, is_slip));
+        let line = |colour: &str, width: f64, rest: &str| {
+            format!(
+                "fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linecap=\"round\" \
+                 stroke-linejoin=\"round\"{rest}",
+                Number(width)
+            )
+        };
+        svg.path(&intended, &line("#fff", breadth + 2.4, " stroke-opacity=\".85\""));
+        svg.path(&stray, &line("#fff", breadth + 2.4, " stroke-opacity=\".85\""));
+        svg.path(&intended, &line(colour::ROUTE, breadth, ""));
+        let dashes = match frame.pitch > DASHED_PITCH_MIN {
+            true => format!(" stroke-dasharray=\"{} {}\"", Number(breadth * 1.2), Number(breadth * 1.8)),
+            false => String::new(),
+        };
+        svg.path(&stray, &line(colour::STRAY, breadth, &dashes));
+        let stuck: BTreeSet<Cell> = self
+            .route
+            .iter()
+            .filter(|record| record.outcome.branch == Branch::Stayed)
+            .map(|record| record.outcome.from)
+            .collect();
+        let radius = (frame.pitch * 0.24).clamp(2.6, 8.0);
+        let (radius, rim) = (Number(radius), Number((radius * 0.4).min(2.4)));
+        for cell in stuck {
+            let (x, y) = frame.centre(cell);
+            svg.raw(&format!(
+                "<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"#fff\" stroke=\"{}\" stroke-width=\"{rim}\"/>",
+                Number(x),
+                Number(y),
+                colour::STRAY
+            ));
+        }
+    }
+
+    /// Path over the hops whose branch is `wanted`; hops between the same two cells are drawn once.
+    fn line(&self, frame: &Frame, wanted: impl Fn(Branch) -> bool) -> String {
+        let mut path = String::new();
+        let mut drawn = BTreeSet::new();
+        let mut pen = None;
+        for outcome in self.route.iter().map(|record| record.outcome).filter(|outcome| wanted(outcome.branch))
+        {
+            let (from, to) = (outcome.from, outcome.to);
+            if !drawn.insert((from.min(to), from.max(to))) {
+                continue;
+            }
+            if pen != Some(from) {
+                let (x, y) = frame.centre(from);
+                let _ = write!(path, "M{} {}", Number(x), Number(y));
+            }
+            let (x, y) = frame.centre(to);
+            let _ = write!(path, "L{} {}", Number(x), Number(y));
+            pen = Some(to);
+        }
+        path
+    }
+
+    /// Whether the treasure on `cell` was collected, seen or neither.
+    pub(super) fn treasure_state(&self, cell: Cell) -> TreasureState {
+        let seen = self.brief.grid.index(cell).is_some_and(|index| self.map.cells()[index].is_some());
+        match self.route.iter().any(|record| record.pose.cell == cell) {
+            true => TreasureState::Collected,
+            false if seen => TreasureState::Seen,
+            false => TreasureState::Unseen,
+        }
+    }
+
+    /// Draws start, goals, treasures, and the hopper with its sensing disc.
+    fn markers(&self, svg: &mut SvgWriter, frame: &Frame) {
+        let here = self.position();
+        let size = (frame.pitch * 0.3).clamp(6.0, 10.0);
+        if let Some(radius_m) = self.sensing_radius_m {
+            let (x, y) = frame.centre(here);
+            let radius = Number(radius_m / self.brief.grid.cell_size_m * frame.pitch);
+            svg.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
+            for (colour, width, dash) in [("#fff", 3.2, ""), ("#111", 1.4, " stroke-dasharray=\"5 4\"")] {
+                svg.raw(&format!(
+                    "<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>",
+                    Number(x),
+                    Number(y)
+                ));
+            }
+            svg.close("g");
+        }
+        for &cell in self.treasures {
+            let (x, y) = frame.centre(cell);
+            svg.raw(&symbols::treasure(x, y, size * 0.72, self.treasure_state(cell)));
+        }
+        let (x, y) = frame.centre(self.brief.start);
+        svg.raw(&symbols::start(x, y, size));
+        let goals = self.brief.patrol.map_or_else(|| vec![self.brief.goal], |patrol| patrol.goals().to_vec());
+        for goal in goals {
+            let (x, y) = frame.centre(goal);
+            svg.raw(&symbols::goal(x, y, size));
+        }
+        let (x, y) = frame.centre(here);
+        svg.raw(&symbols::hopper(x, y, size * 0.62));
+    }
+
+    /// How the mission ended, in one sentence.
+    pub(super) fn title(&self) -> String {
+        let last = self.route.last();
+        let cell = self.position();
+        // The route of a long patrol is its end only, so its hops cannot be counted.
+        let whole = self.route.first().is_none_or(|record| record.decision == Decision(0));
+        let decisions = last.map_or(0, |record| record.decision.next().0);
+        let ending = EndSentence {
+            outcome: self.outcome,
+            hops: if whole { self.hops(|_| true) } else { decisions },
+            steps: last.map_or(0, |record| record.steps),
+            steps_max: self.brief.limits.steps_max,
+            cell,
+            distance_to_goal_m: cell.distance_cells(self.leg().goal) * self.brief.grid.cell_size_m,
+            patrolled: self.brief.patrol.map(|_| last.map_or(0, |record| record.visits)),
+        };
+        ending.to_string()
+    }
+
+    /// Scenario, planners, profile and number of stray hops.
+    pub(super) fn caption(&self) -> String {
+        let Brief { scenario, profile, .. } = self.brief;
+        let planners = planners_in_order(self.route.iter().map(|record| record.leader.planner));
+        let stray = counted(self.hops(|branch| branch != Branch::Intended), "stray hop");
+        format!("Scenario {scenario}, planner {planners}, profile {profile}, {stray}")
+    }
+
+    fn hops(&self, wanted: impl Fn(Branch) -> bool) -> u64 {
+        let branches = self.route.iter().map(|record| record.outcome.branch);
+        branches.filter(|&branch| branch != Branch::Held && wanted(branch)).count() as u64
+    }
+
+    /// The brief of the leg being flown.
+    fn leg(&self) -> Brief {
+        self.brief.leg(self.route.last().map_or(0, |record| record.visits))
+    }
+
+    /// Cell of the hopper at the end of the route.
+    fn position(&self) -> Cell {
+        self.route.last().map_or(self.brief.start, |record| record.pose.cell)
+    }
+
+    /// The true ground of a cell, or what was seen of it if the truth is not known.
+    pub(super) fn ground_at(&self, index: usize) -> Option<&Ground> {
+        self.terrain.get(index).or(self.map.cells()[index].as_ref())
+    }
+}
+
+/// Draws heights, sand and impassable ground as a group that other plots can reuse.
+fn draw_terrain(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
+    svg.open("g", &format!("id=\"{}\"", frame.id("ground")));
+    svg.path(&tiles.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
+    let shade_of =
+        |height_m: f64| (heights.normalise(height_m) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
+    for shade in 0..SHADES {
+        let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
+        let cells = tiles.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
+        svg.path(&cells, &format!("fill=\"{colour}\""));
+    }
+    svg.path(&tiles.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
+    let blocked = tiles.fill(|tile| tile.blocked);
+    svg.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
+    svg.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));
+    svg.close("g");
+}
+
+pub(super) fn is_slip(branch: Branch) -> bool {
+    matches!(branch, Branch::Left | Branch::Right)
+}

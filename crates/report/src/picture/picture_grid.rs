@@ -1,0 +1,123 @@
+//! Several pictures in one SVG document, with one legend and one height scale.
+
+use contract::Range;
+
+use super::frame::{Frame, MARGIN_RIGHT, Numbered, axes, colour_bar};
+use super::legend;
+use super::mission::Picture;
+use super::scale::range;
+use super::svg_writer::SvgWriter;
+use super::tile_map::TileMap;
+use crate::ReportError;
+
+/// Longer side of a single plot, in the picture's units (pixels at 96 dpi).
+const PLOT_SIDE: f64 = 760.0;
+/// Longer side of each plot if there are several.
+const PANEL_SIDE: f64 = 300.0;
+const MARGIN_LEFT: f64 = 74.0;
+const MARGIN_TOP: f64 = 82.0;
+const AXIS_HEIGHT: f64 = 58.0;
+/// Space between two pictures side by side, in the picture's units.
+const GAP: f64 = 22.0;
+/// Height of the heading over a picture, in the picture's units.
+const HEADING: f64 = 30.0;
+
+/// A picture with a heading.
+#[derive(Clone, Debug)]
+pub struct TitledPicture<'a> {
+    /// One line of text over the picture; may be empty.
+    pub heading: String,
+    /// The picture itself; its own title and caption are not drawn.
+    pub picture: Picture<'a>,
+}
+
+/// Pictures in rows, under one title.
+#[derive(Clone, Debug)]
+pub struct PictureGrid<'a> {
+    /// Title of the document.
+    pub title: String,
+    /// A smaller line below the title.
+    pub caption: String,
+    /// Pictures in a row, at least 1.
+    pub columns: usize,
+    /// The pictures, row by row; they line up if their grids have one size.
+    pub views: Vec<TitledPicture<'a>>,
+}
+
+impl PictureGrid<'_> {
+    /// The SVG document. All pictures share one height scale, from the lowest cell of any to the highest.
+    ///
+    /// # Errors
+    /// [`ReportError::Cells`] if terrain, map or policy of a picture do not cover its grid.
+    pub fn svg(&self) -> Result<String, ReportError> {
+        self.views.iter().try_for_each(|view| view.picture.check())?;
+        let tile_maps: Vec<TileMap> = self.views.iter().map(|view| view.picture.tiles()).collect();
+        let heights = tile_maps.iter().map(TileMap::heights).flat_map(|heights| [heights.min, heights.max]);
+        let heights = range(heights).unwrap_or(Range { min: 0.0, max: 1.0 });
+        let frames = self.frames(&tile_maps);
+        let right = frames.iter().map(|frame| frame.left + frame.width).fold(MARGIN_LEFT, f64::max);
+        let bottom = frames.iter().map(|frame| frame.top + frame.height).fold(MARGIN_TOP, f64::max);
+        let width = right + MARGIN_RIGHT;
+        let legend_top = bottom + AXIS_HEIGHT;
+        let legend = self.legend(&tile_maps);
+
+        let mut svg = SvgWriter::new(width, legend_top + legend::height(legend.len(), width), &self.title);
+        svg.heading(MARGIN_LEFT, 36.0, 20.0, "font-weight=\"bold\"", &self.title);
+        svg.heading(MARGIN_LEFT, 60.0, 14.0, "fill=\"#555\"", &self.caption);
+        for ((place, frame), TitledPicture { heading, picture }) in frames.iter().enumerate().zip(&self.views)
+        {
+            picture.plot(&mut svg, frame, &tile_maps[place], heights);
+            let last_of_column = place + self.columns >= self.views.len();
+            let numbered = Numbered { left: place % self.columns == 0, below: last_of_column };
+            axes(&mut svg, frame, &picture.brief.grid, numbered);
+            if !heading.is_empty() {
+                svg.text(frame.left, frame.top - 9.0, "font-size=\"13\"", heading);
+            }
+        }
+        if let Some(first) = frames.first() {
+            let all = Frame { width: right - first.left, height: bottom - first.top, ..*first };
+            colour_bar(&mut svg, &all, heights);
+        }
+        legend::draw(&mut svg, &legend, legend_top, width);
+        Ok(svg.finish())
+    }
+
+    /// The frame of each picture.
+    fn frames(&self, tile_maps: &[TileMap]) -> Vec<Frame> {
+        let side = if self.views.len() > 1 { PANEL_SIDE } else { PLOT_SIDE };
+        let heading = if self.views.iter().any(|view| !view.heading.is_empty()) { HEADING } else { 0.0 };
+        let mut frames: Vec<Frame> =
+            self.views.iter().map(|view| Frame::of(&view.picture.brief.grid, side)).collect();
+        let mut top = MARGIN_TOP;
+        for (number, row) in frames.chunks_mut(self.columns.max(1)).enumerate() {
+            let mut left = MARGIN_LEFT;
+            top += heading;
+            for (column, frame) in row.iter_mut().enumerate() {
+                (frame.left, frame.top, frame.place) = (left, top, number * self.columns + column);
+                left += frame.width + GAP;
+            }
+            top += row.iter().map(|frame| frame.height).fold(0.0, f64::max) + GAP / 2.0;
+        }
+        for (place, frame) in frames.iter_mut().enumerate() {
+            frame.ground = tile_maps[..place].iter().position(|tiles| tiles.has_ground_of(&tile_maps[place]));
+        }
+        frames
+    }
+
+    fn legend(&self, tile_maps: &[TileMap]) -> Vec<legend::Entry> {
+        let views = self.views.iter().zip(tile_maps);
+        let mut entries: Vec<_> = views.map(|(view, tiles)| legend::entries(&view.picture, tiles)).collect();
+        if entries.len() == 1 { entries.remove(0) } else { legend::shared(entries) }
+    }
+}
+
+impl Picture<'_> {
+    /// The picture as an SVG document.
+    ///
+    /// # Errors
+    /// [`ReportError::Cells`] if terrain, map or policy do not cover the grid.
+    pub fn svg(&self) -> Result<String, ReportError> {
+        let view = TitledPicture { heading: String::new(), picture: *self };
+        PictureGrid { title: self.title(), caption: self.caption(), columns: 1, views: vec![view] }.svg()
+    }
+}

@@ -1,0 +1,62 @@
+//! The result of resolving a scenario: terrain, brief, canonical text and hash.
+
+use contract::Brief;
+use sha2::{Digest as _, Sha256};
+use terrain::Terrain;
+
+use crate::{Scenario, TerrainSource, Warning};
+
+/// A scenario with its terrain built, every default filled in, and checked: with the seed of the hops it
+/// determines a mission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolvedScenario {
+    /// The true ground, known to hopper-sim only.
+    pub terrain: Terrain,
+    /// The brief that hopper-sim publishes; `run` is zero until hopper-sim draws one.
+    pub brief: Brief,
+    /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
+    pub resolved: String,
+    /// SHA-256 over what the mission depends on: the canonical text and the bits of every cell.
+    ///
+    /// Only the last part of a file path is hashed, since the cells stand for the contents: an elevation
+    /// model moved to another folder is the same mission, a changed one is another. The decision budget is
+    /// left out: it changes no hop.
+    pub hash: [u8; 32],
+    /// Warnings; empty for a sound scenario.
+    pub warnings: Vec<Warning>,
+}
+
+/// The canonical text of a scenario whose defaults are filled in.
+pub(crate) fn canonical(scenario: &Scenario) -> String {
+    toml::to_string(scenario).expect("a scenario is tables, numbers and text")
+}
+
+/// See [`ResolvedScenario::hash`].
+pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
+    let mut portable = scenario.clone();
+    portable.limits.decision_budget_ms = 0.0;
+    let name_only = |path: &mut std::path::PathBuf| {
+        if let Some(name) = path.file_name() {
+            *path = name.into();
+        }
+    };
+    if let TerrainSource::ElevationFile(file) = &mut portable.truth.terrain {
+        name_only(&mut file.file);
+    }
+    portable.truth.sand.mask_file.iter_mut().for_each(name_only);
+
+    let mut hasher = Sha256::new();
+    let text = canonical(&portable);
+    hasher.update(b"hopper scenario v1");
+    hasher.update((text.len() as u64).to_le_bytes());
+    hasher.update(text);
+    hasher.update(terrain.grid.width.to_le_bytes());
+    hasher.update(terrain.grid.height.to_le_bytes());
+    for ground in &terrain.cells {
+        for value in [ground.height_m, ground.gradient[0], ground.gradient[1]] {
+            hasher.update(value.to_bits().to_le_bytes());
+        }
+        hasher.update([ground.soil as u8, u8::from(ground.passable)]);
+    }
+    hasher.finalize().into()
+}

@@ -1,0 +1,39 @@
+//! Warnings about a scenario: it resolves and can be flown, but probably not as intended.
+
+use contract::Cell;
+use serde::Serialize;
+
+/// A warning of `hopper scenario check`. In JSON its tag is `finding`, a promised name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[serde(tag = "finding", rename_all = "snake_case")]
+pub enum Warning {
+    /// No chain of hops over passable ground leads to the goal.
+    #[error("no chain of hops over passable ground connects the start {start} to the goal {goal}")]
+    Unreachable {
+        /// Where the mission starts.
+        start: Cell,
+        /// The goal that cannot be reached.
+        goal: Cell,
+    },
+    /// The step limit ends the mission before the shortest chain of hops does.
+    #[error(
+        "limits.steps_max = {steps_max} is less than the {steps} steps of the shortest chain of {hops} hops"
+    )]
+    TooFewSteps {
+        /// Fewest hops to the goal if none strays.
+        hops: u32,
+        /// Steps of those hops in the paper's count: two a hop on hard ground.
+        steps: u64,
+        /// `limits.steps_max` of the scenario.
+        steps_max: u64,
+    },
+    /// The scenario sets `[guard]` but its profile has no guard.
+    #[error("[guard] is not used: profile paper-2023 flies without a guard")]
+    GuardUnused,
+    /// Start and goal are the same cell.
+    #[error("the start {start} is the goal")]
+    StartIsGoal {
+        /// The cell that is both.
+        start: Cell,
+    },
+}

@@ -1,0 +1,145 @@
+//! A disk that fails on demand: under the real journal, codec and all.
+
+use std::cell::RefCell;
+use std::io::{self, ErrorKind};
+use std::rc::Rc;
+
+use hopper_sim::Storage;
+
+/// One file, which outlives the processes that write it.
+#[derive(Clone, Debug, Default)]
+pub struct Disk(Rc<RefCell<Platter>>);
+
+#[derive(Debug, Default)]
+struct Platter {
+    bytes: Vec<u8>,
+    /// Bytes from the start that would outlive a loss of power.
+    durable: usize,
+    /// Bytes that may still be written, if the disk is full.
+    room: Option<usize>,
+    /// Whether a full disk cannot even be cut.
+    stubborn: bool,
+    /// How much of the next write is done when its process dies, in thousandths.
+    tear: Option<u64>,
+    /// Whether a process died writing: it does nothing more.
+    torn: bool,
+    /// The last write that went through, until it is taken.
+    write: Option<Vec<u8>>,
+}
+
+impl Disk {
+    /// Whether nothing was ever written.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.borrow().bytes.is_empty()
+    }
+
+    /// Whether it is full.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.0.borrow().room.is_some()
+    }
+
+    /// Removes the file.
+    pub fn erase(&self) {
+        let mut platter = self.0.borrow_mut();
+        platter.bytes.clear();
+        platter.durable = 0;
+    }
+
+    /// Fills up: `room` more bytes can be written; if `stubborn`, none can be cut off either.
+    pub fn fill(&self, room: u64, stubborn: bool) {
+        let mut platter = self.0.borrow_mut();
+        (platter.room, platter.stubborn) = (Some(room as usize), stubborn);
+    }
+
+    /// There is room again.
+    pub fn free(&self) {
+        let mut platter = self.0.borrow_mut();
+        (platter.room, platter.stubborn) = (None, false);
+    }
+
+    /// The process that writes next dies in its midst, `thousandths` of the bytes written.
+    pub fn tear_next_write(&self, thousandths: u64) {
+        self.0.borrow_mut().tear = Some(thousandths);
+    }
+
+    /// The last write that went through whole, once.
+    pub(crate) fn take_write(&self) -> Option<Vec<u8>> {
+        self.0.borrow_mut().write.take()
+    }
+
+    /// Whether a process has died writing since this was asked last.
+    pub fn take_torn(&self) -> bool {
+        std::mem::take(&mut self.0.borrow_mut().torn)
+    }
+
+    /// The power goes: of what was not yet durable, `thousandths` survive.
+    pub fn lose_power(&self, thousandths: u64) {
+        let mut platter = self.0.borrow_mut();
+        let loose = platter.bytes.len() - platter.durable;
+        let kept = platter.durable + loose * thousandths as usize / 1000;
+        platter.bytes.truncate(kept);
+        platter.durable = kept;
+    }
+}
+
+impl Storage for Disk {
+    fn bytes(&self) -> io::Result<u64> {
+        Ok(self.0.borrow().bytes.len() as u64)
+    }
+
+    fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
+        let platter = self.0.borrow();
+        let held = platter.bytes.get(offset as usize..).and_then(|bytes| bytes.get(..buffer.len()));
+        buffer.copy_from_slice(held.ok_or(ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
+
+    fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+        let mut platter = self.0.borrow_mut();
+        if platter.torn {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        let offset = offset as usize;
+        let tear = platter.tear.take().map(|thousandths| bytes.len() * thousandths as usize / 1000);
+        let written = bytes.len().min(platter.room.unwrap_or(usize::MAX)).min(tear.unwrap_or(usize::MAX));
+        let end = offset + written;
+        if platter.bytes.len() < end {
+            platter.bytes.resize(end, 0);
+        }
+        platter.bytes[offset..end].copy_from_slice(&bytes[..written]);
+        platter.durable = platter.durable.min(offset);
+        if let Some(room) = &mut platter.room {
+            *room -= written;
+        }
+        if tear.is_some() {
+            platter.torn = true;
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        if written < bytes.len() {
+            return Err(ErrorKind::StorageFull.into());
+        }
+        platter.write = Some(bytes.to_vec());
+        Ok(())
+    }
+
+    fn cut(&self, bytes: u64) -> io::Result<()> {
+        let mut platter = self.0.borrow_mut();
+        if platter.torn {
+            return Err(ErrorKind::BrokenPipe.into());
+        }
+        if platter.stubborn {
+            return Err(ErrorKind::StorageFull.into());
+        }
+        platter.bytes.truncate(bytes as usize);
+        platter.durable = platter.durable.min(bytes as usize);
+        Ok(())
+    }
+
+    fn sync(&self) -> io::Result<()> {
+        let mut platter = self.0.borrow_mut();
+        platter.durable = platter.bytes.len();
+        Ok(())
+    }
+}

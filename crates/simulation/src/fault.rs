@@ -1,0 +1,314 @@
+//! What goes wrong, and when: a plan of faults drawn from a seed, each of which can be left out alone.
+
+use contract::{Name, Role};
+use serde::Serialize;
+
+use crate::chance::Chance;
+use crate::setup;
+use crate::topic::Topic;
+
+const MS: u64 = 1_000_000;
+
+/// Most faults of a plan.
+const FAULTS_MAX: u64 = 10;
+
+/// Decisions within which faults begin.
+const DECISIONS: u64 = 14;
+
+/// One thing that goes wrong.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fault {
+    /// It begins once this many decisions have been executed, those of earlier runs included …
+    pub decision: u64,
+    /// … and this much time has passed.
+    pub after_ns: u64,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// Whom a fault befalls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Victim {
+    /// A process of the role, the first there is.
+    Role(Role),
+    /// The planner in command.
+    Leader,
+    /// A planner that is not.
+    Rival,
+}
+
+/// What goes wrong.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Kind {
+    /// The next messages of a topic reach nobody.
+    Lose {
+        /// The topic.
+        topic: Topic,
+        /// How many, each reader counted alone.
+        messages: u64,
+    },
+    /// The next messages of a topic come twice.
+    Duplicate {
+        /// The topic.
+        topic: Topic,
+        /// How many, each reader counted alone.
+        messages: u64,
+        /// How much later the second time, nanoseconds.
+        later_ns: u64,
+    },
+    /// The next messages of a topic come late.
+    Delay {
+        /// The topic.
+        topic: Topic,
+        /// How many, each reader counted alone.
+        messages: u64,
+        /// How late, nanoseconds.
+        ns: u64,
+    },
+    /// The next messages of a topic come the other way round.
+    Reorder {
+        /// The topic.
+        topic: Topic,
+        /// How many, each reader counted alone.
+        messages: u64,
+        /// Nanoseconds between them.
+        apart_ns: u64,
+    },
+    /// kill -9.
+    Kill {
+        /// Whom.
+        victim: Victim,
+        /// Until a supervisor starts it again, nanoseconds.
+        restart_ns: u64,
+        /// Whether the supervisor tells a planner whose successor it is.
+        succeeds: bool,
+    },
+    /// kill -9 at a named point of the shells.
+    KillAt {
+        /// The point.
+        point: &'static str,
+        /// Until a supervisor starts it again, nanoseconds.
+        restart_ns: u64,
+    },
+    /// SIGSTOP, then SIGCONT.
+    Stop {
+        /// Whom.
+        victim: Victim,
+        /// For how long, nanoseconds.
+        ns: u64,
+    },
+    /// SIGSTOP at a named point of the shells, then SIGCONT.
+    StopAt {
+        /// The point.
+        point: &'static str,
+        /// For how long, nanoseconds.
+        ns: u64,
+    },
+    /// kill -9 in the midst of the next write to the journal.
+    Tear {
+        /// How much of it is written, thousandths; 1000 is all.
+        thousandths: u64,
+        /// Until a supervisor starts hopper-sim again, nanoseconds.
+        restart_ns: u64,
+    },
+    /// The disk fills up.
+    Full {
+        /// Bytes that can still be written.
+        room: u64,
+        /// Whether nothing can be cut off either.
+        stubborn: bool,
+        /// For how long, nanoseconds.
+        ns: u64,
+    },
+    /// Another planner comes.
+    Rival {
+        /// Its algorithm.
+        planner: Name,
+        /// Whether it takes over.
+        takeover: bool,
+        /// Whether it takes every process for gone, as one in another container would.
+        blind: bool,
+    },
+    /// The wall clock jumps; CLOCK_MONOTONIC does not.
+    WallClock {
+        /// By how much, nanoseconds.
+        ns: i64,
+    },
+    /// The power goes: everything dies, CLOCK_MONOTONIC begins anew, the disk keeps what was durable
+    /// and a part of what was not.
+    PowerLoss {
+        /// The part, thousandths.
+        thousandths: u64,
+        /// Until everything starts again, nanoseconds.
+        restart_ns: u64,
+    },
+    /// hopper-sim is ended and started on another mission, with another journal.
+    NewRun {
+        /// Until it starts, nanoseconds.
+        restart_ns: u64,
+    },
+    /// A planner of another build comes, and means to take over.
+    ForeignBuild {
+        /// Its algorithm.
+        planner: Name,
+    },
+    /// A rogue sends a command that would be accepted but for one field.
+    Forge {
+        /// The field.
+        forgery: Forgery,
+    },
+}
+
+/// What is wrong with a forged command, which takes over as a rogue otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Forgery {
+    /// Another run.
+    Run,
+    /// A robot that is none of the mission's.
+    Robot,
+    /// A decision that was executed.
+    Repeated,
+    /// A decision far ahead.
+    Future,
+    /// A term that leaps ahead.
+    Leap,
+    /// A term that has passed.
+    Stale,
+    /// The term in force, which is somebody else's.
+    Usurped,
+    /// No command at all.
+    Malformed,
+}
+
+impl Forgery {
+    /// The name under which it is counted.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Forgery::Run => "run",
+            Forgery::Robot => "robot",
+            Forgery::Repeated => "repeated",
+            Forgery::Future => "future",
+            Forgery::Leap => "leap",
+            Forgery::Stale => "stale",
+            Forgery::Usurped => "usurped",
+            Forgery::Malformed => "malformed",
+        }
+    }
+
+    /// Every one.
+    pub const ALL: [Forgery; 8] = [
+        Forgery::Run,
+        Forgery::Robot,
+        Forgery::Repeated,
+        Forgery::Future,
+        Forgery::Leap,
+        Forgery::Stale,
+        Forgery::Usurped,
+        Forgery::Malformed,
+    ];
+}
+
+/// The faults of one seed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// The seed, which also gives the setup and every small delay.
+    pub seed: u64,
+    /// What goes wrong, in the order of decisions.
+    pub faults: Vec<Fault>,
+}
+
+impl Plan {
+    /// The plan of a seed.
+    #[must_use]
+    pub fn of(seed: u64) -> Self {
+        let mut chance = Chance::new(seed, "faults");
+        let count = chance.between(1, FAULTS_MAX);
+        let mut faults: Vec<Fault> = (0..count).map(|_| fault(&mut chance)).collect();
+        faults.sort_by_key(|fault| fault.decision);
+        Self { seed, faults }
+    }
+}
+
+/// Every named point of the shells at which a process may die or be stopped.
+pub fn points() -> Vec<&'static str> {
+    [
+        hopper_sim::CRASH_POINTS,
+        perception::process::CRASH_POINTS,
+        planner::process::CRASH_POINTS,
+        monitor::process::CRASH_POINTS,
+    ]
+    .concat()
+}
+
+fn fault(chance: &mut Chance) -> Fault {
+    let after_ns = if chance.one_in(2) { 0 } else { chance.duration_ns(1_000, 200 * MS) };
+    Fault { decision: chance.below(DECISIONS), after_ns, kind: kind(chance) }
+}
+
+fn kind(chance: &mut Chance) -> Kind {
+    let topic = chance.pick(&Topic::all());
+    let messages = chance.between(1, 12);
+    let restart_ns = chance.duration_ns(MS, 1500 * MS);
+    let ns = chance.duration_ns(MS, 3000 * MS);
+    let point = chance.pick(&points());
+    let victim = chance.pick(&[
+        Victim::Role(Role::HopperSim),
+        Victim::Role(Role::Perception),
+        Victim::Role(Role::Planner),
+        Victim::Role(Role::Monitor),
+        Victim::Leader,
+        Victim::Leader,
+        Victim::Rival,
+    ]);
+    match chance.below(33) {
+        0..4 => Kind::Lose { topic, messages },
+        4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
+        6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
+        9..11 => Kind::Reorder { topic, messages, apart_ns: chance.duration_ns(10_000, 30 * MS) },
+        11..14 => Kind::Kill { victim, restart_ns, succeeds: chance.one_in(2) },
+        14..17 => Kind::KillAt { point, restart_ns },
+        17..19 => Kind::Stop { victim, ns },
+        19..21 => Kind::StopAt { point, ns },
+        21 => Kind::Tear { thousandths: chance.between(0, 1000), restart_ns },
+        22 => Kind::Full { room: chance.below(600), stubborn: chance.one_in(2), ns },
+        23..27 => Kind::Rival {
+            planner: setup::algorithm(chance),
+            takeover: !chance.one_in(3),
+            blind: chance.one_in(4),
+        },
+        27 => Kind::WallClock { ns: chance.pick(&[-1, 1]) * chance.duration_ns(MS, 1 << 50) as i64 },
+        28 => Kind::PowerLoss { thousandths: chance.between(0, 1000), restart_ns },
+        29 => Kind::NewRun { restart_ns },
+        30 => Kind::ForeignBuild { planner: setup::algorithm(chance) },
+        _ => Kind::Forge { forgery: chance.pick(&Forgery::ALL) },
+    }
+}
+
+impl Kind {
+    /// The name under which it is counted.
+    #[must_use]
+    pub fn as_str(&self) -> &'static str {
+        match self {
+            Kind::Lose { .. } => "lose",
+            Kind::Duplicate { .. } => "duplicate",
+            Kind::Delay { .. } => "delay",
+            Kind::Reorder { .. } => "reorder",
+            Kind::Kill { .. } => "kill",
+            Kind::KillAt { .. } => "kill_at",
+            Kind::Stop { .. } => "stop",
+            Kind::StopAt { .. } => "stop_at",
+            Kind::Tear { .. } => "tear",
+            Kind::Full { .. } => "full",
+            Kind::Rival { .. } => "rival",
+            Kind::WallClock { .. } => "wall_clock",
+            Kind::PowerLoss { .. } => "power_loss",
+            Kind::NewRun { .. } => "new_run",
+            Kind::Forge { .. } => "forge",
+            Kind::ForeignBuild { .. } => "foreign_build",
+        }
+    }
+}

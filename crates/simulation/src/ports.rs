@@ -1,0 +1,471 @@
+//! The ports of a simulated process: queues instead of shared memory, virtual time instead of a clock.
+
+use std::any::Any;
+use std::convert::Infallible;
+use std::future::{pending, poll_fn};
+use std::rc::Rc;
+use std::sync::PoisonError;
+use std::task::Poll;
+
+use contract::{
+    Brief, Command, Control, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message,
+    MonotonicNs, Name, Order, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State, Tempo,
+    TruthPage, TruthRequest,
+};
+use hopper_sim::crash;
+use planner::Situation;
+use process::{Failure, Ports};
+
+use crate::simulation::decisions_recorded;
+use crate::topic::Topic;
+use crate::world::{Event, Life, MS, ProcessFault, Queue, Shared, World};
+
+/// What one life has of the world.
+#[derive(Clone)]
+pub(crate) struct SimulatedPorts {
+    pub world: Shared,
+    pub life: Rc<Life>,
+}
+
+/// Simulated ports always open, and sending always has room.
+#[derive(Debug)]
+pub(crate) struct Never(Infallible);
+
+impl std::fmt::Display for Never {
+    fn fmt(&self, _: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {}
+    }
+}
+
+impl From<Never> for Failure {
+    fn from(never: Never) -> Self {
+        match never.0 {}
+    }
+}
+
+/// Reads one topic.
+pub(crate) struct Reader<M> {
+    ports: SimulatedPorts,
+    queue: Rc<Queue<M>>,
+}
+
+/// Writes one topic.
+pub(crate) struct Writer {
+    ports: SimulatedPorts,
+}
+
+/// A request as it travels: with its number, and who asks.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked<Q> {
+    request: Q,
+    number: u64,
+    asker: Incarnation,
+}
+
+/// Asks one service.
+pub(crate) struct Client<Q: Request> {
+    ports: SimulatedPorts,
+    answers: Rc<Queue<Answered<Q::Response>>>,
+    /// Requests so far, and whether the last waits for its answer.
+    asked: u64,
+    waits: bool,
+}
+
+/// A response as it travels: with the number of its request.
+#[derive(Clone, Debug)]
+pub(crate) struct Answered<R> {
+    response: R,
+    number: u64,
+}
+
+/// Answers one service.
+pub(crate) struct Server<Q: Request> {
+    ports: SimulatedPorts,
+    requests: Rc<Queue<Asked<Q>>>,
+}
+
+impl SimulatedPorts {
+    fn open<T: Clone + 'static>(&self, wakes: bool) -> Rc<Queue<T>> {
+        self.world.borrow_mut().open(&self.life, wakes)
+    }
+
+    /// Dies here, to be started again after so long.
+    async fn die(&self, restart_ns: u64) {
+        self.life.dies.set(Some(restart_ns));
+        pending().await
+    }
+
+    /// Goes on once nothing stops it.
+    async fn resumed(&self) {
+        poll_fn(|_| if self.life.stopped_until.get().is_none() { Poll::Ready(()) } else { Poll::Pending })
+            .await;
+    }
+}
+
+impl Ports for SimulatedPorts {
+    type Error = Never;
+    type Reader<M: Message> = Reader<M>;
+    type Writer<M: Message> = Writer;
+    type Client<Q: Request> = Client<Q>;
+    type Server<Q: Request> = Server<Q>;
+
+    fn reader<M: Message>(&mut self, _robot: RobotId, wakes: bool) -> Result<Reader<M>, Never> {
+        assert!(!wakes || M::SERVICE.event, "{} has no events", M::SERVICE.name);
+        Ok(Reader { queue: self.open(wakes), ports: self.clone() })
+    }
+
+    fn try_reader<M: Message>(&mut self, robot: RobotId) -> Result<Reader<M>, Never> {
+        self.reader(robot, false)
+    }
+
+    fn writer<M: Message>(&mut self, _robot: RobotId) -> Result<Writer, Never> {
+        assert!(M::SERVICE.writers.contains(&self.life.role), "{} is not this role's", M::SERVICE.name);
+        Ok(Writer { ports: self.clone() })
+    }
+
+    fn client<Q: Request>(&mut self, _robot: RobotId) -> Result<Client<Q>, Never> {
+        Ok(Client { answers: self.open(true), ports: self.clone(), asked: 0, waits: false })
+    }
+
+    fn server<Q: Request>(&mut self, _robot: RobotId) -> Result<Server<Q>, Never> {
+        assert!(Q::SERVICE.server == self.life.role, "{} is not this role's", Q::SERVICE.name);
+        Ok(Server { requests: self.open(true), ports: self.clone() })
+    }
+
+    fn now(&mut self) -> MonotonicNs {
+        self.world.borrow().monotonic()
+    }
+
+    fn incarnation(&self) -> Incarnation {
+        self.life.incarnation
+    }
+
+    fn pid(&self) -> u32 {
+        self.life.pid
+    }
+
+    fn version(&self) -> Name {
+        self.life.version
+    }
+
+    fn process_exists(&self, pid: u32) -> bool {
+        !self.life.blind && self.world.borrow().lives.iter().any(|life| life.pid == pid)
+    }
+
+    fn stop_requested(&self) -> bool {
+        false
+    }
+
+    async fn wait(&mut self, timeout_ns: u64) {
+        {
+            let mut world = self.world.borrow_mut();
+            let sleep_ns = if self.life.rung.take() {
+                world.chance.between(1_000, 5_000)
+            } else {
+                timeout_ns.max(1_000)
+            };
+            self.life.sleeping.set(true);
+            let at_ns = world.time_ns + sleep_ns;
+            world.wake_at(&self.life, at_ns);
+        }
+        poll_fn(|_| if self.life.woken.take() { Poll::Ready(()) } else { Poll::Pending }).await;
+        self.life.sleeping.set(false);
+    }
+
+    async fn pass(&mut self, point: &'static str) {
+        let (torn, fault) = {
+            let world = &mut *self.world.borrow_mut();
+            if point == crash::APPENDED {
+                world.check_commit();
+            }
+            let torn = world.disk.take_torn().then_some(world.torn_restart_ns);
+            (torn, world.pass(point))
+        };
+        if let Some(restart_ns) = torn {
+            let world = &mut *self.world.borrow_mut();
+            world.coverage.count("journal", "killed_writing");
+            world.note(|| "hopper-sim dies writing".into());
+            self.life.dies.set(Some(restart_ns));
+        }
+        if torn.is_some() {
+            return pending().await;
+        }
+        match fault {
+            Some(ProcessFault::Kill { restart_ns }) => self.die(restart_ns).await,
+            Some(ProcessFault::Stop { ns }) => {
+                {
+                    let mut world = self.world.borrow_mut();
+                    let until_ns = world.time_ns + ns;
+                    world.stop(&self.life, until_ns);
+                }
+                self.resumed().await;
+            }
+            None => {}
+        }
+    }
+
+    async fn computed(&mut self) {
+        let seen = self.life.situation.lock().unwrap_or_else(PoisonError::into_inner).take();
+        {
+            let world = &mut *self.world.borrow_mut();
+            if let Some((brief, map, state)) = seen {
+                world.plans(&self.life, &Situation { brief: &brief, map: &map, state: &state });
+            }
+            let slow = world.chance.one_in(60);
+            let ns = if slow {
+                world.chance.duration_ns(MS, 1500 * MS)
+            } else {
+                world.chance.between(10_000, 900_000)
+            };
+            let at_ns = world.time_ns + ns;
+            world.schedule(at_ns, Event::Computed(self.life.slot, self.life.incarnation));
+        }
+        poll_fn(|_| if self.life.computed.take() { Poll::Ready(()) } else { Poll::Pending }).await;
+    }
+}
+
+impl<M: Message> process::Reader<M> for Reader<M> {
+    fn receive(&mut self) -> Option<Result<M, Refusal>> {
+        let message = self.queue.borrow_mut().pop_front()?;
+        if let Ok(message) = &message {
+            self.ports.world.borrow_mut().received(&self.ports.life, message);
+        }
+        Some(message)
+    }
+
+    fn depth(&self) -> usize {
+        M::SERVICE.depth()
+    }
+}
+
+impl<M: Message> process::Writer<M> for Writer {
+    type Error = Never;
+
+    fn publish(&mut self, message: M) -> Result<(), Never> {
+        let world = &mut *self.ports.world.borrow_mut();
+        world.published(&self.ports.life, &message);
+        world.publish(self.ports.life.incarnation, message);
+        Ok(())
+    }
+
+    fn readers(&self) -> usize {
+        self.ports.world.borrow().readers::<M>()
+    }
+}
+
+impl<Q: Request> process::Client<Q> for Client<Q> {
+    type Error = Never;
+
+    fn request(&mut self, request: Q) -> Result<(), Never> {
+        self.asked += 1;
+        self.waits = true;
+        let world = &mut *self.ports.world.borrow_mut();
+        world.coverage.count(Topic::of::<Asked<Q>>().as_str(), "sent");
+        let asked = Asked { request, number: self.asked, asker: self.ports.life.incarnation };
+        for (server, wakes, queue) in world.listening::<Asked<Q>>() {
+            world.send(self.ports.life.incarnation, &server, wakes, &queue, Ok(asked.clone()));
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Option<Result<Q::Response, Refusal>> {
+        while let Some(answer) = self.answers.borrow_mut().pop_front() {
+            match answer {
+                // An answer to a request that was given up is not received.
+                Ok(answer) if self.waits && answer.number == self.asked => {
+                    self.waits = false;
+                    return Some(Ok(answer.response));
+                }
+                Ok(_) => {}
+                Err(refusal) => return Some(Err(refusal)),
+            }
+        }
+        None
+    }
+
+    fn is_waiting(&self) -> bool {
+        self.waits
+    }
+}
+
+impl<Q: Request> process::Server<Q> for Server<Q> {
+    type Error = Never;
+
+    fn serve(&mut self, mut answer: impl FnMut(&Q) -> Option<Q::Response>) -> Result<Vec<Refusal>, Never> {
+        let mut refusals = Vec::new();
+        let asked = std::mem::take(&mut *self.requests.borrow_mut());
+        for asked in asked {
+            let Asked { request, number, asker } = match asked {
+                Ok(asked) => asked,
+                Err(refusal) => {
+                    refusals.push(refusal);
+                    continue;
+                }
+            };
+            let Some(mut response) = answer(&request) else { continue };
+            let world = &mut *self.ports.world.borrow_mut();
+            shorten(&mut response, world);
+            world.answered(&response);
+            for (client, wakes, queue) in world.listening::<Answered<Q::Response>>() {
+                if client.incarnation == asker {
+                    let answered = Answered { response: response.clone(), number };
+                    world.send(self.ports.life.incarnation, &client, wakes, &queue, Ok(answered));
+                }
+            }
+        }
+        Ok(refusals)
+    }
+}
+
+/// Shortens a page: a real one holds the whole of these small worlds, and what takes one page tests nothing.
+fn shorten<R: 'static>(response: &mut R, world: &World) {
+    let records = world.setup.page_records;
+    let cells = 8 * records;
+    let response = response as &mut dyn Any;
+    if let Some(page) = response.downcast_mut::<PastPage>() {
+        page.records.truncate(records);
+    } else if let Some(page) = response.downcast_mut::<TruthPage>() {
+        page.cells.truncate(cells);
+    } else if let Some(page) = response.downcast_mut::<MapPage>()
+        && page.cells.len() > cells
+    {
+        page.cells.truncate(cells);
+        page.next = page.cells.last().map_or(page.from, |cell| cell.index + 1);
+    }
+}
+
+impl World {
+    /// The checker looks at what the journal has just taken.
+    fn check_commit(&mut self) {
+        let Some(record) = self.disk.take_write().and_then(|frame| hopper_sim::journal::record_of(&frame))
+        else {
+            return;
+        };
+        self.checker.committed(&record);
+        self.decisions += 1;
+        self.stirred_ns = self.stirred_ns.max(self.time_ns);
+        let (decision, action, leader) = (record.decision, record.action, record.leader);
+        if record.origin.is_fallback() {
+            self.coverage.count("fallback", record.origin.as_str());
+            let origin = record.origin;
+            self.note(|| format!("committed: decision {decision}, {action}, by the fallback ({origin})"));
+        } else {
+            self.note(|| {
+                let (planner, term) = (leader.planner, leader.term);
+                format!("committed: decision {decision}, {action}, by {planner} in term {term}")
+            });
+        }
+    }
+
+    /// The checker looks at what is published.
+    fn published<M: Message>(&mut self, life: &Life, message: &M) {
+        let message = message as &dyn Any;
+        let now = self.monotonic();
+        if let Some(state) = message.downcast_ref::<State>() {
+            self.checker.published(state);
+            self.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
+        } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
+            self.checker.mapped(patch);
+            self.coverage.count("map", if patch.more > 0 { "part" } else { "landing" });
+            self.note(|| {
+                let MapPatch { sequence, through, more, .. } = patch;
+                let cells = patch.cells.len();
+                format!("perception publishes patch {sequence} through {through}, {cells} cells, {more} more")
+            });
+        } else if let Some(command) = message.downcast_ref::<Command>() {
+            self.sent(life, command, now);
+        } else if let Some(tempo) = message.downcast_ref::<Tempo>() {
+            self.checker.paced(tempo);
+            self.coverage.count("tempo", if tempo.paused { "paused" } else { "running" });
+        } else if message.is::<Policy>() {
+            let readers = self.readers::<Policy>();
+            self.checker.policy_published(readers);
+            self.coverage.count("policy", "published");
+        } else if let Some(beat) = message.downcast_ref::<Heartbeat>() {
+            self.acknowledged(life, beat, now);
+        } else if message.is::<Brief>() {
+            self.coverage.count("run", "announced");
+        }
+    }
+
+    /// The first heartbeat of a recording monitor that acknowledges the end of the mission.
+    fn acknowledged(&mut self, life: &Life, beat: &Heartbeat, now: MonotonicNs) {
+        if !beat.status.is_over() || beat.run != self.checker.mission().brief.run {
+            return;
+        }
+        if let Some(recording) = life.recording.take() {
+            let decisions = decisions_recorded(&recording.borrow(), beat.run);
+            self.checker.recorded(life.incarnation, &decisions, now);
+            self.coverage.count("recording", "acknowledged");
+        }
+    }
+
+    fn sent(&mut self, life: &Life, command: &Command, now: MonotonicNs) {
+        let (run, decision, leader) = life.known_leader.get();
+        let leader =
+            if (run, decision) == (command.run, command.decision) { leader } else { Default::default() };
+        if let Some(cause) = self.checker.sent(command, life, leader, now) {
+            self.coverage.count("takeover_asked", cause);
+        }
+        self.note(|| {
+            let Command { decision, action, term, planner, incarnation, .. } = command;
+            format!("{planner} {incarnation} sends decision {decision}, {action}, term {term}")
+        });
+        if self.checker.is_own(life.version) {
+            self.commanded = Some(*command);
+        }
+    }
+
+    /// The checker looks at what is received.
+    fn received<M: Message>(&mut self, life: &Life, message: &M) {
+        let message = message as &dyn Any;
+        let now = self.monotonic();
+        if let Some(beat) = message.downcast_ref::<Heartbeat>() {
+            if beat.incarnation != life.incarnation {
+                self.checker.heard(life, beat, now);
+            }
+        } else if let Some(control) = message.downcast_ref::<Control>() {
+            self.checker.ordered(life, control);
+            if life.role == Role::HopperSim {
+                self.coverage.count(
+                    "order",
+                    match control.order {
+                        Order::Pause => "pause",
+                        Order::Resume => "resume",
+                        Order::Step => "step",
+                        Order::Pace(_) => "pace",
+                        Order::HandOver(_) => "hand_over",
+                    },
+                );
+            }
+        }
+    }
+
+    /// The checker looks at an answer.
+    fn answered<R: 'static>(&mut self, response: &R) {
+        let response = response as &dyn Any;
+        if let Some(page) = response.downcast_ref::<PastPage>() {
+            self.checker.served(page);
+            self.coverage.count(Topic::of::<Asked<PastRequest>>().as_str(), "answered");
+        } else if let Some(page) = response.downcast_ref::<MapPage>() {
+            self.checker.paged(page);
+            self.coverage.count(Topic::of::<Asked<MapRequest>>().as_str(), "answered");
+        } else if response.is::<TruthPage>() {
+            self.coverage.count(Topic::of::<Asked<TruthRequest>>().as_str(), "answered");
+        }
+    }
+
+    /// Where a planner stands when it plans.
+    pub fn plans(&mut self, life: &Life, situation: &Situation<'_>) {
+        self.checker.plans(situation);
+        let state = situation.state;
+        life.known_leader.set((state.run, state.decision, state.leader));
+    }
+}
+
+/// What a life knows before it has planned.
+pub(crate) const NOTHING_KNOWN: (contract::RunId, Decision, contract::Leader) = (
+    contract::RunId(0),
+    Decision(u64::MAX),
+    contract::Leader { term: contract::Term(0), incarnation: Incarnation(0), pid: 0, planner: Name::NONE },
+);

@@ -1,0 +1,166 @@
+//! What is simulated before anything goes wrong: a small world, and who flies in it.
+
+use std::sync::LazyLock;
+
+use contract::limits::TREASURES_MAX;
+use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Patrol, Profile, RunId, Soil};
+use hopper_sim::{Mission, Pace};
+use terrain::Terrain;
+
+use crate::chance::Chance;
+
+/// What every small world has in common with the paper's hard ground.
+static BRIEF: LazyLock<Brief> = LazyLock::new(|| {
+    let world = scenario::load("hard").and_then(|scenario| scenario.resolve());
+    world.expect("the built-in scenarios are sound").brief
+});
+
+/// Everything about a simulation that is no fault.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The mission that is begun first.
+    pub mission: Mission,
+    /// The planner that is there from the start.
+    pub planner: Name,
+    /// A second one that stands by, if there is one.
+    pub stand_by: Option<Name>,
+    /// Pace of hopper-sim.
+    pub pace: Pace,
+    /// Whether hopper-sim obeys orders.
+    pub control: bool,
+    /// Whether the monitor has a screen, from which somebody gives orders and looks at policies.
+    pub screen: bool,
+    /// Whether the monitor records.
+    pub records: bool,
+    /// Whether each append reaches the disk before it counts.
+    pub sync: bool,
+    /// Records in a page of the past: small ones make many pages of a short mission.
+    pub page_records: usize,
+    /// Whether peers stay for the next mission.
+    pub stay: bool,
+    /// Reads on CLOCK_MONOTONIC when it begins, nanoseconds.
+    pub uptime_ns: u64,
+    /// Cells in a patch of the map: small ones make many parts of a landing.
+    pub patch_cells: usize,
+}
+
+impl Setup {
+    /// The setup of a seed.
+    ///
+    /// # Panics
+    /// Never, unless the built-in scenarios are damaged.
+    #[must_use]
+    pub fn of(seed: u64) -> Self {
+        let mut chance = Chance::new(seed, "setup");
+        let mut watch = Chance::new(seed, "watch");
+        let screen = watch.one_in(3);
+        Self {
+            mission: mission(seed, 0),
+            planner: algorithm(&mut chance),
+            stand_by: chance.one_in(3).then(|| algorithm(&mut chance)),
+            pace: if chance.one_in(4) || screen && watch.one_in(2) {
+                Pace::Hertz(chance.pick(&[40.0, 150.0]))
+            } else {
+                Pace::Max
+            },
+            control: watch.one_in(2),
+            screen,
+            records: watch.one_in(4),
+            sync: chance.one_in(2),
+            page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
+            stay: chance.one_in(2),
+            uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
+            patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
+        }
+    }
+}
+
+/// The version of this build, as heartbeats carry it.
+#[must_use]
+pub fn version() -> Name {
+    "1".parse().expect("a name")
+}
+
+/// The version of another build.
+pub(crate) fn foreign_version() -> Name {
+    "0".parse().expect("a name")
+}
+
+/// An algorithm, the quick ones more often.
+pub fn algorithm(chance: &mut Chance) -> Name {
+    let names = ["greedy", "greedy", "greedy", "astar", "astar", "dstar_lite", "mdp", "hold"];
+    chance.pick(&names).parse().expect("the names of algorithms are names")
+}
+
+/// The `number`th mission of a seed: a run, a world and hops of its own.
+pub fn mission(seed: u64, number: u64) -> Mission {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "mission");
+    let side = |chance: &mut Chance| chance.between(4, 7) as u32;
+    let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    let corner = |chance: &mut Chance, far: bool| {
+        let along = |chance: &mut Chance, side: u32| {
+            let step = chance.below(2) as i32;
+            if far { side as i32 - 1 - step } else { step }
+        };
+        Cell::new(along(chance, grid.width), along(chance, grid.height))
+    };
+    let (start, goal) = (corner(&mut chance, false), corner(&mut chance, true));
+    let heights: Vec<f64> = grid.iter().map(|_| 0.4 * chance.unit() - 0.1).collect();
+    let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, [start, goal])).collect();
+    let treasures =
+        grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
+    let mut scenario_hash = [0; 32];
+    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let mut brief = Brief {
+        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
+        scenario: "simulated".parse().expect("a name"),
+        scenario_hash,
+        profile: chance.pick(&Profile::ALL),
+        grid,
+        start,
+        goal,
+        limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
+        guard: guard(seed, number),
+        patrol: patrol(seed, number, goal, start),
+        ..*BRIEF
+    };
+    brief.sensor.gradient = if brief.profile == Profile::Hopper {
+        contract::GradientSource::SeenDifferences
+    } else {
+        contract::GradientSource::Measured
+    };
+    brief.sensor.gain = 1.0;
+    brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
+    Mission { brief, terrain: Terrain { grid, cells, treasures }, seed: chance.bits() }
+}
+
+/// Now and then a patrol there and back.
+fn patrol(seed: u64, number: u64, goal: Cell, start: Cell) -> Option<Patrol> {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "patrol");
+    let hops_max = chance.between(12, 40);
+    chance.one_in(5).then(|| Patrol::new(&[goal, start], hops_max).expect("start and goal differ"))
+}
+
+/// The guard of a mission: none, one that forbids but the grossest, one that forbids much or all that is
+/// dangerous; and now and then a deadline that is short beside what planners and restarts take.
+fn guard(seed: u64, number: u64) -> Guard {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "guard");
+    Guard {
+        hazard_max: chance.pick(&[1.0, 0.25, 0.25, 0.06, 0.0]),
+        deadline_ns: chance.pick(&[0, 0, 20_000_000, 250_000_000, 1_200_000_000]),
+    }
+}
+
+fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: [Cell; 2]) -> Ground {
+    let height = |dx: i32, dy: i32| {
+        let neighbour = grid.index(Cell::new(cell.x + dx, cell.y + dy)).or(grid.index(cell));
+        heights[neighbour.expect("a cell of the grid")]
+    };
+    let rock = chance.one_in(12) && !kept.contains(&cell);
+    Ground {
+        height_m: height(0, 0),
+        gradient: [(height(1, 0) - height(-1, 0)) / 2.0, (height(0, 1) - height(0, -1)) / 2.0],
+        soil: if chance.one_in(4) { Soil::Sand } else { Soil::Hard },
+        passable: !rock,
+    }
+}

@@ -1,0 +1,747 @@
+//! The whole system in one thread, under a virtual clock and a plan of faults.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
+use std::future::Future;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::Pin;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll, Waker};
+
+use contract::{
+    Command, Decision, Incarnation, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId, Status, Term,
+};
+use hopper_sim::process::{HopperSim, SimTerms};
+use hopper_sim::{History, Journal, JournalHeader, Mission, crash};
+use lockstep::Crew;
+use monitor::process::{Display, Monitor};
+use monitor::{Chronicle, Progress, Screen, View, Watcher};
+use perception::Cartographer;
+use perception::process::Perception;
+use planner::process::{Claim, PlannerProcess};
+use process::{Exit, Failure, Ports, Terms};
+use recorder::{Recorder, RecorderPorts, Sink};
+use recording::{RecordedMessage as Message, Recording};
+use serde::Serialize;
+
+use crate::chance::Chance;
+use crate::checker::Violation;
+use crate::coverage::Coverage;
+use crate::disk::Disk;
+use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
+use crate::observed::Observed;
+use crate::ports::{NOTHING_KNOWN, SimulatedPorts};
+use crate::screen::Somebody;
+use crate::setup::{self, Setup};
+use crate::world::{Event, Life, Line, MS, ProcessFault, Shared, World};
+
+/// A mission in which nothing has been executed and no fault felt for so long has stalled, nanoseconds.
+const STALL_NS: u64 = 30_000 * MS;
+
+/// How long peers have to leave once hopper-sim has ended, nanoseconds.
+const AFTERMATH_NS: u64 = 300 * MS;
+
+/// How long the end is served at most, nanoseconds.
+const LINGER_NS: u64 = 2_000 * MS;
+
+/// Most events of a simulation.
+const EVENTS_MAX: u64 = 1_000_000;
+
+/// hopper-sim that could not open its journal is started again after this long, nanoseconds.
+const RETRY_NS: u64 = 100 * MS;
+
+/// What a simulation came to.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// The first promise that did not hold, if one did not.
+    pub violation: Option<Violation>,
+    /// Events simulated.
+    pub events: u64,
+    /// Decisions executed, those of earlier runs included.
+    pub decisions: u64,
+    /// Time that passed for the processes, nanoseconds.
+    pub virtual_ns: u64,
+    /// What came up.
+    pub coverage: Coverage,
+    /// What happened, if it was to be traced.
+    pub trace: Vec<Line>,
+}
+
+/// Simulates `plan` to the end of its mission, or to the first violation.
+#[must_use]
+pub fn simulate(plan: &Plan, traced: bool) -> Report {
+    let mut simulation = Simulation::new(plan, traced);
+    let ended = catch_unwind(AssertUnwindSafe(|| simulation.run()));
+    if let Err(panic) = ended {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+        let text = text.unwrap_or_default();
+        // Whoever panicked may have held the world.
+        if let Ok(mut world) = simulation.world.try_borrow_mut() {
+            world.checker.violate("nothing panics", || text);
+        } else {
+            return Report {
+                violation: Some(Violation { rule: "nothing panics", detail: text }),
+                ..Report::default()
+            };
+        }
+    }
+    simulation.report()
+}
+
+/// A place for one process, whichever life it is in.
+struct Slot {
+    role: Role,
+    planner: Option<Name>,
+    takeover: bool,
+    blind: bool,
+    foreign: bool,
+    succeeds_pid: Option<u32>,
+    process: Option<Running>,
+}
+
+/// The work loop of one life, from its start to its end.
+type WorkLoop = Pin<Box<dyn Future<Output = Result<Exit, Failure>>>>;
+
+struct Running {
+    life: Rc<Life>,
+    work: WorkLoop,
+}
+
+impl Slot {
+    fn of(role: Role) -> Self {
+        let (planner, succeeds_pid, process) = (None, None, None);
+        Self { role, planner, takeover: false, blind: false, foreign: false, succeeds_pid, process }
+    }
+
+    fn of_planner(planner: Name) -> Self {
+        Self { planner: Some(planner), ..Self::of(Role::Planner) }
+    }
+}
+
+struct Simulation<'a> {
+    plan: &'a Plan,
+    world: Shared,
+    slots: Vec<Slot>,
+    lives: u64,
+    /// Faults of the plan that have begun.
+    begun: usize,
+    missions: u64,
+    power_lost: bool,
+    ended_ns: Option<u64>,
+    events: u64,
+}
+
+impl<'a> Simulation<'a> {
+    fn new(plan: &'a Plan, traced: bool) -> Self {
+        let setup = Setup::of(plan.seed);
+        let mut slots: Vec<Slot> = [Role::HopperSim, Role::Perception].map(Slot::of).into();
+        slots.push(Slot::of_planner(setup.planner));
+        slots.push(Slot::of(Role::Monitor));
+        slots.extend(setup.stand_by.map(Slot::of_planner));
+        let mut world = World::new(plan.seed, setup, traced);
+        for slot in 0..slots.len() {
+            let at_ns = world.chance.below(30 * MS);
+            world.schedule(at_ns, Event::Start(slot));
+        }
+        Self {
+            plan,
+            world: Rc::new(RefCell::new(world)),
+            slots,
+            lives: 0,
+            begun: 0,
+            missions: 0,
+            power_lost: false,
+            ended_ns: None,
+            events: 0,
+        }
+    }
+
+    fn report(self) -> Report {
+        let mut world = self.world.borrow_mut();
+        Report {
+            violation: world.checker.violation().cloned(),
+            events: self.events,
+            decisions: world.decisions,
+            virtual_ns: world.time_ns,
+            trace: world.take_trace(),
+            coverage: std::mem::take(&mut world.coverage),
+        }
+    }
+
+    fn run(&mut self) {
+        loop {
+            self.begin_faults();
+            let Some(event) = self.world.borrow_mut().next() else { break };
+            self.events += 1;
+            self.handle(event);
+            let world = &mut *self.world.borrow_mut();
+            if world.checker.violation().is_some() {
+                return;
+            }
+            if let Some(ended_ns) = self.ended_ns {
+                let alone = self.slots.iter().all(|slot| slot.process.is_none());
+                if alone || world.time_ns > ended_ns + AFTERMATH_NS {
+                    break;
+                }
+                continue;
+            }
+            let idle_ns = world.time_ns.saturating_sub(world.stirred_ns);
+            if idle_ns > STALL_NS || self.events > EVENTS_MAX {
+                let (decisions, status) = (world.decisions, world.checker.status());
+                return world.checker.violate("the mission ends once faults stop", || {
+                    format!("it stalls after {decisions} decisions, {status}")
+                });
+            }
+        }
+        self.conclude();
+    }
+
+    /// Faults whose decision has come.
+    fn begin_faults(&mut self) {
+        let world = &mut *self.world.borrow_mut();
+        while let Some(fault) = self.plan.faults.get(self.begun) {
+            if fault.decision > world.decisions || self.ended_ns.is_some() {
+                return;
+            }
+            world.schedule(world.time_ns + fault.after_ns, Event::Fault(self.begun));
+            self.begun += 1;
+        }
+    }
+
+    fn handle(&mut self, event: Event) {
+        match event {
+            Event::Wake(slot, incarnation) => self.wake(slot, incarnation),
+            Event::Computed(slot, incarnation) => self.computed(slot, incarnation),
+            Event::Resume(slot, incarnation) => self.resume(slot, incarnation),
+            Event::Arrive(letter) => self.world.borrow_mut().arrive(letter),
+            Event::Start(slot) => self.start(slot),
+            Event::Fault(index) => {
+                if self.ended_ns.is_none() {
+                    let world = &mut *self.world.borrow_mut();
+                    world.stirred_ns = world.stirred_ns.max(world.time_ns);
+                }
+                if self.ended_ns.is_none() {
+                    let plan = self.plan;
+                    self.inflict(&plan.faults[index]);
+                }
+            }
+            Event::DiskFreed => {
+                let world = &mut *self.world.borrow_mut();
+                world.note(|| "the disk has room again".into());
+                world.disk.free();
+            }
+        }
+    }
+
+    /// The life in a slot, if it is that one.
+    fn life(&self, slot: usize, incarnation: Incarnation) -> Option<Rc<Life>> {
+        let process = self.slots[slot].process.as_ref()?;
+        (process.life.incarnation == incarnation).then(|| Rc::clone(&process.life))
+    }
+
+    /// A sleep ends, unless that was brought forward or the process is stopped.
+    fn wake(&mut self, slot: usize, incarnation: Incarnation) {
+        let Some(life) = self.life(slot, incarnation) else { return };
+        let due = life.wakes_at.get() == Some(self.world.borrow().time_ns);
+        if due && life.sleeping.get() && life.stopped_until.get().is_none() {
+            life.wakes_at.set(None);
+            life.woken.set(true);
+            self.work(slot);
+        }
+    }
+
+    /// A computation is done; a process that was stopped meanwhile finds out when it goes on.
+    fn computed(&mut self, slot: usize, incarnation: Incarnation) {
+        let Some(life) = self.life(slot, incarnation) else { return };
+        if let Some(until_ns) = life.stopped_until.get() {
+            return self.world.borrow_mut().schedule(until_ns, Event::Computed(slot, incarnation));
+        }
+        life.computed.set(true);
+        self.work(slot);
+    }
+
+    /// SIGCONT, if it is time: goes on where it was stopped.
+    fn resume(&mut self, slot: usize, incarnation: Incarnation) {
+        let Some(life) = self.life(slot, incarnation) else { return };
+        if life.stopped_until.get().is_none_or(|until_ns| until_ns > self.world.borrow().time_ns) {
+            return;
+        }
+        life.stopped_until.set(None);
+        self.world.borrow_mut().coverage.count("process", "resumed");
+        if life.sleeping.get() {
+            life.wakes_at.set(None);
+            life.woken.set(true);
+        }
+        self.work(slot);
+    }
+
+    /// Lets a process work until it sleeps, computes, is stopped, dies or leaves.
+    fn work(&mut self, slot: usize) {
+        let Some(process) = &mut self.slots[slot].process else { return };
+        let polled = process.work.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+        let (role, dies) = (process.life.role, process.life.dies.take());
+        match (polled, dies) {
+            (_, Some(restart_ns)) => self.kill(slot, Some(restart_ns), true),
+            (Poll::Pending, None) => {}
+            (Poll::Ready(Ok(exit)), None) => self.left(slot, role, exit),
+            (Poll::Ready(Err(failure)), None) => {
+                self.world.borrow_mut().checker.violate("no process fails", || format!("{role}: {failure}"));
+            }
+        }
+    }
+
+    fn left(&mut self, slot: usize, role: Role, exit: Exit) {
+        {
+            let world = &mut *self.world.borrow_mut();
+            world.note(|| format!("{role} leaves"));
+            world.coverage.count("left", role.as_str());
+            if role == Role::HopperSim {
+                let status = world.checker.status();
+                let due = if status == Status::Goal { Exit::Done } else { Exit::Failed };
+                if !status.is_over() || exit != due {
+                    let detail = || format!("hopper-sim leaves with {exit:?} while the mission is {status}");
+                    world.checker.violate("the end is that of the journal", detail);
+                }
+                self.ended_ns = Some(world.time_ns);
+            }
+        }
+        self.kill(slot, None, false);
+    }
+
+    /// Ends a process at once.
+    fn kill(&mut self, slot: usize, restart_ns: Option<u64>, succeeds: bool) {
+        let Some(Running { life, work }) = self.slots[slot].process.take() else { return };
+        drop(work);
+        let world = &mut *self.world.borrow_mut();
+        world.leave(life.incarnation);
+        self.slots[slot].succeeds_pid = succeeds.then_some(life.pid);
+        if let Some(restart_ns) = restart_ns {
+            world.note(|| format!("{} {} is dead", life.role, life.incarnation));
+            world.coverage.count("killed", life.role.as_str());
+            world.schedule(world.time_ns + restart_ns, Event::Start(slot));
+            world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
+        }
+    }
+
+    fn start(&mut self, slot: usize) {
+        if self.slots[slot].process.is_some() || self.ended_ns.is_some() {
+            return;
+        }
+        let life = self.new_life(slot);
+        let ports = SimulatedPorts { world: Rc::clone(&self.world), life: Rc::clone(&life) };
+        let work: WorkLoop = match life.role {
+            Role::HopperSim => {
+                let Some(journal) = self.open_journal() else { return };
+                Box::pin(simulator(ports, journal))
+            }
+            Role::Perception => Box::pin(perception(ports)),
+            Role::Monitor => Box::pin(monitor(ports)),
+            Role::Planner => {
+                let name = self.slots[slot].planner.expect("a planner's slot names its algorithm");
+                Box::pin(planner(ports, name))
+            }
+        };
+        {
+            let world = &mut *self.world.borrow_mut();
+            world.note(|| format!("{} {} starts", life.role, life.incarnation));
+            world.enter(Rc::clone(&life));
+            if self.slots[slot].foreign {
+                world.checker.foreign_started(life.incarnation);
+            }
+            if life.role == Role::HopperSim {
+                let pace = world.setup.pace;
+                world.checker.sim_started(life.incarnation, pace);
+            }
+        }
+        self.slots[slot].process = Some(Running { life, work });
+        self.work(slot);
+    }
+
+    fn new_life(&mut self, slot: usize) -> Rc<Life> {
+        self.lives += 1;
+        let incarnation = Incarnation(self.lives);
+        let Slot { role, takeover, blind, foreign, succeeds_pid, .. } = self.slots[slot];
+        Rc::new(Life {
+            slot,
+            role,
+            incarnation,
+            pid: incarnation.0 as u32 + 1000,
+            version: if foreign { setup::foreign_version() } else { setup::version() },
+            blind,
+            takeover,
+            succeeds_pid,
+            wakes_at: Cell::new(None),
+            sleeping: Cell::new(false),
+            woken: Cell::new(false),
+            rung: Cell::new(false),
+            computed: Cell::new(false),
+            stopped_until: Cell::new(None),
+            dies: Cell::new(None),
+            known_leader: Cell::new(NOTHING_KNOWN),
+            situation: Arc::new(Mutex::new(None)),
+            recording: RefCell::new(None),
+        })
+    }
+
+    /// Opens the journal, or begins one; what cannot be opened for want of room is tried again.
+    fn open_journal(&mut self) -> Option<Journal<Disk>> {
+        let world = &mut *self.world.borrow_mut();
+        let Mission { brief, seed, .. } = world.checker.mission();
+        let header = JournalHeader { brief: *brief, seed: *seed, resolved: String::new() };
+        let (disk, sync) = (world.disk.clone(), world.setup.sync);
+        let file = disk.clone();
+        let fresh = disk.is_empty();
+        let opened = if fresh {
+            Journal::create_on(file, &header, sync)
+        } else {
+            Journal::resume_on(file, &header, sync)
+        };
+        let torn = disk.take_torn();
+        match opened {
+            Ok(journal) => {
+                if fresh {
+                    // Losing power before a header is durable loses the run, which nobody has flown yet.
+                    let _ = hopper_sim::Storage::sync(&disk);
+                } else {
+                    let over = world.checker.status().is_over();
+                    world.coverage.count("journal", if over { "resumed_at_the_end" } else { "resumed" });
+                }
+                if journal.torn_bytes() > 0 {
+                    world.coverage.count("journal", "torn_tail_cut");
+                }
+                let records: Result<Vec<_>, _> = journal.records().collect();
+                match records {
+                    Ok(records) => {
+                        let may_have_lost = std::mem::take(&mut self.power_lost) && !sync;
+                        world.checker.reopened(&records, may_have_lost);
+                    }
+                    Err(error) => world.checker.violate("the journal can be read", || error.to_string()),
+                }
+                Some(journal)
+            }
+            Err(error) => {
+                if fresh {
+                    // The real one is written aside and renamed: a failure leaves none.
+                    disk.erase();
+                }
+                if torn || disk.is_full() {
+                    world.coverage.count("journal", "open_failed");
+                    world.note(|| format!("hopper-sim cannot start: {error}"));
+                    world.schedule(world.time_ns + RETRY_NS, Event::Start(0));
+                } else {
+                    world.checker.violate("the journal can be opened again", || error.to_string());
+                }
+                None
+            }
+        }
+    }
+
+    /// Something goes wrong.
+    fn inflict(&mut self, fault: &Fault) {
+        let kind = &fault.kind;
+        let shared = Rc::clone(&self.world);
+        {
+            let world = &mut *shared.borrow_mut();
+            world.coverage.count("fault", kind.as_str());
+            world.note(|| format!("fault: {kind:?}"));
+        }
+        match *kind {
+            Kind::Lose { topic, messages }
+            | Kind::Duplicate { topic, messages, .. }
+            | Kind::Delay { topic, messages, .. }
+            | Kind::Reorder { topic, messages, .. } => {
+                shared.borrow_mut().add_link_fault(kind, topic, messages);
+            }
+            Kind::Kill { victim, restart_ns, succeeds } => {
+                if let Some(slot) = self.find(victim) {
+                    self.kill(slot, Some(restart_ns), succeeds);
+                }
+            }
+            Kind::KillAt { point, restart_ns } => {
+                shared.borrow_mut().add_process_fault(point, ProcessFault::Kill { restart_ns });
+            }
+            Kind::Stop { victim, ns } => self.stop(victim, ns),
+            Kind::StopAt { point, ns } => {
+                shared.borrow_mut().add_process_fault(point, ProcessFault::Stop { ns });
+            }
+            Kind::Rival { planner, takeover, blind } => {
+                self.join(Slot { takeover, blind, ..Slot::of_planner(planner) });
+            }
+            Kind::ForeignBuild { planner } => {
+                self.join(Slot { takeover: true, foreign: true, ..Slot::of_planner(planner) });
+            }
+            Kind::PowerLoss { thousandths, restart_ns } => self.lose_power(thousandths, restart_ns),
+            Kind::NewRun { restart_ns } => self.begin_run(restart_ns),
+            Kind::Forge { forgery } => self.forge(forgery),
+            Kind::Tear { .. } | Kind::Full { .. } | Kind::WallClock { .. } => {
+                self.disturb_machine(kind);
+            }
+        }
+    }
+
+    fn disturb_machine(&mut self, kind: &Kind) {
+        let world = &mut *self.world.borrow_mut();
+        match *kind {
+            Kind::Tear { thousandths, restart_ns } => {
+                world.disk.tear_next_write(thousandths);
+                world.torn_restart_ns = restart_ns;
+            }
+            Kind::Full { room, stubborn, ns } => {
+                world.disk.fill(room, stubborn);
+                world.stirred_ns = world.stirred_ns.max(world.time_ns + ns);
+                world.schedule(world.time_ns + ns, Event::DiskFreed);
+            }
+            Kind::WallClock { ns } => world.wall_offset_ns = world.wall_offset_ns.saturating_add(ns),
+            _ => {}
+        }
+    }
+
+    fn stop(&mut self, victim: Victim, ns: u64) {
+        let Some(slot) = self.find(victim) else { return };
+        let Some(process) = &self.slots[slot].process else { return };
+        let world = &mut *self.world.borrow_mut();
+        let until_ns = world.time_ns + ns;
+        world.stirred_ns = world.stirred_ns.max(until_ns);
+        world.coverage.count("stopped", process.life.role.as_str());
+        world.stop(&process.life, until_ns);
+    }
+
+    fn join(&mut self, slot: Slot) {
+        self.slots.push(slot);
+        self.start(self.slots.len() - 1);
+    }
+
+    fn find(&self, victim: Victim) -> Option<usize> {
+        let leader = self.world.borrow().checker.leader().incarnation;
+        self.slots.iter().position(|slot| {
+            slot.process.as_ref().is_some_and(|process| match victim {
+                Victim::Role(role) => process.life.role == role,
+                Victim::Leader => process.life.incarnation == leader,
+                Victim::Rival => process.life.role == Role::Planner && process.life.incarnation != leader,
+            })
+        })
+    }
+
+    fn lose_power(&mut self, thousandths: u64, restart_ns: u64) {
+        for slot in 0..self.slots.len() {
+            let delay_ns = self.world.borrow_mut().chance.below(30 * MS);
+            self.kill(slot, Some(restart_ns + delay_ns), false);
+            // Whoever had left comes again: without --sync the end of a mission may be lost.
+            let world = &mut *self.world.borrow_mut();
+            world.schedule(world.time_ns + restart_ns + delay_ns, Event::Start(slot));
+        }
+        let world = &mut *self.world.borrow_mut();
+        world.disk.lose_power(thousandths);
+        world.reboot();
+        self.power_lost = true;
+    }
+
+    /// Another mission, in the midst of this one; whoever saw the end of this one may have left.
+    fn begin_run(&mut self, restart_ns: u64) {
+        if self.world.borrow().checker.status().is_over() || self.slots[0].process.is_none() {
+            return;
+        }
+        self.kill(0, Some(restart_ns), false);
+        self.missions += 1;
+        let mission = setup::mission(self.plan.seed, self.missions);
+        let world = &mut *self.world.borrow_mut();
+        world.disk.erase();
+        world.checker.begin(&mission);
+        world.coverage.count("run", "new");
+    }
+
+    fn forge(&mut self, forgery: Forgery) {
+        let world = &mut *self.world.borrow_mut();
+        let Some(command) = world.commanded else { return };
+        let Some((sim, wakes, queue)) =
+            world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
+        else {
+            return;
+        };
+        let rogue = Incarnation(u64::MAX);
+        let checker = &world.checker;
+        let (run, due, held) =
+            (checker.mission().brief.run, checker.records().len() as u64, checker.leader().term);
+        let forged =
+            Command { run, decision: Decision(due), term: held.next(), incarnation: rogue, ..command };
+        let message = match forgery {
+            Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
+            Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
+            Forgery::Repeated if due == 0 => return,
+            Forgery::Repeated => Ok(Command { decision: Decision(due - 1), ..forged }),
+            Forgery::Future => Ok(Command { decision: Decision(due + 1_000), ..forged }),
+            Forgery::Leap => Ok(Command { term: Term(held.0 + 1_000), ..forged }),
+            Forgery::Stale | Forgery::Usurped if held == Term(0) => return,
+            Forgery::Stale => Ok(Command { term: Term(held.0 - 1), ..forged }),
+            Forgery::Usurped => Ok(Command { term: held, ..forged }),
+            Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
+        };
+        world.coverage.count("forged", forgery.as_str());
+        world.send(rogue, &sim, wakes, &queue, message);
+    }
+
+    /// The journal as it lies on the disk, and the undisturbed mission with the same planners.
+    fn conclude(&mut self) {
+        let world = &mut *self.world.borrow_mut();
+        let checker = &mut world.checker;
+        let records: Result<Vec<_>, _> =
+            History::on(world.disk.clone(), "disk".into()).and_then(|history| history.records().collect());
+        match records {
+            Ok(records) if records == checker.records() => {}
+            Ok(records) => {
+                let held = checker.records().len();
+                return checker.violate("what is committed is never lost", || {
+                    format!("the disk holds {} records, {held} were committed", records.len())
+                });
+            }
+            Err(error) => return checker.violate("the journal can be read", || error.to_string()),
+        }
+        let records = checker.records().iter().map(|record| Ok::<_, ()>(*record));
+        let crew = Crew::from_records(records).expect("no record is an error");
+        let mission = checker.mission().clone();
+        let last = checker.records().last().map(|record| (record.decision.next(), record.digest));
+        let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
+        let need = flown.map(|flown| Some((flown.state.decision, flown.state.digest))).unwrap_or_default();
+        if last != need {
+            checker.violate("the mission has the digest of the undisturbed one", || {
+                format!("it ended as {last:?}, undisturbed as {need:?}")
+            });
+        }
+        let status = checker.status().as_str();
+        world.coverage.count("ended", status);
+    }
+}
+
+// The work loops, as the shells have them
+
+async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>) -> Result<Exit, Failure> {
+    let (mission, terms) = {
+        let world = ports.world.borrow();
+        let Setup { pace, control, .. } = world.setup;
+        let terms =
+            SimTerms { pace, linger_ns: LINGER_NS, control, deadlines: true, terms: Terms::default() };
+        (world.checker.mission().clone(), terms)
+    };
+    ports.pass(crash::JOURNAL_OPENED).await;
+    let last = journal.last().copied();
+    let mut sim = HopperSim::join(&mut ports, mission, (journal, last), |_: &Record| (), terms).await?;
+    process::run(&mut sim, &mut ports).await
+}
+
+fn peer_terms(ports: &SimulatedPorts) -> Terms {
+    Terms { wait: None, stay: ports.world.borrow().setup.stay }
+}
+
+async fn perception(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let patch_cells = ports.world.borrow().setup.patch_cells;
+    let cartographer = Cartographer::new(RobotId(0)).with_patches_of(patch_cells);
+    let mut perception = Perception::join(&mut ports, cartographer, terms).await?;
+    process::run(&mut perception, &mut ports).await
+}
+
+async fn planner(mut ports: SimulatedPorts, name: Name) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let planner = planner::algorithm(name.as_str()).expect("setups name known algorithms");
+    let planner = Box::new(Observed { planner, seen: Arc::clone(&ports.life.situation) });
+    let claim = Claim { takeover: ports.life.takeover, succeeds_pid: ports.life.succeeds_pid };
+    let mut planner = PlannerProcess::join(&mut ports, planner, claim, terms).await?;
+    process::run(&mut planner, &mut ports).await
+}
+
+async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let (screen, records, seed) = {
+        let world = ports.world.borrow();
+        (world.setup.screen, world.setup.records, ports.life.incarnation.0 ^ world.setup.uptime_ns)
+    };
+    let view = screen.then(|| {
+        let account = Arc::new(Mutex::new(Chronicle::new(RobotId(0))));
+        let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
+        View::open(&mut ports, account, screens, true)
+    });
+    let recorder = match records {
+        true => Some(recorder(&mut ports)?),
+        false => None,
+    };
+    let checked = Checked { ports: ports.clone() };
+    let mut monitor = Monitor::join(&mut ports, checked, view.transpose()?, recorder, terms).await?;
+    let exit = process::run(&mut monitor, &mut ports).await?;
+    monitor.finish(&mut ports)?;
+    Ok(exit)
+}
+
+fn recorder(
+    ports: &mut SimulatedPorts,
+) -> Result<Box<dyn monitor::process::Recorder<SimulatedPorts>>, Failure> {
+    let bytes: Rc<RefCell<Vec<u8>>> = Rc::default();
+    *ports.life.recording.borrow_mut() = Some(Rc::clone(&bytes));
+    let opened = RecorderPorts::open(ports, false)?;
+    let now = ports.now();
+    Ok(Box::new(Recorder::begin(&Default::default(), opened, Memory(bytes), now)?))
+}
+
+/// A recording in memory.
+struct Memory(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Sink for Memory {
+    fn name(&self) -> String {
+        "memory".into()
+    }
+
+    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
+        None
+    }
+}
+
+/// The decisions of a run of which a recording holds the record.
+pub(crate) fn decisions_recorded(bytes: &[u8], run: RunId) -> BTreeSet<Decision> {
+    let mut decisions = BTreeSet::new();
+    let Ok(recording) = Recording::read(bytes) else { return decisions };
+    for (_, message) in recording.messages().flatten() {
+        if let Message::Past(page) = message
+            && page.run == run
+        {
+            decisions.extend(page.records.iter().map(|record| record.decision));
+        }
+    }
+    decisions
+}
+
+/// Lets the checker see what the monitor has folded.
+struct Checked {
+    ports: SimulatedPorts,
+}
+
+impl Checked {
+    fn check(&self, watcher: &Watcher) {
+        if let Some(tally) = watcher.tally() {
+            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0);
+        }
+    }
+}
+
+impl Display for Checked {
+    fn show(&mut self, _progress: &Progress, watcher: &Watcher, _now: MonotonicNs) {
+        self.check(watcher);
+    }
+
+    fn finished(&mut self, watcher: &Watcher, _now: MonotonicNs) -> Result<(), Failure> {
+        self.check(watcher);
+        Ok(())
+    }
+}

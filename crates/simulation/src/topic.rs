@@ -1,0 +1,97 @@
+//! The ways that messages take, named for faults and counters: one for each message, two for each request.
+
+use std::any::TypeId;
+use std::sync::LazyLock;
+
+use crate::ports::{Answered, Asked};
+use contract::message::{Message, Request, Visitor};
+use serde::{Serialize, Serializer};
+
+/// A way that messages take: a publish-subscribe service, or one direction of a request-response service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Topic(u8);
+
+/// What is known of a topic.
+struct Facts {
+    of: TypeId,
+    name: String,
+    /// Messages that a reader's queue holds before the oldest gives way; per writer on the real middleware, per reader
+    /// here, which is the harder case.
+    buffer: usize,
+    /// Whether a late reader gets the writer's last message.
+    has_history: bool,
+}
+
+static TOPICS: LazyLock<Vec<Facts>> = LazyLock::new(|| {
+    let mut topics = Topics(Vec::new());
+    contract::wire::visit(&mut topics);
+    topics.0
+});
+
+struct Topics(Vec<Facts>);
+
+impl Visitor for Topics {
+    fn message<M: Message>(&mut self) {
+        let service = M::SERVICE;
+        self.0.push(Facts {
+            of: TypeId::of::<M>(),
+            name: service.short_name().into(),
+            buffer: service.buffer,
+            has_history: service.history > 0,
+        });
+    }
+
+    fn request<Q: Request>(&mut self) {
+        let (name, buffer) = (Q::SERVICE.short_name(), Q::SERVICE.max_clients);
+        let has_history = false;
+        self.0.push(Facts {
+            of: TypeId::of::<Asked<Q>>(),
+            name: format!("{name}_asked"),
+            buffer,
+            has_history,
+        });
+        let of = TypeId::of::<Answered<Q::Response>>();
+        self.0.push(Facts { of, name: format!("{name}_answered"), buffer, has_history });
+    }
+}
+
+impl Topic {
+    /// Every topic.
+    #[must_use]
+    pub fn all() -> Vec<Topic> {
+        (0..TOPICS.len() as u8).map(Topic).collect()
+    }
+
+    /// The topic of a message, a request, or a response.
+    ///
+    /// # Panics
+    /// If `T` is not in `contract::wire::visit`.
+    pub(crate) fn of<T: 'static>() -> Self {
+        let of = TypeId::of::<T>();
+        Self(TOPICS.iter().position(|facts| facts.of == of).expect("a message of the registry") as u8)
+    }
+
+    /// The name under which faults of the topic are counted.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        &TOPICS[usize::from(self.0)].name
+    }
+
+    /// Messages that a reader's queue holds before the oldest gives way.
+    #[must_use]
+    pub fn buffer(self) -> usize {
+        TOPICS[usize::from(self.0)].buffer
+    }
+
+    /// Whether a late reader gets the writer's last message.
+    #[must_use]
+    pub fn has_history(self) -> bool {
+        TOPICS[usize::from(self.0)].has_history
+    }
+}
+
+impl Serialize for Topic {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}

@@ -1,0 +1,428 @@
+//! What simulated processes stand on: time, the network between them, the disk, and the checker.
+
+use std::any::Any;
+use std::cell::{Cell, RefCell};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::rc::{Rc, Weak};
+
+use contract::{Command, Decision, Incarnation, Leader, MonotonicNs, Name, Refusal, Role, RunId};
+use serde::Serialize;
+
+use crate::chance::Chance;
+use crate::checker::Checker;
+use crate::coverage::Coverage;
+use crate::disk::Disk;
+use crate::fault::Kind;
+use crate::observed::Seen;
+use crate::setup::Setup;
+use crate::topic::Topic;
+
+/// How long a message takes, nanoseconds.
+const TRANSPORT_NS: u64 = 5_000;
+
+/// A millisecond, nanoseconds.
+pub(crate) const MS: u64 = 1_000_000;
+
+/// The world as its processes share it.
+pub(crate) type Shared = Rc<RefCell<World>>;
+
+/// Something that will happen.
+pub(crate) enum Event {
+    /// The sleep of a life ends, if it still means to at this moment.
+    Wake(usize, Incarnation),
+    /// A message reaches a reader.
+    Arrive(Letter),
+    /// A life is done computing.
+    Computed(usize, Incarnation),
+    /// A stopped life goes on.
+    Resume(usize, Incarnation),
+    /// A process is started.
+    Start(usize),
+    /// The fault of this number begins.
+    Fault(usize),
+    /// The disk has room again.
+    DiskFreed,
+}
+
+/// A message on its way.
+pub(crate) struct Letter {
+    topic: Topic,
+    writer: Incarnation,
+    pub reader: Rc<Life>,
+    wakes: bool,
+    /// Its number among those from this writer to this reader on its topic.
+    number: u64,
+    /// Puts it into the reader's queue, if that is still open; whether an older message gave way.
+    deliver: Box<dyn FnOnce() -> bool>,
+}
+
+struct Scheduled {
+    at_ns: u64,
+    order: u64,
+    event: Event,
+}
+
+impl PartialEq for Scheduled {
+    fn eq(&self, other: &Self) -> bool {
+        self.order == other.order
+    }
+}
+impl Eq for Scheduled {}
+impl PartialOrd for Scheduled {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Scheduled {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        (self.at_ns, self.order).cmp(&(other.at_ns, other.order))
+    }
+}
+
+/// One life of one process, as the operating system sees it.
+#[derive(Debug)]
+pub(crate) struct Life {
+    pub slot: usize,
+    pub role: Role,
+    pub incarnation: Incarnation,
+    pub pid: u32,
+    pub version: Name,
+    /// Takes every process for gone, as one in another container would.
+    pub blind: bool,
+    /// Of a planner: told to take over at once, and whose successor it is.
+    pub takeover: bool,
+    pub succeeds_pid: Option<u32>,
+    /// When the present sleep ends.
+    pub wakes_at: Cell<Option<u64>>,
+    pub sleeping: Cell<bool>,
+    pub woken: Cell<bool>,
+    /// Whether a message came that wakes, while the process was at work.
+    pub rung: Cell<bool>,
+    pub computed: Cell<bool>,
+    pub stopped_until: Cell<Option<u64>>,
+    /// Set by a fault that kills it where it is: until it is started again, nanoseconds.
+    pub dies: Cell<Option<u64>>,
+    /// Of a planner: who commanded at the decision it planned last.
+    pub known_leader: Cell<(RunId, Decision, Leader)>,
+    /// Of a planner: what it was last given to plan for.
+    pub situation: Seen,
+    /// Of a monitor that records: the recording so far.
+    pub recording: RefCell<Option<Rc<RefCell<Vec<u8>>>>>,
+}
+
+/// One open reader, server, or client.
+struct Endpoint {
+    topic: Topic,
+    life: Rc<Life>,
+    wakes: bool,
+    /// A `RefCell<VecDeque<…>>` of what it reads; gone once it is closed.
+    queue: Weak<dyn Any>,
+}
+
+/// A queue of messages that were received, or refused.
+pub(crate) type Queue<T> = RefCell<std::collections::VecDeque<Result<T, Refusal>>>;
+
+/// A death or a stop that waits at a named point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ProcessFault {
+    Kill { restart_ns: u64 },
+    Stop { ns: u64 },
+}
+
+/// A line of the trace.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// When, milliseconds since the simulation began.
+    pub ms: f64,
+    /// What happened, in words.
+    pub text: String,
+}
+
+/// Everything that is no process.
+pub(crate) struct World {
+    /// Since the simulation began, whatever any clock says.
+    pub time_ns: u64,
+    /// What CLOCK_MONOTONIC read when it began, in the sense of `time_ns`; a reboot sets it.
+    booted_ns: i128,
+    pub wall_offset_ns: i64,
+    order: u64,
+    events: BinaryHeap<Reverse<Scheduled>>,
+    pub disk: Disk,
+    pub lives: Vec<Rc<Life>>,
+    endpoints: Vec<Endpoint>,
+    /// The last message of each living writer, where a late reader gets it.
+    history: BTreeMap<(Topic, Incarnation), Rc<dyn Any>>,
+    /// How many messages have gone from a writer to a reader, and the highest number that has arrived.
+    links: BTreeMap<(Topic, Incarnation, Incarnation), (u64, u64)>,
+    /// What happens to the next messages, with how many are left.
+    link_faults: Vec<(Kind, Topic, u64)>,
+    process_faults: Vec<(&'static str, ProcessFault)>,
+    pub checker: Checker,
+    pub coverage: Coverage,
+    trace: Option<Vec<Line>>,
+    pub setup: Setup,
+    pub chance: Chance,
+    /// When a fault was last felt, or a decision executed.
+    pub stirred_ns: u64,
+    /// Until hopper-sim is started again after it died writing, nanoseconds.
+    pub torn_restart_ns: u64,
+    /// The last genuine command.
+    pub commanded: Option<Command>,
+    pub decisions: u64,
+}
+
+impl World {
+    pub fn new(seed: u64, setup: Setup, traced: bool) -> Self {
+        Self {
+            time_ns: 0,
+            booted_ns: -i128::from(setup.uptime_ns),
+            wall_offset_ns: 0,
+            order: 0,
+            events: BinaryHeap::new(),
+            disk: Disk::default(),
+            lives: Vec::new(),
+            endpoints: Vec::new(),
+            history: BTreeMap::new(),
+            links: BTreeMap::new(),
+            link_faults: Vec::new(),
+            process_faults: Vec::new(),
+            checker: Checker::new(&setup),
+            coverage: Coverage::default(),
+            trace: traced.then(Vec::new),
+            setup,
+            chance: Chance::new(seed, "stage"),
+            stirred_ns: 0,
+            torn_restart_ns: 0,
+            commanded: None,
+            decisions: 0,
+        }
+    }
+
+    /// What CLOCK_MONOTONIC reads.
+    pub fn monotonic(&self) -> MonotonicNs {
+        MonotonicNs((i128::from(self.time_ns) - self.booted_ns) as u64)
+    }
+
+    /// CLOCK_MONOTONIC begins anew, a boot's time above zero.
+    pub fn reboot(&mut self) {
+        let uptime_ns = self.chance.between(1_500_000_000, 30_000_000_000);
+        self.booted_ns = i128::from(self.time_ns) - i128::from(uptime_ns);
+    }
+
+    pub fn note(&mut self, text: impl FnOnce() -> String) {
+        if let Some(trace) = &mut self.trace {
+            trace.push(Line { ms: self.time_ns as f64 / 1e6, text: text() });
+        }
+    }
+
+    pub fn take_trace(&mut self) -> Vec<Line> {
+        self.trace.take().unwrap_or_default()
+    }
+
+    pub fn schedule(&mut self, at_ns: u64, event: Event) {
+        self.order += 1;
+        let at_ns = at_ns.max(self.time_ns);
+        self.events.push(Reverse(Scheduled { at_ns, order: self.order, event }));
+    }
+
+    /// The next thing that happens; time passes to it.
+    pub fn next(&mut self) -> Option<Event> {
+        let Reverse(Scheduled { at_ns, event, .. }) = self.events.pop()?;
+        self.time_ns = at_ns;
+        Some(event)
+    }
+
+    /// How long the operating system takes to run a process that is woken.
+    fn wake_ns(&mut self) -> u64 {
+        if self.chance.one_in(40) {
+            self.chance.duration_ns(MS / 4, 15 * MS)
+        } else {
+            self.chance.between(2_000, 90_000)
+        }
+    }
+
+    /// A life's sleep ends at `at_ns`, unless it ends before.
+    pub fn wake_at(&mut self, life: &Life, at_ns: u64) {
+        if life.wakes_at.get().is_none_or(|due_ns| at_ns < due_ns) {
+            life.wakes_at.set(Some(at_ns));
+            self.schedule(at_ns, Event::Wake(life.slot, life.incarnation));
+        }
+    }
+
+    /// A message that wakes has come.
+    fn ring(&mut self, life: &Life) {
+        if life.sleeping.get() && life.stopped_until.get().is_none() {
+            let at_ns = self.time_ns + self.wake_ns();
+            self.wake_at(life, at_ns);
+        } else {
+            life.rung.set(true);
+        }
+    }
+
+    /// SIGSTOP until `until_ns`.
+    pub fn stop(&mut self, life: &Life, until_ns: u64) {
+        let until_ns = life.stopped_until.get().map_or(until_ns, |known| known.max(until_ns));
+        life.stopped_until.set(Some(until_ns));
+        self.schedule(until_ns, Event::Resume(life.slot, life.incarnation));
+    }
+
+    /// A process begins to live.
+    pub fn enter(&mut self, life: Rc<Life>) {
+        self.lives.push(life);
+    }
+
+    /// A process is gone, with its endpoints and its history.
+    pub fn leave(&mut self, incarnation: Incarnation) {
+        self.lives.retain(|life| life.incarnation != incarnation);
+        self.endpoints.retain(|endpoint| endpoint.life.incarnation != incarnation);
+        self.history.retain(|(_, writer), _| *writer != incarnation);
+    }
+
+    /// Opens an endpoint; late, it gets what those who write still hold.
+    pub fn open<T: Clone + 'static>(&mut self, life: &Rc<Life>, wakes: bool) -> Rc<Queue<T>> {
+        let topic = Topic::of::<T>();
+        let queue: Rc<Queue<T>> = Rc::default();
+        let any: Rc<dyn Any> = Rc::clone(&queue) as Rc<dyn Any>;
+        self.endpoints.retain(|endpoint| endpoint.queue.strong_count() > 0);
+        self.endpoints.push(Endpoint { topic, life: Rc::clone(life), wakes, queue: Rc::downgrade(&any) });
+        let held: Vec<(Incarnation, T)> = self
+            .history
+            .iter()
+            .filter(|((of, _), _)| *of == topic)
+            .filter_map(|((_, writer), message)| Some((*writer, message.downcast_ref::<T>()?.clone())))
+            .collect();
+        for (writer, message) in held {
+            self.send(writer, life, wakes, &queue, Ok(message));
+        }
+        queue
+    }
+
+    /// How many endpoints of `T` are open.
+    pub fn readers<T: 'static>(&self) -> usize {
+        let topic = Topic::of::<T>();
+        let open = |endpoint: &&Endpoint| endpoint.topic == topic && endpoint.queue.strong_count() > 0;
+        self.endpoints.iter().filter(open).count()
+    }
+
+    /// Publishes to everyone who reads.
+    pub fn publish<T: Clone + 'static>(&mut self, writer: Incarnation, message: T) {
+        let topic = Topic::of::<T>();
+        for (reader, wakes, queue) in self.listening::<T>() {
+            self.send(writer, &reader, wakes, &queue, Ok(message.clone()));
+        }
+        if topic.has_history() {
+            self.history.insert((topic, writer), Rc::new(message));
+        }
+    }
+
+    /// Who reads `T`, with their queues.
+    pub fn listening<T: Clone + 'static>(&self) -> Vec<(Rc<Life>, bool, Rc<Queue<T>>)> {
+        let topic = Topic::of::<T>();
+        let open = self.endpoints.iter().filter(|endpoint| endpoint.topic == topic);
+        open.filter_map(|endpoint| {
+            let queue = endpoint.queue.upgrade()?.downcast::<Queue<T>>().ok()?;
+            Some((Rc::clone(&endpoint.life), endpoint.wakes, queue))
+        })
+        .collect()
+    }
+
+    /// Sends to one reader, through whatever is wrong with the topic.
+    pub fn send<T: Clone + 'static>(
+        &mut self,
+        writer: Incarnation,
+        reader: &Rc<Life>,
+        wakes: bool,
+        queue: &Rc<Queue<T>>,
+        message: Result<T, Refusal>,
+    ) {
+        let topic = Topic::of::<T>();
+        let link = self.links.entry((topic, writer, reader.incarnation)).or_default();
+        link.0 += 1;
+        let number = link.0;
+        // Nobody's own messages are disturbed: they never leave the process.
+        let arrivals = if writer == reader.incarnation {
+            vec![self.time_ns + TRANSPORT_NS]
+        } else {
+            self.arrivals(topic, reader)
+        };
+        for at_ns in arrivals {
+            let (queue, message) = (Rc::downgrade(queue), message.clone());
+            let deliver = Box::new(move || {
+                let Some(queue) = queue.upgrade() else { return false };
+                let mut queue = queue.borrow_mut();
+                let overflows = queue.len() >= topic.buffer();
+                if overflows {
+                    queue.pop_front();
+                }
+                queue.push_back(message);
+                overflows
+            });
+            let letter = Letter { topic, writer, reader: Rc::clone(reader), wakes, number, deliver };
+            self.schedule(at_ns, Event::Arrive(letter));
+        }
+    }
+
+    /// When the next message of a topic arrives: never, once, or twice.
+    fn arrivals(&mut self, topic: Topic, reader: &Life) -> Vec<u64> {
+        let mut arrivals = vec![self.time_ns + TRANSPORT_NS];
+        if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == topic) {
+            let (kind, _, left) = &mut self.link_faults[index];
+            *left -= 1;
+            let (name, left) = (kind.as_str(), *left);
+            match *kind {
+                Kind::Lose { .. } => arrivals.clear(),
+                Kind::Duplicate { later_ns, .. } => arrivals.push(arrivals[0] + later_ns),
+                Kind::Delay { ns, .. } => arrivals[0] += ns,
+                Kind::Reorder { apart_ns, .. } => arrivals[0] += left * apart_ns,
+                _ => {}
+            }
+            if left == 0 {
+                self.link_faults.swap_remove(index);
+            }
+            self.coverage.count(name, topic.as_str());
+            self.stirred_ns = self.stirred_ns.max(arrivals.last().copied().unwrap_or(self.time_ns));
+            let incarnation = reader.incarnation;
+            self.note(|| format!("{name}: a {} message to {} {incarnation}", topic.as_str(), reader.role));
+        }
+        arrivals
+    }
+
+    /// A message arrives, if its reader still lives.
+    pub fn arrive(&mut self, letter: Letter) {
+        let Letter { topic, writer, reader, wakes, number, deliver } = letter;
+        if !self.lives.iter().any(|life| life.incarnation == reader.incarnation) {
+            return;
+        }
+        let (_, highest) = self.links.entry((topic, writer, reader.incarnation)).or_default();
+        if number < *highest {
+            self.coverage.count("overtaken", topic.as_str());
+        }
+        *highest = number.max(*highest);
+        if deliver() && topic.buffer() > 1 {
+            self.coverage.count("overflow", topic.as_str());
+        }
+        if wakes {
+            self.ring(&reader);
+        }
+    }
+
+    pub fn add_link_fault(&mut self, kind: &Kind, topic: Topic, messages: u64) {
+        self.link_faults.push((kind.clone(), topic, messages));
+    }
+
+    pub fn add_process_fault(&mut self, point: &'static str, fault: ProcessFault) {
+        self.process_faults.push((point, fault));
+    }
+
+    /// A process passes a named point; what waits for it there.
+    pub fn pass(&mut self, point: &'static str) -> Option<ProcessFault> {
+        let index = self.process_faults.iter().position(|(at, _)| *at == point)?;
+        let (_, fault) = self.process_faults.remove(index);
+        let group = if matches!(fault, ProcessFault::Kill { .. }) { "killed_at" } else { "stopped_at" };
+        self.coverage.count(group, point);
+        self.stirred_ns = self.stirred_ns.max(self.time_ns);
+        self.note(|| format!("{group} {point}"));
+        Some(fault)
+    }
+}

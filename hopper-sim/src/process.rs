@@ -1,0 +1,351 @@
+//! The hopper-sim process: ports and the journal around the [`Arbiter`].
+
+use std::collections::{BTreeMap, VecDeque};
+
+use contract::limits::TRUTH_PAGE_CELLS;
+use contract::{
+    Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name, PastPage, PastRequest,
+    Policy, Record, Refusal, Role, RunId, State, Status, Tempo, TruthRequest,
+};
+use process::{
+    Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
+};
+
+use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pace, ROBOT, Storage, crash};
+
+/// How long before a landing hopper-sim no longer sleeps, nanoseconds: a sleeping process wakes a tenth of a
+/// millisecond late.
+const AWAKE_NS: u64 = 300_000;
+
+/// Lives of one role that are remembered for the summary; a mission of any length stays bounded.
+const LIVES_MAX: usize = 256;
+
+/// Where executed decisions go and come from: the journal, or nowhere in lockstep.
+pub trait RecordStore {
+    /// The run whose records these are.
+    fn run(&self) -> RunId;
+
+    /// Takes a record; the commit point of a hop.
+    ///
+    /// # Errors
+    /// If it could not be written whole. What was written of it is cut off again.
+    fn append(&mut self, record: &Record) -> Result<(), JournalError>;
+
+    /// The records from a decision on, at most [`contract::limits::PAST_PAGE_RECORDS`].
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    fn page(&self, from: Decision) -> Result<PastPage, JournalError>;
+}
+
+impl<S: Storage> RecordStore for Journal<S> {
+    fn run(&self) -> RunId {
+        self.header().run()
+    }
+
+    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
+        Journal::append(self, record)
+    }
+
+    fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
+        Journal::page(self, from)
+    }
+}
+
+/// How hopper-sim paces, waits and ends.
+#[derive(Clone, Copy, Debug)]
+pub struct SimTerms {
+    /// How fast landings follow each other.
+    pub pace: Pace,
+    /// How long the end of the mission is served at most to peers that have not seen it, nanoseconds.
+    pub linger_ns: u64,
+    /// Whether orders to pause, resume, step or change the pace are obeyed.
+    pub control: bool,
+    /// Whether the deadline of a decision passes by the clock. Lockstep repeats a mission from its journal instead.
+    pub deadlines: bool,
+    /// How long it waits for peers.
+    pub terms: Terms,
+}
+
+/// Executes hops, decides who commands, and keeps the journal. `O` is told of every executed decision.
+pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
+    membership: Membership<P>,
+    arbiter: Arbiter,
+    records: R,
+    executed: O,
+    /// The first lives heard, by role: at most [`LIVES_MAX`] each.
+    lives: BTreeMap<Role, Vec<(Incarnation, u32)>>,
+    states: P::Writer<State>,
+    briefs: P::Writer<Brief>,
+    truths: P::Server<TruthRequest>,
+    commands: P::Reader<Command>,
+    controls: P::Reader<Control>,
+    tempos: P::Writer<Tempo>,
+    /// The pacing published last.
+    tempo_sent: Option<Tempo>,
+    /// Read only where there may be a fallback: planners write policies for readers alone.
+    policies: Option<P::Reader<Policy>>,
+    past: P::Server<PastRequest>,
+    assembled: bool,
+    /// Whether the last append failed.
+    holding: bool,
+    /// Whether the log has said that the past cannot be read.
+    past_failed: bool,
+    finished: Option<Status>,
+}
+
+impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
+    /// Joins the instance with `records` open, whose last is `last`, and publishes the brief.
+    ///
+    /// # Errors
+    /// If a port cannot be had, or there is no room for the brief.
+    pub async fn join(
+        ports: &mut P,
+        mission: Mission,
+        (records, last): (R, Option<Record>),
+        executed: O,
+        terms: SimTerms,
+    ) -> Result<Self, P::Error> {
+        let may_fall_back = mission.brief.guard.deadline_ns > 0;
+        let mut arbiter = Arbiter::new(mission, last.as_ref(), terms.pace, terms.linger_ns, ports.now());
+        if terms.control {
+            arbiter = arbiter.obeying_orders();
+        }
+        if !terms.deadlines {
+            arbiter = arbiter.without_deadlines();
+        }
+        let mut sim = Self {
+            membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms.terms)?,
+            briefs: ports.writer(ROBOT)?,
+            truths: ports.server(ROBOT)?,
+            states: ports.writer(ROBOT)?,
+            commands: ports.reader(ROBOT, true)?,
+            controls: ports.reader(ROBOT, false)?,
+            tempos: ports.writer(ROBOT)?,
+            tempo_sent: None,
+            policies: may_fall_back.then(|| ports.reader(ROBOT, false)).transpose()?,
+            past: ports.server(ROBOT)?,
+            arbiter,
+            records,
+            executed,
+            lives: BTreeMap::new(),
+            assembled: false,
+            holding: false,
+            past_failed: false,
+            finished: None,
+        };
+        sim.announce()?;
+        ports.pass(crash::JOINED).await;
+        Ok(sim)
+    }
+
+    /// The arbiter, for its state and refusals.
+    #[must_use]
+    pub fn arbiter(&self) -> &Arbiter {
+        &self.arbiter
+    }
+
+    /// Lives of other processes heard so far, with their process numbers.
+    pub fn lives(&self) -> impl Iterator<Item = (Role, u32)> + '_ {
+        self.lives.iter().flat_map(|(role, lives)| lives.iter().map(|(_, pid)| (*role, *pid)))
+    }
+
+    /// Does what the fallback did at the decision that is due when this mission was flown before.
+    ///
+    /// # Errors
+    /// As a turn.
+    pub async fn repeat(&mut self, fallback: Fallback, ports: &mut P) -> Result<(), P::Error> {
+        self.feed(Event::Repeat(fallback), ports).await
+    }
+
+    /// Publishes the brief: once, and again when a peer has missed it.
+    fn announce(&mut self) -> Result<(), P::Error> {
+        self.briefs.publish(self.arbiter.mission().brief)
+    }
+
+    /// Everything that came since, and the passing of time.
+    async fn receive(&mut self, ports: &mut P) -> Result<(), P::Error> {
+        for _ in 0..self.commands.depth() {
+            let Some(command) = self.commands.receive() else { break };
+            let command = command.and_then(|command| {
+                self.membership.builds().refuse(command.incarnation).map_or(Ok(command), Err)
+            });
+            self.feed(Event::Command(command), ports).await?;
+        }
+        for _ in 0..self.controls.depth() {
+            let Some(control) = self.controls.receive() else { break };
+            self.feed(Event::Control(control), ports).await?;
+        }
+        match self.policies.as_mut().and_then(Reader::newest) {
+            Some(Ok(policy)) => self.feed(Event::Policy(policy), ports).await?,
+            Some(Err(refusal)) => self.refused(refusal, ports).await?,
+            None => {}
+        }
+        for _ in 0..self.membership.depth() {
+            let Some(beat) = self.membership.hear(ports.now()) else { break };
+            match beat {
+                Ok(beat) => {
+                    self.remember(&beat);
+                    self.feed(Event::Heartbeat(beat), ports).await?;
+                }
+                Err(refusal) => self.refused(refusal, ports).await?,
+            }
+        }
+        if self.is_assembled(ports.now()) {
+            self.feed(Event::Tick, ports).await?;
+        }
+        Ok(())
+    }
+
+    /// Answers the requests for the past and the truth.
+    async fn serve(&mut self, ports: &mut P) -> Result<(), P::Error> {
+        let due = self.arbiter.state().decision;
+        let Self { past, records, past_failed, .. } = self;
+        let mut refusals = past.serve(|request: &PastRequest| {
+            let mut page = match records.page(request.from) {
+                Ok(page) => page,
+                Err(error) => {
+                    if !std::mem::replace(past_failed, true) {
+                        tracing::error!("the past cannot be served: {error}");
+                    }
+                    return None;
+                }
+            };
+            // A hop that is still in the air has not been seen to land.
+            page.records.retain(|record| record.decision < due);
+            (request.run == records.run()).then_some(page)
+        })?;
+        let Self { truths, arbiter, .. } = self;
+        let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
+        refusals.extend(truths.serve(page)?);
+        for refusal in refusals {
+            self.refused(refusal, ports).await?;
+        }
+        Ok(())
+    }
+
+    /// Logs a malformed message, and counts it.
+    async fn refused(&mut self, refusal: Refusal, ports: &mut P) -> Result<(), P::Error> {
+        log_refusal(&refusal);
+        self.feed(Event::Refused(refusal), ports).await
+    }
+
+    /// The mission begins once somebody can sense and somebody plans, so that no decision's time counts the
+    /// wait for processes to start, or for perception to gather the truth. A mission that is over is served to
+    /// every peer that joins, and one that was under way with a fallback goes on at once.
+    fn is_assembled(&mut self, now: MonotonicNs) -> bool {
+        self.assembled = self.assembled || self.arbiter.is_manned(self.membership.roster(), now);
+        self.assembled
+    }
+
+    async fn feed(&mut self, event: Event, ports: &mut P) -> Result<(), P::Error> {
+        let mut effects: VecDeque<_> = self.arbiter.on(event, ports.now()).into();
+        while let Some(effect) = effects.pop_front() {
+            match effect {
+                Effect::Append(record) => effects.extend(self.append(&record, ports).await),
+                Effect::Announce => self.announce()?,
+                Effect::Publish(state) => {
+                    self.states.publish(state)?;
+                    ports.pass(crash::PUBLISHED).await;
+                }
+                Effect::Refused(refusal) => tracing::debug!(reason = refusal.reason(), "refused: {refusal}"),
+                Effect::Finished(status) => self.finished = Some(status),
+            }
+        }
+        Ok(())
+    }
+
+    /// The commit point.
+    async fn append(&mut self, record: &Record, ports: &mut P) -> Vec<Effect> {
+        ports.pass(crash::BEFORE_APPEND).await;
+        match self.records.append(record) {
+            Ok(()) => {
+                ports.pass(crash::APPENDED).await;
+                let now = ports.now();
+                let mut committed = *record;
+                committed.timing.committed = now;
+                (self.executed)(&committed);
+                if record.origin.is_fallback() {
+                    let (decision, action, origin) = (record.decision, record.action, record.origin);
+                    tracing::warn!(
+                        "no acceptable command for decision {decision}: fell back to {action}, by {origin}"
+                    );
+                }
+                if std::mem::take(&mut self.holding) {
+                    tracing::info!("the journal took decision {}: going on", record.decision);
+                }
+                self.arbiter.on(Event::Appended, now)
+            }
+            Err(error) => {
+                ports.pass(crash::APPEND_FAILED).await;
+                // Every tick tries again: log it once.
+                if !std::mem::replace(&mut self.holding, true) {
+                    tracing::error!("holding at decision {}: {error}", record.decision);
+                }
+                self.arbiter.on(Event::AppendFailed, ports.now())
+            }
+        }
+    }
+
+    fn remember(&mut self, beat: &Heartbeat) {
+        let lives = self.lives.entry(beat.role).or_default();
+        let is_known = lives.iter().any(|(incarnation, _)| *incarnation == beat.incarnation);
+        if !is_known && lives.len() < LIVES_MAX {
+            lives.push((beat.incarnation, beat.pid));
+        }
+    }
+
+    /// Publishes the pacing when it has changed.
+    fn publish_tempo(&mut self) -> Result<(), P::Error> {
+        let tempo = self.arbiter.tempo();
+        if self.tempo_sent != Some(tempo) {
+            if self.tempo_sent.is_some() {
+                tracing::info!(paused = tempo.paused, pace = %tempo.pace, "ordered to change the pacing");
+            }
+            self.tempo_sent = Some(tempo);
+            self.tempos.publish(tempo)?;
+        }
+        self.tempos.idle();
+        Ok(())
+    }
+
+    fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
+        let roster = self.membership.roster();
+        if self.arbiter.state().status.is_over() {
+            None
+        } else if !roster.has(Role::Perception, now) {
+            Some("perception")
+        } else if !roster.has(Role::Planner, now) {
+            Some("a planner")
+        } else {
+            None
+        }
+    }
+
+    /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited awake.
+    fn sleep_ns(&self, now: MonotonicNs) -> u64 {
+        if !self.assembled {
+            return TICK_NS;
+        }
+        let due_ns = self.arbiter.wake_at().map(|at| at.since_ns(now));
+        due_ns.map_or(TICK_NS, |due_ns| due_ns.saturating_sub(AWAKE_NS).min(TICK_NS))
+    }
+}
+
+impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R, O> {
+    async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
+        self.receive(ports).await.map_err(Into::into)?;
+        self.serve(ports).await.map_err(Into::into)?;
+        self.states.idle();
+        self.briefs.idle();
+        self.publish_tempo().map_err(Into::into)?;
+        let State { run, decision, status, .. } = *self.arbiter.state();
+        self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
+        if let Some(status) = self.finished {
+            return Ok(Turn::Leave(if status == Status::Goal { Exit::Done } else { Exit::Failed }));
+        }
+        let waits_for = self.waits_for(ports.now());
+        self.membership.wait_for(waits_for, ports)?;
+        Ok(Turn::Sleep(self.sleep_ns(ports.now())))
+    }
+}

@@ -1,0 +1,109 @@
+//! Progress on standard error: a bar on a terminal, a line a second elsewhere.
+
+use std::io::IsTerminal;
+
+use contract::{MonotonicNs, RunId};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::Progress;
+
+/// Pause between two lines of the log.
+const LINE_PERIOD_NS: u64 = 1_000_000_000;
+
+/// Marks of the bar from start to goal.
+const BAR_LENGTH: u64 = 1000;
+
+/// Redraws of the bar a second, at most.
+const REDRAWS_HZ: u8 = 10;
+
+/// Shows progress; standard output stays free for data.
+#[derive(Debug, Default)]
+pub struct Bar {
+    /// On a terminal a bar over the share of the distance covered, else lines of the log.
+    bar: Option<ProgressBar>,
+    /// When the last line was logged.
+    logged: Option<MonotonicNs>,
+    /// The run whose end has been shown: it is shown once.
+    ended: Option<RunId>,
+}
+
+impl Bar {
+    /// A bar if standard error is a terminal, the log otherwise.
+    #[must_use]
+    pub fn on_stderr() -> Self {
+        if std::io::stderr().is_terminal() {
+            Self::on(ProgressDrawTarget::stderr_with_hz(REDRAWS_HZ))
+        } else {
+            Self::default()
+        }
+    }
+
+    /// A bar drawn to `target`.
+    #[must_use]
+    pub fn on(target: ProgressDrawTarget) -> Self {
+        let style = ProgressStyle::with_template("{bar:16.green} {percent:>3} % {wide_msg}")
+            .expect("the template is a constant")
+            .progress_chars("━╸ ");
+        let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), target).with_style(style);
+        Self { bar: Some(bar), ..Self::default() }
+    }
+
+    /// Shows `progress` as it stands at `now`.
+    pub fn show(&mut self, progress: &Progress, now: MonotonicNs) {
+        if self.ended == Some(progress.run) {
+            return;
+        }
+        let over = progress.status.is_over();
+        self.ended = over.then_some(progress.run);
+        if let Some(bar) = &self.bar {
+            if bar.is_finished() {
+                bar.reset();
+            }
+            bar.set_position((progress.covered() * BAR_LENGTH as f64) as u64);
+            bar.set_message(progress.compact());
+        } else if over || self.logged.is_none_or(|logged| now.since_ns(logged) >= LINE_PERIOD_NS) {
+            self.logged = Some(now);
+            tracing::info!("{progress}");
+        }
+    }
+
+    /// Leaves the last state of the bar standing, and the terminal clean.
+    pub fn finish(&self) {
+        if let Some(bar) = self.bar.as_ref().filter(|bar| !bar.is_finished()) {
+            bar.abandon();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::progress::tests::progress;
+
+    #[test]
+    fn away_from_a_terminal_there_is_a_line_a_second_and_one_at_the_end() {
+        let mut display = Bar::default();
+        let mut progress = progress();
+        let last = |display: &mut Bar, progress: &Progress, ms: u64| {
+            display.show(progress, MonotonicNs(1_000_000 * ms));
+            display.logged.unwrap().0 / 1_000_000
+        };
+        let lines: Vec<u64> = (0..30).map(|tenth| last(&mut display, &progress, 7 + 100 * tenth)).collect();
+        assert_eq!((lines[0], lines[9], lines[10], lines[29]), (7, 7, 1007, 2007));
+        progress.status = contract::Status::Goal;
+        assert_eq!(last(&mut display, &progress, 2950), 2950);
+        assert_eq!(last(&mut display, &progress, 9000), 2950, "the end is told once");
+    }
+
+    #[test]
+    fn the_bar_covers_the_way_from_start_to_goal() {
+        let mut display = Bar::on(ProgressDrawTarget::hidden());
+        display.show(&progress(), MonotonicNs(0));
+        let bar = display.bar.as_ref().unwrap();
+        assert_eq!(bar.position(), BAR_LENGTH / 2);
+        assert_eq!(bar.message(), progress().compact());
+        assert!(bar.message().chars().count() <= 58, "{} fits a terminal of eighty", bar.message());
+        display.finish();
+    }
+}

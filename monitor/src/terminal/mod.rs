@@ -1,9 +1,0 @@
-//! The mission on a terminal, down to eighty columns by twenty-four rows.
-//!
-//! [`picture`] draws the account: no terminal in it. [`shell`] has the terminal.
-
-pub mod picture;
-pub mod shell;
-
-pub use picture::{Knobs, Order, draw};
-pub use shell::Terminal;

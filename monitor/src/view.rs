@@ -1,0 +1,193 @@
+//! What page and terminal need beyond other monitors: the account they show, and ports of their own.
+//!
+//! The map is folded from patches and pages. Policies cost the planner something, so they are read only while somebody
+//! looks at them.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Policy, RobotId, Tempo};
+use process::{Client, Failure, Ports, Reader, Writer, accept};
+
+use crate::{Chronicle, Event, News, Progress};
+
+/// Pause between two looks at the policy, nanoseconds, and that for each cell: a planner that looks ahead only as
+/// far as it must computes the rest for display, of 821 × 821 cells in a good part of a second.
+const POLICY_PERIOD_NS: u64 = 250_000_000;
+const POLICY_CELL_NS: u64 = 10_000;
+
+/// Pause before a place among the policy's readers is tried for again, nanoseconds.
+const POLICY_PLACE_NS: u64 = 2_000_000_000;
+
+/// Something that shows the account: a page, a terminal.
+pub trait Screen {
+    /// Whether somebody looks at the policy.
+    fn wants_policy(&self) -> bool;
+
+    /// Shows the account as it stands at `now`; what whoever looks asks for.
+    ///
+    /// # Errors
+    /// If the screen is gone.
+    fn show(&mut self, account: &Chronicle, now: MonotonicNs) -> Result<Vec<Wish>, Failure>;
+}
+
+/// What whoever looks asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wish {
+    /// Leave.
+    Quit,
+    /// Send an order to the mission.
+    Order(Order),
+}
+
+/// The account of one robot's mission, the screens that show it, and its ports.
+pub struct View<P: Ports> {
+    account: Arc<Mutex<Chronicle>>,
+    screens: Vec<Box<dyn Screen>>,
+    robot: RobotId,
+    snapshots: P::Client<MapRequest>,
+    tempos: P::Reader<Tempo>,
+    /// Only where orders are allowed.
+    controls: Option<P::Writer<Control>>,
+    /// Open while a policy is waited for: planners make them for readers only.
+    policies: Option<P::Reader<Policy>>,
+    /// When the next policy is to be looked at.
+    policy_due: MonotonicNs,
+    /// Whether the log has said that all places among the policy's readers are taken.
+    policy_full: bool,
+}
+
+/// What is received before the states: see [`crate::process`].
+#[derive(Debug, Default)]
+pub struct Early {
+    tempo: Option<Tempo>,
+    page: Option<MapPage>,
+}
+
+impl<P: Ports> View<P> {
+    /// Opens the ports. `account` is shared with the screens.
+    ///
+    /// # Errors
+    /// If a port cannot be had.
+    pub fn open(
+        ports: &mut P,
+        account: Arc<Mutex<Chronicle>>,
+        screens: Vec<Box<dyn Screen>>,
+        control: bool,
+    ) -> Result<Self, P::Error> {
+        let robot = RobotId(0);
+        Ok(Self {
+            account,
+            screens,
+            robot,
+            snapshots: ports.client(robot)?,
+            tempos: ports.reader(robot, false)?,
+            controls: control.then(|| ports.writer(robot)).transpose()?,
+            policies: None,
+            policy_due: MonotonicNs(0),
+            policy_full: false,
+        })
+    }
+
+    /// Shows the account on one more screen.
+    pub fn add(&mut self, screen: Box<dyn Screen>) {
+        self.screens.push(screen);
+    }
+
+    /// Adds how the mission stands.
+    pub(crate) fn progress(&self, progress: Progress) {
+        self.account().stands(progress);
+    }
+
+    pub(crate) fn receive_early(&mut self) -> Early {
+        Early { tempo: accept(self.tempos.newest()), page: accept(self.snapshots.receive()) }
+    }
+
+    /// Adds to the account what came, and asks perception for what is missing.
+    pub(crate) fn take(&mut self, events: &[Event], early: Early, ports: &mut P) -> Result<(), Failure> {
+        let policy = self.policy(ports);
+        let mut request = None;
+        let mut account = self.account();
+        let mut add = |news: News<'_>| request = account.on(news, ports.now()).or(request);
+        for event in events {
+            match event {
+                Event::Brief(brief) => add(News::Brief(brief)),
+                Event::State(state) => add(News::State(state)),
+                Event::Past(page) => add(News::Past(page)),
+                Event::Map(patch) => add(News::Patch(patch.clone())),
+                Event::Heartbeat(beat) => add(News::Heartbeat(beat)),
+                Event::Refused(_) | Event::Tick => {}
+            }
+        }
+        let (page, tempo) = (early.page.as_ref().map(News::Page), early.tempo.map(News::Tempo));
+        let late = [page, tempo, policy.map(News::Policy), Some(News::Tick)];
+        late.into_iter().flatten().for_each(add);
+        drop(account);
+        if let Some(request) = request {
+            self.snapshots.request(request).map_err(Into::into)?;
+        }
+        Ok(())
+    }
+
+    /// Shows the account and passes orders on; whether whoever looks has had enough.
+    pub(crate) fn show(&mut self, ports: &mut P) -> Result<bool, Failure> {
+        let mut orders = Vec::new();
+        for screen in &mut self.screens {
+            let account = self.account.lock().unwrap_or_else(PoisonError::into_inner);
+            for wish in screen.show(&account, ports.now())? {
+                match wish {
+                    Wish::Quit => return Ok(true),
+                    Wish::Order(order) => orders.push(order),
+                }
+            }
+        }
+        let run = self.account().brief_known().map(|brief| brief.run);
+        if let (Some(run), Some(controls)) = (run, &mut self.controls) {
+            for order in orders {
+                tracing::info!("asked to {}", words(&order));
+                controls.publish(Control { run, robot: self.robot, order }).map_err(Into::into)?;
+            }
+            controls.idle();
+        }
+        Ok(false)
+    }
+
+    fn account(&self) -> MutexGuard<'_, Chronicle> {
+        self.account.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A policy, now and then, while somebody wants to see one.
+    fn policy(&mut self, ports: &mut P) -> Option<Policy> {
+        let now = ports.now();
+        if !self.screens.iter().any(|screen| screen.wants_policy()) || now < self.policy_due {
+            self.policies = None;
+            return None;
+        }
+        if self.policies.is_none() {
+            match ports.try_reader(self.robot) {
+                Ok(reader) => self.policies = Some(reader),
+                Err(error) => {
+                    if !std::mem::replace(&mut self.policy_full, true) {
+                        tracing::warn!("no policy is shown until there is a place to read it from: {error}");
+                    }
+                    self.policy_due = now.plus_ns(POLICY_PLACE_NS);
+                    return None;
+                }
+            }
+        }
+        let policy = accept(self.policies.as_mut().and_then(Reader::newest));
+        if let Some(policy) = &policy {
+            self.policy_due = now.plus_ns(POLICY_PERIOD_NS + POLICY_CELL_NS * policy.cells.len() as u64);
+        }
+        policy
+    }
+}
+
+fn words(order: &Order) -> String {
+    match order {
+        Order::Pause => "pause".into(),
+        Order::Resume => "resume".into(),
+        Order::Step => "step".into(),
+        Order::Pace(pace) => format!("land at pace {pace}"),
+        Order::HandOver(life) => format!("hand over to the planner of life {life}"),
+    }
+}

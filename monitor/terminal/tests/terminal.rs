@@ -1,0 +1,157 @@
+//! The terminal's picture of a mission, character by character.
+
+// Helpers of tests are not recognised as tests.
+#![allow(clippy::unwrap_used)]
+
+#[path = "../../../crates/report/tests/mission/mod.rs"]
+mod mission;
+
+use contract::{
+    Action, Branch, Decision, Direction, Heartbeat, Incarnation, Leader, MapPatch, MonotonicNs, Name,
+    ObservedMap, Pace, Policy, RobotId, Role, SeenCell, Status, Tempo,
+};
+use mission::{Step, brief, ground, name, policy, records};
+use monitor::{Chronicle, Event, News, Watcher};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use terminal::{Knobs, draw};
+
+const ROBOT: RobotId = RobotId(0);
+const SIDE: u32 = 16;
+const NOW: MonotonicNs = MonotonicNs(3_600_000_000_000);
+
+/// East and north in turn, with a hop that gets nowhere and one that slips.
+fn steps() -> Vec<Step> {
+    let hop = |n: usize| Action::Hop(if n.is_multiple_of(2) { Direction::East } else { Direction::North });
+    (0..14)
+        .map(|n| {
+            let branch = match n {
+                4 => Branch::Stayed,
+                9 => Branch::Right,
+                _ => Branch::Intended,
+            };
+            (hop(n), branch)
+        })
+        .collect()
+}
+
+/// A mission some way along: a swap after six hops, a perception that fell silent.
+fn account() -> Chronicle {
+    let brief = brief(SIDE);
+    let mut account = Chronicle::new(ROBOT);
+    let mut watcher = Watcher::new(ROBOT);
+    account.on(News::Brief(&brief), NOW);
+    watcher.on(Event::Brief(brief), NOW);
+    let lives = [
+        (Role::HopperSim, 1, Name::NONE),
+        (Role::Perception, 2, Name::NONE),
+        (Role::Planner, 3, name("mdp")),
+    ];
+    for (role, life, planner) in lives {
+        let beat = Heartbeat {
+            role,
+            incarnation: Incarnation(life),
+            pid: 100 + life as u32,
+            version: name("0.1.0"),
+            planner,
+            counter: 1,
+            run: brief.run,
+            decision: Decision(0),
+            status: Status::Underway,
+        };
+        let heard = if role == Role::Perception { MonotonicNs(NOW.0 - 2_500_000_000) } else { NOW };
+        account.on(News::Heartbeat(&beat), heard);
+    }
+    let records = records(&brief, &steps(), 6);
+    for record in &records {
+        let state = record.state_after(brief.run, record.timing.committed, record.timing.committed);
+        let leader = Leader { incarnation: Incarnation(3), ..state.leader };
+        account.on(News::State(&contract::State { leader, ..state }), NOW);
+        watcher.on(Event::State(state), NOW);
+    }
+    let (_, map) = ground(&brief);
+    let seen = map.cells().iter().enumerate();
+    let cells = seen
+        .filter_map(|(index, ground)| Some(SeenCell { index: index as u32, ground: (*ground)? }))
+        .collect();
+    let patch = MapPatch {
+        run: brief.run,
+        robot: ROBOT,
+        through: Decision(records.len() as u64),
+        more: 0,
+        sequence: 1,
+        before: ObservedMap::unseen(brief.run, ROBOT, brief.grid).observation(),
+        after: map.observation(),
+        sensed: NOW,
+        published: NOW,
+        grid: brief.grid,
+        seen_cells: map.seen_cells() as u32,
+        treasures: map.treasures().to_vec(),
+        cells,
+    };
+    assert_eq!(account.on(News::Patch(patch), NOW), None);
+    let (run, robot, decision) = (brief.run, ROBOT, Decision(13));
+    let planner = records.last().unwrap().leader.planner;
+    account.on(
+        News::Policy(Policy { run, robot, decision, planner, error_bound: 3.1e-7, cells: policy(&brief) }),
+        NOW,
+    );
+    account.on(News::Tempo(Tempo { run, robot, pace: Pace::Hertz(2.0), paused: false, heeds: true }), NOW);
+    account.on(News::Tick, NOW);
+    account.stands(watcher.progress(NOW).unwrap());
+    account
+}
+
+fn picture(account: &Chronicle, knobs: &Knobs, columns: u16, rows: u16) -> TestBackend {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    terminal.draw(|frame| draw(frame, account, knobs, NOW)).unwrap();
+    terminal.backend().clone()
+}
+
+/// P-TUI: everything stands on eighty columns by twenty-four rows.
+#[test]
+fn the_whole_mission_stands_on_eighty_by_twenty_four() {
+    let knobs = Knobs { policy: true, control: true, ..Knobs::default() };
+    insta::assert_snapshot!("eighty_by_twenty_four", picture(&account(), &knobs, 80, 24));
+}
+
+#[test]
+fn looking_back_shows_the_mission_as_it_was() {
+    let knobs = Knobs { at: Some(Decision(5)), ..Knobs::default() };
+    insta::assert_snapshot!("looking_back", picture(&account(), &knobs, 100, 30));
+}
+
+#[test]
+fn a_terminal_too_small_says_what_it_needs_and_nothing_is_drawn_of_nothing() {
+    let small = picture(&account(), &Knobs::default(), 60, 20).to_string();
+    assert!(small.contains("needs 80 x 24, got 60 x 20"), "{small}");
+    let nothing = picture(&Chronicle::new(ROBOT), &Knobs::default(), 80, 24).to_string();
+    assert!(nothing.contains("waiting for a mission"), "{nothing}");
+}
+
+#[test]
+fn every_size_of_terminal_and_every_moment_can_be_drawn() {
+    let account = account();
+    for (columns, rows) in [(80, 24), (81, 25), (120, 40), (300, 100), (80, 200), (500, 24)] {
+        for at in [None, Some(Decision(0)), Some(Decision(3)), Some(Decision(999))] {
+            for follow in [false, true] {
+                let knobs = Knobs { at, follow, policy: true, control: false };
+                let text = picture(&account, &knobs, columns, rows).to_string();
+                assert!(text.contains('@'), "{columns} x {rows} at {at:?}: {text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn time_goes_back_and_ahead_to_now() {
+    let mut knobs = Knobs::default();
+    knobs.go(-1, Decision(14));
+    assert_eq!(knobs.at, Some(Decision(13)));
+    knobs.go(-100, Decision(14));
+    assert_eq!(knobs.at, Some(Decision(0)));
+    knobs.go(10, Decision(14));
+    assert_eq!(knobs.at, Some(Decision(10)));
+    knobs.go(10, Decision(14));
+    assert_eq!(knobs.at, None, "now again");
+}

@@ -1,0 +1,116 @@
+//! The perception process: ports around the [`Cartographer`].
+
+use contract::{Brief, MapPatch, MapRequest, Name, PastRequest, RobotId, Role, State, TruthRequest};
+use process::{
+    Client, Failure, Membership, Ports, Process, Reader, Server, Terms, Turn, Writer, accept, log_refusal,
+};
+
+use crate::{Cartographer, Effect, Event};
+
+/// Points at which a test may kill this process: see [`Ports::pass`].
+pub const CRASH_POINTS: &[&str] = &[
+    "perception.joined",
+    "perception.state_received",
+    "perception.sensed",
+    "perception.part_published",
+    "perception.published",
+];
+
+/// Builds the observed map and serves it.
+pub struct Perception<P: Ports> {
+    membership: Membership<P>,
+    cartographer: Cartographer,
+    briefs: P::Reader<Brief>,
+    truths: P::Client<TruthRequest>,
+    states: P::Reader<State>,
+    past: P::Client<PastRequest>,
+    maps: P::Writer<MapPatch>,
+    snapshots: P::Server<MapRequest>,
+}
+
+impl<P: Ports> Perception<P> {
+    /// Joins the instance. `cartographer` knows nothing yet.
+    ///
+    /// # Errors
+    /// If a port cannot be had.
+    pub async fn join(ports: &mut P, cartographer: Cartographer, terms: Terms) -> Result<Self, P::Error> {
+        let robot = RobotId(0);
+        let perception = Self {
+            membership: Membership::join(ports, Role::Perception, Name::NONE, terms)?,
+            states: ports.reader(robot, true)?,
+            briefs: ports.reader(robot, false)?,
+            truths: ports.client(robot)?,
+            past: ports.client(robot)?,
+            maps: ports.writer(robot)?,
+            snapshots: ports.server(robot)?,
+            cartographer,
+        };
+        ports.pass("perception.joined").await;
+        Ok(perception)
+    }
+
+    /// What it has mapped so far.
+    #[must_use]
+    pub fn cartographer(&self) -> &Cartographer {
+        &self.cartographer
+    }
+
+    /// Everything that came since, in the order in which the cartographer needs it.
+    async fn receive(&mut self, ports: &mut P) -> Vec<Effect> {
+        let mut effects = Vec::new();
+        for _ in 0..self.membership.depth() {
+            if self.membership.hear(ports.now()).is_none() {
+                break;
+            }
+        }
+        if let Some(brief) = accept(self.briefs.newest()) {
+            effects.extend(self.cartographer.on(Event::Brief(brief), ports.now()));
+        }
+        if let Some(page) = accept(self.truths.receive()) {
+            effects.extend(self.cartographer.on(Event::Truth(page), ports.now()));
+        }
+        if let Some(state) = accept(self.states.newest()) {
+            ports.pass("perception.state_received").await;
+            effects.extend(self.cartographer.on(Event::State(state), ports.now()));
+        }
+        if let Some(page) = accept(self.past.receive()) {
+            effects.extend(self.cartographer.on(Event::Past(page), ports.now()));
+        }
+        effects.extend(self.cartographer.on(Event::Tick, ports.now()));
+        effects
+    }
+
+    async fn carry_out(&mut self, effect: Effect, ports: &mut P) -> Result<(), P::Error> {
+        match effect {
+            Effect::RequestPast(request) => self.past.request(request)?,
+            Effect::RequestTruth(request) => self.truths.request(request)?,
+            Effect::PublishMap => {
+                let sensed = ports.now();
+                ports.pass("perception.sensed").await;
+                for patch in self.cartographer.patches(sensed, &mut || ports.now()) {
+                    self.maps.publish(patch)?;
+                    ports.pass("perception.part_published").await;
+                }
+                ports.pass("perception.published").await;
+            }
+            Effect::Refused(refusal) => log_refusal(&refusal),
+            Effect::Finished(status) => self.membership.mission_ended(status, ports.now()),
+        }
+        Ok(())
+    }
+}
+
+impl<P: Ports> Process<P> for Perception<P> {
+    async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
+        for effect in self.receive(ports).await {
+            self.carry_out(effect, ports).await.map_err(Into::into)?;
+        }
+        // After the patches: a page never covers a landing that is not published.
+        let cartographer = &self.cartographer;
+        for refusal in self.snapshots.serve(|request| cartographer.page(request)).map_err(Into::into)? {
+            log_refusal(&refusal);
+        }
+        self.maps.idle();
+        self.membership.close_turn(ports, self.cartographer.seen(), self.cartographer.waits_for())
+    }
+}

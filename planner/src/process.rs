@@ -1,0 +1,282 @@
+//! The planner process: ports around the [`Pilot`] and its [`Planner`].
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
+use contract::{
+    Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy, Refusal, RobotId, Role, RunId,
+    State,
+};
+use process::{
+    Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
+};
+
+use crate::pilot::{Commission, Effect, Event, Pilot};
+use crate::{Budget, Planner, Pulse};
+
+/// Points at which a test may kill this process: see [`Ports::pass`].
+pub const CRASH_POINTS: &[&str] =
+    &["planner.joined", "planner.map_received", "planner.planned", "planner.sent"];
+
+/// How a planner takes command.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Claim {
+    /// Take the next term from a living leader, once.
+    pub takeover: bool,
+    /// A process known to be dead: its term may be taken at once.
+    pub succeeds_pid: Option<u32>,
+}
+
+/// Commands one robot, or stands by.
+pub struct PlannerProcess<P: Ports> {
+    membership: Membership<P>,
+    pilot: Pilot,
+    planner: Box<dyn Planner>,
+    robot: RobotId,
+    briefs: P::Reader<Brief>,
+    states: P::Reader<State>,
+    maps: P::Reader<MapPatch>,
+    snapshots: P::Client<MapRequest>,
+    controls: P::Reader<Control>,
+    commands: P::Writer<Command>,
+    policies: P::Writer<Policy>,
+    policy_sent: PolicySent,
+    /// Of the last plan: see [`crate::Plan::error_bound`].
+    error_bound: f64,
+    /// Malformed messages about the map that the log has mentioned.
+    refusals_logged: u64,
+}
+
+impl<P: Ports> PlannerProcess<P> {
+    /// Joins the instance with an algorithm.
+    ///
+    /// # Errors
+    /// If a port cannot be had.
+    pub async fn join(
+        ports: &mut P,
+        planner: Box<dyn Planner>,
+        claim: Claim,
+        terms: Terms,
+    ) -> Result<Self, P::Error> {
+        let robot = RobotId(0);
+        let process = Self {
+            membership: Membership::join(ports, Role::Planner, planner.name(), terms)?,
+            pilot: Pilot::new(Commission {
+                robot,
+                incarnation: ports.incarnation(),
+                pid: ports.pid(),
+                planner: planner.name(),
+                takeover: claim.takeover,
+                succeeds_pid: claim.succeeds_pid,
+            }),
+            planner,
+            robot,
+            maps: ports.reader(robot, true)?,
+            briefs: ports.reader(robot, false)?,
+            states: ports.reader(robot, false)?,
+            snapshots: ports.client(robot)?,
+            controls: ports.reader(robot, false)?,
+            commands: ports.writer(robot)?,
+            policies: ports.writer(robot)?,
+            policy_sent: PolicySent::default(),
+            error_bound: 0.0,
+            refusals_logged: 0,
+        };
+        ports.pass("planner.joined").await;
+        Ok(process)
+    }
+
+    /// The algorithm.
+    pub fn planner(&mut self) -> &mut dyn Planner {
+        self.planner.as_mut()
+    }
+
+    /// Everything that came since, in the order in which the pilot needs it.
+    async fn receive(&mut self, ports: &mut P) -> VecDeque<Effect> {
+        let mut effects = VecDeque::new();
+        for _ in 0..self.membership.depth() {
+            let Some(beat) = self.membership.hear(ports.now()) else { break };
+            if let Ok(beat) = beat {
+                effects.extend(self.pilot.on(Event::Heartbeat(beat), ports.now()));
+            }
+        }
+        if let Some(brief) = accept(self.briefs.newest()) {
+            effects.extend(self.pilot.on(Event::Brief(brief), ports.now()));
+        }
+        if let Some(state) = accept(self.states.newest()) {
+            effects.extend(self.pilot.on(Event::State(state), ports.now()));
+        }
+        self.receive_map(&mut effects, ports).await;
+        self.receive_orders(&mut effects, ports);
+        if let Some(gone) = self.pilot.rival_pid().filter(|&pid| !ports.process_exists(pid)) {
+            effects.extend(self.pilot.on(Event::Gone(gone), ports.now()));
+        }
+        effects.extend(self.pilot.on(Event::Tick, ports.now()));
+        effects
+    }
+
+    /// The page is received first and folded last: with it come all patches published before it was made.
+    async fn receive_map(&mut self, effects: &mut VecDeque<Effect>, ports: &mut P) {
+        let page = self.snapshots.receive();
+        for _ in 0..self.maps.depth() {
+            let Some(patch) = self.maps.receive() else { break };
+            ports.pass("planner.map_received").await;
+            effects.extend(self.pilot.on(event(patch, Event::Patch), ports.now()));
+        }
+        if let Some(page) = page {
+            ports.pass("planner.map_received").await;
+            effects.extend(self.pilot.on(event(page, Event::Page), ports.now()));
+        }
+    }
+
+    fn receive_orders(&mut self, effects: &mut VecDeque<Effect>, ports: &mut P) {
+        for _ in 0..self.controls.depth() {
+            let Some(control) = self.controls.receive() else { break };
+            let Some(control) = accept(Some(control)) else { continue };
+            let addressed = control.run == self.pilot.seen().0 && control.robot == self.robot;
+            if addressed && control.order == Order::HandOver(ports.incarnation()) {
+                effects.extend(self.pilot.on(Event::HandOver, ports.now()));
+            }
+        }
+    }
+
+    async fn carry_out(&mut self, effect: Effect, ports: &mut P) -> Result<Vec<Effect>, P::Error> {
+        match effect {
+            Effect::RequestMap(request) => self.snapshots.request(request)?,
+            Effect::Plan => return Ok(self.plan(ports).await),
+            Effect::Send(command) => {
+                let (run, decision) = (command.run, command.decision);
+                self.commands.publish(command)?;
+                ports.pass("planner.sent").await;
+                self.publish_policy(run, decision);
+            }
+            Effect::Leads(term) => tracing::info!("in command, term {term}"),
+            Effect::StepsBack(term) => {
+                tracing::info!("another planner commands, term {term}: standing by");
+            }
+            Effect::StandsBy(leader) => tracing::info!(
+                "standing by: {} (process {}) commands, term {}",
+                leader.planner,
+                leader.pid,
+                leader.term
+            ),
+            Effect::Finished(status) => self.membership.mission_ended(status, ports.now()),
+        }
+        Ok(Vec::new())
+    }
+
+    /// Plans between two readings of the clock, beating as the work goes on. Does nothing if there is nothing to
+    /// plan any more.
+    async fn plan(&mut self, ports: &mut P) -> Vec<Effect> {
+        let seen = self.pilot.seen();
+        let Some(situation) = self.pilot.situation().filter(|_| self.pilot.awaits_plan()) else {
+            return Vec::new();
+        };
+        let started = ports.now();
+        let plan = {
+            let host = RefCell::new((&mut self.membership, &mut *ports));
+            let beat = || {
+                let (membership, ports) = &mut *host.borrow_mut();
+                let now = ports.now();
+                if let Err(error) = membership.beat(seen, now) {
+                    tracing::debug!("beating while planning: {error}");
+                }
+            };
+            self.planner.plan(&situation, &Budget { pulse: Pulse::new(&beat), ..Budget::default() })
+        };
+        ports.computed().await;
+        let ended = ports.now();
+        ports.pass("planner.planned").await;
+        self.error_bound = plan.error_bound;
+        self.pilot.on(Event::Planned(plan, started, ended), ended)
+    }
+
+    /// For display and for hopper-sim's fallback, and after the command: it may take long, and its failure must not
+    /// end the mission.
+    fn publish_policy(&mut self, run: RunId, decision: Decision) {
+        if !self.policy_sent.is_due(run, decision, self.policies.readers()) {
+            return;
+        }
+        let Some(situation) = self.pilot.situation() else { return };
+        let (run, robot, decision) = (situation.state.run, situation.state.robot, situation.state.decision);
+        let Some(cells) = self.planner.policy() else { return };
+        let (planner, error_bound) = (self.planner.name(), self.error_bound);
+        let policy = Policy { run, robot, decision, planner, error_bound, cells };
+        if let Err(error) = self.policies.publish(policy) {
+            tracing::warn!("the policy of decision {decision} is not published: {error}");
+        }
+    }
+
+    /// Logs patches and pages that were well formed but made another map than their fingerprint says. Those of
+    /// another run are counted without a line: between two missions they are to be expected.
+    fn log_refusals(&mut self) {
+        let count = self.pilot.map().refusals().of("malformed");
+        if count > self.refusals_logged {
+            tracing::warn!("{count} messages about the map were malformed or did not add up");
+            self.refusals_logged = count;
+        }
+    }
+}
+
+impl<P: Ports> Process<P> for PlannerProcess<P> {
+    async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
+        let mut effects = self.receive(ports).await;
+        while let Some(effect) = effects.pop_front() {
+            effects.extend(self.carry_out(effect, ports).await.map_err(Into::into)?);
+        }
+        self.log_refusals();
+        self.commands.idle();
+        self.membership.close_turn(ports, self.pilot.seen(), self.pilot.waits_for())
+    }
+}
+
+/// Which policy was published last, and to how many readers.
+#[derive(Clone, Copy, Debug, Default)]
+struct PolicySent {
+    decision: Option<(RunId, Decision)>,
+    readers: usize,
+}
+
+impl PolicySent {
+    /// Whether the policy behind a decision is to be published: once for each decision, and again if more read by
+    /// then, however often the command is sent.
+    fn is_due(&mut self, run: RunId, decision: Decision, readers: usize) -> bool {
+        let due = Some((run, decision));
+        let news = readers > 0 && (self.decision != due || readers > self.readers);
+        if news {
+            self.decision = due;
+        }
+        self.readers = readers;
+        news
+    }
+}
+
+/// A message about the map as the pilot hears it; a malformed one is logged, and counted there.
+fn event<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
+    message.map_or_else(
+        |refusal| {
+            log_refusal(&refusal);
+            Event::Refused(refusal)
+        },
+        event,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_policy_is_published_once_a_decision_and_again_to_who_comes_later() {
+        let mut sent = PolicySent::default();
+        let mut is_due = |decision, readers| sent.is_due(RunId(1), Decision(decision), readers);
+        assert!(!is_due(0, 0), "nobody reads");
+        assert!(is_due(0, 1), "the command is sent again, and somebody reads");
+        assert!(!is_due(0, 1), "the command is sent again");
+        assert!(is_due(0, 2), "one more reads");
+        assert!(!is_due(0, 1), "one has gone");
+        assert!(is_due(0, 2), "another has come");
+        assert!(is_due(1, 2), "the next decision");
+        assert!(!is_due(1, 2));
+    }
+}

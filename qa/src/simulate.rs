@@ -1,0 +1,204 @@
+//! `hopper simulate`: seeds of the fault simulation, side by side on all cores.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::str::FromStr;
+
+use node::{Exit, Failure, Node};
+use rayon::prelude::*;
+use report::Format;
+use serde::Serialize;
+
+use simulation::checker::Violation;
+use simulation::coverage::Coverage;
+use simulation::fault::Plan;
+use simulation::{Line, Report, shrink, simulate};
+
+/// Seeds simulated before anything is looked at, for each job.
+const BATCH_PER_JOB: u64 = 128;
+
+/// Arguments of `hopper simulate`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Seeds to simulate, the last left out.
+    #[arg(long, default_value = "0..2000", value_name = "A..B")]
+    seeds: Seeds,
+    /// Seeds at once [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Form of the answer on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
+/// A range of seeds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seeds(pub Range<u64>);
+
+impl FromStr for Seeds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ends = text.split_once("..").and_then(|(from, to)| Some((from.parse().ok()?, to.parse().ok()?)));
+        match ends {
+            Some((from, to)) if from < to => Ok(Self(from..to)),
+            _ => Err(format!("seeds are A..B with A below B, e.g. 0..2000; got {text:?}")),
+        }
+    }
+}
+
+/// What a range of seeds came to.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Campaign {
+    /// Seeds simulated.
+    pub seeds: u64,
+    /// Events simulated.
+    pub events: u64,
+    /// Decisions executed.
+    pub decisions: u64,
+    /// Time that passed for the machines, seconds.
+    pub virtual_s: f64,
+    /// What came up, how often.
+    pub coverage: Coverage,
+    /// The first failure, if there is one.
+    pub failure: Option<Box<Failing>>,
+}
+
+/// A seed that violates a promise, made small.
+#[derive(Clone, Debug, Serialize)]
+pub struct Failing {
+    /// The seed.
+    pub seed: u64,
+    /// What it violates.
+    pub violation: Violation,
+    /// Faults of the seed.
+    pub faults: usize,
+    /// The least of them that is needed.
+    pub plan: Plan,
+    /// What happens with these.
+    pub trace: Vec<Line>,
+}
+
+impl Campaign {
+    fn add(&mut self, report: &Report) {
+        self.seeds += 1;
+        self.events += report.events;
+        self.decisions += report.decisions;
+        self.virtual_s += report.virtual_ns as f64 / 1e9;
+        self.coverage.add(&report.coverage);
+    }
+}
+
+/// Simulates `seeds` on the threads there are, up to the first failure, which is made small. `progress` is called with
+/// how many seeds are done.
+pub fn sweep(seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
+    let mut campaign = Campaign::default();
+    let batch = BATCH_PER_JOB * rayon::current_num_threads() as u64;
+    let mut from = seeds.start;
+    while from < seeds.end {
+        let to = seeds.end.min(from.saturating_add(batch));
+        let numbers: Vec<u64> = (from..to).collect();
+        let reports: Vec<Report> =
+            numbers.into_par_iter().with_max_len(8).map(|seed| simulate(&Plan::of(seed), false)).collect();
+        for (seed, report) in (from..to).zip(&reports) {
+            campaign.add(report);
+            if let Some(violation) = &report.violation {
+                campaign.failure = Some(Box::new(explain(seed, violation)));
+                return campaign;
+            }
+        }
+        progress(to - seeds.start);
+        from = to;
+    }
+    campaign
+}
+
+fn explain(seed: u64, violation: &Violation) -> Failing {
+    let whole = Plan::of(seed);
+    let plan = shrink::shrink(&whole, violation.rule, |plan| simulate(plan, false).violation);
+    let Report { trace, violation: last, .. } = simulate(&plan, true);
+    let violation = last.unwrap_or_else(|| violation.clone());
+    Failing { seed, violation, faults: whole.faults.len(), plan, trace }
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    campaign: &'a Campaign,
+    jobs: usize,
+    wall_s: f64,
+    events_per_s: f64,
+    commit: &'static str,
+    processor: String,
+}
+
+/// Runs the command: done if every promise held, failed otherwise.
+///
+/// # Errors
+/// If standard output is closed.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let jobs =
+        args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(Failure::run)?;
+    let seeds = args.seeds.0.clone();
+    let bar = indicatif::ProgressBar::new(seeds.end - seeds.start);
+    let started = Node::now();
+    let campaign = pool.install(|| sweep(seeds, |done| bar.set_position(done)));
+    bar.finish_and_clear();
+    let wall_s = Node::now().since_ns(started) as f64 / 1e9;
+    let answer = Answer {
+        campaign: &campaign,
+        jobs,
+        wall_s,
+        events_per_s: campaign.events as f64 / wall_s,
+        commit: hopper::COMMIT,
+        processor: node::host::processor(),
+    };
+    hopper::stdout::print(&match args.format {
+        Format::Json => serde_json::to_string(&answer).map_err(Failure::run)? + "\n",
+        Format::Text => answer.text(),
+    })?;
+    Ok(if campaign.failure.is_some() { Exit::Failed } else { Exit::Done })
+}
+
+impl Answer<'_> {
+    fn text(&self) -> String {
+        let Self { campaign, jobs, wall_s, events_per_s, .. } = self;
+        let Campaign { seeds, events, decisions, virtual_s, coverage, failure } = campaign;
+        let mut text = String::new();
+        for (group, names) in &coverage.0 {
+            let counts: Vec<String> = names.iter().map(|(name, count)| format!("{name} {count}")).collect();
+            let _ = writeln!(text, "{group}: {}", counts.join(", "));
+        }
+        let _ = writeln!(
+            text,
+            "{seeds} seeds, {decisions} decisions, {events} events, {virtual_s:.0} s of the machines' time in \
+             {wall_s:.1} s on {jobs} {}: {events_per_s:.0} events/s",
+            if *jobs == 1 { "thread" } else { "threads" }
+        );
+        match failure {
+            None => {
+                let bound = 3.0 / *seeds as f64;
+                let _ = writeln!(text, "no promise was broken: at 95 % in fewer than {bound:.1e} of seeds");
+            }
+            Some(failing) => {
+                let Failing { seed, violation, faults, plan, trace } = &**failing;
+                for Line { ms, text: line } in trace {
+                    let _ = writeln!(text, "{ms:>12.3} ms  {line}");
+                }
+                let _ = writeln!(text, "seed {seed} breaks: {}", violation.rule);
+                let _ = writeln!(text, "  {}", violation.detail);
+                let _ = writeln!(text, "  with {} of its {faults} faults:", plan.faults.len());
+                for fault in &plan.faults {
+                    let _ = writeln!(
+                        text,
+                        "  decision {}, after {} ns: {:?}",
+                        fault.decision, fault.after_ns, fault.kind
+                    );
+                }
+            }
+        }
+        text
+    }
+}

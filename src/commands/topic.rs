@@ -1,0 +1,463 @@
+//! `hopper topic`: the messages of a running instance, typed.
+
+use std::fmt::Write as _;
+use std::io::{self, ErrorKind, Write as _};
+use std::str::FromStr;
+use std::time::Duration;
+
+use contract::message::Visitor;
+use contract::{
+    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, Refusal, Request, RobotId, Role, Roster,
+    State, Truth, TruthRequest,
+};
+use node::inspect::services;
+use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};
+use process::{Client as _, Patience, Ports, Reader as _, TICK_NS};
+use report::{Format, table};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+/// Looks at the messages of a running instance.
+#[derive(clap::Subcommand, Clone, Debug)]
+pub enum Command {
+    /// List the services with their types and qualities.
+    List(Target),
+    /// Print messages as they come, one line a message.
+    Echo(Echo),
+    /// Measure how often messages come, one line a second.
+    Hz(Hz),
+}
+
+/// Which instance, and how to tell.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Target {
+    /// Instance to look at.
+    #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
+    instance: String,
+    /// Give up with exit code 4 when no hopper-sim is heard for this long.
+    #[arg(long, default_value = "10s", value_parser = humantime::parse_duration, value_name = "DURATION")]
+    wait: Duration,
+    /// Form of the lines on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
+/// Arguments of `hopper topic echo`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Echo {
+    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
+    topic: Topic,
+    #[command(flatten)]
+    target: Target,
+    /// End after so many messages [default: when the mission is over].
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+    /// Print the cells of maps, policies and the truth too.
+    #[arg(long)]
+    full: bool,
+}
+
+/// Arguments of `hopper topic hz`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Hz {
+    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
+    topic: Topic,
+    #[command(flatten)]
+    target: Target,
+    /// End after so many seconds [default: when the mission is over].
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+}
+
+/// A service whose messages can be looked at.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// Full name of the service.
+    service: String,
+    /// Whose messages, if each robot has a service of its own.
+    robot: RobotId,
+}
+
+/// Everything that can be looked at, by short and full name: all messages that are published, and the truth, which is
+/// asked for instead.
+fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
+    struct Topics(RobotId, Vec<(&'static str, Topic)>);
+    impl Visitor for Topics {
+        fn message<M: Message>(&mut self) {
+            let topic = Topic { service: M::SERVICE.name_of(self.0), robot: self.0 };
+            self.1.push((M::SERVICE.short_name(), topic));
+        }
+
+        fn request<Q: Request>(&mut self) {}
+    }
+    let mut topics = Topics(robot, Vec::new());
+    contract::wire::visit(&mut topics);
+    topics.1.push(("truth", Topic { service: TruthRequest::SERVICE.name_of(robot), robot }));
+    topics.1
+}
+
+impl FromStr for Topic {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let robot = match text.strip_prefix("hop/r").and_then(|rest| rest.split_once('/')) {
+            Some((robot, _)) => robot.parse().map_err(|_| format!("a robot is a number, got {robot:?}"))?,
+            None => 0,
+        };
+        let topics = topics(RobotId(robot));
+        let names = topics.iter().map(|(short, _)| *short).collect::<Vec<_>>().join(", ");
+        topics
+            .into_iter()
+            .find(|(short, topic)| *short == text || topic.service == text)
+            .map(|(_, topic)| topic)
+            .ok_or_else(|| format!("a topic is one of {names}, got {text:?}"))
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Exit code 4 if no hopper-sim is heard within `--wait`; otherwise if shared memory fails.
+pub fn run(command: &Command) -> Result<Exit, Failure> {
+    let end = match command {
+        Command::List(target) => list(target),
+        Command::Echo(args) => echo(args),
+        Command::Hz(args) => hz(args),
+    };
+    match end {
+        Ok(()) | Err(End::ReaderGone) => Ok(Exit::Done),
+        Err(End::Stopped) => Ok(Exit::Interrupted),
+        Err(End::Failed(failure)) => Err(failure),
+    }
+}
+
+/// Why looking ended before its time.
+enum End {
+    /// A signal.
+    Stopped,
+    /// Standard output is closed: the reader has seen enough.
+    ReaderGone,
+    Failed(Failure),
+}
+
+impl<F: Into<Failure>> From<F> for End {
+    fn from(failure: F) -> Self {
+        End::Failed(failure.into())
+    }
+}
+
+fn line(text: &str) -> Result<(), End> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(End::ReaderGone),
+        result => Ok(result?),
+    }
+}
+
+fn list(target: &Target) -> Result<(), End> {
+    let (instance, _) = appear(target)?;
+    let services = services(&instance)?;
+    match target.format {
+        Format::Json => services.iter().try_for_each(|service| line(&json!(service).to_string())),
+        Format::Text => {
+            let row = |service: &node::inspect::ServiceReport| {
+                [service.name.clone(), service.nodes.to_string(), service.kind.clone()]
+            };
+            let rows: Vec<_> = services.iter().map(row).collect();
+            line(table(["service", "processes", "type and qualities"], &rows).trim_end())
+        }
+    }
+}
+
+fn echo(args: &Echo) -> Result<(), End> {
+    let mut left = args.count;
+    if left == Some(0) {
+        return Ok(());
+    }
+    watch(&args.topic, &args.target, args.full, |news| {
+        let News::Message(message) = news else { return Ok(true) };
+        match (args.target.format, &message) {
+            (Format::Json, Ok(value)) => line(&value.to_string())?,
+            (Format::Text, Ok(value)) => line(&flat(value))?,
+            (Format::Json, Err(refusal)) => line(&json!({ "refused": refusal }).to_string())?,
+            (Format::Text, Err(refusal)) => line(&format!("refused ({}): {refusal}", refusal.reason()))?,
+        }
+        left = left.map(|left| left - 1);
+        Ok(left != Some(0))
+    })
+}
+
+/// Messages within one second.
+#[derive(Serialize)]
+struct Rate<'a> {
+    topic: &'a str,
+    hz: f64,
+    messages: u64,
+    gap_max_ms: f64,
+}
+
+fn hz(args: &Hz) -> Result<(), End> {
+    const WINDOW_NS: u64 = 1_000_000_000;
+    let topic = &args.topic.service;
+    let (mut left, mut since, mut messages) = (args.count, Node::now(), 0);
+    let (mut last, mut gap_max_ns) = (None::<MonotonicNs>, 0);
+    watch(&args.topic, &args.target, false, |news| {
+        let now = Node::now();
+        if let News::Message(_) = news {
+            messages += 1;
+            gap_max_ns = gap_max_ns.max(last.map_or(0, |last| now.since_ns(last)));
+            last = Some(now);
+        }
+        let elapsed_ns = now.since_ns(since);
+        if elapsed_ns < WINDOW_NS && !matches!(news, News::Over) {
+            return Ok(left != Some(0));
+        }
+        let hz = messages as f64 * 1e9 / elapsed_ns.max(1) as f64;
+        let rate = Rate { topic, hz, messages, gap_max_ms: gap_max_ns as f64 / 1e6 };
+        match args.target.format {
+            Format::Json => line(&json!(rate).to_string())?,
+            Format::Text => {
+                line(&format!(
+                    "{topic} {hz:.1} Hz, {messages} messages, longest gap {:.1} ms",
+                    rate.gap_max_ms
+                ))?;
+            }
+        }
+        (since, messages, gap_max_ns) = (now, 0, 0);
+        left = left.map(|left| left.saturating_sub(1));
+        Ok(left != Some(0))
+    })
+}
+
+/// What a look brings.
+enum News {
+    Message(Result<Value, Refusal>),
+    /// Time passed.
+    Tick,
+    /// The mission is over.
+    Over,
+}
+
+/// Looks at a topic until `tell` has enough, the mission is over, or nobody is heard.
+fn watch(
+    topic: &Topic,
+    target: &Target,
+    full: bool,
+    mut tell: impl FnMut(News) -> Result<bool, End>,
+) -> Result<(), End> {
+    /// The last messages of a mission are on their way when it ends.
+    const FAREWELL_NS: u64 = 200_000_000;
+    let (instance, mut patience) = appear(target)?;
+    let mut node = Node::visit(&instance)?;
+    let mut next = open(&mut node, topic, full)?;
+    let mut states = node.reader::<State>(topic.robot, false)?;
+    let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
+    let (mut roster, mut over) = (Roster::default(), None::<MonotonicNs>);
+    loop {
+        node.sleep(Duration::from_nanos(TICK_NS));
+        if node.stop_requested() {
+            return Err(End::Stopped);
+        }
+        let now = Node::now();
+        while let Some(message) = next() {
+            if !tell(News::Message(message))? {
+                return Ok(());
+            }
+        }
+        for beat in heartbeats.drain().into_iter().flatten() {
+            roster.observe(beat, now);
+        }
+        if let Some(Ok(state)) = states.newest() {
+            over = if state.status.is_over() { over.or(Some(now)) } else { None };
+        }
+        if over.is_some_and(|over| now.since_ns(over) >= FAREWELL_NS) {
+            tell(News::Over)?;
+            return Ok(());
+        }
+        if !tell(News::Tick)? {
+            return Ok(());
+        }
+        let alone = over.is_none() && !roster.has(Role::HopperSim, now);
+        patience.check(alone.then_some("hopper-sim"), &mut node)?;
+    }
+}
+
+/// Waits until a process of the instance lives.
+fn appear(target: &Target) -> Result<(Instance, Patience), End> {
+    const PAUSE: Duration = Duration::from_millis(20);
+    let instance = Instance::new(&target.instance)?;
+    let mut patience = Patience::new(Some(target.wait));
+    let shutdown = ShutdownSignal::new()?;
+    if !instance.is_alive()? {
+        tracing::info!("instance {:?} is not running yet; {}", target.instance, running()?);
+    }
+    while !instance.is_alive()? {
+        patience.check_at(Some("hopper-sim"), Node::now(), || instance.namesake_hint())?;
+        if shutdown.wait(PAUSE) && matches!(shutdown.stop_reason(), Some(StopReason::Signal)) {
+            return Err(End::Stopped);
+        }
+    }
+    Ok((instance, patience))
+}
+
+/// Which instances run, in words.
+fn running() -> Result<String, End> {
+    let mut names = Vec::new();
+    for instance in Instance::all()? {
+        if instance.is_alive()? {
+            names.push(format!("{:?}", instance.name()));
+        }
+    }
+    Ok(if names.is_empty() { "no other is".into() } else { format!("those that are: {}", names.join(", ")) })
+}
+
+/// Gives the next message.
+type Next = Box<dyn FnMut() -> Option<Result<Value, Refusal>>>;
+
+/// Opens the topic for reading.
+fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
+    struct Opener<'a> {
+        node: &'a mut Node,
+        topic: &'a Topic,
+        full: bool,
+        opened: Option<Result<Next, NodeError>>,
+    }
+    impl Visitor for Opener<'_> {
+        fn message<M: Message>(&mut self) {
+            let (robot, full) = (self.topic.robot, self.full);
+            if M::SERVICE.name_of(robot) == self.topic.service {
+                let reader = self.node.reader::<M>(robot, M::SERVICE.event);
+                self.opened = Some(reader.map(|mut reader| -> Next {
+                    Box::new(move || Some(reader.receive()?.map(|message| summary(message, full))))
+                }));
+            }
+        }
+
+        fn request<Q: Request>(&mut self) {}
+    }
+    let mut opener = Opener { node, topic, full, opened: None };
+    contract::wire::visit(&mut opener);
+    let Opener { node, opened, .. } = opener;
+    opened.unwrap_or_else(|| gathered(node, full))
+}
+
+/// The truth, asked for page by page once the brief says of which run.
+fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
+    let robot = RobotId(0);
+    let (mut briefs, mut client) = (node.reader::<Brief>(robot, false)?, node.client::<TruthRequest>(robot)?);
+    let mut gathering = Gathering::default();
+    Ok(Box::new(move || {
+        match briefs.newest() {
+            Some(Ok(brief)) => gathering.begin(brief.run),
+            Some(Err(refusal)) => return Some(Err(refusal)),
+            None => {}
+        }
+        while let Some(page) = client.receive() {
+            match page.and_then(|page| gathering.page(&page)) {
+                Ok(Some(truth)) => return Some(Ok(truth_summary(truth, full))),
+                Ok(None) => {}
+                Err(refusal) => return Some(Err(refusal)),
+            }
+        }
+        if let Some(request) = gathering.ask(Node::now())
+            && let Err(error) = client.request(request)
+        {
+            tracing::debug!("asking for the truth: {error}");
+        }
+        None
+    }))
+}
+
+/// The message, with the number of its cells if it has any; the cells themselves only in full, as they take a hundred
+/// times their memory as JSON.
+#[must_use]
+pub fn summary(message: impl Payload, full: bool) -> Value {
+    summary_of(message, full, Payload::clear_cells)
+}
+
+fn truth_summary(truth: Truth, full: bool) -> Value {
+    summary_of(truth, full, |truth| Some(std::mem::take(&mut truth.cells).len()))
+}
+
+fn summary_of<T: Serialize>(
+    mut message: T,
+    full: bool,
+    clear_cells: impl FnOnce(&mut T) -> Option<usize>,
+) -> Value {
+    let whole = full.then(|| json!(message));
+    let count = clear_cells(&mut message);
+    let mut value = whole.unwrap_or_else(|| json!(message));
+    if let (Value::Object(fields), Some(count)) = (&mut value, count) {
+        if !full {
+            fields.remove("cells");
+        }
+        fields.insert("cell_count".into(), json!(count));
+    }
+    value
+}
+
+/// A message in one line of `field=value`, nested fields joined by points.
+fn flat(value: &Value) -> String {
+    fn walk(text: &mut String, path: &str, fields: &Map<String, Value>) {
+        for (key, value) in fields {
+            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            match value {
+                Value::Object(fields) => walk(text, &path, fields),
+                Value::String(word) => {
+                    let _ = write!(text, " {path}={word}");
+                }
+                other => {
+                    let _ = write!(text, " {path}={other}");
+                }
+            }
+        }
+    }
+    let mut text = String::new();
+    match value {
+        Value::Object(fields) => walk(&mut text, "", fields),
+        other => text = other.to_string(),
+    }
+    text.trim_start().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Args as _;
+
+    use super::*;
+
+    #[test]
+    fn a_topic_has_a_short_name_and_its_service_s() {
+        for (text, service, robot) in [
+            ("state", "hop/r0/state", 0),
+            ("hop/r3/map", "hop/r3/map", 3),
+            ("hop/brief", "hop/brief", 0),
+            ("truth", "truth/terrain", 0),
+            ("truth/terrain", "truth/terrain", 0),
+            ("hop/heartbeat", "hop/heartbeat", 0),
+        ] {
+            let topic = Topic { service: service.into(), robot: RobotId(robot) };
+            assert_eq!(text.parse(), Ok(topic), "{text}");
+        }
+        assert!("hop/rx/state".parse::<Topic>().is_err());
+        assert!("nothing".parse::<Topic>().unwrap_err().contains("heartbeat"));
+    }
+
+    #[test]
+    fn help_names_every_topic() {
+        for (name, command) in [("echo", Echo::augment_args), ("hz", Hz::augment_args as fn(_) -> _)] {
+            let command = command(clap::Command::new(name));
+            let argument = command.get_arguments().find(|argument| argument.get_id() == "topic").unwrap();
+            let help = argument.get_help().unwrap().to_string();
+            for (topic, _) in topics(RobotId(0)) {
+                assert!(help.contains(topic), "{name}: {topic} in {help}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_nested_message_becomes_one_line() {
+        let value = json!({ "a": 1, "b": { "c": "x", "d": [1, 2] } });
+        assert_eq!(flat(&value), "a=1 b.c=x b.d=[1,2]");
+    }
+}
