@@ -30,7 +30,8 @@ const BUILD: &str =
 /// Arguments of a command that another program serves, passed on as they are.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Passed {
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    /// Arguments of the program; `--help` lists them.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<OsString>,
 }
 

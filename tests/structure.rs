@@ -126,7 +126,7 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
         "crates/motion/src",
         "crates/campaign/src",
         "crates/clairvoyant/src",
-        "crates/known/src",
+        "research/known/src",
         "crates/recording/src",
         "crates/report/src",
         "crates/solver/src",

@@ -1,13 +1,15 @@
 //! Section `[guard]`: what hopper-sim refuses to execute, and what it does when no planner commands.
 
 use contract::{Guard, Profile};
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
 /// Rules of the guard between planners and the hopper. Profile paper-2023 has no guard.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GuardRules {
     /// Largest probability with which an action may end off the map or on ground seen to be impassable, 0 to

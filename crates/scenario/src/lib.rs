@@ -36,11 +36,16 @@ pub use warning::Warning;
 
 use std::path::PathBuf;
 
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// See [`Scenario::schema`].
+const SCHEMA: &str = include_str!("../schema.json");
+
 /// A mission as written in a scenario file, one field a section.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// The true ground, known to the simulator only.
@@ -93,9 +98,36 @@ impl Scenario {
         self
     }
 
-    /// JSON Schema of scenarios, generated from these types.
+    /// JSON Schema of scenarios.
+    ///
+    /// It is derived from these types by a test, which keeps the committed `schema.json` equal to it: a schema that was
+    /// derived in every build would make each of them longer.
+    ///
+    /// # Panics
+    /// Never: that `schema.json` is JSON is tested.
     #[must_use]
     pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Scenario).to_value()
+        serde_json::from_str(SCHEMA).expect("schema.json is JSON")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Run with `HOPPER_BLESS=1` to write it anew.
+    #[test]
+    fn the_committed_schema_is_that_of_the_types() {
+        let derived =
+            serde_json::to_string_pretty(&schemars::schema_for!(Scenario).to_value()).unwrap() + "\n";
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schema.json");
+        if std::env::var_os("HOPPER_BLESS").is_some() {
+            std::fs::write(path, &derived).unwrap();
+        }
+        assert!(
+            std::fs::read_to_string(path).unwrap() == derived,
+            "{path} is out of date: HOPPER_BLESS=1 writes it"
+        );
+        assert_eq!(Scenario::schema(), schemars::schema_for!(Scenario).to_value());
     }
 }

@@ -1,18 +1,20 @@
 //! Sections `[brief]` and `[limits]` of a scenario.
 
 use contract::Profile;
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Section `[brief]`: what every process is told about the mission.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MissionBrief {
     /// Name of the scenario, up to 31 printable characters; that of the file by default.
     pub name: Option<String>,
     /// Reading of the model: `paper-2023` reproduces Sakamoto & Kunii 2023, `hopper` does better.
     #[serde(default = "paper")]
-    #[schemars(with = "String", extend("enum" = ["paper-2023", "hopper"]))]
+    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
     pub profile: Profile,
     /// Cell (x, y) to start from, counted from the south-western corner.
     pub start: [i32; 2],
@@ -33,7 +35,8 @@ pub struct MissionBrief {
 }
 
 /// A value that is given, or found by surveying the whole map when the scenario is resolved.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(untagged, expecting = "need \"survey\", a number, or [smallest, largest]")]
 pub enum Surveyed<T> {
     /// The value itself.
@@ -43,7 +46,8 @@ pub enum Surveyed<T> {
 }
 
 /// The text `survey` in place of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Survey {
     /// Measure the value over the whole true map.
@@ -51,7 +55,8 @@ pub enum Survey {
 }
 
 /// Weights of the payoff r = w1 S + w2 I + w3 D.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PayoffWeights {
     /// w1, of safety S.
@@ -63,7 +68,8 @@ pub struct PayoffWeights {
 }
 
 /// Constants of the payoff.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PayoffConstants {
     /// Payoff of reaching the goal, an absorbing state.
@@ -78,7 +84,8 @@ pub struct PayoffConstants {
 
 /// Ranges [smallest, largest] for min-max normalisation, or `survey`: over all ground a hopper can
 /// land on, steeper ground and gaps left out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Ranges {
     /// Of S = -|slope| - T.
@@ -88,7 +95,8 @@ pub struct Ranges {
 }
 
 /// Section `[limits]`: when the mission is over, and how long a decision may take.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionLimits {
     /// Steps, in the paper's count of 2 or 3 a hop, after which the mission is a deadlock.

@@ -2,13 +2,15 @@
 
 use contract::limits::DECISIONS_MAX;
 use contract::{Cell, Patrol};
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
 /// Which goals the hopper flies to, and in what order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum MissionKind {
     /// From the start to `brief.goal`.
@@ -20,7 +22,8 @@ pub enum MissionKind {
 }
 
 /// The `[mission]` section.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionRules {
     /// `reach` or `patrol`.

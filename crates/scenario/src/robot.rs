@@ -1,11 +1,13 @@
 //! Section `[robot]`: how the hopper moves and what it sees.
 
 use contract::GradientSource;
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The hopper; its defaults are those of Sakamoto & Kunii 2023.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Robot {
     /// Length of one hop on the flat, metres; a whole number of cells.
@@ -26,7 +28,8 @@ pub struct Robot {
 }
 
 /// How hops scatter on the flat: intended + stuck + 2 sideways = 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
     /// Probability of landing where intended.
@@ -40,7 +43,8 @@ pub struct Scatter {
 }
 
 /// The sensor sees a disc of radius gain x (height + offset), clamped.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensor {
     /// Metres of radius per metre of height.
@@ -53,7 +57,7 @@ pub struct Sensor {
     pub radius_max_m: Option<f64>,
     /// Where gradients come from: `measured` at each seen cell, or `seen_differences` of heights. By
     /// default measured in profile paper-2023 and seen_differences in profile hopper.
-    #[schemars(with = "Option<String>", extend("enum" = ["measured", "seen_differences", null]))]
+    #[cfg_attr(test, schemars(with = "Option<String>", extend("enum" = ["measured", "seen_differences", null])))]
     pub gradient: Option<GradientSource>,
 }
 

@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+#[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The true ground: terrain, sand and treasures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
     /// Heights and slopes: generated or from an elevation file.
@@ -20,7 +22,8 @@ pub struct Truth {
 }
 
 /// The shape of the ground: exactly one of these.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TerrainSource {
     /// Hills and hollows at given places.
@@ -32,7 +35,8 @@ pub enum TerrainSource {
 }
 
 /// Hills and hollows h = ±a·exp(−r²/2σ²); cell (x, y) lies at (x, y) times the cell size.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Gaussians {
     /// Columns, 1 to 1024.
@@ -54,7 +58,8 @@ pub struct Gaussians {
 }
 
 /// A sum of random Gaussians; the same seed gives the same ground.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RandomHills {
     /// Columns, 1 to 1024.
@@ -78,7 +83,8 @@ pub struct RandomHills {
 }
 
 /// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ElevationFile {
     /// The file; a relative path starts from the scenario's folder.
@@ -95,7 +101,8 @@ pub struct ElevationFile {
 }
 
 /// A part of a raster in cells, counted from its south-western corner.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CropCells {
     /// First column, from the west.
@@ -109,7 +116,8 @@ pub struct CropCells {
 }
 
 /// A part of a raster in metres: the cells whose middles lie in it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CropMetres {
     /// Easting of the western edge, metres.
@@ -123,7 +131,8 @@ pub struct CropMetres {
 }
 
 /// Where the ground is sand: wherever at least one of these rules applies.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SandRules {
     /// Rectangles of sand, at most 1000.
@@ -137,7 +146,8 @@ pub struct SandRules {
 }
 
 /// A rectangle of cells, its edges included.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SandRectangle {
     /// First and last column.
