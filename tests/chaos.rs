@@ -52,9 +52,9 @@ fn a_death_at_any_named_point_leaves_the_digest() {
     let undisturbed = lockstep(&["--seed", "21"]);
     let points = [
         ("sim", hopper_sim::CRASH_POINTS),
-        ("perception", perception::shell::CRASH_POINTS),
-        ("planner", planner::shell::CRASH_POINTS),
-        ("monitor", monitor::shell::CRASH_POINTS),
+        ("perception", perception::process::CRASH_POINTS),
+        ("planner", planner::process::CRASH_POINTS),
+        ("monitor", monitor::process::CRASH_POINTS),
     ];
     for (role, points) in points {
         for point in points {
@@ -143,9 +143,9 @@ fn the_doctor_repairs_every_state_that_the_dead_leave_behind() {
     // One at its crash point, then the others.
     let points = [
         hopper_sim::CRASH_POINTS,
-        perception::shell::CRASH_POINTS,
-        planner::shell::CRASH_POINTS,
-        monitor::shell::CRASH_POINTS,
+        perception::process::CRASH_POINTS,
+        planner::process::CRASH_POINTS,
+        monitor::process::CRASH_POINTS,
     ];
     for (victim, points) in points.into_iter().enumerate() {
         for point in points {

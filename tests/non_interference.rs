@@ -7,12 +7,12 @@ use std::collections::BTreeSet;
 
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
 use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil, Vetoed};
-use hopper::simulate::chance::Chance;
-use hopper::simulate::setup;
 use hopper_sim::{Mission, ROBOT};
 use lockstep::Crew;
 use perception::Observation;
 use scenario::Scenario;
+use simulation::chance::Chance;
+use simulation::setup;
 
 fn fly(mission: &Mission, planner: &str) -> Vec<Record> {
     let mut records = Vec::new();

@@ -421,7 +421,8 @@ impl Checker {
             || format!("with control {control} the pacing is {tempo:?}"),
         );
         let pacing = &mut self.pacing;
-        if !tempo.paused || !pacing.paused {
+        // A step may have been ordered in the turn of the pause, before this message.
+        if !tempo.paused {
             (pacing.steps, pacing.landings) = (0, 0);
         }
         pacing.paused = tempo.paused;

@@ -16,7 +16,7 @@ fn heeding(pace: Pace) -> Host {
 
 fn heeding_on(mission: Mission, pace: Pace) -> Host {
     let mut host = Host::new(mission.clone(), Vec::new(), pace);
-    host.arbiter = Arbiter::new(mission, None, pace, LINGER_NS, host.now).heeding_orders();
+    host.arbiter = Arbiter::new(mission, None, pace, LINGER_NS, host.now).obeying_orders();
     host.on(Event::Tick);
     host
 }
