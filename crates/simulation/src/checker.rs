@@ -75,6 +75,8 @@ pub struct Checker {
     foreign: BTreeSet<Incarnation>,
     /// Which life has received a heartbeat of which life of another build.
     recognised: BTreeSet<(Incarnation, Incarnation)>,
+    /// Commands that a life of another build sent before hopper-sim had received a heartbeat of it.
+    unrecognised: BTreeSet<Sent>,
     /// The present life of hopper-sim.
     sim: Incarnation,
     pacing: Pacing,
@@ -112,6 +114,7 @@ impl Checker {
             handed_over: BTreeSet::new(),
             foreign: BTreeSet::new(),
             recognised: BTreeSet::new(),
+            unrecognised: BTreeSet::new(),
             sim: Incarnation(0),
             pacing,
             violation: None,
@@ -132,6 +135,7 @@ impl Checker {
         self.handed_over = old.handed_over;
         self.foreign = old.foreign;
         self.recognised = old.recognised;
+        self.unrecognised = old.unrecognised;
         self.sim = old.sim;
         self.violation = old.violation;
     }
@@ -254,7 +258,7 @@ impl Checker {
         // The fallback leaves the command with whom it was.
         let refused = !record.origin.is_fallback()
             && self.foreign.contains(&leader)
-            && self.recognised.contains(&(self.sim, leader));
+            && !self.unrecognised.contains(&signature(record, self.mission.brief.run));
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
@@ -536,6 +540,9 @@ impl Checker {
     ) -> Option<&'static str> {
         let Command { run, incarnation, decision, term, action, .. } = *command;
         self.sent.insert((run, incarnation, decision, term, action.code()));
+        if !self.recognised.contains(&(self.sim, incarnation)) {
+            self.unrecognised.insert((run, incarnation, decision, term, action.code()));
+        }
         if leader.incarnation == incarnation && term == leader.term {
             return None;
         }
