@@ -241,11 +241,26 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         self.assembled
     }
 
-    async fn feed(&mut self, event: Event, ports: &mut P) -> Result<(), P::Error> {
-        let mut effects: VecDeque<_> = self.arbiter.on(event, ports.now()).into();
+    /// Tells the arbiter at once, and carries out what it wants: the future does not hold the event, which is large.
+    fn feed<'a>(
+        &'a mut self,
+        event: Event,
+        ports: &'a mut P,
+    ) -> impl Future<Output = Result<(), P::Error>> + 'a {
+        let effects = self.arbiter.on(event, ports.now());
+        self.carry_out(effects, ports)
+    }
+
+    /// Carries out what the arbiter wants, in order.
+    async fn carry_out(&mut self, effects: Vec<Effect>, ports: &mut P) -> Result<(), P::Error> {
+        let mut effects = VecDeque::from(effects);
         while let Some(effect) = effects.pop_front() {
             match effect {
-                Effect::Append(record) => effects.extend(self.append(&record, ports).await),
+                Effect::Append(record) => {
+                    let more = self.append(&record, ports).await;
+                    // An append is the last thing asked for: the list is taken as it is.
+                    if effects.is_empty() { effects = more.into() } else { effects.extend(more) }
+                }
                 Effect::Announce => self.announce()?,
                 Effect::Publish(state) => {
                     self.states.publish(state)?;

@@ -64,19 +64,19 @@ impl<P: Ports> Perception<P> {
             }
         }
         if let Some(brief) = accept(self.briefs.newest()) {
-            effects.extend(self.cartographer.on(Event::Brief(brief), ports.now()));
+            append(&mut effects, self.cartographer.on(Event::Brief(brief), ports.now()));
         }
         if let Some(page) = accept(self.truths.receive()) {
-            effects.extend(self.cartographer.on(Event::Truth(page), ports.now()));
+            append(&mut effects, self.cartographer.on(Event::Truth(page), ports.now()));
         }
         if let Some(state) = accept(self.states.newest()) {
             ports.pass("perception.state_received").await;
-            effects.extend(self.cartographer.on(Event::State(state), ports.now()));
+            append(&mut effects, self.cartographer.on(Event::State(state), ports.now()));
         }
         if let Some(page) = accept(self.past.receive()) {
-            effects.extend(self.cartographer.on(Event::Past(page), ports.now()));
+            append(&mut effects, self.cartographer.on(Event::Past(page), ports.now()));
         }
-        effects.extend(self.cartographer.on(Event::Tick, ports.now()));
+        append(&mut effects, self.cartographer.on(Event::Tick, ports.now()));
         effects
     }
 
@@ -112,5 +112,14 @@ impl<P: Ports> Process<P> for Perception<P> {
         }
         self.maps.idle();
         self.membership.close_turn(ports, self.cartographer.seen(), self.cartographer.waits_for())
+    }
+}
+
+/// Adds what an event asks for; the first list is taken as it is, since most turns have one.
+fn append(effects: &mut Vec<Effect>, mut more: Vec<Effect>) {
+    if effects.is_empty() {
+        *effects = more;
+    } else {
+        effects.append(&mut more);
     }
 }

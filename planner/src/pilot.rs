@@ -150,6 +150,7 @@ impl Pilot {
     /// Takes note of `event` at `now` and says what is to be done.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
         let mut effects = Vec::new();
+        let leg_may_change = matches!(event, Event::Brief(_) | Event::State(_));
         match event {
             Event::Brief(brief) => self.brief(brief),
             Event::State(state) => self.state(state, now, &mut effects),
@@ -162,7 +163,9 @@ impl Pilot {
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
-        self.leg = self.brief.zip(self.state).map(|(brief, state)| brief.leg(state.visits));
+        if leg_may_change {
+            self.leg = self.brief.as_ref().zip(self.state).map(|(brief, state)| brief.leg(state.visits));
+        }
         self.plan(now, &mut effects);
         effects
     }

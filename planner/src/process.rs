@@ -97,21 +97,21 @@ impl<P: Ports> PlannerProcess<P> {
         for _ in 0..self.membership.depth() {
             let Some(beat) = self.membership.hear(ports.now()) else { break };
             if let Ok(beat) = beat {
-                effects.extend(self.pilot.on(Event::Heartbeat(beat), ports.now()));
+                append(&mut effects, self.pilot.on(Event::Heartbeat(beat), ports.now()));
             }
         }
         if let Some(brief) = accept(self.briefs.newest()) {
-            effects.extend(self.pilot.on(Event::Brief(brief), ports.now()));
+            append(&mut effects, self.pilot.on(Event::Brief(brief), ports.now()));
         }
         if let Some(state) = accept(self.states.newest()) {
-            effects.extend(self.pilot.on(Event::State(state), ports.now()));
+            append(&mut effects, self.pilot.on(Event::State(state), ports.now()));
         }
         self.receive_map(&mut effects, ports).await;
         self.receive_orders(&mut effects, ports);
         if let Some(gone) = self.pilot.rival_pid().filter(|&pid| !ports.process_exists(pid)) {
-            effects.extend(self.pilot.on(Event::Gone(gone), ports.now()));
+            append(&mut effects, self.pilot.on(Event::Gone(gone), ports.now()));
         }
-        effects.extend(self.pilot.on(Event::Tick, ports.now()));
+        append(&mut effects, self.pilot.on(Event::Tick, ports.now()));
         effects
     }
 
@@ -121,11 +121,11 @@ impl<P: Ports> PlannerProcess<P> {
         for _ in 0..self.maps.depth() {
             let Some(patch) = self.maps.receive() else { break };
             ports.pass("planner.map_received").await;
-            effects.extend(self.pilot.on(event(patch, Event::Patch), ports.now()));
+            append(effects, self.pilot.on(event(patch, Event::Patch), ports.now()));
         }
         if let Some(page) = page {
             ports.pass("planner.map_received").await;
-            effects.extend(self.pilot.on(event(page, Event::Page), ports.now()));
+            append(effects, self.pilot.on(event(page, Event::Page), ports.now()));
         }
     }
 
@@ -135,7 +135,7 @@ impl<P: Ports> PlannerProcess<P> {
             let Some(control) = accept(Some(control)) else { continue };
             let addressed = control.run == self.pilot.seen().0 && control.robot == self.robot;
             if addressed && control.order == Order::HandOver(ports.incarnation()) {
-                effects.extend(self.pilot.on(Event::HandOver, ports.now()));
+                append(effects, self.pilot.on(Event::HandOver, ports.now()));
             }
         }
     }
@@ -222,7 +222,7 @@ impl<P: Ports> Process<P> for PlannerProcess<P> {
     async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
         let mut effects = self.receive(ports).await;
         while let Some(effect) = effects.pop_front() {
-            effects.extend(self.carry_out(effect, ports).await.map_err(Into::into)?);
+            append(&mut effects, self.carry_out(effect, ports).await.map_err(Into::into)?);
         }
         self.log_refusals();
         self.commands.idle();
@@ -260,6 +260,15 @@ fn event<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
         },
         event,
     )
+}
+
+/// Adds what an event asks for; the first list is taken as it is, since most events come alone.
+fn append(effects: &mut VecDeque<Effect>, more: Vec<Effect>) {
+    if effects.is_empty() {
+        *effects = more.into();
+    } else {
+        effects.extend(more);
+    }
 }
 
 #[cfg(test)]

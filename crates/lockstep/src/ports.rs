@@ -180,6 +180,13 @@ impl<M: Message> process::Reader<M> for Reader<M> {
     fn depth(&self) -> usize {
         self.0.borrow().len()
     }
+
+    fn newest(&mut self) -> Option<Result<M, Refusal>> {
+        let mut queue = self.0.borrow_mut();
+        let newest = queue.pop_back();
+        queue.clear();
+        newest.map(Ok)
+    }
 }
 
 impl<M: Message> process::Writer<M> for Writer<M> {

@@ -70,6 +70,8 @@ pub async fn run<P: Ports>(process: &mut impl Process<P>, ports: &mut P) -> Resu
 ///
 /// # Panics
 /// If it suspends.
+// A turn's future takes kilobytes: inlined, it is made where it is run, and not moved there.
+#[inline(always)]
 pub fn block_on<T>(future: impl Future<Output = T>) -> T {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(value) => value,
