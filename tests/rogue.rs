@@ -276,7 +276,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     let mut due = state;
     eventually("the last hop to land", || {
         rogue.node.sleep(Duration::from_millis(5));
-        due = rogue.states.drain().into_iter().map(Result::unwrap).last().unwrap_or(due);
+        due = rogue.states.drain().into_iter().fold(due, |_, state| state.unwrap());
         mission.decisions() == due.decision.0
     });
     let mut beats = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
@@ -313,7 +313,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
         let mut told = None;
         eventually("the state to be told again", || {
             rogue.node.sleep(Duration::from_millis(5));
-            told = rogue.states.drain().into_iter().map(Result::unwrap).last();
+            told = rogue.states.drain().into_iter().fold(None, |_, state| Some(state.unwrap()));
             told.is_some()
         });
         assert_eq!(told.unwrap().decision, due.decision);

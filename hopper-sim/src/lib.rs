@@ -4,6 +4,8 @@
 //! lockstep, tests) carry out the effects: append to the [`Journal`], publish, finish. The append is
 //! the commit point of a hop; nothing is published that the journal does not hold.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod arbiter;
 pub mod crash;
 pub mod dynamics;

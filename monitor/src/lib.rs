@@ -5,6 +5,8 @@
 //! share. The shell has the command line and shared memory, `bar` shows progress, `web` serves the history as a page.
 //! The terminal view and the recorder are crates of their own.
 
+#![warn(clippy::disallowed_methods)]
+
 #[cfg(feature = "shell")]
 pub mod bar;
 pub mod history;

@@ -51,6 +51,7 @@ pub struct Args {
 #[derive(Clone, Copy, Default)]
 pub struct Extensions {
     /// Takes over the terminal; the argument is whether orders are allowed.
+    #[allow(clippy::type_complexity, reason = "one signature, used once")]
     pub terminal: Option<fn(bool) -> Result<Box<dyn Screen>, Failure>>,
     /// Opens a recording and its ports; the last argument is whether the process may have been restarted.
     #[allow(clippy::type_complexity, reason = "one signature, used once")]

@@ -7,6 +7,8 @@
 //! The map is a pure fold over public messages: the same poses give the same map, whoever died in
 //! between.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod cartographer;
 pub mod observation;
 pub mod process;

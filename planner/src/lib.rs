@@ -3,6 +3,8 @@
 //! All algorithms implement one trait, [`Planner`], and its law: a decision depends on the situation alone. A planner
 //! knows the brief and the observed map, never the ground itself.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod algorithm;
 pub mod belief;
 pub mod error;

@@ -7,6 +7,8 @@
 //!
 //! No threads, no clock; files are read by [`scenario::load`] only. The caller flies the trials.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod agreement;
 pub mod cell;
 pub mod cell_results;

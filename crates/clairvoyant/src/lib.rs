@@ -14,6 +14,7 @@
 //! Holding never helps: both are monotone in k (P_k ≥ P_{k−1}, M_k ≤ M_{k−1} + 1), because any plan for fewer steps also
 //! fits into more.
 
+#![warn(clippy::disallowed_methods)]
 #![forbid(unsafe_code)]
 
 mod clairvoyant_planner;

@@ -8,6 +8,8 @@
 //!
 //! No I/O, no clock, no middleware in here.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod action;
 pub mod brief;
 pub mod command;

@@ -3,6 +3,8 @@
 //! A mission flown here has the digest of the same mission flown by four processes, bit for bit. No time
 //! passes here, so no deadline does: a mission in which the guard's fallback acted is repeated by its journal.
 
+#![warn(clippy::disallowed_methods)]
+
 mod ports;
 
 use std::collections::{BTreeMap, VecDeque};

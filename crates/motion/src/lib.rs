@@ -5,6 +5,8 @@
 //! use the same functions and differ only in the ground they pass. Parameters are always arguments, so the crate holds no
 //! constant of any paper. Random numbers are a pure function of (seed, domain, robot, decision).
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod collision;
 pub mod draw;
 pub mod flight;

@@ -9,6 +9,8 @@
 //! awaits its host. Real ports never suspend, so [`block_on`] is all that a shell needs, and the compiler leaves
 //! nothing of it. No executor, no wakers, no threads.
 
+#![warn(clippy::disallowed_methods)]
+
 mod exit;
 mod membership;
 mod patience;

@@ -9,6 +9,8 @@
 //! No I/O, no clock: times are arguments, bytes are results. Chunks are not compressed, so no decompressor is
 //! exposed to untrusted bytes.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod channel;
 pub mod conversion;
 pub mod error;

@@ -8,6 +8,8 @@
 //!
 //! No I/O, no clock: everything is computed from the arguments.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod decisions;
 pub mod error;
 pub mod fallbacks;

@@ -13,6 +13,7 @@
 //! The simulator's physics and the solver's model of it both take the law from here. The crate knows neither messages
 //! nor grids, so the solver may depend on it.
 
+#![warn(clippy::disallowed_methods)]
 #![forbid(unsafe_code)]
 
 /// Probabilities of a hop's landings, each in [0, 1], together 1.

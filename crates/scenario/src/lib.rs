@@ -5,6 +5,8 @@
 //! that a mission can be flown on it. The result is a [`ResolvedScenario`]: the true terrain for hopper-sim, the
 //! [`contract::Brief`] for every process, and a canonical text that resolves to the same value.
 
+#![warn(clippy::disallowed_methods)]
+
 mod built_in;
 mod check;
 mod error;

@@ -13,6 +13,8 @@
 //! computer, and begins anew with a reboot, which nothing but the journal survives. The wall clock may jump as it likes;
 //! the simulation lets it, to show that no process sees it.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod chance;
 pub mod checker;
 pub mod coverage;

@@ -30,6 +30,8 @@
 //! node was never accepted; corrections by aggregates of nodes brought nine nodes in ten below the bound while
 //! the largest error grew.
 
+#![warn(clippy::disallowed_methods)]
+
 pub mod bellman;
 pub mod certificate;
 pub mod cold;

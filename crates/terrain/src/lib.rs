@@ -7,6 +7,8 @@
 //! Files are untrusted input: sizes are checked against named limits before memory is allocated, and every
 //! fault is one [`TerrainError`] that says what was needed, what was got and what to do about it.
 
+#![warn(clippy::disallowed_methods)]
+
 mod ascii_grid;
 mod check;
 mod differences;

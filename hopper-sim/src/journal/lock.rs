@@ -1,11 +1,8 @@
 //! The lock that keeps a journal to one writer.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::Path;
-
-use rustix::fs::{FlockOperation, flock};
-use rustix::io::Errno;
 
 use super::JournalError;
 
@@ -26,15 +23,15 @@ impl Lock {
     pub(super) fn acquire(dir: &Path) -> Result<Self, JournalError> {
         let path = dir.join(FILE_NAME);
         let mut file = super::owner_only().create(true).open(&path).map_err(super::io("open", &path))?;
-        match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        match file.try_lock() {
             Ok(()) => {}
-            Err(Errno::WOULDBLOCK) => {
+            Err(TryLockError::WouldBlock) => {
                 let mut text = String::new();
                 // Unreadable or empty: the holder has not written itself down yet.
                 let _ = file.take(16).read_to_string(&mut text);
                 return Err(JournalError::Locked { dir: dir.into(), pid: text.trim().parse().ok() });
             }
-            Err(error) => return Err(super::io("lock", &path)(error.into())),
+            Err(TryLockError::Error(error)) => return Err(super::io("lock", &path)(error)),
         }
         let sign = |file: &mut File| -> io::Result<()> {
             file.set_len(0)?;
@@ -50,6 +47,6 @@ impl Lock {
 /// exec holds the very same open file, and the lock with it.
 impl Drop for Lock {
     fn drop(&mut self) {
-        let _ = flock(&self.file, FlockOperation::Unlock);
+        let _ = self.file.unlock();
     }
 }

@@ -4,6 +4,8 @@
 //! so that it reads everything, whatever else of the monitor passes over. It looks the more often the fuller its queues
 //! were, so that quick missions are whole and slow ones cost little.
 
+#![warn(clippy::disallowed_methods)]
+
 #[cfg(feature = "shell")]
 mod shell;
 

@@ -7,6 +7,7 @@
 pub mod asset;
 pub mod gate;
 pub mod order;
+#[allow(clippy::disallowed_methods, reason = "sockets, and a thread for each client")]
 pub mod shell;
 
 pub use gate::{Answer, Gate, Rejection};

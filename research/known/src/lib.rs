@@ -10,6 +10,7 @@
 //!
 //! No clock, no file, no thread.
 
+#![warn(clippy::disallowed_methods)]
 #![forbid(unsafe_code)]
 
 mod case;

@@ -69,6 +69,7 @@ impl Planes {
         let progress = LeaderProgress::default();
         let first = Wavefront { sweeps: wavefront.sweeps / 2, ..wavefront };
         let last = Wavefront { sweeps: wavefront.sweeps - first.sweeps, ..wavefront };
+        #[allow(clippy::disallowed_methods, reason = "on request; the values are the same in one thread")]
         std::thread::scope(|scope| {
             let leader = ThreadRole::Leader(&progress);
             scope.spawn(move || sweep(first, leader, &mut [0.0; LANES]));
