@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PastPage, PastRequest, Refusal, RefusalCounts,
+    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, Refusal, RefusalCounts,
     RobotId, Role, Roster, RunId, State, Status,
 };
 use report::{Executed, LatencyReport, Tally};
@@ -74,6 +74,8 @@ struct Mission {
     brief: Brief,
     tally: Tally,
     state: Option<State>,
+    /// The records that are missing.
+    past: PageCursor,
     coverage: Option<f64>,
     mapped: Option<Decision>,
     /// When its end was first heard of.
@@ -204,6 +206,7 @@ impl Watcher {
             brief,
             tally: Tally::new(&brief),
             state: None,
+            past: PageCursor::default(),
             coverage: None,
             mapped: None,
             ended: None,
@@ -235,9 +238,9 @@ impl Watcher {
             mission.tally.fold(&executed);
         }
         let mut effects = Vec::new();
-        // A gap is asked for when it opens, then at each tick.
+        // A gap is asked for when it opens, then at the ticks.
         if was_whole && mission.missing() > 0 {
-            effects.push(mission.request(robot));
+            effects.extend(mission.request(robot, now));
         }
         effects.extend(self.finish(now));
         effects
@@ -275,10 +278,10 @@ impl Watcher {
             }
             mission.tally.fold(&Executed::from(record));
         }
-        // An answer without news is asked for again at the next tick, not at once.
+        // An answer without news is asked for again at a later tick, not at once.
         let mut effects = Vec::new();
         if mission.tally.due() > due && mission.missing() > 0 {
-            effects.push(mission.request(robot));
+            effects.extend(mission.request(robot, now));
         }
         effects.extend(self.finish(now));
         effects
@@ -288,9 +291,9 @@ impl Watcher {
         self.listen(now);
         let mut effects = Vec::new();
         if let Some(mission) =
-            self.mission.as_ref().filter(|mission| mission.missing() > 0 && !mission.finished)
+            self.mission.as_mut().filter(|mission| mission.missing() > 0 && !mission.finished)
         {
-            effects.push(mission.request(self.robot));
+            effects.extend(mission.request(self.robot, now));
         }
         let finish = self.finish(now);
         let due = self.shown.is_none_or(|shown| now.since_ns(shown) >= PROGRESS_PERIOD_NS);
@@ -378,7 +381,9 @@ impl Mission {
         cell.distance_cells(self.brief.leg(visits).goal) * self.brief.grid.cell_size_m
     }
 
-    fn request(&self, robot: RobotId) -> Effect {
-        Effect::RequestPast(PastRequest { run: self.brief.run, robot, from: self.tally.due() })
+    fn request(&mut self, robot: RobotId, now: MonotonicNs) -> Option<Effect> {
+        self.past.advance_to(self.tally.due().0);
+        let from = Decision(self.past.ask(now)?);
+        Some(Effect::RequestPast(PastRequest { run: self.brief.run, robot, from }))
     }
 }

@@ -6,7 +6,7 @@
 #[path = "../../crates/report/tests/mission/mod.rs"]
 mod mission;
 
-use contract::limits::PAST_PAGE_RECORDS;
+use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::roster::SILENCE_NS;
 use contract::{
     Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch, MonotonicNs, Name,
@@ -158,7 +158,7 @@ fn a_rebuild_from_the_past_equals_the_undisturbed_fold() {
 }
 
 #[test]
-fn the_past_is_asked_for_at_each_tick_until_it_answers() {
+fn the_past_is_asked_for_again_and_again_until_it_answers() {
     let brief = brief(SIDE);
     let records = records(&brief, &steps(), 30);
     let mut watcher = watching(&brief);
@@ -167,15 +167,19 @@ fn the_past_is_asked_for_at_each_tick_until_it_answers() {
     assert_eq!(requests(&effects), [request]);
     let effects = watcher.on(Event::State(state(&records[10], brief.run)), MonotonicNs(6));
     assert!(requests(&effects).is_empty(), "asked when the gap opened; the next time at the tick");
-    for tick in 7..10 {
-        assert_eq!(requests(&watcher.on(Event::Tick, MonotonicNs(tick))), [request]);
+    for tick in 1..4 {
+        let now = MonotonicNs(5).plus_ns(tick * ASK_AGAIN_NS);
+        let early = requests(&watcher.on(Event::Tick, MonotonicNs(now.0 - 1)));
+        assert!(early.is_empty(), "asking anew gives up the answer that may be on its way");
+        assert_eq!(requests(&watcher.on(Event::Tick, now)), [request]);
     }
+    const LATE: MonotonicNs = MonotonicNs(1 << 40);
     let empty = PastPage { run: brief.run, robot: RobotId(0), from: Decision(0), records: Vec::new() };
-    assert!(watcher.on(Event::Past(empty), MonotonicNs(10)).is_empty(), "no news: wait for the tick");
-    assert_eq!(watcher.progress(MonotonicNs(10)).unwrap().missing, 11);
-    watcher.on(Event::Past(page(&records, &request)), MonotonicNs(11));
-    assert!(requests(&watcher.on(Event::Tick, MonotonicNs(12))).is_empty());
-    assert_eq!(watcher.progress(MonotonicNs(12)).unwrap().missing, 0);
+    assert!(watcher.on(Event::Past(empty), LATE).is_empty(), "no news: wait for the tick");
+    assert_eq!(watcher.progress(LATE).unwrap().missing, 11);
+    watcher.on(Event::Past(page(&records, &request)), LATE.plus_ns(1));
+    assert!(requests(&watcher.on(Event::Tick, LATE.plus_ns(ASK_AGAIN_NS))).is_empty());
+    assert_eq!(watcher.progress(LATE.plus_ns(ASK_AGAIN_NS)).unwrap().missing, 0);
 }
 
 #[test]

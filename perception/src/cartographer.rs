@@ -8,10 +8,10 @@
 //! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
 //! one before it ended.
 
-use contract::limits::{ASK_AGAIN_NS, MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
+use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage,
-    PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, TruthPage, TruthRequest,
+    Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
+    PastPage, PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, TruthPage, TruthRequest,
 };
 use terrain::Terrain;
 
@@ -66,8 +66,8 @@ pub struct Cartographer {
     observation: Option<Observation>,
     /// Poses 0..folded are in the map.
     folded: u64,
-    /// The record of the past that was asked for last, and when.
-    asked: Option<(Decision, MonotonicNs)>,
+    /// The records of the past that are missing.
+    past: PageCursor,
     /// The decision whose landing is published; its map has its moment of sensing.
     stamped: Option<Decision>,
     published: Option<MonotonicNs>,
@@ -87,7 +87,7 @@ impl Cartographer {
             state: None,
             observation: None,
             folded: 0,
-            asked: None,
+            past: PageCursor::default(),
             stamped: None,
             published: None,
             finished: false,
@@ -286,7 +286,7 @@ impl Cartographer {
         let unseen = |brief| Observation::unseen(&brief, self.robot).cut_to(self.patch_cells);
         self.observation = self.brief.map(unseen);
         self.folded = 0;
-        self.asked = None;
+        self.past = PageCursor::default();
         self.stamped = None;
         self.published = None;
         self.finished = false;
@@ -346,14 +346,10 @@ impl Cartographer {
         self.fold(Pose { cell: brief.start, height_m });
     }
 
-    /// Asks for the poses that are missing, unless that was done just now: asking anew gives up an answer
-    /// that may be on its way.
+    /// Asks for the records whose poses are missing: record k leads to pose k + 1, and the brief has pose 0.
     fn request(&mut self, run: RunId, now: MonotonicNs) -> Option<Effect> {
-        let from = Decision(self.folded.saturating_sub(1));
-        if self.asked.is_some_and(|(asked, at)| asked == from && now.since_ns(at) < ASK_AGAIN_NS) {
-            return None;
-        }
-        self.asked = Some((from, now));
+        self.past.advance_to(self.folded.saturating_sub(1));
+        let from = Decision(self.past.ask(now)?);
         Some(Effect::RequestPast(PastRequest { run, robot: self.robot, from }))
     }
 

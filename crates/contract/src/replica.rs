@@ -14,10 +14,10 @@
 
 use std::collections::VecDeque;
 
-use crate::limits::{ASK_AGAIN_NS, PATCHES_BUFFERED};
+use crate::limits::PATCHES_BUFFERED;
 use crate::{
-    Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts, RobotId,
-    RunId, SeenCell,
+    Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, Refusal, RefusalCounts,
+    RobotId, RunId, SeenCell,
 };
 
 /// The folded map of one robot.
@@ -35,11 +35,9 @@ pub struct Replica {
 /// How far catching up has come.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pursuit {
-    /// First index still wanted.
-    from: u32,
+    cursor: PageCursor,
     /// The last patch that the last page held.
     sequence: Option<u64>,
-    asked: Option<MonotonicNs>,
 }
 
 impl Replica {
@@ -118,7 +116,7 @@ impl Replica {
             return None;
         }
         // An answer to another request is one that was given up.
-        let pursuit = self.pursuit.as_mut().filter(|pursuit| pursuit.from == page.from)?;
+        let pursuit = self.pursuit.as_mut().filter(|pursuit| pursuit.cursor.next() == u64::from(page.from))?;
         // What was published up to the last page is in it, or was folded in before.
         let held = pursuit.sequence.unwrap_or(page.sequence);
         let told = self.buffer.partition_point(|patch| patch.sequence <= page.sequence);
@@ -136,7 +134,8 @@ impl Replica {
             self.buffer.clear();
             return None;
         }
-        *pursuit = Pursuit { from: page.next, sequence: Some(page.sequence), asked: None };
+        pursuit.cursor.accept(page.from.into(), page.next.into());
+        pursuit.sequence = Some(page.sequence);
         if page.next <= page.from || page.next as usize >= page.grid.cells() {
             let need = format!("a map of fingerprint {:016x}", page.observation);
             let got = format!("{:016x}", map.observation());
@@ -144,7 +143,8 @@ impl Replica {
             *map = ObservedMap::unseen(map.run, map.robot, map.grid);
             self.buffer.clear();
             // Asked for again at a later tick, not at once.
-            self.pursuit = Some(Pursuit { asked: Some(now), ..Pursuit::default() });
+            pursuit.cursor.restart(now);
+            pursuit.sequence = None;
         }
         self.ask(now)
     }
@@ -152,12 +152,8 @@ impl Replica {
     /// What is to be asked for at `now`, if something is missing and nothing was asked for just now.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<MapRequest> {
         let (map, pursuit) = (self.map.as_ref()?, self.pursuit.as_mut()?);
-        if pursuit.asked.is_some_and(|asked| now.since_ns(asked) < ASK_AGAIN_NS) {
-            return None;
-        }
-        pursuit.asked = Some(now);
-        let observation = map.observation();
-        Some(MapRequest { run: map.run, robot: map.robot, from: pursuit.from, observation })
+        let from = pursuit.cursor.ask(now)? as u32;
+        Some(MapRequest { run: map.run, robot: map.robot, from, observation: map.observation() })
     }
 
     /// Drops what a patch shows to be void: those kept for later that have a higher number, or the same, and

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::limits::ASK_AGAIN_NS;
-use crate::{Cell, Grid, Ground, MonotonicNs, Refusal, RunId};
+use crate::{Cell, Grid, Ground, MonotonicNs, PageCursor, Refusal, RunId};
 
 /// The true ground of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,7 +46,7 @@ pub struct TruthPage {
 pub struct Gathering {
     run: Option<RunId>,
     cells: Vec<Ground>,
-    asked: Option<MonotonicNs>,
+    cursor: PageCursor,
 }
 
 impl Gathering {
@@ -61,7 +60,7 @@ impl Gathering {
     /// # Errors
     /// If the page makes no progress, or goes beyond its grid.
     pub fn page(&mut self, page: &TruthPage) -> Result<Option<Truth>, Refusal> {
-        if self.run != Some(page.run) || page.from as usize != self.cells.len() {
+        if self.run != Some(page.run) || u64::from(page.from) != self.cursor.next() {
             return Ok(None);
         }
         let whole = page.grid.cells();
@@ -71,7 +70,7 @@ impl Gathering {
         }
         self.cells.reserve_exact(whole - self.cells.len());
         self.cells.extend_from_slice(&page.cells);
-        self.asked = None;
+        self.cursor.accept(page.from.into(), self.cells.len() as u64);
         if self.cells.len() < whole {
             return Ok(None);
         }
@@ -83,10 +82,6 @@ impl Gathering {
     /// What to ask for at `now`: the next page, or the same again if it does not come.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<TruthRequest> {
         let run = self.run?;
-        if self.asked.is_some_and(|asked| now.since_ns(asked) < ASK_AGAIN_NS) {
-            return None;
-        }
-        self.asked = Some(now);
-        Some(TruthRequest { run, from: self.cells.len() as u32 })
+        Some(TruthRequest { run, from: self.cursor.ask(now)? as u32 })
     }
 }

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
-    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PastPage, PastRequest, Replica, RobotId,
-    RunId, State, Status, Vetoed,
+    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest, Replica,
+    RobotId, RunId, State, Status, Vetoed,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -70,11 +70,10 @@ pub struct Recorder {
     missing: BTreeMap<String, u64>,
     brief: Option<Brief>,
     state: Option<State>,
-    /// First decision whose record is still missing.
-    due: Decision,
+    /// The records that are missing, by decision.
+    past: PageCursor,
     /// The decisions before this have their records among the bytes given out.
     flushed: Decision,
-    asked: MonotonicNs,
     map: Replica,
     /// Fingerprint of the last grid made for viewers, and when it was made.
     drawn: Option<(u64, MonotonicNs)>,
@@ -117,9 +116,8 @@ impl Recorder {
             missing: BTreeMap::new(),
             brief: None,
             state: None,
-            due: Decision(0),
+            past: PageCursor::default(),
             flushed: Decision(0),
-            asked: MonotonicNs(0),
             map: Replica::new(ROBOT),
             drawn: None,
             processes: BTreeSet::new(),
@@ -172,11 +170,11 @@ impl Recorder {
     pub fn tick(&mut self, now: MonotonicNs) -> Result<Requests, RecordingError> {
         self.draw(now, false)?;
         // The end of a mission is acknowledged once its last record is in the file, so it does not wait for its chunk.
-        let is_last = self.state.is_some_and(|state| state.status.is_over() && self.due >= state.decision);
-        if now.since_ns(self.closed) >= CHUNK_NS || is_last && self.flushed < self.due {
+        let is_last = self.state.is_some_and(|state| state.status.is_over() && self.due() >= state.decision);
+        if now.since_ns(self.closed) >= CHUNK_NS || is_last && self.flushed < self.due() {
             self.closed = now;
             self.writer.flush()?;
-            self.flushed = self.due;
+            self.flushed = self.due();
         }
         Ok(Requests { past: self.past_wanted(now), map: self.map.ask(now) })
     }
@@ -206,7 +204,7 @@ impl Recorder {
             entries.insert("digest".into(), state.digest.to_string());
             entries.insert("decision".into(), state.decision.to_string());
             entries.insert("status".into(), state.status.to_string());
-            entries.insert("records_through".into(), self.due.to_string());
+            entries.insert("records_through".into(), self.due().to_string());
         }
         for (topic, missing) in &self.missing {
             entries.insert(format!("missing {topic}"), missing.to_string());
@@ -222,7 +220,8 @@ impl Recorder {
         }
         self.gaps.begin();
         (self.brief, self.state, self.drawn) = (Some(brief), None, None);
-        (self.due, self.flushed) = (Decision(0), Decision(0));
+        self.past.move_to(0);
+        self.flushed = Decision(0);
         self.map = Replica::new(ROBOT);
         self.map.begin(brief.run, brief.grid);
         let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
@@ -242,7 +241,7 @@ impl Recorder {
         self.record_gap(gap, now)?;
         let before = self.state.replace(*state);
         // After a journal lost its tail, those decisions are executed again.
-        self.due = self.due.min(state.decision);
+        self.past.move_to(self.due().min(state.decision).0);
         self.flushed = self.flushed.min(state.decision);
         if before.is_none_or(|before| before.decision != state.decision) {
             let (pose, scene) = (view::pose_of(&brief, state), view::scene(&brief, state));
@@ -288,31 +287,33 @@ impl Recorder {
         if !self.is_of_run(page.run, page.robot) {
             return None;
         }
-        if page.from == self.due {
-            self.due = Decision(page.from.0 + page.records.len() as u64);
+        if page.from == self.due() {
+            // Fewer records than a page are asked for now and then: the pause stays in force.
+            self.past.move_to(page.from.0 + page.records.len() as u64);
         }
-        let is_whole = self.state.is_none_or(|state| self.due >= state.decision);
+        let is_whole = self.state.is_none_or(|state| self.due() >= state.decision);
         if page.records.len() < PAST_PAGE_RECORDS || is_whole {
             return None;
         }
-        self.asked = now;
-        self.past_request()
+        let from = Decision(self.past.ask_at_once(now));
+        Some(PastRequest { run: page.run, robot: ROBOT, from })
     }
 
-    fn past_request(&self) -> Option<PastRequest> {
-        Some(PastRequest { run: self.brief?.run, robot: ROBOT, from: self.due })
+    /// First decision whose record is still missing.
+    fn due(&self) -> Decision {
+        Decision(self.past.next())
     }
 
     fn past_wanted(&mut self, now: MonotonicNs) -> Option<PastRequest> {
-        let state = self.state?;
-        let behind = state.decision.0.saturating_sub(self.due.0);
+        let (brief, state) = (self.brief?, self.state?);
+        let behind = state.decision.0.saturating_sub(self.past.next());
         let urgent = behind >= PAST_PAGE_RECORDS as u64 || state.status.is_over();
         let pause_ns = if urgent { ASK_AGAIN_NS } else { PAST_PERIOD_NS };
-        if behind == 0 || now.since_ns(self.asked) < pause_ns {
+        if behind == 0 {
             return None;
         }
-        self.asked = now;
-        self.past_request()
+        let from = Decision(self.past.ask_after(now, pause_ns)?);
+        Some(PastRequest { run: brief.run, robot: ROBOT, from })
     }
 
     /// Writes the map as a grid for viewers if it changed and is due, or if the file ends.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
-use contract::{Brief, Decision, Heartbeat, MonotonicNs, PastPage, PastRequest, RobotId, Role, Roster};
+use contract::limits::PAST_PAGE_RECORDS;
+use contract::{Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, RobotId, Role, Roster};
 use hopper::stdout::print;
 use node::{Exit, Failure, Instance, Node};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
@@ -246,7 +246,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
 struct Gathered {
     brief: Option<Brief>,
     steps: Vec<DecisionTiming>,
-    asked: Option<MonotonicNs>,
+    cursor: PageCursor,
 }
 
 impl Gathered {
@@ -260,21 +260,17 @@ impl Gathered {
     /// What to ask for at `now`.
     fn ask(&mut self, now: MonotonicNs) -> Option<PastRequest> {
         let run = self.brief?.run;
-        if self.asked.is_some_and(|asked| now.since_ns(asked) < ASK_AGAIN_NS) {
-            return None;
-        }
-        self.asked = Some(now);
-        Some(PastRequest { run, robot: RobotId(0), from: Decision(self.steps.len() as u64) })
+        let from = Decision(self.cursor.ask(now)?);
+        Some(PastRequest { run, robot: RobotId(0), from })
     }
 
     /// Takes a page; the last one, which is not full, gives all there is.
     fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<DecisionTiming>)> {
         let brief = self.brief.filter(|brief| brief.run == page.run)?;
-        if page.from.0 != self.steps.len() as u64 {
+        if !self.cursor.accept(page.from.0, page.from.0.saturating_add(page.records.len() as u64)) {
             return None;
         }
         self.steps.extend(page.records.iter().map(DecisionTiming::from));
-        self.asked = None;
         let is_last = page.records.len() < PAST_PAGE_RECORDS;
         is_last.then(|| (brief, std::mem::take(&mut self.steps)))
     }
