@@ -159,6 +159,7 @@ impl Ports for SimulatedPorts {
     async fn wait(&mut self, timeout_ns: u64) {
         {
             let mut world = self.world.borrow_mut();
+            world.turned(&self.life);
             let sleep_ns = if self.life.rung.take() {
                 world.chance.between(1_000, 5_000)
             } else {
@@ -170,6 +171,7 @@ impl Ports for SimulatedPorts {
         }
         poll_fn(|_| if self.life.woken.take() { Poll::Ready(()) } else { Poll::Pending }).await;
         self.life.sleeping.set(false);
+        self.world.borrow_mut().woke(&self.life);
     }
 
     async fn pass(&mut self, point: &'static str) {
@@ -226,7 +228,7 @@ impl Ports for SimulatedPorts {
 
 impl<M: Message> process::Reader<M> for Reader<M> {
     fn receive(&mut self) -> Option<Result<M, Refusal>> {
-        let message = self.queue.borrow_mut().pop_front()?;
+        let (_, message) = self.queue.borrow_mut().pop_front()?;
         if let Ok(message) = &message {
             self.ports.world.borrow_mut().received(&self.ports.life, message);
         }
@@ -261,6 +263,7 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
         self.waits = true;
         let world = &mut *self.ports.world.borrow_mut();
         world.coverage.count(Topic::of::<Asked<Q>>().as_str(), "sent");
+        world.asked(&self.ports.life, &request);
         let asked = Asked { request, number: self.asked, asker: self.ports.life.incarnation };
         for (server, wakes, queue) in world.listening::<Asked<Q>>() {
             world.send(self.ports.life.incarnation, &server, wakes, &queue, Ok(asked.clone()));
@@ -269,7 +272,7 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
     }
 
     fn receive(&mut self) -> Option<Result<Q::Response, Refusal>> {
-        while let Some(answer) = self.answers.borrow_mut().pop_front() {
+        while let Some((_, answer)) = self.answers.borrow_mut().pop_front() {
             match answer {
                 // An answer to a request that was given up is not received.
                 Ok(answer) if self.waits && answer.number == self.asked => {
@@ -294,7 +297,7 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
     fn serve(&mut self, mut answer: impl FnMut(&Q) -> Option<Q::Response>) -> Result<Vec<Refusal>, Never> {
         let mut refusals = Vec::new();
         let asked = std::mem::take(&mut *self.requests.borrow_mut());
-        for asked in asked {
+        for (_, asked) in asked {
             let Asked { request, number, asker } = match asked {
                 Ok(asked) => asked,
                 Err(refusal) => {
@@ -367,6 +370,12 @@ impl World {
             self.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
         } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
             self.checker.mapped(patch);
+            // Landings that perception folds from the past are in no patch.
+            let follows = self.patched.is_some_and(|last| (last..=last + 1).contains(&patch.sequence));
+            self.patched = Some(patch.sequence);
+            if !follows {
+                self.lives.iter().for_each(|life| life.map_whole.set(None));
+            }
             self.coverage.count("map", if patch.more > 0 { "part" } else { "landing" });
             self.note(|| {
                 let MapPatch { sequence, through, more, .. } = patch;
@@ -421,7 +430,10 @@ impl World {
     fn received<M: Message>(&mut self, life: &Life, message: &M) {
         let message = message as &dyn Any;
         let now = self.monotonic();
-        if let Some(beat) = message.downcast_ref::<Heartbeat>() {
+        if message.is::<Command>() && life.role == Role::HopperSim {
+            let (received, executed) = life.commands.get();
+            life.commands.set((received + 1, executed));
+        } else if let Some(beat) = message.downcast_ref::<Heartbeat>() {
             if beat.incarnation != life.incarnation {
                 self.checker.heard(life, beat, now);
             }
@@ -439,6 +451,21 @@ impl World {
                     },
                 );
             }
+        }
+    }
+
+    /// The checker looks at what is asked.
+    fn asked<Q: 'static>(&mut self, life: &Life, request: &Q) {
+        if let Some(request) = (request as &dyn Any).downcast_ref::<MapRequest>()
+            && life.role == Role::Planner
+            && life.map_whole.get() == Some(request.run)
+            && !life.map_disturbed.get()
+            && !self.is_another_mission
+        {
+            let incarnation = life.incarnation;
+            self.checker.violate("who receives every patch asks for no page", || {
+                format!("planner {incarnation} asks for the map from cell {}", request.from)
+            });
         }
     }
 
@@ -461,6 +488,7 @@ impl World {
         self.checker.plans(situation);
         let state = situation.state;
         life.known_leader.set((state.run, state.decision, state.leader));
+        life.map_whole.set(Some(state.run));
     }
 }
 

@@ -11,7 +11,8 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Command, Decision, Incarnation, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId, Status, Term,
+    Command, Decision, Incarnation, MonotonicNs, Name, Record, Refusal, RefusalCounts, RobotId, Role, RunId,
+    Status, Term,
 };
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{Journal, JournalHeader, JournalReader, Mission, crash};
@@ -21,7 +22,7 @@ use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;
 use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
-use process::{Exit, Failure, Ports, Terms};
+use process::{Exit, Failure, Ports, Process, Terms, Turn};
 use recorder::{Recorder, RecorderPorts, Sink};
 use recording::{RecordedMessage as Message, Recording};
 use serde::Serialize;
@@ -383,6 +384,12 @@ impl<'a> Simulation<'a> {
             known_leader: Cell::new(NOTHING_KNOWN),
             situation: Arc::new(Mutex::new(None)),
             recording: RefCell::new(None),
+            turns: Cell::new(0),
+            map_whole: Cell::new(None),
+            map_disturbed: Cell::new(false),
+            message_since: Cell::new(None),
+            sleeps: Cell::new((0, 0)),
+            commands: Cell::new((0, 0)),
         })
     }
 
@@ -550,6 +557,7 @@ impl<'a> Simulation<'a> {
         let world = &mut *self.world.borrow_mut();
         world.disk.erase();
         world.checker.begin(&mission);
+        world.is_another_mission = true;
         world.coverage.count("run", "new");
     }
 
@@ -631,8 +639,59 @@ async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>) -> Result<
     };
     ports.pass(crash::JOURNAL_OPENED).await;
     let last = journal.last().copied();
-    let mut sim = HopperSim::join(&mut ports, mission, (journal, last), |_: &Record| (), terms).await?;
-    process::run(&mut sim, &mut ports).await
+    let life = Rc::clone(&ports.life);
+    let executed = move |record: &Record| {
+        let (received, executed) = life.commands.get();
+        life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
+    };
+    let sim = HopperSim::join(&mut ports, mission, (journal, last), executed, terms).await?;
+    process::run(&mut Judged { sim, refused: RefusalCounts::default() }, &mut ports).await
+}
+
+/// Reasons for which hopper-sim refuses.
+const REASONS: [&str; 12] = [
+    "wrong_run",
+    "wrong_robot",
+    "repeated_decision",
+    "future_decision",
+    "stale_term",
+    "future_term",
+    "not_leader",
+    "yielding",
+    "mission_over",
+    "busy",
+    "malformed",
+    "vetoed",
+];
+
+/// Lets the checker see what hopper-sim has refused.
+struct Judged<O: FnMut(&Record)> {
+    sim: HopperSim<SimulatedPorts, Journal<Disk>, O>,
+    /// Refusals up to the last turn.
+    refused: RefusalCounts,
+}
+
+impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
+    async fn turn(&mut self, ports: &mut SimulatedPorts) -> Result<Turn, Failure> {
+        let turn = self.sim.turn(ports).await?;
+        let refused = self.sim.arbiter().refusals();
+        let world = &mut *ports.world.borrow_mut();
+        for reason in REASONS {
+            (self.refused.of(reason)..refused.of(reason)).for_each(|_| world.coverage.count("refusal", reason));
+        }
+        if self.refused != *refused {
+            self.refused = refused.clone();
+        }
+        let (received, executed) = ports.life.commands.get();
+        let judged = executed + refused.0.values().sum::<u64>();
+        // One may be accepted that the journal has not taken yet.
+        if received > judged + 1 {
+            world.checker.violate("every command is executed or refused", || {
+                format!("hopper-sim received {received} commands, and executed or refused {judged}")
+            });
+        }
+        Ok(turn)
+    }
 }
 
 fn peer_terms(ports: &SimulatedPorts) -> Terms {

@@ -6,7 +6,9 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
-use contract::{Command, Decision, Incarnation, Leader, MonotonicNs, Name, Refusal, Role, RunId};
+use contract::{
+    Command, Decision, Incarnation, Leader, MapPatch, MonotonicNs, Name, Refusal, Role, RunId, State,
+};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -20,6 +22,9 @@ use crate::topic::Topic;
 
 /// How long a message takes, nanoseconds.
 const TRANSPORT_NS: u64 = 5_000;
+
+/// Sleeps of a life before they are judged. One in forty wake-ups takes more than 1 ms; without a wake-up most sleeps do.
+const SLEEPS_MIN: u64 = 16;
 
 /// A millisecond, nanoseconds.
 pub(crate) const MS: u64 = 1_000_000;
@@ -109,6 +114,30 @@ pub(crate) struct Life {
     pub situation: Seen,
     /// Of a monitor that records: the recording so far.
     pub recording: RefCell<Option<Rc<RefCell<Vec<u8>>>>>,
+    /// Turns of its work loop so far.
+    pub turns: Cell<u64>,
+    /// Of a planner: the run whose map it holds, while every landing since is in a patch.
+    pub map_whole: Cell<Option<RunId>>,
+    /// Of a planner: whether a patch reached it late, twice, out of order or not at all.
+    pub map_disturbed: Cell<bool>,
+    /// When the message came that ends the present sleep.
+    pub message_since: Cell<Option<u64>>,
+    /// Sleeps during which a message came that the process waits for, and how many of them went on.
+    pub sleeps: Cell<(u64, u64)>,
+    /// Of hopper-sim: commands received, and commands executed.
+    pub commands: Cell<(u64, u64)>,
+}
+
+impl Life {
+    /// Whether a message of `topic` is to wake this process: the pipeline from state to map to command.
+    fn waits_for(&self, topic: Topic) -> bool {
+        match self.role {
+            Role::HopperSim => topic == Topic::of::<Command>(),
+            Role::Perception => topic == Topic::of::<State>(),
+            Role::Planner => topic == Topic::of::<MapPatch>(),
+            Role::Monitor => false,
+        }
+    }
 }
 
 /// One open reader, server, or client.
@@ -116,12 +145,14 @@ struct Endpoint {
     topic: Topic,
     life: Rc<Life>,
     wakes: bool,
-    /// A `RefCell<VecDeque<…>>` of what it reads; gone once it is closed.
+    /// The [`Queue`] of what it reads; gone once it is closed.
     queue: Weak<dyn Any>,
+    /// The turn during which the oldest message in the queue came.
+    oldest: Box<dyn Fn() -> Option<u64>>,
 }
 
-/// A queue of messages that were received, or refused.
-pub(crate) type Queue<T> = RefCell<std::collections::VecDeque<Result<T, Refusal>>>;
+/// A queue of messages that were received, or refused, each with the turn of the reader during which it came.
+pub(crate) type Queue<T> = RefCell<std::collections::VecDeque<(u64, Result<T, Refusal>)>>;
 
 /// A death or a stop that waits at a named point.
 #[derive(Clone, Copy, Debug)]
@@ -170,6 +201,10 @@ pub(crate) struct World {
     /// The last genuine command.
     pub commanded: Option<Command>,
     pub decisions: u64,
+    /// The sequence number of the last patch published.
+    pub patched: Option<u64>,
+    /// Whether another mission has begun since; messages of the one before may come late.
+    pub is_another_mission: bool,
 }
 
 impl World {
@@ -196,6 +231,8 @@ impl World {
             torn_restart_ns: 0,
             commanded: None,
             decisions: 0,
+            patched: None,
+            is_another_mission: false,
         }
     }
 
@@ -264,19 +301,60 @@ impl World {
     pub fn stop(&mut self, life: &Life, until_ns: u64) {
         let until_ns = life.stopped_until.get().map_or(until_ns, |known| known.max(until_ns));
         life.stopped_until.set(Some(until_ns));
+        life.message_since.set(None);
         self.schedule(until_ns, Event::Resume(life.slot, life.incarnation));
     }
 
     /// A process begins to live.
     pub fn enter(&mut self, life: Rc<Life>) {
+        self.change(&life);
         self.lives.push(life);
     }
 
     /// A process is gone, with its endpoints and its history.
     pub fn leave(&mut self, incarnation: Incarnation) {
+        if let Some(life) = self.lives.iter().find(|life| life.incarnation == incarnation) {
+            self.change(life);
+        }
         self.lives.retain(|life| life.incarnation != incarnation);
         self.endpoints.retain(|endpoint| endpoint.life.incarnation != incarnation);
         self.history.retain(|(_, writer), _| *writer != incarnation);
+    }
+
+    /// A process comes or goes: another perception may begin anew in the midst of a landing.
+    fn change(&self, life: &Life) {
+        if life.role == Role::Perception {
+            self.lives.iter().for_each(|life| life.map_whole.set(None));
+        }
+    }
+
+    /// A turn of a process ends: whatever was there when the turn began has been read.
+    pub fn turned(&mut self, life: &Life) {
+        let turns = life.turns.get() + 1;
+        life.turns.set(turns);
+        let unread = |endpoint: &&Endpoint| (endpoint.oldest)().is_some_and(|turn| turn + 2 <= turns);
+        let own = |endpoint: &&Endpoint| endpoint.life.incarnation == life.incarnation;
+        let unread = self.endpoints.iter().filter(own).find(unread).map(|endpoint| endpoint.topic);
+        if let Some(topic) = unread {
+            let role = life.role;
+            self.checker.violate("every turn reads what has come", || {
+                format!("{role} leaves a message of {} unread for a whole turn", topic.as_str())
+            });
+        }
+    }
+
+    /// A sleep of a process ends.
+    pub fn woke(&mut self, life: &Life) {
+        let Some(since_ns) = life.message_since.take() else { return };
+        let (count, late) = life.sleeps.get();
+        let (count, late) = (count + 1, late + u64::from(self.time_ns - since_ns > MS));
+        life.sleeps.set((count, late));
+        if count >= SLEEPS_MIN && 2 * late > count {
+            let role = life.role;
+            self.checker.violate("a message wakes the process that waits for it", || {
+                format!("{role} slept on for more than 1 ms at {late} of {count} messages")
+            });
+        }
     }
 
     /// Opens an endpoint; late, it gets what those who write still hold.
@@ -285,7 +363,10 @@ impl World {
         let queue: Rc<Queue<T>> = Rc::default();
         let any: Rc<dyn Any> = Rc::clone(&queue) as Rc<dyn Any>;
         self.endpoints.retain(|endpoint| endpoint.queue.strong_count() > 0);
-        self.endpoints.push(Endpoint { topic, life: Rc::clone(life), wakes, queue: Rc::downgrade(&any) });
+        let weak = Rc::downgrade(&queue);
+        let oldest = Box::new(move || weak.upgrade()?.borrow().front().map(|(turn, _)| *turn));
+        let queue_of_any = Rc::downgrade(&any);
+        self.endpoints.push(Endpoint { topic, life: Rc::clone(life), wakes, queue: queue_of_any, oldest });
         let held: Vec<(Incarnation, T)> = self
             .history
             .iter()
@@ -347,7 +428,7 @@ impl World {
             self.arrivals(topic, reader)
         };
         for at_ns in arrivals {
-            let (queue, message) = (Rc::downgrade(queue), message.clone());
+            let (queue, life, message) = (Rc::downgrade(queue), Rc::clone(reader), message.clone());
             let deliver = Box::new(move || {
                 let Some(queue) = queue.upgrade() else { return false };
                 let mut queue = queue.borrow_mut();
@@ -355,7 +436,7 @@ impl World {
                 if overflows {
                     queue.pop_front();
                 }
-                queue.push_back(message);
+                queue.push_back((life.turns.get(), message));
                 overflows
             });
             let letter = Letter { topic, writer, reader: Rc::clone(reader), wakes, number, deliver };
@@ -367,6 +448,7 @@ impl World {
     fn arrivals(&mut self, topic: Topic, reader: &Life) -> Vec<u64> {
         let mut arrivals = vec![self.time_ns + TRANSPORT_NS];
         if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == topic) {
+            reader.map_disturbed.set(reader.map_disturbed.get() || topic == Topic::of::<MapPatch>());
             let (kind, _, left) = &mut self.link_faults[index];
             *left -= 1;
             let (name, left) = (kind.as_str(), *left);
@@ -401,6 +483,11 @@ impl World {
         *highest = number.max(*highest);
         if deliver() && topic.buffer() > 1 {
             self.coverage.count("overflow", topic.as_str());
+            reader.map_disturbed.set(reader.map_disturbed.get() || topic == Topic::of::<MapPatch>());
+        }
+        let idle = reader.sleeping.get() && reader.stopped_until.get().is_none();
+        if idle && reader.message_since.get().is_none() && reader.waits_for(topic) {
+            reader.message_since.set(Some(self.time_ns));
         }
         if wakes {
             self.ring(&reader);
