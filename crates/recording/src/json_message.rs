@@ -29,3 +29,76 @@ impl JsonMessage {
         Channel::of(&topic).is_none().then_some(topic)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use contract::message::PublishSubscribe;
+    use contract::wire::Wire;
+    use contract::{MonotonicNs, Refusal, Role, State};
+    use serde::Serialize;
+
+    use super::*;
+    use crate::{Recorder, Recording};
+
+    /// What is left in a battery, joules.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    struct Battery {
+        charge_j: f64,
+    }
+
+    #[repr(C)]
+    #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+    struct BatteryV1 {
+        charge_j: f64,
+    }
+
+    impl Wire for BatteryV1 {
+        const NAME: &'static str = "hop.Battery.v1";
+    }
+
+    impl From<&Battery> for BatteryV1 {
+        fn from(battery: &Battery) -> Self {
+            Self { charge_j: battery.charge_j }
+        }
+    }
+
+    impl TryFrom<&BatteryV1> for Battery {
+        type Error = Refusal;
+
+        fn try_from(wire: &BatteryV1) -> Result<Self, Refusal> {
+            Ok(Self { charge_j: wire.charge_j })
+        }
+    }
+
+    contract::fixed_payload!(Battery => BatteryV1);
+
+    impl Message for Battery {
+        const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/battery", &[Role::HopperSim]);
+    }
+
+    /// P-BAG-JSON.
+    #[test]
+    fn a_message_without_a_schema_is_recorded_as_json() {
+        assert_eq!(JsonMessage::topic::<State>(), None, "it has a schema");
+        let mut recorder = Recorder::new(&BTreeMap::new(), MonotonicNs(0)).unwrap();
+        for charge_j in [2.0, 1.5] {
+            let message = JsonMessage::of(&Battery { charge_j }).unwrap();
+            recorder.on_json(&message, MonotonicNs(7)).unwrap();
+        }
+        recorder.finish(MonotonicNs(8)).unwrap();
+        let bytes = recorder.bytes();
+        for bytes in [&bytes, &crate::recover(&Recording::read(&bytes).unwrap()).unwrap()] {
+            let recording = Recording::read(bytes).unwrap();
+            assert!(recording.is_whole(), "{:?}", recording.fault);
+            let entries: Vec<_> = recording.entries().collect();
+            assert!(entries.iter().all(|entry| entry.topic == "hop/r0/battery" && entry.known.is_none()));
+            let texts: Vec<_> =
+                entries.iter().map(|entry| std::str::from_utf8(entry.data).unwrap()).collect();
+            assert_eq!(texts, [r#"{"charge_j":2.0}"#, r#"{"charge_j":1.5}"#]);
+            assert_eq!(entries[1].sequence, 1);
+            assert_eq!(entries[0].message().unwrap(), None, "it is none of the messages with a schema");
+        }
+    }
+}
