@@ -7,6 +7,8 @@ mod harness;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use contract::message::Visitor;
+use contract::{Message, Request};
 use harness::{Mission, hopper, stderr};
 use serde_json::Value;
 
@@ -404,14 +406,38 @@ fn the_reference_has_every_exit_code() {
     assert_eq!(numbers(codes), first.filter_map(|code| code.parse().ok()).collect());
 }
 
-#[path = "book/beeline.rs"]
-mod beeline;
-
-/// The guide's planner is this one, which compiles; inside the crate its imports begin with `crate`.
+/// The guide's planner is the one that tests/guides.rs compiles and flies.
 #[test]
-fn the_planner_of_the_guide_compiles() {
+fn the_planner_of_the_guide_is_the_one_that_is_flown() {
     let page = read("docs/own-planner.md");
     let shown = page.split("```rust\n").nth(1).unwrap().split("```").next().unwrap();
-    assert_eq!(shown.replace("use crate::", "use planner::"), read("tests/book/beeline.rs"));
-    assert_eq!(planner::Planner::name(&beeline::Beeline).as_str(), "beeline");
+    let patch = read("tests/guides/add-a-planner.patch");
+    let file =
+        patch.split("+++ b/planner/src/beeline.rs\n").nth(1).unwrap().split("diff --git").next().unwrap();
+    let lines = file.lines().filter_map(|line| line.strip_prefix('+'));
+    assert_eq!(shown, lines.map(|line| format!("{line}\n")).collect::<String>());
+}
+
+/// Whether or not a process of a mission opens it.
+#[test]
+fn the_reference_has_every_message_and_request_of_the_registry() {
+    struct Services(BTreeMap<String, usize>);
+    impl Visitor for Services {
+        fn message<M: Message>(&mut self) {
+            self.0.insert(M::SERVICE.name.into(), M::SERVICE.max_publishers);
+        }
+
+        fn request<Q: Request>(&mut self) {
+            self.0.insert(Q::SERVICE.name.into(), Q::SERVICE.max_clients);
+        }
+    }
+    let mut services = Services(BTreeMap::new());
+    contract::wire::visit(&mut services);
+    let page = read("docs/messages.md");
+    let told = rows(&page);
+    assert_eq!(told, services.0.keys().cloned().collect(), "docs/messages.md and contract::wire::visit");
+    for (name, ends) in services.0 {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{name}`"))).unwrap();
+        assert!(row.contains(&format!("| {ends} |")), "{row}: {ends} writers or clients");
+    }
 }

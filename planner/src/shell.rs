@@ -5,16 +5,15 @@ use node::peer::PeerArgs;
 use node::{Exit, Failure, Instance, Node};
 use process::block_on;
 
-use crate::algorithm;
 use crate::process::{Claim, PlannerProcess};
+use crate::{ALGORITHMS, algorithm};
 
 /// Arguments of `planner` and of `hopper planner`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     #[command(flatten)]
     peer: PeerArgs,
-    /// Algorithm: mdp, greedy, astar, dstar_lite, or hold.
-    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!("Algorithm: {}", ALGORITHMS.join(", ")))]
     algorithm: String,
     /// Take over from a living planner with the first command, once. Without it this planner stands by
     /// until the one in command dies or hangs.

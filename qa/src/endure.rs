@@ -50,8 +50,9 @@ pub struct Args {
     /// Samples to take.
     #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u64).range(10..))]
     samples: u64,
-    /// Algorithm of the planner: mdp, greedy, astar, dstar_lite, hold.
-    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!(
+        "Algorithm of the planner: {}", planner::ALGORITHMS.join(", ")
+    ))]
     planner: String,
     /// Name of the instance.
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "endure", value_name = "NAME")]

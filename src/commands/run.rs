@@ -22,8 +22,9 @@ use lockstep::Crew;
 pub struct Args {
     #[command(flatten)]
     mission: MissionArgs,
-    /// Algorithm of the planner: mdp, greedy, astar, dstar_lite, hold; with --lockstep also clairvoyant.
-    #[arg(long, default_value = "mdp", value_name = "NAME")]
+    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!(
+        "Algorithm of the planner: {}; with --lockstep also clairvoyant", planner::ALGORITHMS.join(", ")
+    ))]
     planner: String,
     /// Name of the instance; processes of different instances never talk to each other.
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]

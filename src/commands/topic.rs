@@ -45,7 +45,7 @@ pub struct Target {
 /// Arguments of `hopper topic echo`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Echo {
-    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
+    #[arg(help = topics_in_words())]
     topic: Topic,
     #[command(flatten)]
     target: Target,
@@ -60,7 +60,7 @@ pub struct Echo {
 /// Arguments of `hopper topic hz`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Hz {
-    /// brief, truth, state, map, command, policy, control, tempo or heartbeat; or a service name such as hop/r0/state.
+    #[arg(help = topics_in_words())]
     topic: Topic,
     #[command(flatten)]
     target: Target,
@@ -94,6 +94,12 @@ fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
     contract::wire::visit(&mut topics);
     topics.1.push(("truth", Topic { service: TruthRequest::SERVICE.name_of(robot), robot }));
     topics.1
+}
+
+/// What `--help` says of a topic.
+fn topics_in_words() -> String {
+    let names = topics(RobotId(0)).iter().map(|(short, _)| *short).collect::<Vec<_>>().join(", ");
+    format!("One of {names}; or a service name such as hop/r0/state")
 }
 
 impl FromStr for Topic {

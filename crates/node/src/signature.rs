@@ -115,29 +115,17 @@ fn types((header, header_bytes): (&str, usize), (cell, cell_bytes): (&str, usize
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
+    /// Which there are is checked against docs/messages.md, in tests/book.rs.
     #[test]
     fn every_service_of_the_contract_is_described_once() {
         let signatures = all();
-        let mut names: Vec<_> = signatures.iter().filter_map(|text| Some(text.split_once(": ")?.0)).collect();
-        names.sort_unstable();
-        assert_eq!(
-            names,
-            [
-                "hop/brief",
-                "hop/heartbeat",
-                "hop/past",
-                "hop/r0/command",
-                "hop/r0/control",
-                "hop/r0/map",
-                "hop/r0/policy",
-                "hop/r0/snapshot",
-                "hop/r0/state",
-                "hop/r0/tempo",
-                "truth/terrain",
-            ],
-            "{signatures:#?}"
-        );
+        let names: BTreeSet<_> =
+            signatures.iter().filter_map(|text| Some(text.split_once(": ")?.0)).collect();
+        assert_eq!(names.len(), signatures.len(), "{signatures:#?}");
+        assert!(names.len() >= 11, "{signatures:#?}");
     }
 }

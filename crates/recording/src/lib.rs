@@ -3,7 +3,8 @@
 //! [`Recorder`] takes every public message and returns bytes to append to a file. [`Recording`] reads such a file
 //! up to its last valid record, even if it was cut; [`recover`] turns a cut file into a complete one. Messages are
 //! protobuf: in our own schemas, which match the layouts of `contract::wire` field by field ([`proto`]), and, for
-//! viewers, in Foxglove's well-known schemas ([`view`]). [`Playback`] replays the observations, so that another
+//! viewers, in Foxglove's well-known schemas ([`view`]); a message without a schema of ours is JSON ([`JsonMessage`]).
+//! [`Playback`] replays the observations, so that another
 //! planner can decide on them. [`last_run`] gathers the timing of every decision.
 //!
 //! No I/O, no clock: times are arguments, bytes are results. Chunks are not compressed, so no decompressor is
@@ -14,6 +15,7 @@
 pub mod channel;
 pub mod conversion;
 pub mod error;
+pub mod json_message;
 pub mod last_run;
 mod layout;
 pub mod machine_load;
@@ -29,6 +31,7 @@ pub mod view;
 
 pub use channel::Channel;
 pub use error::RecordingError;
+pub use json_message::JsonMessage;
 pub use last_run::{RecordedRun, last_run};
 pub use machine_load::MachineLoad;
 pub use message::RecordedMessage;

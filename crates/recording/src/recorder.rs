@@ -19,7 +19,7 @@ use prost::Message as _;
 use crate::channel::ROBOT;
 use crate::output_buffer::OutputBuffer;
 use crate::proto::foxglove::log::Level;
-use crate::{Channel, RecordedMessage, RecordingError, SequenceGap, SequenceGaps, view};
+use crate::{Channel, JsonMessage, RecordedMessage, RecordingError, SequenceGap, SequenceGaps, view};
 
 /// Time after which a chunk is closed, nanoseconds.
 pub const CHUNK_NS: u64 = 500_000_000;
@@ -65,6 +65,8 @@ pub struct Recorder {
     out: OutputBuffer,
     /// MCAP id and number of messages of each channel, in the order of [`Channel::ALL`].
     channels: Vec<(u16, u32)>,
+    /// The same of the channels of JSON messages, by topic; each is added with its first message.
+    json_channels: BTreeMap<String, (u16, u32)>,
     closed: MonotonicNs,
     gaps: SequenceGaps,
     missing: BTreeMap<String, u64>,
@@ -111,6 +113,7 @@ impl Recorder {
             writer,
             out,
             channels,
+            json_channels: BTreeMap::new(),
             closed: now,
             gaps: SequenceGaps::default(),
             missing: BTreeMap::new(),
@@ -164,6 +167,29 @@ impl Recorder {
             | RecordedMessage::Gap(_) => {}
         }
         Ok(requests)
+    }
+
+    /// Records a message that has no schema of ours, received at `now`.
+    pub fn on_json(&mut self, message: &JsonMessage, now: MonotonicNs) -> Result<(), RecordingError> {
+        if self.finished {
+            return Ok(());
+        }
+        if !self.json_channels.contains_key(&message.topic) {
+            // Schema 0: JSON describes itself.
+            let id = self.writer.add_channel(0, &message.topic, "json", &BTreeMap::new())?;
+            self.json_channels.insert(message.topic.clone(), (id, 0));
+        }
+        if let Some((channel_id, count)) = self.json_channels.get_mut(&message.topic) {
+            let header = MessageHeader {
+                channel_id: *channel_id,
+                sequence: *count,
+                log_time: now.0,
+                publish_time: now.0,
+            };
+            *count = count.wrapping_add(1);
+            self.writer.write_to_known_channel(&header, &message.json)?;
+        }
+        Ok(())
     }
 
     /// Lets time pass: closes the chunk if it is due, and returns the requests that are due.

@@ -14,12 +14,13 @@ pub use shell::open;
 
 use std::io::Write;
 
+use contract::message::Visitor;
 use contract::{
     Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy,
     RobotId, RunId, State, Tempo,
 };
 use process::{Client, Exit, Failure, Ports, Reader, accept};
-use recording::{Context, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
+use recording::{Context, JsonMessage, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
 
 /// Longest and shortest pause between two looks, nanoseconds.
 const PERIODS_NS: [u64; 2] = [20_000_000, 1_000_000];
@@ -60,9 +61,14 @@ pub struct RecorderPorts<P: Ports> {
     policies: Option<P::Reader<Policy>>,
     past: P::Client<PastRequest>,
     snapshots: P::Client<MapRequest>,
+    /// One reader for each message without a schema of ours.
+    others: Vec<Drain>,
 }
 
-impl<P: Ports, S: Sink> Recorder<P, S> {
+/// Gives the messages of one service that came since the last call.
+type Drain = Box<dyn FnMut() -> Vec<JsonMessage>>;
+
+impl<P: Ports + 'static, S: Sink> Recorder<P, S> {
     /// Writes the head of the recording: what is known before the first message is in `context`.
     ///
     /// # Errors
@@ -103,16 +109,24 @@ impl<P: Ports, S: Sink> Recorder<P, S> {
         );
     }
 
-    fn record(&mut self, messages: Vec<Message>, now: MonotonicNs) -> Result<Requests, RecordingError> {
+    fn record(
+        &mut self,
+        messages: Vec<Message>,
+        others: &[JsonMessage],
+        now: MonotonicNs,
+    ) -> Result<Requests, RecordingError> {
         let mut wanted = Requests::default();
         for message in messages {
             wanted = wanted.or(self.engine.on(message, now)?);
+        }
+        for message in others {
+            self.engine.on_json(message, now)?;
         }
         Ok(wanted.or(self.engine.tick(now)?))
     }
 }
 
-impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
+impl<P: Ports + 'static, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
     fn period_ns(&self) -> u64 {
         self.period_ns
     }
@@ -124,8 +138,9 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
         let now = ports.now();
         let (mut messages, most) = self.ports.receive();
         messages.extend(self.sink.load(now, HOST_PERIOD_NS).map(Message::Host));
+        let others = self.ports.receive_others();
         self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
-        match self.record(messages, now) {
+        match self.record(messages, &others, now) {
             Ok(wanted) => {
                 self.append();
                 self.ports.ask(wanted).map_err(Into::into)
@@ -165,13 +180,43 @@ impl<P: Ports, S: Sink> monitor::process::Recorder<P> for Recorder<P, S> {
     }
 }
 
-impl<P: Ports> RecorderPorts<P> {
+/// Opens a reader for each message that is recorded as JSON.
+struct Others<'p, P: Ports> {
+    ports: &'p mut P,
+    readers: Vec<Drain>,
+    error: Option<P::Error>,
+}
+
+impl<P: Ports + 'static> Visitor for Others<'_, P> {
+    fn message<M: contract::Message>(&mut self) {
+        if JsonMessage::topic::<M>().is_none() || self.error.is_some() {
+            return;
+        }
+        match self.ports.reader::<M>(RobotId(0), false) {
+            Ok(mut reader) => self.readers.push(Box::new(move || {
+                let messages = reader.drain().into_iter().filter_map(|message| accept(Some(message)));
+                messages.filter_map(|message| JsonMessage::of(&message)).collect()
+            })),
+            Err(error) => self.error = Some(error),
+        }
+    }
+
+    fn request<Q: contract::Request>(&mut self) {}
+}
+
+impl<P: Ports + 'static> RecorderPorts<P> {
     /// Opens every port; that of policies only if they are wanted, since planners make them for readers alone.
     ///
     /// # Errors
     /// If a port cannot be had.
     pub fn open(ports: &mut P, with_policies: bool) -> Result<Self, P::Error> {
         let robot = RobotId(0);
+        let mut others = Others { ports, readers: Vec::new(), error: None };
+        contract::wire::visit(&mut others);
+        let Others { ports, readers: others, error } = others;
+        if let Some(error) = error {
+            return Err(error);
+        }
         Ok(Self {
             briefs: ports.reader(robot, false)?,
             states: ports.reader(robot, false)?,
@@ -183,6 +228,7 @@ impl<P: Ports> RecorderPorts<P> {
             policies: with_policies.then(|| ports.reader(robot, false)).transpose()?,
             past: ports.client(robot)?,
             snapshots: ports.client(robot)?,
+            others,
         })
     }
 
@@ -194,6 +240,10 @@ impl<P: Ports> RecorderPorts<P> {
             self.snapshots.request(request)?;
         }
         Ok(())
+    }
+
+    fn receive_others(&mut self) -> Vec<JsonMessage> {
+        self.others.iter_mut().flat_map(|drain| drain()).collect()
     }
 
     /// Everything that came, in the order of publication, and how many of one service came at most.

@@ -26,8 +26,9 @@ const SHOWN: usize = 40;
 pub struct Args {
     #[command(flatten)]
     source: Source,
-    /// Algorithm that decides: mdp, greedy, astar, dstar_lite, hold [default: the one that commanded first].
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = format!(
+        "Algorithm that decides: {} [default: the one that commanded first]", planner::ALGORITHMS.join(", ")
+    ))]
     planner: Option<String>,
     /// Multiple of the recorded speed, e.g. 1 or 10 [default: as fast as the planner can].
     #[arg(long, value_parser = rate, value_name = "R")]

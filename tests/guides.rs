@@ -1,0 +1,155 @@
+//! The guides of ARCHITECTURE.md, followed on an example: a message and a planner are added to a copy of the tree.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+#[path = "guides/check.rs"]
+#[allow(dead_code, reason = "its main runs in the copy")]
+mod check;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    let path = root().join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Files that the patch of a guide touches.
+fn touched(guide: &str) -> BTreeSet<String> {
+    let patch = read(format!("tests/guides/{guide}.patch"));
+    patch.lines().filter_map(|line| line.strip_prefix("+++ b/")).map(Into::into).collect()
+}
+
+/// Files that the numbered list of a guide names: `FILE`, or for a new one `NAME` in `FOLDER`.
+fn named(guide: &str) -> BTreeSet<String> {
+    let page = read("ARCHITECTURE.md");
+    let heading = format!("### {guide}\n");
+    let section = page.split(&heading).nth(1).unwrap_or_else(|| panic!("no guide {guide:?}"));
+    let section = section.split("\n#").next().unwrap();
+    let file = |line: &str| {
+        let parts: Vec<&str> = line.split_once(". ")?.1.split('`').collect();
+        Some(if parts[2] == " in " { format!("{}{}", parts[3], parts[1]) } else { parts[1].to_owned() })
+    };
+    section.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).filter_map(file).collect()
+}
+
+#[test]
+fn each_guide_names_every_file_that_its_example_touches() {
+    for (guide, patch) in [("Add a message", "add-a-message"), ("Add a planner", "add-a-planner")] {
+        let touched = touched(patch);
+        assert!(touched.len() <= 4, "{guide} takes {} files: {touched:?}", touched.len());
+        assert_eq!(named(guide), touched, "files of {guide}, and of its example");
+    }
+}
+
+/// The tracked files below `folders`, copied to `copy`. A file keeps its time if it has not changed, so that Cargo
+/// compiles only what has.
+fn copy_tree(copy: &Path) {
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        std::fs::create_dir_all(copy.join(&folder)).unwrap();
+        for entry in std::fs::read_dir(root().join(&folder)).unwrap().map(|entry| entry.unwrap()) {
+            let path = folder.join(entry.file_name());
+            let skipped = ["target", "out", ".git", "fuzz", ".venv", "node_modules"];
+            if entry.file_type().unwrap().is_symlink() || skipped.iter().any(|name| path.ends_with(name)) {
+                continue;
+            }
+            if entry.file_type().unwrap().is_dir() {
+                folders.push(path);
+            } else {
+                let bytes = std::fs::read(entry.path()).unwrap();
+                write(&copy.join(&path), &bytes);
+            }
+        }
+    }
+}
+
+fn write(path: &Path, bytes: &[u8]) {
+    if std::fs::read(path).ok().as_deref() != Some(bytes) {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+}
+
+/// Standard output of a command that succeeds.
+fn run(command: &mut Command) -> String {
+    let output = command.stdin(Stdio::null()).output().unwrap();
+    let why = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {why}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+const MANIFEST: &str = r#"
+[package]
+name = "guides"
+version = "0.0.0"
+edition.workspace = true
+
+[dependencies]
+contract.workspace = true
+hopper-sim.workspace = true
+lockstep.workspace = true
+node.workspace = true
+recording.workspace = true
+scenario.workspace = true
+simulation.workspace = true
+"#;
+
+/// The dependencies are those that are compiled already; what is compiled here is not optimised, which takes longer
+/// than it runs.
+const PROFILE: &str = "[profile.release]\nopt-level = 0\npackage.\"*\".opt-level = 3\n";
+
+/// P-GUIDES: with the files of the guides and no others, the message has a port, a line in the memory budget, faults
+/// in the simulation and a place in recordings, and the planner flies.
+#[test]
+fn a_message_and_a_planner_added_by_the_guides_work() {
+    // Its own target folder would compile all dependencies again.
+    let test = std::env::current_exe().unwrap();
+    let profile = test.ancestors().nth(2).unwrap();
+    let target = profile.parent().unwrap();
+    let copy = target.join("guides");
+    // What a run that failed left half patched is replaced.
+    copy_tree(&copy);
+    for patch in ["add-a-message", "add-a-planner"] {
+        let file = root().join("tests/guides").join(patch).with_extension("patch");
+        // Git would otherwise look for the files in the repository around the copy.
+        let mut git = Command::new("git");
+        run(git.arg("apply").arg(&file).current_dir(&copy).env("GIT_CEILING_DIRECTORIES", target));
+    }
+    write(&copy.join("guides/Cargo.toml"), MANIFEST.as_bytes());
+    write(&copy.join("guides/src/main.rs"), read("tests/guides/check.rs").as_bytes());
+    let manifest = read("Cargo.toml").replacen("members = [\n", "members = [\n    \"guides\",\n", 1);
+    let manifest = manifest.replacen("[profile.release]\n", PROFILE, 1);
+    write(&copy.join("Cargo.toml"), manifest.as_bytes());
+
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
+        .args(["run", "--quiet", "--offline", "-p", "guides", "--target-dir"])
+        .arg(target)
+        .current_dir(&copy);
+    if profile.ends_with("release") {
+        cargo.arg("--release");
+    }
+    let told = run(&mut cargo);
+    let list = |what: &str| -> BTreeSet<String> {
+        let line = told.lines().find_map(|line| line.strip_prefix(what));
+        line.unwrap_or_else(|| panic!("no {what}: {told}")).split_whitespace().map(Into::into).collect()
+    };
+    for (what, without, name) in [
+        ("registered ", check::registered(), "hop/r0/battery"),
+        ("budgeted ", check::budgeted(), "hop/r0/battery"),
+        ("simulated ", check::simulated(), "battery"),
+        ("recorded as JSON ", check::recorded_as_json(), "hop/r0/battery"),
+    ] {
+        let mut expected: BTreeSet<String> = without.into_iter().collect();
+        assert!(expected.insert(name.into()), "{what}{name} in the tree itself");
+        assert_eq!(list(what), expected, "{what}");
+    }
+    assert!(check::flown("beeline").unwrap_err().contains("beeline"), "it flies in the tree itself");
+    assert_eq!(list("flown "), BTreeSet::from(["goal".into()]), "{told}");
+}

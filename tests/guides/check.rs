@@ -1,0 +1,74 @@
+//! What a message and a planner that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
+//! compiles this against a copy of the tree with both added.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that cannot go on has failed, and tells what it found"
+)]
+
+use contract::message::Visitor;
+use contract::{Brief, Message, MonotonicNs, Request, RobotId, RunId};
+use hopper_sim::Mission;
+use lockstep::Crew;
+
+/// Services of the registry.
+pub fn registered() -> Vec<String> {
+    struct Names(Vec<String>);
+    impl Visitor for Names {
+        fn message<M: Message>(&mut self) {
+            self.0.push(M::SERVICE.name_of(RobotId(0)));
+        }
+
+        fn request<Q: Request>(&mut self) {
+            self.0.push(Q::SERVICE.name_of(RobotId(0)));
+        }
+    }
+    let mut names = Names(Vec::new());
+    contract::wire::visit(&mut names);
+    names.0
+}
+
+/// Services for which the memory budget has a line.
+pub fn budgeted() -> Vec<String> {
+    let budget = node::memory_budget::MemoryBudget::of(400, 1).unwrap();
+    budget.services.into_iter().map(|service| service.service).collect()
+}
+
+/// Topics of the fault simulation, by their short names.
+pub fn simulated() -> Vec<String> {
+    simulation::topic::Topic::all().into_iter().map(|topic| topic.as_str().to_owned()).collect()
+}
+
+/// Services that a recording has as JSON, for want of a schema.
+pub fn recorded_as_json() -> Vec<String> {
+    struct Names(Vec<String>);
+    impl Visitor for Names {
+        fn message<M: Message>(&mut self) {
+            self.0.extend(recording::JsonMessage::topic::<M>());
+        }
+
+        fn request<Q: Request>(&mut self) {}
+    }
+    let mut names = Names(Vec::new());
+    contract::wire::visit(&mut names);
+    names.0
+}
+
+/// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
+pub fn flown(planner: &str) -> Result<String, String> {
+    let world = scenario::load("hard").unwrap().resolve().unwrap();
+    let mission = Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed: 1 };
+    let crew = Crew::single(planner.parse().unwrap());
+    let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
+    flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())
+}
+
+/// Prints what it finds, one line a claim.
+pub fn main() {
+    println!("registered {}", registered().join(" "));
+    println!("budgeted {}", budgeted().join(" "));
+    println!("simulated {}", simulated().join(" "));
+    println!("recorded as JSON {}", recorded_as_json().join(" "));
+    println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
+}
