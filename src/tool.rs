@@ -16,7 +16,8 @@ pub const TOOLS: [(&str, &[&str]); 5] = [
     ("hopper-recordings", &["bag", "latency"]),
     ("hopper-research", &["gallery", "known"]),
     ("hopper-qa", &["chaos", "endure", "simulate"]),
-    ("hopper-view", &["monitor --record", "monitor --tui"]),
+    // `hopper monitor` runs it itself, for --tui and --record.
+    ("hopper-view", &[]),
     ("hopper-manual", &["completions", "man"]),
 ];
 
