@@ -483,6 +483,7 @@ fn settle(rogue: &mut Rogue, marker: CommandV1) -> u64 {
 
 /// P-ROGUE-EXTREMES: every field of every message that a rogue can send beside a crew (commands, heartbeats,
 /// policies, requests of all three kinds) at every extreme moves nothing, and hopper-sim counts what it refuses.
+// Long: one mission serves every message in turn.
 #[test]
 fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
     let mission = Mission::new("extremes");

@@ -506,6 +506,7 @@ fn a_request_is_repeated_until_it_is_answered_and_no_earlier() {
 }
 
 /// P-FORGED: patches and pages that do not add up are refused, counted, and change nothing.
+// Long: a list of cases, each with what it must be refused as.
 #[test]
 fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
     let mut source = Source::new(60, 6.0);

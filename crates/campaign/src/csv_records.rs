@@ -3,8 +3,8 @@
 use crate::report::CampaignResults;
 
 impl CampaignResults<'_> {
-    /// CSV records: the headings, then one record for each cell. The function is long because it lists every
-    /// column twice.
+    /// CSV records: the headings, then one record for each cell.
+    // Long: every column is listed twice, by name and by value.
     #[must_use]
     pub fn records(&self) -> Vec<Vec<String>> {
         let headings = [

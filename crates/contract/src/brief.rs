@@ -246,3 +246,20 @@ pub struct Brief {
     /// The guard in hopper-sim.
     pub guard: Guard,
 }
+
+impl Brief {
+    /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in
+    /// force. To whoever plans, a leg is a mission like any other. Without a patrol it is the brief itself.
+    #[must_use]
+    pub fn leg(&self, visits: u64) -> Brief {
+        let Some(patrol) = &self.patrol else { return *self };
+        let start = visits.checked_sub(1).map_or(self.start, |last| patrol.goal(last));
+        Brief { start, goal: patrol.goal(visits), ..*self }
+    }
+
+    /// Whether landing on `cell` after so many visits is another: nobody visits a goal out of turn.
+    #[must_use]
+    pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
+        cell == self.leg(visits).goal
+    }
+}

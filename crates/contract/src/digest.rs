@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::{Profile, Record};
+use crate::Profile;
 
 /// A SHA-256 value over everything executed so far.
 ///
@@ -25,52 +25,6 @@ impl Digest {
         hasher.update(seed.to_le_bytes());
         hasher.update(profile.code().to_le_bytes());
         hasher.update(robot.0.to_le_bytes());
-        Self(hasher.finalize().into())
-    }
-
-    /// The next link: hash of the previous digest and of `record`'s decision, action, outcome and
-    /// state after. `record.previous` and `record.digest` are not read.
-    #[must_use]
-    pub fn chain(self, record: &Record) -> Self {
-        let mut hasher = Sha256::new();
-        hasher.update(self.0);
-        hasher.update(record.decision.0.to_le_bytes());
-        hasher.update(record.action.code().to_le_bytes());
-        let outcome = &record.outcome;
-        hasher.update(outcome.branch.code().to_le_bytes());
-        for cell in [outcome.from, outcome.to, record.pose.cell] {
-            hasher.update(cell.x.to_le_bytes());
-            hasher.update(cell.y.to_le_bytes());
-        }
-        let flight = &outcome.flight;
-        for value in [
-            flight.launch_speed_mps,
-            flight.launch_angle_rad,
-            flight.range_m,
-            flight.rise_m,
-            flight.apex_height_m,
-            flight.flight_time_s,
-            record.pose.height_m,
-        ] {
-            hasher.update(value.to_bits().to_le_bytes());
-        }
-        hasher.update(flight.flights.to_le_bytes());
-        hasher.update(record.steps.to_le_bytes());
-        hasher.update(record.status.code().to_le_bytes());
-        hasher.update(record.collected.0.to_le_bytes());
-        Self(hasher.finalize().into())
-    }
-
-    /// Digest of a mission: the chains of its robots in robot order; a single chain is its own.
-    #[must_use]
-    pub fn mission(chains: &[Digest]) -> Self {
-        if let [only] = chains {
-            return *only;
-        }
-        let mut hasher = Sha256::new();
-        for chain in chains {
-            hasher.update(chain.0);
-        }
         Self(hasher.finalize().into())
     }
 }

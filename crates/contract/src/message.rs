@@ -7,8 +7,18 @@ use std::fmt::Debug;
 
 use serde::Serialize;
 
-use crate::wire::Wire;
 use crate::{Refusal, RobotId, Role};
+
+/// A type that may cross shared memory under a versioned name.
+pub trait Wire: bytemuck::Pod + std::fmt::Debug {
+    /// Name with version; every version of a layout has its own.
+    const NAME: &'static str;
+}
+
+/// The header of a message of one fixed size.
+impl Wire for () {
+    const NAME: &'static str = "()";
+}
 
 /// How a value crosses shared memory: a header and cells. A message of one fixed size has no header and one cell.
 pub trait Payload: Clone + Debug + PartialEq + Serialize + Sized + 'static {

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Cell;
 use crate::limits::GOALS_MAX;
-use crate::{Brief, Cell};
 
 /// Goals to be visited in turn, from the last to the first again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,23 +39,6 @@ impl Patrol {
     #[must_use]
     pub fn goal(&self, visits: u64) -> Cell {
         self.cells[(visits % u64::from(self.count)) as usize]
-    }
-}
-
-impl Brief {
-    /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in
-    /// force. To whoever plans, a leg is a mission like any other. Without a patrol it is the brief itself.
-    #[must_use]
-    pub fn leg(&self, visits: u64) -> Brief {
-        let Some(patrol) = &self.patrol else { return *self };
-        let start = visits.checked_sub(1).map_or(self.start, |last| patrol.goal(last));
-        Brief { start, goal: patrol.goal(visits), ..*self }
-    }
-
-    /// Whether landing on `cell` after so many visits is another: nobody visits a goal out of turn.
-    #[must_use]
-    pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
-        cell == self.leg(visits).goal
     }
 }
 

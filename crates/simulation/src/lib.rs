@@ -22,6 +22,7 @@ pub mod disk;
 pub mod fault;
 mod observed;
 mod ports;
+mod recorded;
 mod screen;
 pub mod setup;
 pub mod shrink;

@@ -16,8 +16,8 @@ use hopper_sim::crash;
 use planner::Situation;
 use process::{Failure, Ports};
 
-use crate::simulation::decisions_recorded;
-use crate::topic::Topic;
+use crate::recorded::decisions_recorded;
+use crate::topic::{Answered, Asked, Topic};
 use crate::world::{Event, Life, MS, ProcessFault, Queue, Shared, World};
 
 /// What one life has of the world.
@@ -54,14 +54,6 @@ pub(crate) struct Writer {
     ports: SimulatedPorts,
 }
 
-/// A request as it travels: with its number, and who asks.
-#[derive(Clone, Debug)]
-pub(crate) struct Asked<Q> {
-    request: Q,
-    number: u64,
-    asker: Incarnation,
-}
-
 /// Asks one service.
 pub(crate) struct Client<Q: Request> {
     ports: SimulatedPorts,
@@ -69,13 +61,6 @@ pub(crate) struct Client<Q: Request> {
     /// Requests so far, and whether the last waits for its answer.
     asked: u64,
     waits: bool,
-}
-
-/// A response as it travels: with the number of its request.
-#[derive(Clone, Debug)]
-pub(crate) struct Answered<R> {
-    response: R,
-    number: u64,
 }
 
 /// Answers one service.

@@ -1,7 +1,6 @@
 //! The whole system in one thread, under a virtual clock and a plan of faults.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeSet;
 use std::future::Future;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,7 +23,6 @@ use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
 use process::{Exit, Failure, Ports, Process, Terms, Turn};
 use recorder::{Recorder, RecorderPorts, Sink};
-use recording::{RecordedMessage as Message, Recording};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -769,20 +767,6 @@ impl Sink for Memory {
     fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
         None
     }
-}
-
-/// The decisions of a run of which a recording holds the record.
-pub(crate) fn decisions_recorded(bytes: &[u8], run: RunId) -> BTreeSet<Decision> {
-    let mut decisions = BTreeSet::new();
-    let Ok(recording) = Recording::read(bytes) else { return decisions };
-    for (_, message) in recording.messages().flatten() {
-        if let Message::Past(page) = message
-            && page.run == run
-        {
-            decisions.extend(page.records.iter().map(|record| record.decision));
-        }
-    }
-    decisions
 }
 
 /// Lets the checker see what the monitor has folded.

@@ -3,13 +3,28 @@
 use std::any::TypeId;
 use std::sync::LazyLock;
 
-use crate::ports::{Answered, Asked};
+use contract::Incarnation;
 use contract::message::{Message, Request, Visitor};
 use serde::{Serialize, Serializer};
 
 /// A way that messages take: a publish-subscribe service, or one direction of a request-response service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Topic(u8);
+
+/// A request as it travels: with its number, and who asks.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked<Q> {
+    pub request: Q,
+    pub number: u64,
+    pub asker: Incarnation,
+}
+
+/// A response as it travels: with the number of its request.
+#[derive(Clone, Debug)]
+pub(crate) struct Answered<R> {
+    pub response: R,
+    pub number: u64,
+}
 
 /// What is known of a topic.
 struct Facts {

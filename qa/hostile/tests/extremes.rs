@@ -117,6 +117,7 @@ impl Crew {
 
 /// P-EXTREMES-PEERS: whatever of a rogue's briefs, states, maps, pages and beats passes the checks of the wire,
 /// perception, planner and monitor bear it.
+// Long: a list of the messages that peers read.
 #[test]
 fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (records, states) = specimen::flown();

@@ -195,6 +195,7 @@ impl From<&Brief> for BriefV3 {
 impl TryFrom<&BriefV3> for Brief {
     type Error = Refusal;
 
+    // Long: every field is validated once, in the order of the struct.
     fn try_from(wire: &BriefV3) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;

@@ -33,6 +33,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::limits::{DECISIONS_MAX, GRADIENT_MAX, LENGTH_MAX_M, STEPS_MAX, TREASURES_MAX};
 use crate::message::Visitor;
+pub use crate::message::Wire;
 use crate::{
     Action, Branch, Cell, Collected, Flight, Grid, Incarnation, Leader, MonotonicNs, Name, Outcome, Pose,
     Refusal, RobotId, RunId, Term, Timing, Vetoed,
@@ -40,17 +41,6 @@ use crate::{
 use crate::{
     Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, State, Tempo, TruthRequest,
 };
-
-/// A type that may cross shared memory under a versioned name.
-pub trait Wire: Pod + std::fmt::Debug {
-    /// Name with version; every version of a layout has its own.
-    const NAME: &'static str;
-}
-
-/// The header of a message of one fixed size.
-impl Wire for () {
-    const NAME: &'static str = "()";
-}
 
 /// Shows `visitor` every message and request: the one list of them.
 pub fn visit(visitor: &mut impl Visitor) {

@@ -122,8 +122,7 @@ struct Maxima {
 }
 
 /// Residuals of a chunk's nodes from its lane `first` on, as many as the widest vector holds in double precision.
-///
-/// One long loop over lanes: cut into several, the numbers in between would go through memory.
+// Long: one loop over lanes: cut in two, the numbers in between would go through memory.
 #[inline(always)]
 fn residual_half<const BEST: bool>(
     afterstates: &[f64],

@@ -71,6 +71,7 @@ impl GeoTiff {
         }
     }
 
+    // Long: a file is written from its first byte to its last.
     pub fn bytes(&self) -> Vec<u8> {
         let chunks = self.chunks();
         let (bits, format) = match self.sample {
