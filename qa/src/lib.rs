@@ -2,6 +2,7 @@
 
 pub mod chaos;
 pub mod endure;
+pub mod planted;
 pub mod simulate;
 
 use clap::Subcommand;
@@ -23,6 +24,11 @@ pub enum Command {
         after_help = "Examples:\n  hopper endure --hops 20000 --kill-every 2000\n  hopper endure --scenario patrol --hops 5000 --kill-every 0 --format json"
     )]
     Endure(endure::Args),
+    /// Plant bugs in a copy of the sources, and check that the simulation finds each.
+    #[command(
+        after_help = "Examples:\n  hopper-qa planted\n  hopper-qa planted --only torn-tail-kept --format json"
+    )]
+    Planted(planted::Args),
 }
 
 /// Runs the command.
@@ -34,5 +40,6 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Simulate(args) => simulate::run(args),
         Command::Chaos(args) => chaos::run(args),
         Command::Endure(args) => endure::run(args),
+        Command::Planted(args) => planted::run(args),
     }
 }

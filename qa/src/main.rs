@@ -1,4 +1,4 @@
-//! `hopper-qa`: serves `hopper chaos` and `hopper endure`.
+//! `hopper-qa`: serves `hopper chaos`, `hopper endure` and `hopper simulate`, and plants bugs.
 
 use std::process::ExitCode;
 

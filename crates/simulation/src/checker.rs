@@ -481,6 +481,11 @@ impl Checker {
         self.require(right, "nothing is published that the journal does not hold", || {
             format!("the past from decision {from} is not that of the journal")
         });
+        let landed = self.pacing.published;
+        let in_the_air = page.records.iter().find(|record| landed.is_some_and(|due| record.decision >= due));
+        self.require(in_the_air.is_none(), "the past holds landed hops only", || {
+            format!("decision {:?} was served before it landed", in_the_air.map(|record| record.decision))
+        });
     }
 
     /// perception publishes a patch.

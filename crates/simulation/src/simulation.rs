@@ -675,7 +675,8 @@ impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
         let refused = self.sim.arbiter().refusals();
         let world = &mut *ports.world.borrow_mut();
         for reason in REASONS {
-            (self.refused.of(reason)..refused.of(reason)).for_each(|_| world.coverage.count("refusal", reason));
+            (self.refused.of(reason)..refused.of(reason))
+                .for_each(|_| world.coverage.count("refusal", reason));
         }
         if self.refused != *refused {
             self.refused = refused.clone();

@@ -72,7 +72,12 @@ pub fn hopper_command() -> clap::Command {
     ];
     let mut hopper = hopper::cli::Cli::command();
     for tool in tools {
-        for command in tool.get_subcommands() {
+        // What is for developers alone is not served by `hopper`.
+        let served_by_hopper: Vec<_> = tool
+            .get_subcommands()
+            .filter(|command| hopper.find_subcommand(command.get_name()).is_some())
+            .collect();
+        for command in served_by_hopper {
             let about =
                 hopper.find_subcommand(command.get_name()).and_then(clap::Command::get_about).cloned();
             // In the list of commands it keeps the name of its program.
