@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use contract::roster::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, Refusal, RefusalCounts,
-    RobotId, Role, Roster, RunId, State, Status,
+    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, Refusal,
+    RefusalCounts, RobotId, Role, Roster, RunId, State, Status,
 };
 use report::{Executed, LatencyReport, Tally};
 

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
-    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest, Replica,
-    RobotId, RunId, State, Status, Vetoed,
+    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest,
+    Replica, RobotId, RunId, State, Status, Vetoed,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;

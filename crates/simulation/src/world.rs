@@ -336,7 +336,8 @@ impl World {
     pub fn turned(&mut self, life: &Life) {
         let turns = life.turns.get() + 1;
         life.turns.set(turns);
-        let unread = |endpoint: &&Endpoint| (endpoint.oldest)().is_some_and(|turn| turn + TURNS_UNREAD < turns);
+        let unread =
+            |endpoint: &&Endpoint| (endpoint.oldest)().is_some_and(|turn| turn + TURNS_UNREAD < turns);
         let own = |endpoint: &&Endpoint| endpoint.life.incarnation == life.incarnation;
         let unread = self.endpoints.iter().filter(own).find(unread).map(|endpoint| endpoint.topic);
         if let Some(topic) = unread {

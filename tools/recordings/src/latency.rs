@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::{Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, RobotId, Role, Roster};
+use contract::{
+    Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, RobotId, Role, Roster,
+};
 use hopper::stdout::print;
 use node::{Exit, Failure, Instance, Node};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
