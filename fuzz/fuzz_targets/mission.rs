@@ -1,4 +1,4 @@
-//! See `hostile::crew::read`.
+//! See `hostile::mission::read`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| hostile::crew::read(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| hostile::mission::read(bytes));
