@@ -5,12 +5,11 @@ use std::process::Command;
 
 use sha2::{Digest, Sha256};
 
-/// All that a lockstep mission is made of, beside the libraries in `crates`.
-const SOURCES: [&str; 5] =
-    ["Cargo.lock", "hopper-sim/src", "perception/src", "planner/src", "src/lockstep.rs"];
+/// What a mission in lockstep consists of, except for the libraries in `crates`.
+const SOURCES: [&str; 4] = ["Cargo.lock", "hopper-sim/src", "perception/src", "planner/src"];
 
-/// Libraries that no row depends on.
-const ASIDE: [&str; 2] = ["node", "report"];
+/// Libraries that no row of a campaign depends on.
+const ASIDE: [&str; 4] = ["node", "recording", "report", "simulation"];
 
 fn main() {
     let git = |arguments: &[&str]| {
@@ -37,6 +36,7 @@ fn sources() -> String {
     let sources =
         SOURCES.map(PathBuf::from).into_iter().chain(libraries.map(|entry| entry.path().join("src")));
     for source in sources {
+        assert!(source.exists(), "build.rs hashes {}, which does not exist", source.display());
         println!("cargo::rerun-if-changed={}", source.display());
         list(&source, &mut files);
     }

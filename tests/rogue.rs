@@ -17,7 +17,7 @@ use contract::{
     Status, TruthRequest,
 };
 use harness::{Mission, Process, eventually, lockstep};
-use hostile::{extremes, specimen};
+use hostile::{extremes, fixtures};
 use node::{Instance, Node, Reader, Writer};
 use process::{Ports, Reader as _, Server as _, Writer as _};
 use rustix::process::Signal;
@@ -579,7 +579,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
     let (mut briefs, mut states) =
         (node.writer::<Brief>(ROBOT).unwrap(), node.writer::<State>(ROBOT).unwrap());
-    let (brief, flown) = (specimen::brief(), specimen::flown().1);
+    let (brief, flown) = (fixtures::brief(), fixtures::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
     for wire in extremes::of(&BriefV3::from(&brief)) {
         // A grid that is another's takes room in shared memory, which is not what this is about.

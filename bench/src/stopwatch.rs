@@ -13,7 +13,7 @@ const SOLVES_MAX: usize = 101;
 /// Times of repeated solves, seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Times {
-    /// Elapsed time.
+    /// Wall-clock time of each repetition, seconds.
     pub wall_s: Vec<f64>,
     /// Processor time, all threads together.
     pub processor_s: Vec<f64>,

@@ -139,7 +139,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 
 /// Why looking ended before its time.
 enum End {
-    /// A signal.
+    /// SIGINT, SIGTERM or SIGHUP came.
     Stopped,
     /// Standard output is closed: the reader has seen enough.
     ReaderGone,
@@ -180,8 +180,8 @@ fn echo(args: &Echo) -> Result<(), End> {
     if left == Some(0) {
         return Ok(());
     }
-    watch(&args.topic, &args.target, args.full, |news| {
-        let News::Message(message) = news else { return Ok(true) };
+    watch(&args.topic, &args.target, args.full, |update| {
+        let Update::Message(message) = update else { return Ok(true) };
         match (args.target.format, &message) {
             (Format::Json, Ok(value)) => line(&value.to_string())?,
             (Format::Text, Ok(value)) => line(&flat(value))?,
@@ -207,15 +207,15 @@ fn hz(args: &Hz) -> Result<(), End> {
     let topic = &args.topic.service;
     let (mut left, mut since, mut messages) = (args.count, Node::now(), 0);
     let (mut last, mut gap_max_ns) = (None::<MonotonicNs>, 0);
-    watch(&args.topic, &args.target, false, |news| {
+    watch(&args.topic, &args.target, false, |update| {
         let now = Node::now();
-        if let News::Message(_) = news {
+        if let Update::Message(_) = update {
             messages += 1;
             gap_max_ns = gap_max_ns.max(last.map_or(0, |last| now.since_ns(last)));
             last = Some(now);
         }
         let elapsed_ns = now.since_ns(since);
-        if elapsed_ns < WINDOW_NS && !matches!(news, News::Over) {
+        if elapsed_ns < WINDOW_NS && !matches!(update, Update::Over) {
             return Ok(left != Some(0));
         }
         let hz = messages as f64 * 1e9 / elapsed_ns.max(1) as f64;
@@ -235,10 +235,10 @@ fn hz(args: &Hz) -> Result<(), End> {
     })
 }
 
-/// What a look brings.
-enum News {
+/// What one look at a topic yields.
+enum Update {
     Message(Result<Value, Refusal>),
-    /// Time passed.
+    /// One look is over; more may follow.
     Tick,
     /// The mission is over.
     Over,
@@ -249,7 +249,7 @@ fn watch(
     topic: &Topic,
     target: &Target,
     full: bool,
-    mut tell: impl FnMut(News) -> Result<bool, End>,
+    mut tell: impl FnMut(Update) -> Result<bool, End>,
 ) -> Result<(), End> {
     /// The last messages of a mission are on their way when it ends.
     const FAREWELL_NS: u64 = 200_000_000;
@@ -266,7 +266,7 @@ fn watch(
         }
         let now = Node::now();
         while let Some(message) = next() {
-            if !tell(News::Message(message))? {
+            if !tell(Update::Message(message))? {
                 return Ok(());
             }
         }
@@ -277,10 +277,10 @@ fn watch(
             over = if state.status.is_over() { over.or(Some(now)) } else { None };
         }
         if over.is_some_and(|over| now.since_ns(over) >= FAREWELL_NS) {
-            tell(News::Over)?;
+            tell(Update::Over)?;
             return Ok(());
         }
-        if !tell(News::Tick)? {
+        if !tell(Update::Tick)? {
             return Ok(());
         }
         let alone = over.is_none() && !roster.has(Role::HopperSim, now);

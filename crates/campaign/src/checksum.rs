@@ -34,11 +34,11 @@ mod tests {
 
     #[test]
     fn an_object_with_checksum_is_an_object_and_no_bit_of_it_can_change() {
-        let sealed = with_checksum("{\"a\":1");
-        assert_eq!(without_checksum(&sealed).unwrap(), "{\"a\":1}");
-        assert!(serde_json::from_str::<serde_json::Value>(&sealed).unwrap()["crc"].is_string());
-        for bit in 0..8 * sealed.len() {
-            let mut bytes = sealed.clone().into_bytes();
+        let line = with_checksum("{\"a\":1");
+        assert_eq!(without_checksum(&line).unwrap(), "{\"a\":1}");
+        assert!(serde_json::from_str::<serde_json::Value>(&line).unwrap()["crc"].is_string());
+        for bit in 0..8 * line.len() {
+            let mut bytes = line.clone().into_bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
             assert!(
                 String::from_utf8(bytes)
@@ -47,6 +47,6 @@ mod tests {
                     .is_err()
             );
         }
-        assert!(without_checksum(&format!("{sealed} ")).is_err() && without_checksum("{}").is_err());
+        assert!(without_checksum(&format!("{line} ")).is_err() && without_checksum("{}").is_err());
     }
 }

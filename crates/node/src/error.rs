@@ -13,7 +13,7 @@ pub enum NodeError {
     /// The instance's name cannot be used.
     #[error("an instance needs a name of 1 to {max} printable ASCII characters without spaces, got {got:?}")]
     InstanceName {
-        /// Longest name, characters.
+        /// Most characters that a name may have.
         max: usize,
         /// The name asked for.
         got: String,
@@ -73,7 +73,7 @@ pub enum NodeError {
     Busy {
         /// Folder of the instance.
         root: PathBuf,
-        /// Time waited, seconds.
+        /// Seconds after which it gave up.
         waited_s: f64,
     },
     /// Another process has a role that only one may have.
@@ -134,7 +134,7 @@ pub enum NodeError {
     Send {
         /// Name of the service.
         service: String,
-        /// The middleware's error.
+        /// What iceoryx2 answered.
         cause: String,
     },
     /// Shared memory is too small.
@@ -148,7 +148,7 @@ pub enum NodeError {
         what: String,
         /// Bytes that it needs.
         need_bytes: u64,
-        /// Bytes free.
+        /// Bytes free in `/dev/shm` when it was asked for.
         free_bytes: u64,
     },
     /// The operating system refused.
@@ -158,7 +158,7 @@ pub enum NodeError {
         what: &'static str,
         /// The file it was tried on.
         path: PathBuf,
-        /// The error.
+        /// What the operating system answered.
         source: std::io::Error,
     },
     /// The middleware could not be listed or asked.
@@ -166,7 +166,7 @@ pub enum NodeError {
     Middleware {
         /// The step that failed, such as `listing nodes`.
         what: &'static str,
-        /// The middleware's error.
+        /// What iceoryx2 answered.
         cause: String,
     },
 }

@@ -2,7 +2,7 @@
 
 use iceoryx2::prelude::{ServiceName, ipc};
 
-/// Communication between processes.
+/// iceoryx2's variant for processes that share memory.
 pub(crate) type Ipc = ipc::Service;
 
 /// A service name as the middleware wants it.

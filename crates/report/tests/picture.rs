@@ -56,7 +56,7 @@ fn a_tiny_picture_stands_as_drawn() {
     insta::assert_snapshot!(svg(&brief, &terrain, &map, Some(&policy(&brief)), &route));
 }
 
-/// Two moments of a tiny mission on one plate.
+/// A tiny mission after two of its decisions, in one picture grid.
 fn tiny_plate() -> String {
     let brief = brief(4);
     let (terrain, map) = ground(&brief);

@@ -31,11 +31,11 @@ static MANIFEST: LazyLock<Manifest> = LazyLock::new(|| {
 });
 
 fn planned(text: &str) -> Plan {
-    let campaign = Campaign::parse(text, "specimen").expect("the specimen is a campaign");
-    campaign.plan(Path::new(""), "0.1.0").expect("the specimen can be flown")
+    let campaign = Campaign::parse(text, "specimen").expect("the fixture is a campaign");
+    campaign.plan(Path::new(""), "0.1.0").expect("the fixture can be flown")
 }
 
-/// The plan of the specimen's second shard of three.
+/// The plan of the fixture's second shard of three.
 #[must_use]
 pub fn manifest() -> &'static Manifest {
     &MANIFEST
@@ -86,7 +86,7 @@ pub fn read_checkpoint(bytes: &[u8]) {
     }
 }
 
-/// Reads `trials.jsonl` of the specimen's plan: a first part of its rows and no other, then the end or an error.
+/// Reads `trials.jsonl` of the fixtures' plan: a first part of its rows and no other, then the end or an error.
 pub fn read_rows(bytes: &[u8]) {
     let manifest = manifest();
     let mut rows = Rows::new(manifest, bytes);
@@ -104,7 +104,7 @@ pub fn read_rows(bytes: &[u8]) {
     told(&report.results(true, &[]).markdown());
 }
 
-/// Valid campaign files.
+/// Valid campaign files to start mutations from.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     vec![GRID.into()]

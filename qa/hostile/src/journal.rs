@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hopper_sim::{Journal, JournalHeader, JournalReader, Verification};
 
 use crate::disk::Disk;
-use crate::{specimen, told};
+use crate::{fixtures, told};
 
 /// Reads, verifies, then goes on with it: all three tell of the same records.
 pub fn read(bytes: &[u8]) {
@@ -56,13 +56,13 @@ pub fn read(bytes: &[u8]) {
     }
 }
 
-/// A journal of the specimen's mission.
+/// A journal of the fixtures' mission.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let disk = Disk::default();
-    let header = JournalHeader::new(specimen::world(), specimen::mission().seed).with_run(specimen::RUN);
+    let header = JournalHeader::new(fixtures::world(), fixtures::mission().seed).with_run(fixtures::RUN);
     let mut journal = Journal::create_on(&disk, &header, false).expect("a disk in memory takes it");
-    for record in specimen::flown().0 {
+    for record in fixtures::flown().0 {
         journal.append(&record).expect("the records of a mission follow one another");
     }
     vec![disk.into_bytes()]

@@ -5,15 +5,15 @@
 //! the committed corpus and over mutations of valid input, on any toolchain.
 
 pub mod campaign;
-pub mod crew;
 pub mod disk;
 pub mod extremes;
+pub mod fixtures;
 pub mod journal;
+pub mod mission;
 pub mod mutation;
 pub mod raster;
 pub mod recording;
 pub mod scenario;
-pub mod specimen;
 pub mod wire;
 
 /// A reader to be fuzzed.
@@ -49,7 +49,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "truth_page", read: wire::truth_page, seeds: wire::truth_pages },
     Target { name: "cell", read: wire::cell, seeds: wire::cells },
     Target { name: "request", read: wire::request, seeds: wire::requests },
-    Target { name: "crew", read: crew::read, seeds: crew::seeds },
+    Target { name: "mission", read: mission::read, seeds: mission::seeds },
 ];
 
 /// Panics unless the error has a text of bounded length.

@@ -7,7 +7,7 @@ use recording::{
     Context, MachineLoad, Playback, RecordedMessage, Recorder, Recording, SequenceGap, last_run, recover,
 };
 
-use crate::{specimen, told};
+use crate::{fixtures, told};
 
 /// Reads, decodes, folds, recovers: what is recovered is whole and has the same messages.
 pub fn read(bytes: &[u8]) {
@@ -37,17 +37,17 @@ pub fn read(bytes: &[u8]) {
     }
 }
 
-/// Every kind of message, out of the specimen's mission.
+/// Every kind of message, out of the fixtures' mission.
 #[must_use]
 pub fn messages() -> Vec<RecordedMessage> {
-    let (records, states) = specimen::flown();
-    let mission = specimen::mission();
+    let (records, states) = fixtures::flown();
+    let mission = fixtures::mission();
     let mut now = MonotonicNs(1_000);
     let mut cartographer = Cartographer::new(ROBOT);
-    cartographer.on(perception::Event::Terrain(specimen::RUN, mission.terrain.clone()), now);
-    cartographer.on(perception::Event::Brief(specimen::brief()), now);
+    cartographer.on(perception::Event::Terrain(fixtures::RUN, mission.terrain.clone()), now);
+    cartographer.on(perception::Event::Brief(fixtures::brief()), now);
     let mut messages =
-        vec![RecordedMessage::Heartbeat(specimen::heartbeat()), RecordedMessage::Brief(specimen::brief())];
+        vec![RecordedMessage::Heartbeat(fixtures::heartbeat()), RecordedMessage::Brief(fixtures::brief())];
     for state in states {
         messages.push(RecordedMessage::State(state));
         for effect in cartographer.on(perception::Event::State(state), now) {
@@ -58,12 +58,12 @@ pub fn messages() -> Vec<RecordedMessage> {
             }
         }
         if !state.status.is_over() {
-            messages.push(RecordedMessage::Command(specimen::command(&state)));
+            messages.push(RecordedMessage::Command(fixtures::command(&state)));
         }
     }
-    let request = contract::MapRequest { run: specimen::RUN, robot: ROBOT, from: 0, observation: 0 };
+    let request = contract::MapRequest { run: fixtures::RUN, robot: ROBOT, from: 0, observation: 0 };
     messages.extend(cartographer.page(&request).map(RecordedMessage::Page));
-    let (run, robot, from) = (specimen::RUN, ROBOT, contract::Decision(0));
+    let (run, robot, from) = (fixtures::RUN, ROBOT, contract::Decision(0));
     messages.push(RecordedMessage::Past(PastPage { run, robot, from, records }));
     let cell = PolicyCell { action: contract::Action::Hold, value: -1.5 };
     messages.push(RecordedMessage::Policy(Policy {

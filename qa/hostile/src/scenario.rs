@@ -2,7 +2,7 @@
 
 use scenario::{Scenario, ScenarioCheck, TerrainSource};
 
-use crate::{specimen, told};
+use crate::{fixtures, told};
 
 /// Largest side that is built here, cells: a world of the largest takes a second, and no other path.
 const SIDE_MAX: u32 = 48;
@@ -53,5 +53,5 @@ fn is_small(scenario: &Scenario) -> bool {
 /// One of each kind of generated ground.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
-    vec![specimen::GAUSSIANS.into(), specimen::RANDOM_HILLS.into()]
+    vec![fixtures::GAUSSIANS.into(), fixtures::RANDOM_HILLS.into()]
 }

@@ -21,7 +21,7 @@ use contract::{
 use hopper_sim::ROBOT;
 use perception::Observation;
 
-use crate::{specimen, told};
+use crate::{fixtures, told};
 
 /// Reads a message of `hop/brief`.
 pub fn brief(bytes: &[u8]) {
@@ -145,16 +145,16 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
     [bytemuck::bytes_of(header), bytemuck::cast_slice(cells)].concat()
 }
 
-/// The brief of [`specimen`] in wire form.
+/// The brief of [`fixtures`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&BriefV3::from(&specimen::brief()), &[])]
+    vec![bytes_of::<_, GroundV1>(&BriefV3::from(&fixtures::brief()), &[])]
 }
 
 /// An order, and a tempo.
 #[must_use]
 pub fn controls() -> Vec<Vec<u8>> {
-    let (run, robot, pace) = (specimen::brief().run, ROBOT, Pace::Hertz(2.0));
+    let (run, robot, pace) = (fixtures::brief().run, ROBOT, Pace::Hertz(2.0));
     let control = ControlV1::from(&Control { run, robot, order: Order::Pace(pace) });
     let tempo = TempoV1::from(&Tempo { run, robot, pace, paused: true, heeds: true });
     vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&tempo, &[])]
@@ -163,28 +163,28 @@ pub fn controls() -> Vec<Vec<u8>> {
 /// A command in wire form.
 #[must_use]
 pub fn commands() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&CommandV1::from(&specimen::command(&specimen::flown().1[0])), &[])]
+    vec![bytes_of::<_, GroundV1>(&CommandV1::from(&fixtures::command(&fixtures::flown().1[0])), &[])]
 }
 
 /// A heartbeat in wire form.
 #[must_use]
 pub fn heartbeats() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&HeartbeatV1::from(&specimen::heartbeat()), &[])]
+    vec![bytes_of::<_, GroundV1>(&HeartbeatV1::from(&fixtures::heartbeat()), &[])]
 }
 
 /// The opening state, one amid the mission, and the last.
 #[must_use]
 pub fn states() -> Vec<Vec<u8>> {
-    let states = specimen::flown().1;
+    let states = fixtures::flown().1;
     let some = [0, states.len() / 2, states.len() - 1];
     some.map(|index| bytes_of::<_, GroundV1>(&StateV3::from(&states[index]), &[])).into()
 }
 
 /// What has been seen at the start.
 fn observation() -> Observation {
-    let (brief, state) = (specimen::brief(), specimen::flown().1[0]);
+    let (brief, state) = (fixtures::brief(), fixtures::flown().1[0]);
     let mut observation = Observation::unseen(&brief, ROBOT);
-    observation.fold(&brief, &specimen::world().terrain, state.pose, Decision(0));
+    observation.fold(&brief, &fixtures::world().terrain, state.pose, Decision(0));
     observation
 }
 
@@ -194,7 +194,7 @@ fn seen_cells() -> Vec<SeenCell> {
     cells.filter_map(|(index, ground)| Some(SeenCell { index, ground: (*ground)? })).collect()
 }
 
-/// The first patch of the specimen's mission.
+/// The first patch of the fixtures' mission.
 #[must_use]
 pub fn patch() -> MapPatch {
     let (observation, cells) = (observation(), seen_cells());
@@ -238,12 +238,12 @@ pub fn page() -> MapPage {
     }
 }
 
-/// The specimen's truth, in one page.
+/// The fixtures' truth, in one page.
 #[must_use]
 pub fn truth() -> TruthPage {
-    let terrain = &specimen::world().terrain;
+    let terrain = &fixtures::world().terrain;
     let (cells, treasures) = (terrain.cells.clone(), terrain.treasures.clone());
-    TruthPage { run: specimen::RUN, grid: terrain.grid, from: 0, cells, treasures }
+    TruthPage { run: fixtures::RUN, grid: terrain.grid, from: 0, cells, treasures }
 }
 
 /// [`patch`] in wire form.
@@ -262,24 +262,24 @@ pub fn map_pages() -> Vec<Vec<u8>> {
     vec![bytes_of(&MapPageV1::from(&page), &cells)]
 }
 
-/// The first records of the specimen's mission.
+/// The first records of the fixtures' mission.
 #[must_use]
 pub fn past_pages() -> Vec<Vec<u8>> {
     let header = PastHeaderV1 {
-        run: CommandV1::from(&specimen::command(&specimen::flown().1[0])).run,
+        run: CommandV1::from(&fixtures::command(&fixtures::flown().1[0])).run,
         ..PastHeaderV1::zeroed()
     };
-    let records: Vec<_> = specimen::flown().0.iter().take(3).map(RecordV3::from).collect();
+    let records: Vec<_> = fixtures::flown().0.iter().take(3).map(RecordV3::from).collect();
     vec![bytes_of(&header, &records)]
 }
 
 /// A policy of three cells.
 #[must_use]
 pub fn policies() -> Vec<Vec<u8>> {
-    let command = specimen::command(&specimen::flown().1[0]);
+    let command = fixtures::command(&fixtures::flown().1[0]);
     let cells = vec![PolicyCell { action: command.action, value: 12.5 }; 3];
     let policy = Policy {
-        run: specimen::RUN,
+        run: fixtures::RUN,
         robot: ROBOT,
         decision: Decision(0),
         planner: command.planner,
@@ -301,18 +301,18 @@ pub fn truth_pages() -> Vec<Vec<u8>> {
 /// A seen cell, a cell of the truth, a record.
 #[must_use]
 pub fn cells() -> Vec<Vec<u8>> {
-    let (seen, ground) = (seen_cells()[0], specimen::world().terrain.cells[0]);
+    let (seen, ground) = (seen_cells()[0], fixtures::world().terrain.cells[0]);
     vec![
         bytes_of::<_, GroundV1>(&SeenCellV1::from(&seen), &[]),
         bytes_of::<_, GroundV1>(&GroundV1::from(&ground), &[]),
-        bytes_of::<_, GroundV1>(&RecordV3::from(&specimen::flown().0[0]), &[]),
+        bytes_of::<_, GroundV1>(&RecordV3::from(&fixtures::flown().0[0]), &[]),
     ]
 }
 
 /// One request of each kind.
 #[must_use]
 pub fn requests() -> Vec<Vec<u8>> {
-    let (run, robot) = (specimen::RUN, RobotId(0));
+    let (run, robot) = (fixtures::RUN, RobotId(0));
     vec![
         bytes_of::<_, GroundV1>(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(2) }), &[]),
         bytes_of::<_, GroundV1>(

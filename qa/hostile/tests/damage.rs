@@ -26,7 +26,7 @@ fn records(bytes: &[u8]) -> Result<(Vec<Record>, u64), JournalError> {
     Ok((whole, records.torn_bytes()))
 }
 
-/// The rows of the specimen's plan that `bytes` hold.
+/// The rows of the fixtures' plan that `bytes` hold.
 fn rows(bytes: &[u8]) -> Result<Vec<Row>, CampaignError> {
     let mut rows = Rows::new(hostile::campaign::manifest(), bytes);
     std::iter::from_fn(|| rows.next().transpose()).collect()

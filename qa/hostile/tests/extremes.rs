@@ -8,7 +8,7 @@ use contract::wire::{
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
-use hostile::{extremes, specimen, wire};
+use hostile::{extremes, fixtures, wire};
 use monitor::watcher::{self, Watcher};
 use perception::Observation;
 use perception::cartographer::{self, Cartographer};
@@ -19,9 +19,9 @@ const NOW: MonotonicNs = MonotonicNs(5_000_000_000);
 
 /// An arbiter whose planner in command has had its first command executed.
 fn led() -> Arbiter {
-    let mut arbiter = Arbiter::new(specimen::mission(), None, Pace::Max, 1_000_000_000, NOW);
+    let mut arbiter = Arbiter::new(fixtures::mission(), None, Pace::Max, 1_000_000_000, NOW);
     arbiter.on(Event::Tick, NOW);
-    let command = specimen::command(arbiter.state());
+    let command = fixtures::command(arbiter.state());
     assert!(matches!(arbiter.on(Event::Command(Ok(command)), NOW)[..], [Effect::Append(_)]));
     arbiter.on(Event::Appended, NOW);
     assert_eq!(arbiter.state().decision, Decision(1));
@@ -33,7 +33,7 @@ fn led() -> Arbiter {
 fn a_strangers_command_with_any_field_at_any_extreme_is_refused_and_counted() {
     let mut arbiter = led();
     let before = *arbiter.state();
-    let stranger = Command { incarnation: Incarnation(0xbad), ..specimen::command(&before) };
+    let stranger = Command { incarnation: Incarnation(0xbad), ..fixtures::command(&before) };
     let commands = extremes::of(&CommandV1::from(&stranger));
     assert!(commands.len() > 400, "{}", commands.len());
     for wire in &commands {
@@ -45,24 +45,24 @@ fn a_strangers_command_with_any_field_at_any_extreme_is_refused_and_counted() {
     let counted: u64 = arbiter.refusals().0.values().sum();
     assert_eq!(counted, commands.len() as u64, "{:?}", arbiter.refusals());
     // And the planner in command is obeyed as before.
-    let effects = arbiter.on(Event::Command(Ok(specimen::command(&before))), NOW);
+    let effects = arbiter.on(Event::Command(Ok(fixtures::command(&before))), NOW);
     assert!(matches!(effects[..], [Effect::Append(_)]), "{effects:?}");
 }
 
 /// Machines in the midst of a mission.
-struct Crew {
+struct Processes {
     cartographer: Cartographer,
     pilot: Pilot,
     watcher: Watcher,
 }
 
-impl Crew {
+impl Processes {
     fn new() -> Self {
         let commission = Commission {
             robot: ROBOT,
             incarnation: Incarnation(77),
             pid: 1,
-            planner: specimen::heartbeat().planner,
+            planner: fixtures::heartbeat().planner,
             takeover: false,
             succeeds_pid: None,
         };
@@ -105,13 +105,13 @@ impl Crew {
         );
     }
 
-    /// With the brief, the truth and the opening state of the specimen's mission.
+    /// With the brief, the truth and the opening state of the fixtures' mission.
     fn aboard() -> Self {
-        let mut crew = Self::new();
-        crew.brief(specimen::brief());
-        crew.cartographer.on(cartographer::Event::Truth(wire::truth()), NOW);
-        crew.state(specimen::flown().1[0]);
-        crew
+        let mut processes = Self::new();
+        processes.brief(fixtures::brief());
+        processes.cartographer.on(cartographer::Event::Truth(wire::truth()), NOW);
+        processes.state(fixtures::flown().1[0]);
+        processes
     }
 }
 
@@ -120,72 +120,72 @@ impl Crew {
 // Long: a list of the messages that peers read.
 #[test]
 fn no_extreme_of_what_peers_read_ends_one_of_them() {
-    let (records, states) = specimen::flown();
+    let (records, states) = fixtures::flown();
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
-    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
+    for wire in extremes::of(&BriefV3::from(&fixtures::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
-            for run in [specimen::RUN, brief.run] {
-                let mut crew = Crew::aboard();
-                crew.brief(Brief { run, ..brief });
-                crew.state(State { run, ..states[0] });
-                crew.tick();
+            for run in [fixtures::RUN, brief.run] {
+                let mut processes = Processes::aboard();
+                processes.brief(Brief { run, ..brief });
+                processes.state(State { run, ..states[0] });
+                processes.tick();
             }
         }
     }
     for wire in extremes::of(&StateV3::from(&states[1])) {
         if let Ok(state) = State::try_from(&wire) {
-            let mut crew = Crew::aboard();
-            crew.state(state);
-            crew.state(states[2]);
-            crew.tick();
+            let mut processes = Processes::aboard();
+            processes.state(state);
+            processes.state(states[2]);
+            processes.tick();
         }
     }
     for header in extremes::of(&MapPatchV1::from(&patch)) {
         if let Ok(patch) = patch_from_wire(&header, &cells) {
-            let mut crew = Crew::aboard();
-            crew.watcher.on(watcher::Event::Map(patch.clone()), NOW);
-            crew.pilot.on(pilot::Event::Patch(patch), NOW);
-            crew.tick();
+            let mut processes = Processes::aboard();
+            processes.watcher.on(watcher::Event::Map(patch.clone()), NOW);
+            processes.pilot.on(pilot::Event::Patch(patch), NOW);
+            processes.tick();
         }
     }
     for header in extremes::of(&MapPageV1::from(&page)) {
         if let Ok(page) = map_page_from_wire(&header, &cells) {
-            let mut crew = Crew::aboard();
-            crew.pilot.on(pilot::Event::Page(page), NOW);
-            crew.tick();
+            let mut processes = Processes::aboard();
+            processes.pilot.on(pilot::Event::Page(page), NOW);
+            processes.tick();
         }
     }
     for header in extremes::of(&TruthPageV1::from(&truth)) {
         if let Ok(truth) = truth_page_from_wire(&header, &ground) {
-            let mut crew = Crew::new();
-            crew.brief(specimen::brief());
-            crew.cartographer.on(cartographer::Event::Truth(truth), NOW);
-            crew.state(states[0]);
-            crew.tick();
+            let mut processes = Processes::new();
+            processes.brief(fixtures::brief());
+            processes.cartographer.on(cartographer::Event::Truth(truth), NOW);
+            processes.state(states[0]);
+            processes.tick();
         }
     }
     let page =
-        PastPage { run: specimen::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
+        PastPage { run: fixtures::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
     for record in extremes::of(&RecordV3::from(&records[0])) {
         if let Ok(page) = page_from_wire(&PastHeaderV1::from(&page), &[record]) {
-            let mut crew = Crew::aboard();
-            crew.state(states[2]);
-            crew.cartographer.on(cartographer::Event::Past(page.clone()), NOW);
-            crew.watcher.on(watcher::Event::Past(page), NOW);
-            crew.tick();
+            let mut processes = Processes::aboard();
+            processes.state(states[2]);
+            processes.cartographer.on(cartographer::Event::Past(page.clone()), NOW);
+            processes.watcher.on(watcher::Event::Past(page), NOW);
+            processes.tick();
         }
     }
-    for wire in extremes::of(&HeartbeatV1::from(&specimen::heartbeat())) {
+    for wire in extremes::of(&HeartbeatV1::from(&fixtures::heartbeat())) {
         if let Ok(beat) = Heartbeat::try_from(&wire) {
-            let (mut crew, mut arbiter) = (Crew::aboard(), led());
-            crew.pilot.on(pilot::Event::Heartbeat(beat), NOW);
-            crew.watcher.on(watcher::Event::Heartbeat(beat), NOW);
+            let (mut processes, mut arbiter) = (Processes::aboard(), led());
+            processes.pilot.on(pilot::Event::Heartbeat(beat), NOW);
+            processes.watcher.on(watcher::Event::Heartbeat(beat), NOW);
             let before = *arbiter.state();
             arbiter.on(Event::Heartbeat(beat), NOW);
             assert_eq!(arbiter.state(), &before, "a beat moves nothing");
-            crew.tick();
+            processes.tick();
         }
     }
     assert!(Record::try_from(&RecordV3::from(&records[0])).is_ok());
@@ -198,9 +198,9 @@ const WORK_MAX: u64 = 200_000;
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV3::from(&specimen::brief())) {
+    for wire in extremes::of(&BriefV3::from(&fixtures::brief())) {
         let Ok(brief) = Brief::try_from(&wire) else { continue };
-        let mut terrain = specimen::mission().terrain;
+        let mut terrain = fixtures::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {
             continue;
         }

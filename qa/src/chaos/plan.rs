@@ -29,14 +29,14 @@ const PAUSE_MS: [(u64, u64); 2] = [(1, 120), (1_050, 1_400)];
 pub enum FaultTime {
     /// After the victim was started.
     StartUp {
-        /// Delay, microseconds.
+        /// Microseconds between that and the fault.
         after_us: u64,
     },
     /// After the journal first held a number of decisions.
     Flight {
-        /// Number of decisions.
+        /// Executed decisions, counted from the start of the mission.
         decisions: u64,
-        /// Delay, microseconds.
+        /// Microseconds between that and the fault.
         after_us: u64,
     },
 }
@@ -47,14 +47,14 @@ pub enum FaultTime {
 pub enum Fault {
     /// kill -9 at a passage of a named crash point; set when the process is started.
     Point {
-        /// One of [`crash_points`].
+        /// One of [`crash_points`], where the process kills itself.
         name: &'static str,
         /// How many times the process reaches the point, this time included.
         passage: u64,
     },
-    /// kill -9.
+    /// SIGKILL: the process ends at once, and is started again.
     Kill(FaultTime),
-    /// SIGSTOP, then SIGCONT.
+    /// SIGSTOP, and SIGCONT after a while.
     Pause {
         /// When the process is stopped.
         at: FaultTime,

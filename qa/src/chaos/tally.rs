@@ -14,7 +14,7 @@ pub struct Tally {
     pub role: Role,
     /// Missions flown with this victim.
     pub missions: u64,
-    /// Faults injected.
+    /// Faults that were injected, over all missions.
     pub faults: u64,
     /// Faults by kind; each crash point is a kind.
     pub kinds: BTreeMap<&'static str, u64>,
@@ -38,7 +38,7 @@ pub struct Recovery {
     pub p50_ms: f64,
     /// 99 % of them recovered within this, milliseconds.
     pub p99_ms: f64,
-    /// Longest recovery, milliseconds.
+    /// The slowest of them recovered within this, milliseconds.
     pub max_ms: f64,
 }
 
@@ -58,7 +58,7 @@ impl Tally {
         }
     }
 
-    /// Adds a mission.
+    /// Counts a mission's faults and recoveries in.
     pub fn add(&mut self, flown: &Flown) {
         self.missions += 1;
         self.failures += u64::from(flown.broken.is_some());

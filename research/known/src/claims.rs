@@ -168,7 +168,7 @@ fn sandy(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     ));
 }
 
-/// Observation 4: rocks.
+/// The claims of the paper's fourth observation, on paths among rocks.
 fn rocks(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let experiment = Experiment::Rocks;
     let Some(case) = of(cases, experiment).next() else { return };

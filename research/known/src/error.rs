@@ -6,19 +6,19 @@ pub enum KnownError {
     /// The weight of safety is outside 0 to 1.
     #[error("weight of safety: need 0 to 1, got {got}")]
     Weight {
-        /// Weight as given.
+        /// The weight asked for.
         got: f64,
     },
     /// The payoff of the goal is not positive, or too large.
     #[error("payoff of the goal: need a number above 0 and at most 1000000, got {got}")]
     GoalPayoff {
-        /// Payoff as given.
+        /// The payoff asked for.
         got: f64,
     },
     /// There is no experiment of this name.
     #[error("experiment: need hard, heterogeneous, sandy or rocks, got {got:?}")]
     Experiment {
-        /// Name as given.
+        /// The name asked for.
         got: String,
     },
     /// The number of trials is 0 or too large.
@@ -26,7 +26,7 @@ pub enum KnownError {
     Trials {
         /// Largest number of trials.
         max: u64,
-        /// Number as given.
+        /// The number asked for.
         got: u64,
     },
 }

@@ -15,7 +15,7 @@ pub const HOPS_MAX: u64 = 400;
 /// Outcomes of the trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Execution {
-    /// Number of trials.
+    /// Executions that were drawn, at most [`TRIALS_MAX`].
     pub trials: u64,
     /// Number of trials that reached the goal within [`HOPS_MAX`] hops.
     pub successes: u64,

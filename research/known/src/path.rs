@@ -39,13 +39,13 @@ pub struct Path {
     pub cells: Vec<Cell>,
     /// The hop out of each cell but the last.
     pub hops: Vec<Hop>,
-    /// How it ends.
+    /// Whether it reached the goal, or why it went no further.
     pub ending: PathEnd,
     /// Height of each cell, metres.
     pub heights_m: Vec<f64>,
     /// Steepness |∇h| of each cell, metres per metre.
     pub slopes: Vec<f64>,
-    /// Mean height, metres.
+    /// Mean height of its cells above the datum, metres.
     pub mean_height_m: f64,
     /// Mean steepness |∇h|, metres per metre.
     pub mean_slope: f64,

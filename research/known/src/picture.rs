@@ -10,7 +10,7 @@ use crate::{Experiment, Findings, KnownMap, Model, Plan, Reading, Weights};
 pub struct Figure {
     /// File name without extension.
     pub name: &'static str,
-    /// SVG document.
+    /// The picture as an SVG document.
     pub svg: String,
 }
 

@@ -34,7 +34,7 @@ pub struct Search {
 pub struct Judged {
     /// Number of claims that hold.
     pub holds: usize,
-    /// Number of claims.
+    /// Number of claims that were checked.
     pub claims: usize,
     /// The reading that was judged.
     pub reading: Reading,

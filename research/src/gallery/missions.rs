@@ -13,7 +13,7 @@ use super::{Figure, SEED};
 pub struct World {
     /// Name of the built-in scenario.
     pub scenario: &'static str,
-    /// Title in headings.
+    /// The world's name as headings spell it.
     pub name: &'static str,
     /// Its ground in words.
     ground: &'static str,
@@ -74,7 +74,7 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
     }
     let title = format!("{}: initial, halfway and final states", world.name);
     let caption = format!("{}; w1 = 0.5, w2 = 0.5, profile paper-2023, seed {SEED}", world.ground);
-    let plate = PictureGrid { title: title.clone(), caption, columns: 3, views };
+    let grid = PictureGrid { title: title.clone(), caption, columns: 3, views };
     Ok(Figure {
         name: format!("states-{}", world.scenario),
         title,
@@ -83,7 +83,7 @@ pub fn states(world: &World) -> Result<Figure, Failure> {
              each hop covers the whole map; below the greedy planner, which sees no further than the next cell.",
             world.ground
         ),
-        svg: plate.svg().map_err(Failure::run)?,
+        svg: grid.svg().map_err(Failure::run)?,
     })
 }
 
@@ -105,7 +105,7 @@ pub fn weights(world: &World) -> Result<Figure, Failure> {
     });
     let title = format!("{}: three weightings", world.name);
     let caption = format!("{}; final states, w = (w1, w2), profile paper-2023, seed {SEED}", world.ground);
-    let plate = PictureGrid { title: title.clone(), caption, columns: 3, views: views.collect() };
+    let grid = PictureGrid { title: title.clone(), caption, columns: 3, views: views.collect() };
     Ok(Figure {
         name: format!("weights-{}", world.scenario),
         title,
@@ -113,7 +113,7 @@ pub fn weights(world: &World) -> Result<Figure, Failure> {
             "From safety alone, w = (1, 0), on the left to information alone, w = (0, 1), on the right; one \
                mission each, the figure after it tells how a hundred end."
                 .into(),
-        svg: plate.svg().map_err(Failure::run)?,
+        svg: grid.svg().map_err(Failure::run)?,
     })
 }
 

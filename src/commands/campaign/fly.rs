@@ -63,7 +63,7 @@ pub struct Run {
     pub trials: u64,
     /// Trials flown by this run.
     pub flown: u64,
-    /// Threads that flew.
+    /// Threads that flew missions side by side.
     pub jobs: usize,
     /// Time the run took, seconds.
     pub wall_s: f64,
@@ -71,7 +71,7 @@ pub struct Run {
     pub episodes_per_s: f64,
     /// Time the paper reports for as many trials of the kinds it timed, seconds.
     pub paper_s: f64,
-    /// `paper_s` over `wall_s`.
+    /// How many times faster than the paper: `paper_s` over `wall_s`.
     pub paper_ratio: Option<f64>,
     /// Commit that this program was built from.
     pub commit: &'static str,

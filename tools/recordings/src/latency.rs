@@ -285,7 +285,7 @@ mod tests {
     use super::*;
 
     fn page(run: RunId, from: u64, records: usize) -> PastPage {
-        let (flown, _) = hostile::specimen::flown();
+        let (flown, _) = hostile::fixtures::flown();
         let records: Vec<Record> = (0..records)
             .map(|n| Record { decision: Decision(from + n as u64), ..flown[n % flown.len()] })
             .collect();
@@ -296,7 +296,7 @@ mod tests {
     /// another is.
     #[test]
     fn a_run_that_is_announced_again_loses_no_page() {
-        let brief = hostile::specimen::brief();
+        let brief = hostile::fixtures::brief();
         let mut gathered = Gathered::default();
         assert_eq!(gathered.ask(MonotonicNs(1)), None);
         gathered.begin(brief);
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn missions_of_two_scenarios_are_not_compared_and_other_differences_are_told() {
         let source = |brief: Brief, seed: Option<&str>, planner: &str| {
-            let (records, _) = hostile::specimen::flown();
+            let (records, _) = hostile::fixtures::flown();
             let mut steps: Vec<DecisionTiming> = records.iter().map(DecisionTiming::from).collect();
             for step in &mut steps {
                 step.leader.planner = planner.parse().unwrap();
@@ -335,7 +335,7 @@ mod tests {
                 conditions: Conditions::default(),
             }
         };
-        let brief = hostile::specimen::brief();
+        let brief = hostile::fixtures::brief();
         let first = source(brief, Some("3"), "mdp");
         assert_eq!(differences(&first, &source(brief, Some("3"), "mdp")).unwrap(), []);
         let other = differences(&first, &source(brief, None, "greedy")).unwrap();

@@ -39,7 +39,7 @@ pub(crate) struct MembershipLock {
     instance: Instance,
 }
 
-/// What [`Instance::clean`] did.
+/// What [`Instance::clean`] found and did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cleaned {
@@ -47,7 +47,7 @@ pub enum Cleaned {
     Nothing,
     /// A process of the instance lives; nothing was touched.
     Alive,
-    /// Leftovers were removed.
+    /// Nobody was left, and what dead processes left behind was removed.
     Removed {
         /// Files removed, in the folder and beside it.
         files: usize,

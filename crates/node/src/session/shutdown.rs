@@ -16,7 +16,7 @@ use process::Exit;
 
 use crate::error::NodeError;
 
-/// Why to stop.
+/// Why a process is asked to end its work loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
     /// SIGINT, SIGTERM or SIGHUP.

@@ -263,7 +263,7 @@ mod tests {
         Info::of(&Recording::read(&bytes).unwrap(), "a.mcap", bytes.len() as u64).unwrap()
     }
 
-    /// The messages of the specimen's mission, its own gap left out.
+    /// The messages of the fixtures' mission, its own gap left out.
     fn flown() -> impl Iterator<Item = RecordedMessage> {
         hostile::recording::messages()
             .into_iter()

@@ -1,4 +1,4 @@
-//! A whole crew whose every message passes through hostile hands.
+//! A whole mission, every message of which may be damaged on its way.
 //!
 //! Arbiter, cartographer, pilot and watcher speak to one another as in a mission; the bytes of the input say
 //! who is heard next and which fields of the message are damaged on its way. What is refused is counted, what
@@ -23,7 +23,7 @@ use perception::cartographer::{self, Cartographer};
 use planner::pilot::{self, Commission, Pilot};
 use planner::{Budget, algorithm};
 
-use crate::specimen;
+use crate::fixtures;
 
 /// Most turns of one input.
 const TURNS_MAX: usize = 96;
@@ -33,16 +33,16 @@ const WORK_MAX: u64 = 20_000;
 
 /// Flies the mission that the bytes script.
 pub fn read(bytes: &[u8]) {
-    let mut crew = Crew::new(bytes);
+    let mut processes = Processes::new(bytes);
     for _ in 0..TURNS_MAX {
-        let Some(turn) = crew.script.byte() else { break };
-        crew.turn(turn);
+        let Some(turn) = processes.script.byte() else { break };
+        processes.turn(turn);
     }
     let _ = (
-        crew.watcher.progress(crew.now),
-        crew.watcher.latency(),
-        crew.pilot.seen(),
-        crew.cartographer.seen(),
+        processes.watcher.progress(processes.now),
+        processes.watcher.latency(),
+        processes.pilot.seen(),
+        processes.cartographer.seen(),
     );
 }
 
@@ -88,7 +88,7 @@ impl Script<'_> {
     }
 }
 
-struct Crew<'a> {
+struct Processes<'a> {
     script: Script<'a>,
     now: MonotonicNs,
     arbiter: Arbiter,
@@ -103,21 +103,21 @@ struct Crew<'a> {
     truth_requests: VecDeque<TruthRequest>,
 }
 
-impl<'a> Crew<'a> {
+impl<'a> Processes<'a> {
     fn new(bytes: &'a [u8]) -> Self {
         let now = MonotonicNs(1_000_000_000);
         let commission = Commission {
             robot: ROBOT,
-            incarnation: specimen::LIFE,
+            incarnation: fixtures::LIFE,
             pid: 100,
-            planner: specimen::heartbeat().planner,
+            planner: fixtures::heartbeat().planner,
             takeover: false,
             succeeds_pid: None,
         };
         Self {
             script: Script(bytes),
             now,
-            arbiter: Arbiter::new(specimen::mission(), None, Pace::Max, 1_000_000_000, now),
+            arbiter: Arbiter::new(fixtures::mission(), None, Pace::Max, 1_000_000_000, now),
             cartographer: Cartographer::new(ROBOT),
             pilot: Pilot::new(commission),
             watcher: Watcher::new(ROBOT),
@@ -160,14 +160,14 @@ impl<'a> Crew<'a> {
     }
 
     fn truth(&mut self) {
-        let asked = self.truth_requests.pop_front().unwrap_or(TruthRequest { run: specimen::RUN, from: 0 });
+        let asked = self.truth_requests.pop_front().unwrap_or(TruthRequest { run: fixtures::RUN, from: 0 });
         let wire = self.script.damaged(TruthRequestV1::from(&asked));
         let Ok(request) = TruthRequest::try_from(&wire) else { return };
         let terrain = &self.arbiter.mission().terrain;
         let rest = terrain.cells.get(request.from as usize..).unwrap_or_default();
         let cells = rest[..rest.len().min(16)].to_vec();
         let treasures = terrain.treasures.clone();
-        let page = TruthPage { run: specimen::RUN, grid: terrain.grid, from: request.from, cells, treasures };
+        let page = TruthPage { run: fixtures::RUN, grid: terrain.grid, from: request.from, cells, treasures };
         let header = self.script.damaged(TruthPageV1::from(&page));
         let cells: Vec<_> = page.cells.iter().map(GroundV1::from).collect();
         if let Ok(page) = truth_page_from_wire(&header, &self.one_damaged(cells)) {
@@ -212,13 +212,13 @@ impl<'a> Crew<'a> {
     }
 
     fn command(&mut self) {
-        let honest = self.commands.pop_front().unwrap_or_else(|| specimen::command(self.arbiter.state()));
+        let honest = self.commands.pop_front().unwrap_or_else(|| fixtures::command(self.arbiter.state()));
         let wire = self.script.damaged(CommandV1::from(&honest));
         self.arbiter(hopper_sim::Event::Command(Command::try_from(&wire)));
     }
 
     fn past(&mut self) {
-        let (run, robot) = (specimen::RUN, ROBOT);
+        let (run, robot) = (fixtures::RUN, ROBOT);
         let asked = self.past_requests.pop_front();
         let (reader, asked) = asked.unwrap_or((Role::Monitor, PastRequest { run, robot, from: Decision(0) }));
         let wire = self.script.damaged(PastRequestV1::from(&asked));
@@ -241,7 +241,7 @@ impl<'a> Crew<'a> {
             role: Role::ALL[usize::from(life) % Role::ALL.len()],
             incarnation: Incarnation(1 + u64::from(life)),
             counter: self.now.0,
-            ..specimen::heartbeat()
+            ..fixtures::heartbeat()
         };
         let wire = self.script.damaged(HeartbeatV1::from(&honest));
         if let Ok(beat) = Heartbeat::try_from(&wire) {

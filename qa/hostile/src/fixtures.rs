@@ -78,7 +78,7 @@ pub const LIFE: Incarnation = Incarnation(0x1eaf);
 
 static WORLD: LazyLock<ResolvedScenario> = LazyLock::new(|| {
     let scenario = Scenario::parse(GAUSSIANS, "specimen").and_then(|scenario| scenario.resolve());
-    scenario.expect("the specimen is a scenario")
+    scenario.expect("the fixture is a scenario")
 });
 
 /// The world of [`GAUSSIANS`].
