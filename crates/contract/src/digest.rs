@@ -60,19 +60,6 @@ impl Digest {
         hasher.update(record.collected.0.to_le_bytes());
         Self(hasher.finalize().into())
     }
-
-    /// Digest of a mission: the chains of its robots in robot order; a single chain is its own.
-    #[must_use]
-    pub fn mission(chains: &[Digest]) -> Self {
-        if let [only] = chains {
-            return *only;
-        }
-        let mut hasher = Sha256::new();
-        for chain in chains {
-            hasher.update(chain.0);
-        }
-        Self(hasher.finalize().into())
-    }
 }
 
 impl fmt::Display for Digest {

@@ -116,7 +116,8 @@ impl Replica {
             return None;
         }
         // An answer to another request is one that was given up.
-        let pursuit = self.pursuit.as_mut().filter(|pursuit| pursuit.cursor.next() == u64::from(page.from))?;
+        let pursuit =
+            self.pursuit.as_mut().filter(|pursuit| pursuit.cursor.next() == u64::from(page.from))?;
         // What was published up to the last page is in it, or was folded in before.
         let held = pursuit.sequence.unwrap_or(page.sequence);
         let told = self.buffer.partition_point(|patch| patch.sequence <= page.sequence);

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
-    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest, Replica,
-    RobotId, RunId, State, Status, Vetoed,
+    Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest,
+    Replica, RobotId, RunId, State, Status, Vetoed,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -159,7 +159,7 @@ impl Recorder {
             RecordedMessage::Command(_)
             | RecordedMessage::Policy(_)
             | RecordedMessage::Control(_)
-            | RecordedMessage::Tempo(_)
+            | RecordedMessage::Pacing(_)
             | RecordedMessage::Host(_)
             | RecordedMessage::Gap(_) => {}
         }

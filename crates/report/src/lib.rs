@@ -9,6 +9,7 @@
 //! No I/O, no clock: everything is computed from the arguments.
 
 pub mod decisions;
+pub mod ending;
 pub mod error;
 pub mod fallbacks;
 pub mod format;
@@ -22,6 +23,7 @@ pub mod tally;
 pub mod timing_csv;
 
 pub use decisions::{Cause, Conditions, DecisionReport, DecisionTiming, DecisionTimings, Disturbance};
+pub use ending::Ending;
 pub use error::ReportError;
 pub use fallbacks::{Fallbacks, guard_phrase};
 pub use format::Format;
