@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use contract::{Brief, MonotonicNs, Record, RunId, Timing};
 use flown::{median, overhead_us, timings};
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
 use perception::{Cartographer, Effect, Event};
@@ -88,8 +88,13 @@ fn patch_cells() -> usize {
                 cells.extend(patches.iter().map(|patch| patch.cells.len() as f64));
             }
         };
-        lockstep::fly(mission, &Crew::single("mdp".parse().expect("a name")), &mut Node::now, &mut land)
-            .expect("a known algorithm");
+        lockstep::fly(
+            mission,
+            &PlannerSchedule::single("mdp".parse().expect("a name")),
+            &mut Node::now,
+            &mut land,
+        )
+        .expect("a known algorithm");
     }
     median(cells.into_iter()) as usize
 }
@@ -144,14 +149,14 @@ fn rate_hz(timings: &[Timing]) -> f64 {
 /// Median planning time in microseconds, and missions a second.
 fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
     let world = paper_world();
-    let crew = Crew::single(algorithm.parse().expect("a name"));
+    let schedule = PlannerSchedule::single(algorithm.parse().expect("a name"));
     let mut planning_us = Vec::new();
     let started = Instant::now();
     for episode in 0..EPISODES {
         let mission =
             Mission { brief: world.brief, terrain: world.terrain.clone(), seed: round * EPISODES + episode };
         let mut clock = || -> MonotonicNs { Node::now() };
-        lockstep::fly(mission, &crew, &mut clock, &mut |record| {
+        lockstep::fly(mission, &schedule, &mut clock, &mut |record| {
             let Timing { planning_started, planning_ended, .. } = record.timing;
             planning_us.push(planning_ended.since_ns(planning_started) as f64 / 1e3);
         })

@@ -4,14 +4,14 @@
 
 use contract::{Brief, Digest, MonotonicNs, RunId, Status};
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 fn fly(ground: &str, planner: &str, seed: u64) -> (Status, Digest) {
     let world = scenario::load(ground).unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain, seed };
-    let crew = Crew::single(planner.parse().unwrap());
-    let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
+    let schedule = PlannerSchedule::single(planner.parse().unwrap());
+    let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
     (flown.state.status, flown.state.digest)
 }
 

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use contract::{Brief, MonotonicNs, Profile, RunId};
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use scenario::{Overrides, Scenario};
 
 const TABLE: &str = include_str!("golden/digests.csv");
@@ -55,8 +55,8 @@ fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::
     let hash = hex(&world.brief.scenario_hash);
     // The elevation model's path is no part of the world; its run is fixed.
     let mission = Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed };
-    let crew = Crew::single(planner.parse().unwrap());
-    let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
+    let schedule = PlannerSchedule::single(planner.parse().unwrap());
+    let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
     let (state, map) = (flown.state, flown.map.observation());
     let (decisions, steps, status, digest) = (state.decision, state.steps, state.status, state.digest);
     format!("{name},{profile},{planner},{seed},{decisions},{steps},{status},{hash},{digest},{map:016x}")

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
 use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil, Vetoed};
 use hopper_sim::{Mission, ROBOT};
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use perception::Observation;
 use scenario::Scenario;
 use simulation::chance::Chance;
@@ -17,9 +17,14 @@ use simulation::setup;
 fn fly(mission: &Mission, planner: &str) -> Vec<Record> {
     let mut records = Vec::new();
     let planner: Name = planner.parse().unwrap();
-    lockstep::fly(mission.clone(), &Crew::single(planner), &mut || MonotonicNs(0), &mut |record| {
-        records.push(*record);
-    })
+    lockstep::fly(
+        mission.clone(),
+        &PlannerSchedule::single(planner),
+        &mut || MonotonicNs(0),
+        &mut |record| {
+            records.push(*record);
+        },
+    )
     .unwrap();
     records
 }

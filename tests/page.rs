@@ -9,11 +9,11 @@ use std::sync::{Arc, Mutex};
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Action, Brief, Decision, MapPatch, MonotonicNs, Name, PastPage, Policy, PolicyCell, Record, RobotId,
-    RunId, State, Tempo,
+    Action, Brief, Decision, MapPatch, MonotonicNs, Name, Pacing, PastPage, Policy, PolicyCell, Record,
+    RobotId, RunId, State,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use monitor::history::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::Page;
 use monitor::{History, Input, Watcher};
@@ -43,13 +43,13 @@ fn flown_in(world: ResolvedScenario) -> Flown {
     }
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3 };
     let mut records = Vec::new();
-    let crew = Crew::single("mdp".parse().unwrap());
+    let schedule = PlannerSchedule::single("mdp".parse().unwrap());
     let mut ns = 0;
     let mut clock = || {
         ns += 1_000;
         MonotonicNs(ns)
     };
-    lockstep::fly(mission.clone(), &crew, &mut clock, &mut |record| records.push(*record)).unwrap();
+    lockstep::fly(mission.clone(), &schedule, &mut clock, &mut |record| records.push(*record)).unwrap();
     let opening = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let later = records
         .iter()
@@ -294,10 +294,10 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
     for turn in 0..turns {
         let mut progress = watcher.progress(MonotonicNs(turn)).unwrap();
         progress.decision = Decision(turn);
-        let tempo =
-            Tempo { run: flown.brief.run, robot: ROBOT, pace: Pace::Max, paused: false, heeds: false };
+        let pacing =
+            Pacing { run: flown.brief.run, robot: ROBOT, pace: Pace::Max, paused: false, obeys: false };
         let mut account = page.history();
-        account.on(Input::Tempo(tempo), MonotonicNs(turn));
+        account.on(Input::Pacing(pacing), MonotonicNs(turn));
         account.set_progress(progress);
         drop(account);
         page.notify();

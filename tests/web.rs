@@ -232,7 +232,7 @@ fn without_leave_every_order_is_refused() {
     let (address, key) = url.split_once("/#key=").unwrap();
     let headers =
         format!("Origin: http://{address}\r\nContent-Type: application/json\r\nX-Hopper-Key: {key}\r\n");
-    eventually("the tempo to be known", || {
+    eventually("the pacing to be known", || {
         let answer = post(address, &headers, r#"{"order":"pause"}"#);
         assert!(answer.starts_with("HTTP/1.1 409 "), "{answer}");
         assert!(

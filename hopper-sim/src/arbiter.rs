@@ -19,10 +19,10 @@
 //! fallback acts in the planner's stead, and the record says so.
 
 use contract::pace::Launch;
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs,
-    Origin, Outcome, Policy, Pose, Record, Refusal, RefusalCounts, Role, Roster, State, Status, Tempo,
+    Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts, Role, State, Status,
     Timing, Vetoed,
 };
 
@@ -128,7 +128,7 @@ pub struct Arbiter {
     finished: bool,
     /// A peer that does not know of this run, and since when it was heard to.
     stranger: Option<(Incarnation, MonotonicNs)>,
-    roster: Roster,
+    peer_table: PeerTable,
     refusals: RefusalCounts,
 }
 
@@ -186,7 +186,7 @@ impl Arbiter {
             sent: None,
             finished: false,
             stranger: None,
-            roster: Roster::default(),
+            peer_table: PeerTable::default(),
             refusals: RefusalCounts::default(),
         }
     }
@@ -242,7 +242,7 @@ impl Arbiter {
             }
             Event::Refused(refusal) => self.refusals.count(&refusal),
             Event::Heartbeat(beat) => {
-                self.roster.observe(beat, now);
+                self.peer_table.observe(beat, now);
                 effects.extend(self.announce(&beat, now));
             }
             Event::Control(control) => {
@@ -302,10 +302,10 @@ impl Arbiter {
     /// Whether the mission can go on: somebody senses who has its ground, and somebody plans. One that is over,
     /// or under way with a fallback, needs nobody.
     #[must_use]
-    pub fn is_manned(&self, roster: &Roster, now: MonotonicNs) -> bool {
+    pub fn is_manned(&self, peer_table: &PeerTable, now: MonotonicNs) -> bool {
         let falls_back = self.mission.brief.guard.deadline_ns > 0 && self.state.decision > Decision(0);
-        let senses = roster.has_of_run(Role::Perception, self.state.run, now);
-        self.state.status.is_over() || falls_back || senses && roster.has(Role::Planner, now)
+        let senses = peer_table.has_of_run(Role::Perception, self.state.run, now);
+        self.state.status.is_over() || falls_back || senses && peer_table.has(Role::Planner, now)
     }
 
     /// The mission.
@@ -316,13 +316,13 @@ impl Arbiter {
 
     /// How landings are paced at present.
     #[must_use]
-    pub fn tempo(&self) -> Tempo {
-        Tempo {
+    pub fn pacing(&self) -> Pacing {
+        Pacing {
             run: self.state.run,
             robot: self.state.robot,
             pace: self.throttle.pace(),
             paused: self.throttle.is_paused(),
-            heeds: self.throttle.obeys(),
+            obeys: self.throttle.obeys(),
         }
     }
 
@@ -604,14 +604,14 @@ impl Arbiter {
         }
         let (run, status) = (self.state.run, self.state.status);
         let is_peer = |role: &Role| *role != Role::HopperSim;
-        let here = |role: Role| self.roster.has(role, now);
+        let here = |role: Role| self.peer_table.has(role, now);
         let served_ns = now.since_ns(self.state.published);
         // Perception and a planner flew the mission; whoever else may come is given a moment.
         let everyone_is_here = here(Role::Perception)
             && here(Role::Planner)
             && (here(Role::Monitor) || served_ns >= LATE_COMER_NS);
         let everyone_knows = self
-            .roster
+            .peer_table
             .live(now)
             .filter(|peer| is_peer(&peer.beat.role))
             .all(|peer| peer.beat.run == run && peer.beat.status == status);

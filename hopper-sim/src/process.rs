@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name, PastPage, PastRequest,
-    Policy, Record, Refusal, Role, RunId, State, Status, Tempo, TruthRequest,
+    Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name, Pacing, PastPage,
+    PastRequest, Policy, Record, Refusal, Role, RunId, State, Status, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
@@ -18,7 +18,7 @@ use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pa
 const AWAKE_NS: u64 = 300_000;
 
 /// How often the pacing is published again, nanoseconds.
-const TEMPO_NS: u64 = 1_000_000_000;
+const PACING_NS: u64 = 1_000_000_000;
 
 /// Lives of one role that are remembered for the summary; a mission of any length stays bounded.
 const LIVES_MAX: usize = 256;
@@ -83,9 +83,9 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     truths: P::Server<TruthRequest>,
     commands: P::Reader<Command>,
     controls: P::Reader<Control>,
-    tempos: P::Writer<Tempo>,
+    pacings: P::Writer<Pacing>,
     /// The pacing published last, and when.
-    tempo_sent: Option<(Tempo, MonotonicNs)>,
+    pacing_sent: Option<(Pacing, MonotonicNs)>,
     /// Read only where there may be a fallback: planners write policies for readers alone.
     policies: Option<P::Reader<Policy>>,
     past: P::Server<PastRequest>,
@@ -124,8 +124,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             states: ports.writer(ROBOT)?,
             commands: ports.reader(ROBOT, true)?,
             controls: ports.reader(ROBOT, false)?,
-            tempos: ports.writer(ROBOT)?,
-            tempo_sent: None,
+            pacings: ports.writer(ROBOT)?,
+            pacing_sent: None,
             policies: may_fall_back.then(|| ports.reader(ROBOT, false)).transpose()?,
             past: ports.server(ROBOT)?,
             arbiter,
@@ -205,6 +205,9 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         let due = self.arbiter.state().decision;
         let Self { past, records, past_failed, .. } = self;
         let mut refusals = past.serve(|request: &PastRequest| {
+            if (request.run, request.robot) != (records.run(), ROBOT) {
+                return None;
+            }
             let mut page = match records.page(request.from) {
                 Ok(page) => page,
                 Err(error) => {
@@ -216,7 +219,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             };
             // A hop that is still in the air has not been seen to land.
             page.records.retain(|record| record.decision < due);
-            (request.run == records.run()).then_some(page)
+            Some(page)
         })?;
         let Self { truths, arbiter, .. } = self;
         let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
@@ -237,7 +240,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     /// wait for processes to start, or for perception to gather the truth. A mission that is over is served to
     /// every peer that joins, and one that was under way with a fallback goes on at once.
     fn is_assembled(&mut self, now: MonotonicNs) -> bool {
-        self.assembled = self.assembled || self.arbiter.is_manned(self.membership.roster(), now);
+        self.assembled = self.assembled || self.arbiter.is_manned(self.membership.peer_table(), now);
         self.assembled
     }
 
@@ -315,27 +318,27 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
 
     /// Publishes the pacing when it has changed, and again now and then: a screen that missed a pause would never
     /// offer to resume.
-    fn publish_tempo(&mut self, now: MonotonicNs) -> Result<(), P::Error> {
-        let tempo = self.arbiter.tempo();
-        let changed = self.tempo_sent.is_none_or(|(sent, _)| sent != tempo);
-        if changed && self.tempo_sent.is_some() {
-            tracing::info!(paused = tempo.paused, pace = %tempo.pace, "ordered to change the pacing");
+    fn publish_pacing(&mut self, now: MonotonicNs) -> Result<(), P::Error> {
+        let pacing = self.arbiter.pacing();
+        let changed = self.pacing_sent.is_none_or(|(sent, _)| sent != pacing);
+        if changed && self.pacing_sent.is_some() {
+            tracing::info!(paused = pacing.paused, pace = %pacing.pace, "ordered to change the pacing");
         }
-        if changed || self.tempo_sent.is_some_and(|(_, at)| now.since_ns(at) >= TEMPO_NS) {
-            self.tempo_sent = Some((tempo, now));
-            self.tempos.publish(tempo)?;
+        if changed || self.pacing_sent.is_some_and(|(_, at)| now.since_ns(at) >= PACING_NS) {
+            self.pacing_sent = Some((pacing, now));
+            self.pacings.publish(pacing)?;
         }
-        self.tempos.idle();
+        self.pacings.idle();
         Ok(())
     }
 
     fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
-        let roster = self.membership.roster();
+        let peer_table = self.membership.peer_table();
         if self.arbiter.state().status.is_over() {
             None
-        } else if !roster.has(Role::Perception, now) {
+        } else if !peer_table.has(Role::Perception, now) {
             Some("perception")
-        } else if !roster.has(Role::Planner, now) {
+        } else if !peer_table.has(Role::Planner, now) {
             Some("a planner")
         } else {
             None
@@ -358,7 +361,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         self.serve(ports).await.map_err(Into::into)?;
         self.states.idle();
         self.briefs.idle();
-        self.publish_tempo(ports.now()).map_err(Into::into)?;
+        self.publish_pacing(ports.now()).map_err(Into::into)?;
         let State { run, decision, status, .. } = *self.arbiter.state();
         self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
         if let Some(status) = self.finished {

@@ -148,7 +148,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
     fn acknowledged(&mut self, now: MonotonicNs) -> (RunId, Decision, Status) {
         let (run, decision, status) = self.watcher.seen();
         let is_whole = self.recorder.as_ref().is_none_or(|recorder| recorder.is_whole_until(run, decision));
-        let nobody_to_ask = || !self.watcher.roster().has(Role::HopperSim, now);
+        let nobody_to_ask = || !self.watcher.peer_table().has(Role::HopperSim, now);
         if is_whole || (self.over.is_some() || status.is_over()) && nobody_to_ask() {
             if let Some(status) = self.over.take() {
                 self.membership.mission_ended(status, now);

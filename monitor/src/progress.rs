@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};

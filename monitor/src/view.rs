@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Policy, RobotId, Tempo};
+use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy, RobotId};
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
 use crate::{Event, History, Input, Progress};
@@ -45,7 +45,7 @@ pub struct View<P: Ports> {
     screens: Vec<Box<dyn Screen>>,
     robot: RobotId,
     snapshots: P::Client<MapRequest>,
-    tempos: P::Reader<Tempo>,
+    pacings: P::Reader<Pacing>,
     /// Only where orders are allowed.
     controls: Option<P::Writer<Control>>,
     /// Open while a policy is waited for: planners make them for readers only.
@@ -59,7 +59,7 @@ pub struct View<P: Ports> {
 /// What is received before the states: see [`crate::process`].
 #[derive(Debug, Default)]
 pub struct Early {
-    tempo: Option<Tempo>,
+    pacing: Option<Pacing>,
     page: Option<MapPage>,
 }
 
@@ -80,7 +80,7 @@ impl<P: Ports> View<P> {
             screens,
             robot,
             snapshots: ports.client(robot)?,
-            tempos: ports.reader(robot, false)?,
+            pacings: ports.reader(robot, false)?,
             controls: control.then(|| ports.writer(robot)).transpose()?,
             policies: None,
             policy_due: MonotonicNs(0),
@@ -99,7 +99,7 @@ impl<P: Ports> View<P> {
     }
 
     pub(crate) fn receive_early(&mut self) -> Early {
-        Early { tempo: accept(self.tempos.newest()), page: accept(self.snapshots.receive()) }
+        Early { pacing: accept(self.pacings.newest()), page: accept(self.snapshots.receive()) }
     }
 
     /// Adds to the history what came, and asks perception for what is missing.
@@ -118,8 +118,8 @@ impl<P: Ports> View<P> {
                 Event::Refused(_) | Event::Tick => {}
             }
         }
-        let (page, tempo) = (early.page.as_ref().map(Input::Page), early.tempo.map(Input::Tempo));
-        let late = [page, tempo, policy.map(Input::Policy), Some(Input::Tick)];
+        let (page, pacing) = (early.page.as_ref().map(Input::Page), early.pacing.map(Input::Pacing));
+        let late = [page, pacing, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
         drop(history);
         if let Some(request) = request {

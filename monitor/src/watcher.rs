@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, Refusal,
-    RefusalCounts, RobotId, Role, Roster, RunId, State, Status,
+    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, Refusal,
+    RefusalCounts, RobotId, Role, RunId, State, Status,
 };
 use report::{Executed, LatencyReport, Tally};
 
@@ -60,7 +60,7 @@ pub enum Effect {
 pub struct Watcher {
     robot: RobotId,
     mission: Option<Mission>,
-    roster: Roster,
+    peer_table: PeerTable,
     /// Process of each role that was heard last, and when.
     heard: BTreeMap<Role, (u32, MonotonicNs)>,
     /// Since when it listens.
@@ -97,8 +97,8 @@ impl Watcher {
     /// A watcher who knows nothing yet.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        let (roster, heard) = (Roster::default(), BTreeMap::new());
-        Self { robot, mission: None, roster, heard, began: None, shown: None }
+        let (peer_table, heard) = (PeerTable::default(), BTreeMap::new());
+        Self { robot, mission: None, peer_table, heard, began: None, shown: None }
     }
 
     /// Takes note of `event` at `now` and says what is to be done.
@@ -194,8 +194,8 @@ impl Watcher {
 
     /// Who is alive.
     #[must_use]
-    pub fn roster(&self) -> &Roster {
-        &self.roster
+    pub fn peer_table(&self) -> &PeerTable {
+        &self.peer_table
     }
 
     fn brief(&mut self, brief: Brief) {
@@ -217,9 +217,9 @@ impl Watcher {
     }
 
     fn heartbeat(&mut self, beat: Heartbeat, now: MonotonicNs) {
-        self.roster.observe(beat, now);
+        self.peer_table.observe(beat, now);
         // A counter that stands still is not heard.
-        if self.roster.peer(beat.incarnation).is_some_and(|peer| peer.advanced == now) {
+        if self.peer_table.peer(beat.incarnation).is_some_and(|peer| peer.advanced == now) {
             self.heard.insert(beat.role, (beat.pid, now));
         }
     }
@@ -307,7 +307,7 @@ impl Watcher {
 
     /// Ends the mission once it is over and whole, or over, not whole, and hopper-sim is gone.
     fn finish(&mut self, now: MonotonicNs) -> Vec<Effect> {
-        let sim_lives = self.roster.has(Role::HopperSim, now);
+        let sim_lives = self.peer_table.has(Role::HopperSim, now);
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.status().is_over()) else {
             return Vec::new();
         };
@@ -348,7 +348,7 @@ impl Watcher {
         let silence = mission.silences.get(&role).copied().unwrap_or_default();
         Health {
             role,
-            alive: self.roster.live(now).filter(|peer| peer.beat.role == role).count(),
+            alive: self.peer_table.live(now).filter(|peer| peer.beat.role == role).count(),
             pid: heard.map(|&(pid, _)| pid),
             silent_ms: heard.map(|&(_, heard)| heard).or(self.began).map_or(0, |since| now.since_ns(since))
                 / 1_000_000,

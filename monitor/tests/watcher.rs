@@ -7,7 +7,7 @@
 mod mission;
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch, MonotonicNs, Name,
     PastPage, PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,
@@ -303,9 +303,9 @@ fn a_mission_stopped_between_hops_ends() {
     let brief = brief(SIDE);
     let records = records(&brief, &steps(), 30);
     let mut watcher = undisturbed(&brief, &records[..5]);
-    let stopped = State { status: Status::Stopped, ..state(&records[4], brief.run) };
-    assert_eq!(finished(&watcher.on(Event::State(stopped), MonotonicNs(1))), Some(Status::Stopped));
-    assert_eq!(watcher.seen(), (brief.run, Decision(5), Status::Stopped));
+    let lost = State { status: Status::Lost, ..state(&records[4], brief.run) };
+    assert_eq!(finished(&watcher.on(Event::State(lost), MonotonicNs(1))), Some(Status::Lost));
+    assert_eq!(watcher.seen(), (brief.run, Decision(5), Status::Lost));
 }
 
 #[test]

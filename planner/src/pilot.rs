@@ -8,10 +8,10 @@
 //! If hopper-sim's guard vetoes its command, the same state comes again with the veto, and the pilot plans
 //! anew. A planner that insists on what is vetoed stands still.
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
-    MonotonicNs, Name, Refusal, Replica, RobotId, Roster, RunId, State, Status, Term, Vetoed,
+    MonotonicNs, Name, PeerTable, Refusal, Replica, RobotId, RunId, State, Status, Term, Vetoed,
 };
 
 use crate::{Plan, PlanStatus, Situation};
@@ -25,7 +25,7 @@ pub const DEATH_SILENCE_NS: u64 = SILENCE_NS / 5;
 
 /// Who this planner is, and what it may presume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Commission {
+pub struct PilotConfig {
     /// The robot.
     pub robot: RobotId,
     /// This life.
@@ -101,13 +101,13 @@ type Due = (RunId, Decision, Vetoed);
 /// Commands one robot, or stands by.
 #[derive(Debug)]
 pub struct Pilot {
-    commission: Commission,
+    config: PilotConfig,
     brief: Option<Brief>,
     /// The brief of the leg of the present state.
     leg: Option<Brief>,
     state: Option<State>,
     map: Replica,
-    roster: Roster,
+    peer_table: PeerTable,
     /// When the present leader was first heard of as such.
     leader_since: MonotonicNs,
     /// A process that no longer exists.
@@ -127,18 +127,18 @@ pub struct Pilot {
 impl Pilot {
     /// A pilot who knows nothing yet.
     #[must_use]
-    pub fn new(commission: Commission) -> Self {
+    pub fn new(config: PilotConfig) -> Self {
         Self {
-            commission,
+            config,
             brief: None,
             leg: None,
             state: None,
-            map: Replica::new(commission.robot),
-            roster: Roster::default(),
+            map: Replica::new(config.robot),
+            peer_table: PeerTable::default(),
             leader_since: MonotonicNs(0),
             gone: None,
             ticked: MonotonicNs(0),
-            takeover: commission.takeover,
+            takeover: config.takeover,
             leads: false,
             asked: None,
             planning: None,
@@ -157,7 +157,7 @@ impl Pilot {
             Event::Patch(patch) => effects.extend(self.map.patch(patch, now).map(Effect::RequestMap)),
             Event::Page(page) => effects.extend(self.map.page(&page, now).map(Effect::RequestMap)),
             Event::Refused(refusal) => self.map.refuse(&refusal),
-            Event::Heartbeat(beat) => self.roster.observe(beat, now),
+            Event::Heartbeat(beat) => self.peer_table.observe(beat, now),
             Event::Gone(pid) => self.gone = Some(pid),
             Event::HandOver => self.hand_over(),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
@@ -206,7 +206,7 @@ impl Pilot {
     #[must_use]
     pub fn rival_pid(&self) -> Option<u32> {
         let leader = self.state?.leader;
-        (leader.term > Term(0) && leader.incarnation != self.commission.incarnation).then_some(leader.pid)
+        (leader.term > Term(0) && leader.incarnation != self.config.incarnation).then_some(leader.pid)
     }
 
     /// Whether this planner is in command.
@@ -257,7 +257,7 @@ impl Pilot {
         let known = self.state.filter(|known| known.run == state.run);
         // A lower decision published later is that of a journal that has lost its tail.
         let old = |known: State| state.decision < known.decision && state.published <= known.published;
-        if state.robot != self.commission.robot || known.is_some_and(old) {
+        if state.robot != self.config.robot || known.is_some_and(old) {
             return;
         }
         let same = known.filter(|known| known.decision == state.decision);
@@ -270,7 +270,7 @@ impl Pilot {
         }
         self.state = Some(state);
         let led = self.leads;
-        self.leads = state.leader.incarnation == self.commission.incarnation;
+        self.leads = state.leader.incarnation == self.config.incarnation;
         if self.asked.is_some_and(|asked| asked < state.leader.term) {
             // That term has come and gone, and may have been ours: what fires once is not tried again.
             self.takeover = false;
@@ -294,17 +294,17 @@ impl Pilot {
     /// The term this pilot may speak for at `now`; `None` while it stands by.
     fn term(&self, now: MonotonicNs) -> Option<Term> {
         let leader = self.state?.leader;
-        if leader.incarnation == self.commission.incarnation {
+        if leader.incarnation == self.config.incarnation {
             return Some(leader.term);
         }
         let vacant = leader.term == Term(0);
-        let bereft = self.commission.succeeds_pid.is_some_and(|pid| pid == leader.pid);
+        let bereft = self.config.succeeds_pid.is_some_and(|pid| pid == leader.pid);
         (vacant || self.takeover || bereft || self.leader_is_silent(now)).then(|| leader.term.next())
     }
 
     fn leader_is_silent(&self, now: MonotonicNs) -> bool {
         let leader = self.state.map_or_else(Leader::default, |state| state.leader);
-        let heard = self.roster.peer(leader.incarnation).map_or(self.leader_since, |peer| peer.advanced);
+        let heard = self.peer_table.peer(leader.incarnation).map_or(self.leader_since, |peer| peer.advanced);
         let limit_ns = if self.gone == Some(leader.pid) { DEATH_SILENCE_NS } else { SILENCE_NS };
         now.since_ns(heard.max(self.leader_since)) > limit_ns
     }
@@ -344,14 +344,14 @@ impl Pilot {
         }
         let command = Command {
             run: situation.state.run,
-            robot: self.commission.robot,
+            robot: self.config.robot,
             decision: situation.state.decision,
             term: Term(0),
             action: if vetoed.has(plan.action) { Action::Hold } else { plan.action },
             observation: situation.map.observation(),
-            planner: self.commission.planner,
-            incarnation: self.commission.incarnation,
-            pid: self.commission.pid,
+            planner: self.config.planner,
+            incarnation: self.config.incarnation,
+            pid: self.config.pid,
             work: plan.work,
             cut: plan.status == PlanStatus::Cut,
             sensed: situation.map.sensed,

@@ -11,7 +11,7 @@ use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
 };
 
-use crate::pilot::{Commission, Effect, Event, Pilot};
+use crate::pilot::{Effect, Event, Pilot, PilotConfig};
 use crate::{Budget, Planner, Pulse};
 
 /// Points at which a test may kill this process: see [`Ports::pass`].
@@ -61,7 +61,7 @@ impl<P: Ports> PlannerProcess<P> {
         let robot = RobotId(0);
         let process = Self {
             membership: Membership::join(ports, Role::Planner, planner.name(), terms)?,
-            pilot: Pilot::new(Commission {
+            pilot: Pilot::new(PilotConfig {
                 robot,
                 incarnation: ports.incarnation(),
                 pid: ports.pid(),

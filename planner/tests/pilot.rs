@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::limits::ASK_AGAIN_NS;
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
     MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, Pose, RobotId, Role, RunId, SeenCell,
     State, Status, Term, Timing,
 };
-use planner::pilot::{Commission, DEATH_SILENCE_NS, Effect, Event, Pilot, RESEND_NS};
+use planner::pilot::{DEATH_SILENCE_NS, Effect, Event, Pilot, PilotConfig, RESEND_NS};
 use planner::{Plan, PlanStatus};
 
 const RUN: RunId = RunId(7);
@@ -29,7 +29,7 @@ fn brief() -> Brief {
 }
 
 fn pilot(takeover: bool) -> Pilot {
-    let mut pilot = Pilot::new(Commission {
+    let mut pilot = Pilot::new(PilotConfig {
         robot: RobotId(0),
         incarnation: ME,
         pid: 11,
@@ -343,7 +343,7 @@ fn a_planner_woken_after_its_term_passed_steps_back_and_sends_nothing() {
 
 #[test]
 fn the_successor_of_a_dead_process_takes_its_term_at_once_but_nobody_elses() {
-    let commission = Commission {
+    let config = PilotConfig {
         robot: RobotId(0),
         incarnation: ME,
         pid: 11,
@@ -351,7 +351,7 @@ fn the_successor_of_a_dead_process_takes_its_term_at_once_but_nobody_elses() {
         takeover: false,
         succeeds_pid: Some(12),
     };
-    let mut pilot = Pilot::new(commission);
+    let mut pilot = Pilot::new(config);
     pilot.on(Event::Brief(brief()), at(0));
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
     assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [Effect::Plan], "pid 12 led, and is dead");

@@ -15,7 +15,7 @@ use contract::Role;
 use hopper::stdout::print;
 use hopper::tool;
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use node::{Exit, Failure, Node, ShutdownSignal};
 use report::{Format, table};
 use serde::Serialize;
@@ -95,8 +95,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             break;
         }
         let mission = Mission { brief: world.brief, terrain: world.terrain.clone(), seed };
-        let crew = Crew::single("mdp".parse().expect("a name"));
-        let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |_| {}).map_err(Failure::run)?;
+        let schedule = PlannerSchedule::single("mdp".parse().expect("a name"));
+        let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| {}).map_err(Failure::run)?;
         let undisturbed = Undisturbed { digest: flown.state.digest, outcome: flown.state.status };
         for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.faults) {
             let plan = Plan::of(seed, tally.role);

@@ -114,7 +114,7 @@ pub struct Slope {
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     /// Status in which the mission ended.
-    pub outcome: Status,
+    pub outcome: report::Ending,
     /// Decisions that were executed.
     pub decisions: u64,
     /// Goals visited on the patrol.

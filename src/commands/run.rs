@@ -15,7 +15,7 @@ use scenario::{ResolvedScenario, Scenario};
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight, Launch, Recording};
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]
@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 fn fly(args: &Args, world: &ResolvedScenario, seed: u64, output_dir: &OutputDir) -> Result<Flight, Failure> {
     if args.lockstep {
-        let summary = in_lockstep(world, seed, &crew(args)?, output_dir)?;
+        let summary = in_lockstep(world, seed, &schedule(args)?, output_dir)?;
         check_repetition(args, summary.digest)?;
         return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true });
     }
@@ -226,20 +226,20 @@ fn check_repetition(args: &Args, digest: Digest) -> Result<(), Failure> {
     Ok(())
 }
 
-fn crew(args: &Args) -> Result<Crew, Failure> {
+fn schedule(args: &Args) -> Result<PlannerSchedule, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
     match &args.planners_from {
         Some(dir) => {
             let history = JournalReader::open(dir).map_err(|error| usage(&error))?;
-            let crew = Crew::from_records(history.records()).map_err(|error| usage(&error))?;
-            if crew.shifts().is_empty() && crew.fallbacks().is_empty() {
+            let schedule = PlannerSchedule::from_records(history.records()).map_err(|error| usage(&error))?;
+            if schedule.is_empty() {
                 return Err(usage(&format!("--planners-from {} holds no decision", dir.display())));
             }
-            Ok(crew)
+            Ok(schedule)
         }
         None => {
             let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;
-            Ok(Crew::single(planner))
+            Ok(PlannerSchedule::single(planner))
         }
     }
 }

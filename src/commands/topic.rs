@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use contract::message::Visitor;
 use contract::{
-    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, Refusal, Request, RobotId, Role, Roster,
+    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role,
     State, Truth, TruthRequest,
 };
 use node::inspect::services;
@@ -258,7 +258,7 @@ fn watch(
     let mut next = open(&mut node, topic, full)?;
     let mut states = node.reader::<State>(topic.robot, false)?;
     let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
-    let (mut roster, mut over) = (Roster::default(), None::<MonotonicNs>);
+    let (mut peer_table, mut over) = (PeerTable::default(), None::<MonotonicNs>);
     loop {
         node.sleep(Duration::from_nanos(TICK_NS));
         if node.stop_requested() {
@@ -271,7 +271,7 @@ fn watch(
             }
         }
         for beat in heartbeats.drain().into_iter().flatten() {
-            roster.observe(beat, now);
+            peer_table.observe(beat, now);
         }
         if let Some(Ok(state)) = states.newest() {
             over = if state.status.is_over() { over.or(Some(now)) } else { None };
@@ -283,7 +283,7 @@ fn watch(
         if !tell(Update::Tick)? {
             return Ok(());
         }
-        let alone = over.is_none() && !roster.has(Role::HopperSim, now);
+        let alone = over.is_none() && !peer_table.has(Role::HopperSim, now);
         patience.check(alone.then_some("hopper-sim"), &mut node)?;
     }
 }

@@ -8,7 +8,7 @@ use report::{Summary, SummaryBuilder};
 use scenario::ResolvedScenario;
 
 use super::OutputDir;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 /// Flies `world` with `seed` in this thread, journal included.
 ///
@@ -17,7 +17,7 @@ use lockstep::Crew;
 pub fn in_lockstep(
     world: &ResolvedScenario,
     seed: u64,
-    crew: &Crew,
+    schedule: &PlannerSchedule,
     output_dir: &OutputDir,
 ) -> Result<Summary, Failure> {
     let mut journal = open_journal(&output_dir.journal_dir(), world, seed, false)?;
@@ -35,7 +35,7 @@ pub fn in_lockstep(
     let mission = Mission { brief, terrain: world.terrain.clone(), seed };
     let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
-    let flown = lockstep::fly(mission, crew, &mut Node::now, &mut |record| {
+    let flown = lockstep::fly(mission, schedule, &mut Node::now, &mut |record| {
         summary.record(record);
         if let Err(error) = journal.append(record) {
             failed.get_or_insert(error);

@@ -74,7 +74,7 @@ impl Snapshot {
             map: &self.map,
             policy: self.policy.as_deref(),
             route,
-            outcome: self.outcome,
+            outcome: self.outcome.into(),
             sensing_radius_m: Some(self.sensing_radius_m),
         }
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::Duration;
 
-use contract::roster::SILENCE_NS;
-use contract::{Heartbeat, MonotonicNs, RobotId, Role, Roster};
+use contract::peer_table::SILENCE_NS;
+use contract::{Heartbeat, MonotonicNs, PeerTable, RobotId, Role};
 use hopper_sim::Pace;
 use node::{Exit, Failure, Instance, Node};
 use process::{Ports as _, Reader as _};
@@ -135,7 +135,7 @@ fn text(path: &Path) -> String {
 struct Supervisor {
     node: Node,
     beats: node::Reader<Heartbeat>,
-    roster: Roster,
+    peer_table: PeerTable,
     sim: Supervised,
     peers: Vec<Supervised>,
     /// When the children were last checked.
@@ -162,7 +162,7 @@ impl Supervisor {
         Ok(Self {
             node,
             beats,
-            roster: Roster::default(),
+            peer_table: PeerTable::default(),
             sim: start(Role::HopperSim, launch.sim(output_dir))?,
             peers: vec![
                 start(Role::Perception, launch.words(&["perception"]))?,
@@ -188,7 +188,7 @@ impl Supervisor {
                 return Ok(true);
             }
             for beat in self.beats.drain().into_iter().flatten() {
-                self.roster.observe(beat, Node::now());
+                self.peer_table.observe(beat, Node::now());
             }
             if let Some(status) = self.sim.ended()? {
                 match status.code() {
@@ -247,7 +247,7 @@ impl Supervisor {
     fn hold_for_help(&mut self, launch: &Launch) -> Result<(), Failure> {
         let now = Node::now();
         let wanted = |peer: &&Supervised| {
-            peer.given_up && peer.role != Role::Monitor && !self.roster.has(peer.role, now)
+            peer.given_up && peer.role != Role::Monitor && !self.peer_table.has(peer.role, now)
         };
         let Some(role) = self.peers.iter().find(wanted).map(|peer| peer.role) else {
             self.holding = None;
@@ -272,8 +272,11 @@ impl Supervisor {
     fn kill_hung(&mut self) -> Result<(), Failure> {
         let now = Node::now();
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
-            let heard =
-                self.roster.by_pid(child.pid()).map_or(child.started, |peer| peer.advanced).max(self.woke);
+            let heard = self
+                .peer_table
+                .by_pid(child.pid())
+                .map_or(child.started, |peer| peer.advanced)
+                .max(self.woke);
             if child.ended()?.is_none() && now.since_ns(heard) > HANG_NS {
                 tracing::warn!("{} hangs (no heartbeat): killing it", child.role);
                 child.kill();

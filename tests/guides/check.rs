@@ -10,7 +10,7 @@
 use contract::message::Visitor;
 use contract::{Brief, Message, MonotonicNs, Request, RobotId, RunId};
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 /// Services of the registry.
 pub fn registered() -> Vec<String> {
@@ -31,7 +31,7 @@ pub fn registered() -> Vec<String> {
 
 /// Services for which the memory budget has a line.
 pub fn budgeted() -> Vec<String> {
-    let budget = node::memory_budget::MemoryBudget::of(400, 1).unwrap();
+    let budget = node::MemoryBudget::of(400, 1).unwrap();
     budget.services.into_iter().map(|service| service.service).collect()
 }
 
@@ -59,7 +59,7 @@ pub fn recorded_as_json() -> Vec<String> {
 pub fn flown(planner: &str) -> Result<String, String> {
     let world = scenario::load("hard").unwrap().resolve().unwrap();
     let mission = Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed: 1 };
-    let crew = Crew::single(planner.parse().unwrap());
+    let crew = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
     flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())
 }

@@ -1,4 +1,4 @@
-//! What a person may ask of a running mission, with what hopper-sim answers of its tempo.
+//! Orders that a person may give a running mission, with the pacing that hopper-sim reports.
 //!
 //! Nothing in here changes an outcome: pace, pause and single step move landings in time, a hand-over asks a
 //! planner to claim the next term, which any planner may do.
@@ -34,9 +34,9 @@ pub struct Control {
     pub order: Order,
 }
 
-/// How hopper-sim paces landings at present.
+/// How hopper-sim paces landings at present, on `hop/rN/tempo`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tempo {
+pub struct Pacing {
     /// The run.
     pub run: RunId,
     /// The robot.
@@ -45,6 +45,7 @@ pub struct Tempo {
     pub pace: Pace,
     /// Whether landings are held back.
     pub paused: bool,
-    /// Whether hopper-sim was started to heed orders.
-    pub heeds: bool,
+    /// Whether hopper-sim was started with `--control` and obeys orders. In JSON it is `heeds`, as in the wire type.
+    #[serde(rename = "heeds")]
+    pub obeys: bool,
 }

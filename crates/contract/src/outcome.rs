@@ -84,14 +84,12 @@ pub enum Status {
     LeftMap,
     /// The hopper landed on impassable ground.
     Lost,
-    /// The operator ended the mission.
-    Stopped,
 }
 
 impl Status {
     /// Every status, in the order of their wire codes.
-    pub const ALL: [Status; 6] =
-        [Status::Underway, Status::Goal, Status::Deadlock, Status::LeftMap, Status::Lost, Status::Stopped];
+    pub const ALL: [Status; 5] =
+        [Status::Underway, Status::Goal, Status::Deadlock, Status::LeftMap, Status::Lost];
 
     /// Whether nothing more will happen.
     #[must_use]
@@ -108,7 +106,6 @@ impl Status {
             Status::Deadlock => "deadlock",
             Status::LeftMap => "left_map",
             Status::Lost => "lost",
-            Status::Stopped => "stopped",
         }
     }
 

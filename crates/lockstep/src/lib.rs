@@ -7,7 +7,7 @@
 
 mod ports;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use contract::{
     Decision, Incarnation, MonotonicNs, Name, ObservedMap, PastPage, PolicyCell, Record, RefusalCounts,
@@ -26,57 +26,43 @@ use ports::{Bus, DirectPorts};
 /// Rounds without a decision after which lockstep has stalled; the pages of the largest map take a few hundred.
 const ROUNDS_MAX: u64 = 10_000;
 
-/// Who commands from which decision on.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shift {
-    /// First decision of the shift.
-    pub from: Decision,
-    /// Algorithm in command.
-    pub planner: Name,
-}
-
-/// The whole roster of shifts, the first from decision 0, and what the fallback did between them.
+/// Which algorithm commands from which decision on, and what the fallback did between them.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
-pub struct Crew {
-    shifts: Vec<Shift>,
+pub struct PlannerSchedule {
+    /// Algorithms by the first decision that each commands.
+    planners: BTreeMap<Decision, Name>,
     fallbacks: BTreeMap<Decision, Fallback>,
 }
 
-impl Crew {
+impl PlannerSchedule {
     /// One algorithm from start to end.
     #[must_use]
     pub fn single(planner: Name) -> Self {
-        Self { shifts: vec![Shift { from: Decision(0), planner }], ..Self::default() }
+        Self { planners: BTreeMap::from([(Decision(0), planner)]), ..Self::default() }
     }
 
-    /// The shifts and fallbacks that a journal's records tell of.
+    /// The schedule that a journal's records show. A planner that is followed by another of the same algorithm, under
+    /// another term, is one entry.
+    ///
+    /// # Errors
+    /// The first error of `records`.
     pub fn from_records<E>(records: impl Iterator<Item = Result<Record, E>>) -> Result<Self, E> {
-        let Self { mut shifts, mut fallbacks } = Self::default();
+        let Self { mut planners, mut fallbacks } = Self::default();
         for record in records {
-            let record = record?;
-            let Record { decision, action, origin, .. } = record;
+            let Record { decision, action, origin, leader, .. } = record?;
             if origin.is_fallback() {
                 fallbacks.insert(decision, Fallback { action, origin });
-                continue;
-            }
-            let planner = record.leader.planner;
-            if shifts.last().is_none_or(|last| last.planner != planner) {
-                shifts.push(Shift { from: record.decision, planner });
+            } else if planners.last_key_value().is_none_or(|(_, last)| *last != leader.planner) {
+                planners.insert(decision, leader.planner);
             }
         }
-        Ok(Self { shifts, fallbacks })
+        Ok(Self { planners, fallbacks })
     }
 
-    /// The shifts in order.
+    /// Whether nobody decides anything in it.
     #[must_use]
-    pub fn shifts(&self) -> &[Shift] {
-        &self.shifts
-    }
-
-    /// What the fallback did, by decision.
-    #[must_use]
-    pub fn fallbacks(&self) -> &BTreeMap<Decision, Fallback> {
-        &self.fallbacks
+    pub fn is_empty(&self) -> bool {
+        self.planners.is_empty() && self.fallbacks.is_empty()
     }
 }
 
@@ -98,18 +84,18 @@ pub struct Flown {
 /// `clock` is read for the timing of decisions only; no result depends on it.
 ///
 /// # Errors
-/// If a shift names an unknown algorithm.
+/// If the schedule names an unknown algorithm.
 ///
 /// # Panics
 /// If the processes stall, which would be a defect of the protocol.
 pub fn fly(
     mission: Mission,
-    crew: &Crew,
+    schedule: &PlannerSchedule,
     clock: &mut dyn FnMut() -> MonotonicNs,
     observe: &mut dyn FnMut(&Record),
 ) -> Result<Flown, PlannerError> {
     let bus = Bus::new(clock);
-    let mut host = Host::join(&bus, mission, crew, observe)?;
+    let mut host = Host::join(&bus, mission, schedule, observe)?;
     let mut rounds = 0;
     let mut decision = Decision(0);
     while !host.round()? {
@@ -161,7 +147,8 @@ struct Host<'b, 'c, 'o> {
     perception: Perception<DirectPorts<'b, 'c>>,
     planner: PlannerProcess<DirectPorts<'b, 'c>>,
     ports: [DirectPorts<'b, 'c>; 3],
-    crew: VecDeque<Shift>,
+    /// Who commands later.
+    planners: BTreeMap<Decision, Name>,
     fallbacks: BTreeMap<Decision, Fallback>,
     lives: u64,
 }
@@ -170,13 +157,12 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
     fn join(
         bus: &'b Bus<'c>,
         mission: Mission,
-        crew: &Crew,
+        schedule: &PlannerSchedule,
         observe: Observe<'o>,
     ) -> Result<Self, PlannerError> {
-        let fallbacks = crew.fallbacks.clone();
-        let mut crew: VecDeque<Shift> = crew.shifts.iter().cloned().collect();
-        let first = crew.pop_front().map_or_else(|| "hold".parse().expect("a name"), |shift| shift.planner);
-        let planner = enlist(first, &mission)?;
+        let PlannerSchedule { mut planners, fallbacks } = schedule.clone();
+        let first = planners.pop_first().map_or_else(|| "hold".parse().expect("a name"), |(_, name)| name);
+        let planner = algorithm(first, &mission)?;
         let terms = SimTerms {
             pace: Pace::Max,
             linger_ns: 0,
@@ -201,7 +187,7 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
             planner: block_on(PlannerProcess::join(of_planner, planner, TAKES_OVER, Terms::default()))
                 .expect(never),
             ports,
-            crew,
+            planners,
             fallbacks,
             lives: 3,
         })
@@ -220,7 +206,7 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
             block_on(self.sim.repeat(fallback, &mut self.ports[0])).expect("direct ports always have room");
             self.turn_of_perception();
         }
-        self.relieve()?;
+        self.hand_over()?;
         self.bus.look_at_clock();
         done(block_on(self.planner.turn(&mut self.ports[2])));
         Ok(false)
@@ -244,12 +230,15 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
         if due { self.fallbacks.remove(&state.decision) } else { None }
     }
 
-    /// Hands over to the next shift if it begins by now.
-    fn relieve(&mut self) -> Result<(), PlannerError> {
+    /// Hands over to the next planner of the schedule if its first decision is due.
+    fn hand_over(&mut self) -> Result<(), PlannerError> {
         let decision = self.sim.arbiter().state().decision;
-        let Some(shift) = self.crew.pop_front_if(|shift| shift.from <= decision) else { return Ok(()) };
+        let Some(next) = self.planners.first_entry().filter(|next| *next.key() <= decision) else {
+            return Ok(());
+        };
+        let name = next.remove();
         self.lives += 1;
-        let planner = enlist(shift.planner, self.sim.arbiter().mission())?;
+        let planner = algorithm(name, self.sim.arbiter().mission())?;
         self.ports[2] = self.bus.ports(Incarnation(self.lives));
         let joined =
             block_on(PlannerProcess::join(&mut self.ports[2], planner, TAKES_OVER, Terms::default()));
@@ -265,7 +254,7 @@ fn done(turn: Result<Turn, Failure>) -> Turn {
 }
 
 /// A fresh planner by name; here alone, where one thread holds the truth anyway, also the clairvoyant.
-fn enlist(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, PlannerError> {
+fn algorithm(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, PlannerError> {
     if name.as_str() != planner::CLAIRVOYANT {
         return planner::algorithm(name.as_str());
     }

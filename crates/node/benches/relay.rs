@@ -201,7 +201,7 @@ fn source(instance: &Instance, rounds: u64, period: Duration) -> Result<Vec<u64>
         let due = started.plus_ns(period.as_nanos() as u64);
         std::thread::sleep(Duration::from_nanos(due.since_ns(Node::now())));
     }
-    states.publish(state(0, Status::Stopped))?;
+    states.publish(state(0, Status::Lost))?;
     while commands.newest().is_none_or(|command| command.is_ok_and(|command| !command.cut)) {
         node.sleep(TICK);
     }

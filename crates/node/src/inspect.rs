@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Heartbeat, Leader, MonotonicNs, Name, Profile, RobotId, Role, Roster, RunId, State, Status,
+    Brief, Heartbeat, Leader, MonotonicNs, Name, PeerTable, Profile, RobotId, Role, RunId, State, Status,
 };
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::{CallbackProgression, Node as MiddlewareNode, NodeState, Service};
@@ -239,19 +239,19 @@ impl Report {
         let mut briefs = visitor.reader::<Brief>(robot, false)?;
         let mut states = visitor.reader::<State>(robot, false)?;
         let mut heartbeats = visitor.reader::<Heartbeat>(robot, false)?;
-        let mut roster = Roster::default();
+        let mut peer_table = PeerTable::default();
         let (mut brief, mut state) = (None::<Brief>, None::<State>);
         let until = Node::now().plus_ns(LISTENING.as_nanos() as u64);
         while Node::now() < until && !visitor.stop_requested() {
             visitor.sleep(TICK);
             for beat in heartbeats.drain().into_iter().flatten() {
-                roster.observe(beat, Node::now());
+                peer_table.observe(beat, Node::now());
             }
             brief = briefs.newest().and_then(Result::ok).or(brief);
             state = states.newest().and_then(Result::ok).or(state);
         }
         let leader = state.map(|state| state.leader).unwrap_or_default();
-        self.processes = processes(&roster, &leader, Node::now());
+        self.processes = processes(&peer_table, &leader, Node::now());
         self.services = services(instance)?;
         if let Some(brief) = brief {
             let budget = MemoryBudget::of(brief.grid.cells(), brief.robots)?;
@@ -323,8 +323,8 @@ impl Report {
     }
 }
 
-fn processes(roster: &Roster, leader: &Leader, now: MonotonicNs) -> Vec<ProcessReport> {
-    let mut processes: Vec<_> = roster
+fn processes(peer_table: &PeerTable, leader: &Leader, now: MonotonicNs) -> Vec<ProcessReport> {
+    let mut processes: Vec<_> = peer_table
         .live(now)
         .map(|peer| {
             let beat = peer.beat;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use contract::roster::{BEAT_PERIOD_NS, SILENCE_NS};
-use contract::{Decision, Heartbeat, MonotonicNs, Name, Refusal, RobotId, Role, Roster, RunId, Status};
+use contract::peer_table::{BEAT_PERIOD_NS, SILENCE_NS};
+use contract::{Decision, Heartbeat, MonotonicNs, Name, PeerTable, Refusal, RobotId, Role, RunId, Status};
 
 use crate::{Builds, Failure, Patience, Ports, Reader, TICK_NS, Turn, Writer};
 
@@ -25,7 +25,7 @@ pub struct Membership<P: Ports> {
     reader: P::Reader<Heartbeat>,
     last: Heartbeat,
     sent: Option<MonotonicNs>,
-    roster: Roster,
+    peer_table: PeerTable,
     builds: Builds,
     patience: Patience,
     stay: bool,
@@ -56,7 +56,7 @@ impl<P: Ports> Membership<P> {
                 status: Status::Underway,
             },
             sent: None,
-            roster: Roster::default(),
+            peer_table: PeerTable::default(),
             builds: Builds::new(ports.version()),
             patience: Patience::new(terms.wait),
             stay: terms.stay,
@@ -74,7 +74,7 @@ impl<P: Ports> Membership<P> {
                 Err(refusal) => return Some(Err(refusal)),
             };
             if beat.incarnation != self.last.incarnation && self.builds.admit(&beat) {
-                self.roster.observe(beat, now);
+                self.peer_table.observe(beat, now);
                 return Some(Ok(beat));
             }
         }
@@ -89,8 +89,8 @@ impl<P: Ports> Membership<P> {
 
     /// Who lives.
     #[must_use]
-    pub fn roster(&self) -> &Roster {
-        &self.roster
+    pub fn peer_table(&self) -> &PeerTable {
+        &self.peer_table
     }
 
     /// Who is of which build.
@@ -148,7 +148,7 @@ impl<P: Ports> Membership<P> {
         let (_, _, status) = seen;
         let silent = !status.is_over()
             && now.since_ns(self.joined) > SILENCE_NS
-            && !self.roster.has(Role::HopperSim, now);
+            && !self.peer_table.has(Role::HopperSim, now);
         self.wait_for(lacks.or(silent.then_some("hopper-sim: it is silent; holding")), ports)?;
         let farewell = self.ended.is_some_and(|ended| now.since_ns(ended) >= FAREWELL_NS);
         Ok(if farewell && !self.stay { Turn::Leave(crate::Exit::Done) } else { Turn::Sleep(TICK_NS) })

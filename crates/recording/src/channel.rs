@@ -2,7 +2,7 @@
 
 use contract::message::{Message as _, Request as _};
 use contract::{
-    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, RobotId, State, Tempo,
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, Pacing, PastRequest, Policy, RobotId, State,
 };
 
 use crate::proto;
@@ -29,7 +29,7 @@ pub enum Channel {
     /// `hop/rN/control`: orders such as pause.
     Control,
     /// `hop/rN/tempo`: how landings are paced.
-    Tempo,
+    Pacing,
     /// `hop/heartbeat`: signs of life of all processes.
     Heartbeat,
     /// `hop/past`: records that the recorder asked for.
@@ -58,7 +58,7 @@ impl Channel {
         Channel::Command,
         Channel::Policy,
         Channel::Control,
-        Channel::Tempo,
+        Channel::Pacing,
         Channel::Heartbeat,
         Channel::Past,
         Channel::Host,
@@ -80,7 +80,7 @@ impl Channel {
             Channel::Command => Command::SERVICE.name_of(ROBOT),
             Channel::Policy => Policy::SERVICE.name_of(ROBOT),
             Channel::Control => Control::SERVICE.name_of(ROBOT),
-            Channel::Tempo => Tempo::SERVICE.name_of(ROBOT),
+            Channel::Pacing => Pacing::SERVICE.name_of(ROBOT),
             Channel::Heartbeat => Heartbeat::SERVICE.name_of(ROBOT),
             Channel::Past => PastRequest::SERVICE.name_of(ROBOT),
             Channel::Host => "recorder/host".into(),
@@ -109,7 +109,7 @@ impl Channel {
             Channel::Command => "hopper.Command",
             Channel::Policy => "hopper.Policy",
             Channel::Control => "hopper.Control",
-            Channel::Tempo => "hopper.Tempo",
+            Channel::Pacing => "hopper.Tempo",
             Channel::Heartbeat => "hopper.Heartbeat",
             Channel::Past => "hopper.Past",
             Channel::Host => "hopper.Host",

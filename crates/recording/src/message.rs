@@ -6,8 +6,8 @@ use contract::wire::{
     patch_from_wire, policy_from_wire,
 };
 use contract::{
-    Brief, Command, Control, Heartbeat, MapPage, MapPatch, MonotonicNs, PastPage, Policy, Refusal, State,
-    Tempo,
+    Brief, Command, Control, Heartbeat, MapPage, MapPatch, MonotonicNs, Pacing, PastPage, Policy, Refusal,
+    State,
 };
 use prost::Message as _;
 
@@ -34,7 +34,7 @@ pub enum RecordedMessage {
     /// An order of the monitor, such as pause.
     Control(Control),
     /// How hopper-sim paces landings.
-    Tempo(Tempo),
+    Pacing(Pacing),
     /// A sign of life of a process.
     Heartbeat(Heartbeat),
     /// A page of executed decisions, answered by hopper-sim.
@@ -57,7 +57,7 @@ impl RecordedMessage {
             RecordedMessage::Command(_) => Channel::Command,
             RecordedMessage::Policy(_) => Channel::Policy,
             RecordedMessage::Control(_) => Channel::Control,
-            RecordedMessage::Tempo(_) => Channel::Tempo,
+            RecordedMessage::Pacing(_) => Channel::Pacing,
             RecordedMessage::Heartbeat(_) => Channel::Heartbeat,
             RecordedMessage::Past(_) => Channel::Past,
             RecordedMessage::Host(_) => Channel::Host,
@@ -107,7 +107,7 @@ impl RecordedMessage {
             RecordedMessage::Control(control) => {
                 proto::Control::from(&ControlV1::from(control)).encode_to_vec()
             }
-            RecordedMessage::Tempo(tempo) => proto::Tempo::from(&TempoV1::from(tempo)).encode_to_vec(),
+            RecordedMessage::Pacing(pacing) => proto::Tempo::from(&TempoV1::from(pacing)).encode_to_vec(),
             RecordedMessage::Heartbeat(beat) => {
                 proto::Heartbeat::from(&HeartbeatV1::from(beat)).encode_to_vec()
             }
@@ -159,9 +159,9 @@ impl RecordedMessage {
                 let wire = ControlV1::try_from(&proto::Control::decode(bytes)?)?;
                 RecordedMessage::Control((&wire).try_into()?)
             }
-            Channel::Tempo => {
+            Channel::Pacing => {
                 let wire = TempoV1::try_from(&proto::Tempo::decode(bytes)?)?;
-                RecordedMessage::Tempo((&wire).try_into()?)
+                RecordedMessage::Pacing((&wire).try_into()?)
             }
             Channel::Heartbeat => {
                 let wire = HeartbeatV1::try_from(&proto::Heartbeat::decode(bytes)?)?;

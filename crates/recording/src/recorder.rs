@@ -162,7 +162,7 @@ impl Recorder {
             RecordedMessage::Command(_)
             | RecordedMessage::Policy(_)
             | RecordedMessage::Control(_)
-            | RecordedMessage::Tempo(_)
+            | RecordedMessage::Pacing(_)
             | RecordedMessage::Host(_)
             | RecordedMessage::Gap(_) => {}
         }

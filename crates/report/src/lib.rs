@@ -11,6 +11,7 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod decisions;
+pub mod ending;
 pub mod error;
 pub mod fallbacks;
 pub mod format;
@@ -24,6 +25,7 @@ pub mod tally;
 pub mod timing_csv;
 
 pub use decisions::{Cause, Conditions, DecisionReport, DecisionTiming, DecisionTimings, Disturbance};
+pub use ending::Ending;
 pub use error::ReportError;
 pub use fallbacks::{Fallbacks, guard_phrase};
 pub use format::Format;

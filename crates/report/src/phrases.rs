@@ -4,10 +4,12 @@ use std::fmt;
 
 use contract::{Cell, Name, Status};
 
+use crate::Ending;
+
 /// How a mission ended. Displayed, it is one sentence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EndSentence {
-    pub outcome: Status,
+    pub outcome: Ending,
     pub hops: u64,
     pub steps: u64,
     pub steps_max: u64,
@@ -24,7 +26,13 @@ impl fmt::Display for EndSentence {
         if let Some(visits) = self.patrolled {
             spent = format!("{}, {}, {steps} steps", counted(visits, "visit"), counted(*hops, "hop"));
         }
-        match self.outcome {
+        let status = match self.outcome {
+            Ending::Mission(status) => status,
+            Ending::Stopped => {
+                return write!(f, "Stopped at {cell}, {short_m:.1} m short of the goal: {spent}.");
+            }
+        };
+        match status {
             Status::Goal if self.patrolled.is_some() => write!(f, "Patrol flown to {cell}: {spent}."),
             Status::Goal => write!(f, "Goal reached at {cell}: {spent}."),
             Status::Deadlock => {
@@ -32,7 +40,6 @@ impl fmt::Display for EndSentence {
             }
             Status::LeftMap => write!(f, "Left the map at {cell}: {spent}."),
             Status::Lost => write!(f, "Lost on impassable ground at {cell}: {spent}."),
-            Status::Stopped => write!(f, "Stopped at {cell}, {short_m:.1} m short of the goal: {spent}."),
             Status::Underway => write!(f, "Under way at {cell}, {short_m:.1} m to go: {spent}."),
         }
     }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State, Status};
+use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State};
 use serde::{Deserialize, Serialize};
 
 use crate::phrases::{EndSentence, counted, planners_in_order};
-use crate::{Executed, Fallbacks, LatencyReport, Leadership, Route, Tally, guard_phrase};
+use crate::{Ending, Executed, Fallbacks, LatencyReport, Leadership, Route, Tally, guard_phrase};
 
 /// Number of leaderships the text shows, the last ones; the JSON has all of them.
 const LEADERSHIPS_SHOWN: usize = 6;
@@ -41,8 +41,8 @@ pub struct Summary {
     pub seed: u64,
     /// Profile: which reading of the model was flown.
     pub profile: Profile,
-    /// Final status; `stopped` if the run ended before the mission did.
-    pub outcome: Status,
+    /// Final status, or `stopped`.
+    pub outcome: Ending,
     /// Steps, in the papers' count.
     pub steps: u64,
     /// Number of hops commanded.
@@ -123,7 +123,7 @@ impl SummaryBuilder {
             scenario: brief.scenario.to_string(),
             seed: self.seed,
             profile: brief.profile,
-            outcome: over.unwrap_or(Status::Stopped),
+            outcome: over.map_or(Ending::Stopped, Ending::Mission),
             steps: tally.steps(),
             hops: tally.route.hops(),
             digest: tally.last.map_or(state.digest, |last| last.digest),

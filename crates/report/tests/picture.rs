@@ -35,7 +35,7 @@ fn svg(
         map,
         policy,
         route,
-        outcome: Status::Deadlock,
+        outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
     };
     picture.svg().unwrap()
@@ -69,7 +69,7 @@ fn tiny_plate() -> String {
         map: &map,
         policy: None,
         route: &[],
-        outcome: Status::Underway,
+        outcome: Status::Underway.into(),
         sensing_radius_m: Some(2.0),
     };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
@@ -198,7 +198,7 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
         map: &map,
         policy: None,
         route: &[],
-        outcome: Status::Goal,
+        outcome: Status::Goal.into(),
         sensing_radius_m: None,
     };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));

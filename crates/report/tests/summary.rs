@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use contract::{Action, Branch, Direction, MonotonicNs, Refusal, RefusalCounts, Role, RunId, State, Status};
 use mission::{Step, brief, records};
-use report::{Executed, Process, Summary, SummaryBuilder, Tally};
+use report::{Ending, Executed, Process, Summary, SummaryBuilder, Tally};
 
 const EAST: Action = Action::Hop(Direction::East);
 const NORTH: Action = Action::Hop(Direction::North);
@@ -107,11 +107,14 @@ fn the_text_for_a_terminal_stands_as_written() {
 fn each_outcome_has_its_sentence() {
     let mut summary = summary(&STEPS);
     for (outcome, need) in [
-        (Status::Goal, "Goal reached at (3, 3): 7 hops, 15 of 150 steps."),
-        (Status::Deadlock, "Deadlock at (3, 3), 0.0 m short of the goal: 7 hops, 15 of 150 steps."),
-        (Status::LeftMap, "Left the map at (3, 3): 7 hops, 15 of 150 steps."),
-        (Status::Lost, "Lost on impassable ground at (3, 3): 7 hops, 15 of 150 steps."),
-        (Status::Stopped, "Stopped at (3, 3), 0.0 m short of the goal: 7 hops, 15 of 150 steps."),
+        (Ending::Mission(Status::Goal), "Goal reached at (3, 3): 7 hops, 15 of 150 steps."),
+        (
+            Ending::Mission(Status::Deadlock),
+            "Deadlock at (3, 3), 0.0 m short of the goal: 7 hops, 15 of 150 steps.",
+        ),
+        (Ending::Mission(Status::LeftMap), "Left the map at (3, 3): 7 hops, 15 of 150 steps."),
+        (Ending::Mission(Status::Lost), "Lost on impassable ground at (3, 3): 7 hops, 15 of 150 steps."),
+        (Ending::Stopped, "Stopped at (3, 3), 0.0 m short of the goal: 7 hops, 15 of 150 steps."),
     ] {
         summary.outcome = outcome;
         assert_eq!(summary.sentence(), need);
@@ -121,16 +124,16 @@ fn each_outcome_has_its_sentence() {
 
 #[test]
 fn a_run_that_ends_before_its_mission_is_stopped() {
-    assert_eq!(summary(&STEPS[..3]).outcome, Status::Stopped);
+    assert_eq!(summary(&STEPS[..3]).outcome, Ending::Stopped);
 }
 
 #[test]
 fn a_run_without_a_decision_is_summed_up_without_a_nan() {
     let brief = brief(5);
     let mut opening = state(&records(&brief, &STEPS[..1], 9));
-    (opening.status, opening.digest) = (Status::Stopped, contract::Digest([9; 32]));
+    (opening.status, opening.digest) = (Status::Underway, contract::Digest([9; 32]));
     let summary = SummaryBuilder::new(&brief, 7).build(&opening, &RefusalCounts::default());
-    assert_eq!((summary.outcome, summary.hops, summary.steps), (Status::Stopped, 0, 0));
+    assert_eq!((summary.outcome, summary.hops, summary.steps), (Ending::Stopped, 0, 0));
     assert_eq!(summary.digest, opening.digest);
     assert_eq!((summary.cell, summary.distance_to_goal_m), (brief.start, 8_f64.sqrt()));
     let json = serde_json::to_string(&summary).unwrap();

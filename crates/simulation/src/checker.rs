@@ -5,11 +5,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Cell, Command, Control, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage,
     MapPatch, MonotonicNs, Name, Order, Pace, PastPage, Pose, Record, Role, RunId, SeenCell, State, Status,
-    Tempo, Term, Vetoed,
+    Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission, ROBOT};
@@ -415,21 +415,22 @@ impl Checker {
     }
 
     /// hopper-sim publishes how landings are paced.
-    pub(crate) fn paced(&mut self, tempo: &Tempo) {
+    pub(crate) fn paced(&mut self, message: &contract::Pacing) {
         let Pacing { control, paces, .. } = &self.pacing;
-        let obeyed = tempo.heeds == *control && (*control || !tempo.paused) && paces.contains(&tempo.pace);
+        let obeyed =
+            message.obeys == *control && (*control || !message.paused) && paces.contains(&message.pace);
         let control = *control;
         self.require(
             obeyed,
             "orders are obeyed by a hopper-sim started with --control, and by no other",
-            || format!("with control {control} the pacing is {tempo:?}"),
+            || format!("with control {control} the pacing is {message:?}"),
         );
         let pacing = &mut self.pacing;
         // A step may have been ordered in the turn of the pause, before this message.
-        if !tempo.paused {
+        if !message.paused {
             (pacing.steps, pacing.landings) = (0, 0);
         }
-        pacing.paused = tempo.paused;
+        pacing.paused = message.paused;
     }
 
     /// A process receives an order.

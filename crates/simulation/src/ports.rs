@@ -9,7 +9,7 @@ use std::task::Poll;
 
 use contract::{
     Brief, Command, Control, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message,
-    MonotonicNs, Name, Order, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State, Tempo,
+    MonotonicNs, Name, Order, Pacing, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State,
     TruthPage, TruthRequest,
 };
 use hopper_sim::crash;
@@ -369,9 +369,9 @@ impl World {
             });
         } else if let Some(command) = message.downcast_ref::<Command>() {
             self.sent(life, command, now);
-        } else if let Some(tempo) = message.downcast_ref::<Tempo>() {
-            self.checker.paced(tempo);
-            self.coverage.count("tempo", if tempo.paused { "paused" } else { "running" });
+        } else if let Some(pacing) = message.downcast_ref::<Pacing>() {
+            self.checker.paced(pacing);
+            self.coverage.count("tempo", if pacing.paused { "paused" } else { "running" });
         } else if message.is::<Policy>() {
             let readers = self.readers::<Policy>();
             self.checker.policy_published(readers);

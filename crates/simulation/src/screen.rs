@@ -49,7 +49,7 @@ impl Screen for Somebody {
 
     fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
         self.looks_at_policy ^= self.chance.one_in(5);
-        if history.tempo().is_some_and(|tempo| tempo.paused) {
+        if history.pacing().is_some_and(|pacing| pacing.paused) {
             let since = *self.paused_since.get_or_insert(now);
             if now.since_ns(since) > PAUSE_NS {
                 self.paused_since = Some(now);

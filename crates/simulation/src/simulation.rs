@@ -15,7 +15,7 @@ use contract::{
 };
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{Journal, JournalHeader, JournalReader, Mission, crash};
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use monitor::process::{Display, Monitor};
 use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;
@@ -605,13 +605,14 @@ impl<'a> Simulation<'a> {
             }
             Err(error) => return checker.violate("the journal can be read", || error.to_string()),
         };
-        let crew = Crew::from_records(records.iter().map(|record| Ok::<_, ()>(*record)))
+        let schedule = PlannerSchedule::from_records(records.iter().map(|record| Ok::<_, ()>(*record)))
             .expect("no record is an error");
         let mission = checker.mission().clone();
         let last = checker.records().last().map(|record| (record.decision.next(), record.digest));
         let mut undisturbed = Vec::new();
-        let flown =
-            lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |record| undisturbed.push(*record));
+        let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| {
+            undisturbed.push(*record)
+        });
         let need = flown.map(|flown| Some((flown.state.decision, flown.state.digest))).unwrap_or_default();
         if last != need {
             checker.violate("the mission has the digest of the undisturbed one", || {

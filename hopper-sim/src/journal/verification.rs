@@ -149,15 +149,15 @@ impl Verification {
     fn name_planner(&mut self, record: &Record) {
         let leader = &record.leader;
         match self.planners.last_mut() {
-            Some(tenure)
-                if (tenure.name, tenure.term, self.commander)
+            Some(leadership)
+                if (leadership.name, leadership.term, self.commander)
                     == (leader.planner, leader.term, leader.incarnation) =>
             {
-                tenure.to_decision = record.decision;
+                leadership.to_decision = record.decision;
             }
             last => {
                 // Term 0 is before every planner; a change of hands takes a higher term.
-                self.terms_rise &= leader.term > last.map_or(Term(0), |tenure| tenure.term);
+                self.terms_rise &= leader.term > last.map_or(Term(0), |leadership| leadership.term);
                 self.commander = leader.incarnation;
                 self.planners.push(Leadership {
                     name: leader.planner,

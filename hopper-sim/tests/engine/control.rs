@@ -9,7 +9,7 @@ use crate::fixture::{EAST, Host, LINGER_NS, RUN, command, mission, steer, undist
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// A host that heeds orders.
+/// A host that obeys orders.
 fn heeding(pace: Pace) -> Host {
     heeding_on(mission(), pace)
 }
@@ -34,7 +34,7 @@ fn hop(host: &mut Host) {
 fn a_pause_holds_the_landing_and_costs_no_decision_time() {
     let mut host = heeding(Pace::Hertz(10.0));
     give(&mut host, Order::Pause);
-    assert!(host.arbiter.tempo().paused);
+    assert!(host.arbiter.pacing().paused);
     hop(&mut host);
     host.tick_after(60 * SECOND_NS);
     assert_eq!(host.state().decision.0, 0, "it is still in the air");
@@ -87,7 +87,7 @@ fn a_step_lets_one_landing_come() {
     assert_eq!(host.state().decision.0, 4, "and for no other");
     give(&mut host, Order::Resume);
     give(&mut host, Order::Step);
-    assert!(!host.arbiter.tempo().paused, "a step means nothing where there is no pause");
+    assert!(!host.arbiter.pacing().paused, "a step means nothing where there is no pause");
 }
 
 #[test]
@@ -98,31 +98,31 @@ fn a_new_pace_counts_for_the_hop_in_the_air() {
     assert_eq!(host.state().decision.0, 0);
     give(&mut host, Order::Pace(Pace::Max));
     assert_eq!((host.state().decision.0, host.state().landed), (1, host.now));
-    assert_eq!(host.arbiter.tempo().pace, Pace::Max);
+    assert_eq!(host.arbiter.pacing().pace, Pace::Max);
 }
 
-/// P-WEB-LEAVE: whatever a page tells it, hopper-sim without leave heeds no order.
+/// P-WEB-LEAVE: whatever a page tells it, hopper-sim started without `--control` obeys no order.
 #[test]
 fn without_leave_or_for_another_run_or_robot_or_in_a_flood_orders_are_refused_and_counted() {
     let mut deaf = Host::new(mission(), Vec::new(), Pace::Max);
     give(&mut deaf, Order::Pause);
-    assert!(!deaf.arbiter.tempo().paused && !deaf.arbiter.tempo().heeds);
+    assert!(!deaf.arbiter.pacing().paused && !deaf.arbiter.pacing().obeys);
     assert_eq!(deaf.refused, ["malformed"]);
 
     let mut host = heeding(Pace::Max);
     let order = Order::Pause;
     host.on(Event::Control(Ok(Control { run: RunId(1), robot: ROBOT, order })));
     host.on(Event::Control(Ok(Control { run: RUN, robot: RobotId(3), order })));
-    assert!(!host.arbiter.tempo().paused);
+    assert!(!host.arbiter.pacing().paused);
     assert_eq!(host.refused, ["wrong_run", "wrong_robot"]);
     for _ in 0..ORDERS_MAX {
         give(&mut host, Order::HandOver(Incarnation(9)));
     }
     give(&mut host, order);
-    assert!(!host.arbiter.tempo().paused, "a flood is not heard to its end");
+    assert!(!host.arbiter.pacing().paused, "a flood is not heard to its end");
     host.now = host.now.plus_ns(WINDOW_NS);
     give(&mut host, order);
-    assert!(host.arbiter.tempo().paused);
+    assert!(host.arbiter.pacing().paused);
 }
 
 proptest! {

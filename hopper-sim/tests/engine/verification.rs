@@ -8,7 +8,7 @@ use report::Leadership;
 use crate::fixture::{Host, header, mission, name, undisturbed};
 use crate::journal::Written;
 
-fn tenure(name: Name, term: u64, from: u64, to: u64) -> Leadership {
+fn leadership(name: Name, term: u64, from: u64, to: u64) -> Leadership {
     Leadership { name, term: Term(term), from_decision: Decision(from), to_decision: Decision(to) }
 }
 
@@ -49,7 +49,10 @@ fn a_sound_journal_is_told_in_full() {
             vetoes: 0,
             fallbacks: report::Fallbacks::default(),
             torn_bytes: 0,
-            planners: vec![tenure(name("mdp"), 1, 0, 3), tenure(name("greedy"), 2, 4, last.decision.0)],
+            planners: vec![
+                leadership(name("mdp"), 1, 0, 3),
+                leadership(name("greedy"), 2, 4, last.decision.0)
+            ],
             commander: last.leader.incarnation,
         }
     );

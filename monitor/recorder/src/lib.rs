@@ -16,8 +16,8 @@ use std::io::Write;
 
 use contract::message::Visitor;
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, PastRequest, Policy,
-    RobotId, RunId, State, Tempo,
+    Brief, Command, Control, Decision, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
+    Policy, RobotId, RunId, State,
 };
 use process::{Client, Exit, Failure, Ports, Reader, accept};
 use recording::{Context, JsonMessage, MachineLoad, RecordedMessage as Message, RecordingError, Requests};
@@ -57,7 +57,7 @@ pub struct RecorderPorts<P: Ports> {
     commands: P::Reader<Command>,
     beats: P::Reader<Heartbeat>,
     controls: P::Reader<Control>,
-    tempos: P::Reader<Tempo>,
+    pacings: P::Reader<Pacing>,
     policies: Option<P::Reader<Policy>>,
     past: P::Client<PastRequest>,
     snapshots: P::Client<MapRequest>,
@@ -224,7 +224,7 @@ impl<P: Ports + 'static> RecorderPorts<P> {
             commands: ports.reader(robot, false)?,
             beats: ports.reader(robot, false)?,
             controls: ports.reader(robot, false)?,
-            tempos: ports.reader(robot, false)?,
+            pacings: ports.reader(robot, false)?,
             policies: with_policies.then(|| ports.reader(robot, false)).transpose()?,
             past: ports.client(robot)?,
             snapshots: ports.client(robot)?,
@@ -261,7 +261,7 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         ordered.sort_by_key(Message::published);
         let mut messages = known(self.beats.drain(), Message::Heartbeat);
         messages.extend(known(self.briefs.drain(), Message::Brief));
-        messages.extend(known(self.tempos.drain(), Message::Tempo));
+        messages.extend(known(self.pacings.drain(), Message::Pacing));
         messages.extend(known(self.controls.drain(), Message::Control));
         messages.append(&mut ordered);
         messages.extend(page);

@@ -117,13 +117,13 @@ impl History {
             leads: Some(peer.beat.incarnation) == leader,
         });
         let treasures: &[Cell] = self.seen_cells().map_or(&[], SeenCells::treasures);
-        let tempo = self.tempo.map(
-            |tempo| json!({ "pace": tempo.pace.to_string(), "paused": tempo.paused, "heeds": tempo.heeds }),
+        let pacing = self.pacing.map(
+            |pacing| json!({ "pace": pacing.pace.to_string(), "paused": pacing.paused, "heeds": pacing.obeys }),
         );
         let status = json!({
             "progress": progress,
             "peers": peers.collect::<Vec<_>>(),
-            "tempo": tempo,
+            "tempo": pacing,
             "treasures": treasures.iter().map(|cell| [cell.x, cell.y]).collect::<Vec<_>>(),
             "state": self.state().map(|state| json!({
                 "cell": [state.pose.cell.x, state.pose.cell.y],

@@ -11,7 +11,7 @@ mod seen_cells;
 
 use contract::{
     Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    PastPage, Policy, Replica, RobotId, State, Tempo,
+    Pacing, PastPage, Policy, Replica, RobotId, State,
 };
 use report::Executed;
 
@@ -44,7 +44,7 @@ pub enum Input<'a> {
     /// Policy of the planner in command.
     Policy(Policy),
     /// How hopper-sim paces landings.
-    Tempo(Tempo),
+    Pacing(Pacing),
     /// Time has passed.
     Tick,
 }
@@ -57,7 +57,7 @@ pub struct History {
     epoch: u64,
     run: Option<RunHistory>,
     peers: PeerHistory,
-    tempo: Option<Tempo>,
+    pacing: Option<Pacing>,
     /// Newest progress report, with its number.
     progress: (u64, Option<Progress>),
 }
@@ -80,7 +80,7 @@ impl History {
     /// An empty history.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), tempo: None, progress: (0, None) }
+        Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), pacing: None, progress: (0, None) }
     }
 
     /// Adds `input`, received at `now`. Returns the request to send to perception, if one is due.
@@ -88,7 +88,7 @@ impl History {
         match input {
             Input::Brief(brief) => self.begin_run(brief),
             Input::Heartbeat(beat) => self.peers.heartbeat(beat, self.decision(), now),
-            Input::Tempo(tempo) => self.tempo = Some(tempo),
+            Input::Pacing(pacing) => self.pacing = Some(pacing),
             Input::Tick => {
                 let over = self.progress.1.as_ref().is_some_and(|progress| progress.status.is_over());
                 self.peers.mark_silent(self.decision(), over, now);
@@ -169,8 +169,8 @@ impl History {
 
     /// How hopper-sim paces landings; `None` until it says so.
     #[must_use]
-    pub fn tempo(&self) -> Option<&Tempo> {
-        self.tempo.as_ref()
+    pub fn pacing(&self) -> Option<&Pacing> {
+        self.pacing.as_ref()
     }
 
     /// Newest progress report.

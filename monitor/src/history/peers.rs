@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use contract::roster::SILENCE_NS;
+use contract::peer_table::SILENCE_NS;
 use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Role};
 
 /// Number of events that are kept, the newest.

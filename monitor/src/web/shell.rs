@@ -190,8 +190,8 @@ impl Shared {
     /// Queues an order for the work loop, if a process can carry it out.
     fn order(&self, order: Order) -> Result<(), Rejection> {
         let history = self.history();
-        let heeds = history.tempo().map(|tempo| tempo.heeds);
-        let refusal = match (order, heeds) {
+        let obeys = history.pacing().map(|pacing| pacing.obeys);
+        let refusal = match (order, obeys) {
             (Order::HandOver(life), _) if !history.peers().is_live_planner(life) => {
                 Some("a hand-over needs a running planner")
             }

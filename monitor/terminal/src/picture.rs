@@ -95,7 +95,7 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
     let due = history.hops().map_or(Decision(0), |hops| hops.due());
     let at = settings.shown(due);
     let status = history.progress().map(|progress| progress.status);
-    let paused = history.tempo().is_some_and(|tempo| tempo.paused);
+    let paused = history.pacing().is_some_and(|pacing| pacing.paused);
     let (word, style) = match status {
         Some(status) if status.is_over() => {
             (status.to_string(), if status == contract::Status::Goal { GOOD } else { BAD })
@@ -111,15 +111,15 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
         None => format!("step {}/{}", before.map_or(0, |hop| hop.steps), brief.limits.steps_max),
         Some(_) => format!("goals visited {}", before.map_or(0, |hop| hop.visits)),
     };
-    let pace = history.tempo().map_or_else(String::new, |tempo| format!(" · pace {}", tempo.pace));
+    let pace = history.pacing().map_or_else(String::new, |pacing| format!(" · pace {}", pacing.pace));
     line.push(Span::raw(format!("hop {at} of {due} · {count}{pace}")));
     line.into()
 }
 
 fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
     let view = " q quit  ←→ PgUp PgDn Home End  p policy  f follow";
-    let heeds = history.tempo().is_none_or(|tempo| tempo.heeds);
-    let control = match (settings.control, heeds) {
+    let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
+    let control = match (settings.control, obeys) {
         (true, true) => "  space pause  s step  h hand",
         // hopper-sim was started without --control; planners heed all the same.
         (true, false) => "  h hand",

@@ -45,14 +45,14 @@ impl Terminal {
         }
         let due = history.hops().map_or(Decision(0), |hops| hops.due());
         let order = |order| self.settings.control.then_some(Wish::Order(order));
-        let paused = history.tempo().is_some_and(|tempo| tempo.paused);
-        let heeds = history.tempo().is_none_or(|tempo| tempo.heeds);
+        let paused = history.pacing().is_some_and(|pacing| pacing.paused);
+        let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
         match key.code {
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
                 return Some(Wish::Quit);
             }
             KeyCode::Char('q') | KeyCode::Esc => return Some(Wish::Quit),
-            KeyCode::Char(' ' | 's') if !heeds => {
+            KeyCode::Char(' ' | 's') if !obeys => {
                 tracing::warn!("hopper-sim obeys no orders: it was started without --control");
             }
             KeyCode::Char(' ') => {

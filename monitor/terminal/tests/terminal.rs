@@ -8,7 +8,7 @@ mod mission;
 
 use contract::{
     Action, Branch, Decision, Direction, Heartbeat, Incarnation, Leader, MapPatch, MonotonicNs, Name,
-    ObservedMap, Pace, Policy, RobotId, Role, SeenCell, Status, Tempo,
+    ObservedMap, Pace, Pacing, Policy, RobotId, Role, SeenCell, Status,
 };
 use mission::{Step, brief, ground, name, policy, records};
 use monitor::{Event, History, Input, Watcher};
@@ -96,7 +96,7 @@ fn account() -> History {
         Input::Policy(Policy { run, robot, decision, planner, error_bound: 3.1e-7, cells: policy(&brief) }),
         NOW,
     );
-    account.on(Input::Tempo(Tempo { run, robot, pace: Pace::Hertz(2.0), paused: false, heeds: true }), NOW);
+    account.on(Input::Pacing(Pacing { run, robot, pace: Pace::Hertz(2.0), paused: false, obeys: true }), NOW);
     account.on(Input::Tick, NOW);
     account.set_progress(watcher.progress(NOW).unwrap());
     account

@@ -20,7 +20,7 @@ use contract::{
 use hopper_sim::{Arbiter, Pace, ROBOT};
 use monitor::watcher::{self, Watcher};
 use perception::cartographer::{self, Cartographer};
-use planner::pilot::{self, Commission, Pilot};
+use planner::pilot::{self, Pilot, PilotConfig};
 use planner::{Budget, algorithm};
 
 use crate::fixtures;
@@ -106,7 +106,7 @@ struct Processes<'a> {
 impl<'a> Processes<'a> {
     fn new(bytes: &'a [u8]) -> Self {
         let now = MonotonicNs(1_000_000_000);
-        let commission = Commission {
+        let config = PilotConfig {
             robot: ROBOT,
             incarnation: fixtures::LIFE,
             pid: 100,
@@ -119,7 +119,7 @@ impl<'a> Processes<'a> {
             now,
             arbiter: Arbiter::new(fixtures::mission(), None, Pace::Max, 1_000_000_000, now),
             cartographer: Cartographer::new(ROBOT),
-            pilot: Pilot::new(commission),
+            pilot: Pilot::new(config),
             watcher: Watcher::new(ROBOT),
             records: Vec::new(),
             commands: VecDeque::new(),

@@ -1,6 +1,6 @@
 //! Recordings: bytes to the messages before the first record that is not whole, or one error.
 
-use contract::{Control, MonotonicNs, Order, Pace, PastPage, Policy, PolicyCell, Tempo};
+use contract::{Control, MonotonicNs, Order, Pace, Pacing, PastPage, Policy, PolicyCell};
 use hopper_sim::ROBOT;
 use perception::Cartographer;
 use recording::{
@@ -77,8 +77,8 @@ pub fn messages() -> Vec<RecordedMessage> {
     for order in [Order::Pause, Order::Pace(Pace::Hertz(2.5)), Order::HandOver(contract::Incarnation(7))] {
         messages.push(RecordedMessage::Control(Control { run, robot, order }));
     }
-    let (pace, paused, heeds) = (Pace::Real, true, true);
-    messages.push(RecordedMessage::Tempo(Tempo { run, robot, pace, paused, heeds }));
+    let (pace, paused, obeys) = (Pace::Real, true, true);
+    messages.push(RecordedMessage::Pacing(Pacing { run, robot, pace, paused, obeys }));
     let host =
         MachineLoad { since: MonotonicNs(5), until: MonotonicNs(9), busy: 0.5, load_1min: 1.25, cores: 2 };
     messages.push(RecordedMessage::Host(host));

@@ -14,9 +14,8 @@ use contract::wire::{
     truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Control, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, Order, Pace,
-    PastRequest, Policy, PolicyCell, Record, Refusal, RobotId, SeenCell, State, Tempo, TruthPage,
-    TruthRequest,
+    Brief, Command, Control, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, Order, Pace, Pacing,
+    PastRequest, Policy, PolicyCell, Record, Refusal, RobotId, SeenCell, State, TruthPage, TruthRequest,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -36,7 +35,7 @@ pub fn command(bytes: &[u8]) {
 /// Reads messages of `hop/rN/control` and `hop/rN/tempo`.
 pub fn control(bytes: &[u8]) {
     there_and_back::<ControlV1, Control>(&header(bytes).0);
-    there_and_back::<TempoV1, Tempo>(&header(bytes).0);
+    there_and_back::<TempoV1, Pacing>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/heartbeat`.
@@ -151,13 +150,13 @@ pub fn briefs() -> Vec<Vec<u8>> {
     vec![bytes_of::<_, GroundV1>(&BriefV3::from(&fixtures::brief()), &[])]
 }
 
-/// An order, and a tempo.
+/// An order, and a pacing.
 #[must_use]
 pub fn controls() -> Vec<Vec<u8>> {
     let (run, robot, pace) = (fixtures::brief().run, ROBOT, Pace::Hertz(2.0));
     let control = ControlV1::from(&Control { run, robot, order: Order::Pace(pace) });
-    let tempo = TempoV1::from(&Tempo { run, robot, pace, paused: true, heeds: true });
-    vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&tempo, &[])]
+    let pacing = TempoV1::from(&Pacing { run, robot, pace, paused: true, obeys: true });
+    vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&pacing, &[])]
 }
 
 /// A command in wire form.

@@ -12,7 +12,7 @@ use hostile::{extremes, fixtures, wire};
 use monitor::watcher::{self, Watcher};
 use perception::Observation;
 use perception::cartographer::{self, Cartographer};
-use planner::pilot::{self, Commission, Pilot};
+use planner::pilot::{self, Pilot, PilotConfig};
 use planner::{Budget, Situation, algorithm};
 
 const NOW: MonotonicNs = MonotonicNs(5_000_000_000);
@@ -58,7 +58,7 @@ struct Processes {
 
 impl Processes {
     fn new() -> Self {
-        let commission = Commission {
+        let config = PilotConfig {
             robot: ROBOT,
             incarnation: Incarnation(77),
             pid: 1,
@@ -68,7 +68,7 @@ impl Processes {
         };
         Self {
             cartographer: Cartographer::new(ROBOT),
-            pilot: Pilot::new(commission),
+            pilot: Pilot::new(config),
             watcher: Watcher::new(ROBOT),
         }
     }

@@ -375,10 +375,10 @@ impl Flight<'_> {
             broken("hopper-sim prints a summary", self.with_logs(&format!("{error} in {told:?}")))
         })?;
         for (who, digest, outcome) in [
-            ("the journal", verified.digest, verified.outcome),
+            ("the journal", verified.digest, verified.outcome.into()),
             ("the summary", summary.digest, summary.outcome),
         ] {
-            if (digest, outcome) != (undisturbed.digest, undisturbed.outcome) {
+            if (digest, outcome) != (undisturbed.digest, report::Ending::Mission(undisturbed.outcome)) {
                 let detail = format!(
                     "needs {} with {}, got {outcome} with {digest} in {who}",
                     undisturbed.outcome, undisturbed.digest

@@ -3,7 +3,7 @@
 use contract::{Brief, MonotonicNs, Record, RunId, Weights};
 use hopper::mission::Snapshot;
 use hopper_sim::Mission;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 use node::Failure;
 use scenario::ResolvedScenario;
 
@@ -30,9 +30,9 @@ impl Flight {
             brief.weights = Weights { safety, information, ..brief.weights };
         }
         let mission = Mission { brief, terrain: world.terrain.clone(), seed: SEED };
-        let crew = Crew::single(planner.parse().map_err(Failure::usage)?);
+        let schedule = PlannerSchedule::single(planner.parse().map_err(Failure::usage)?);
         let mut route = Vec::new();
-        lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |record| route.push(*record))
+        lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| route.push(*record))
             .map_err(Failure::usage)?;
         Ok(Self { world, brief, planner, route })
     }

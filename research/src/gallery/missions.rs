@@ -124,6 +124,6 @@ fn ending(snapshot: &Snapshot) -> String {
         Status::LeftMap => format!("off the map at step {steps}"),
         Status::Lost => format!("lost at step {steps}"),
         Status::Deadlock => format!("deadlock, {steps} steps"),
-        Status::Underway | Status::Stopped => format!("{steps} steps"),
+        Status::Underway => format!("{steps} steps"),
     }
 }

@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::progress::Progress;
 use super::store::{self, Manifest, Store, Times};
 use crate::stdout::print;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 /// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
 const AHEAD_PER_JOB: u64 = 32;
@@ -240,10 +240,10 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
-    let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();
-    let flown = lockstep::fly(mission, &crew, &mut Node::now, &mut |record| {
+    let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |record| {
         hops += u64::from(record.action != Action::Hold);
         planning_ns += record.timing.planning_ended.since_ns(record.timing.planning_started);
     })

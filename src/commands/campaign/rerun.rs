@@ -10,7 +10,7 @@ use report::Format;
 use super::store;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
-use lockstep::Crew;
+use lockstep::PlannerSchedule;
 
 /// Arguments of `hopper campaign rerun`.
 #[derive(clap::Args, Clone, Debug)]
@@ -41,8 +41,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     let world = trial.cell.world().map_err(Failure::usage)?;
     let output_dir = OutputDir::open(args.out.clone(), &world, row.seed)?;
-    let crew = Crew::single(trial.cell.planner.parse().map_err(Failure::usage)?);
-    let mut summary = in_lockstep(&world, row.seed, &crew, &output_dir)?;
+    let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir)?;
     output_dir.illustrate(&world, &mut summary)?;
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;

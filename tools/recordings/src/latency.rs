@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, RobotId, Role, Roster,
+    Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, RobotId, Role,
 };
 use hopper::stdout::print;
 use node::{Exit, Failure, Instance, Node};
@@ -201,7 +201,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let mut heartbeats = node.reader::<Heartbeat>(RobotId(0), false)?;
     let mut past = node.client::<PastRequest>(RobotId(0))?;
     let mut patience = Patience::new(Some(wait));
-    let mut roster = Roster::default();
+    let mut peer_table = PeerTable::default();
     let mut gathered = Gathered::default();
     let flown = loop {
         if let Some(request) = gathered.ask(Node::now()) {
@@ -212,7 +212,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
             return Ok(None);
         }
         for beat in heartbeats.drain().into_iter().flatten() {
-            roster.observe(beat, Node::now());
+            peer_table.observe(beat, Node::now());
         }
         if let Some(brief) = accept(briefs.newest()) {
             gathered.begin(brief);
@@ -221,7 +221,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
             break flown;
         }
         let lacks = gathered.brief.is_none().then_some("hopper-sim: no brief yet");
-        let silent = !roster.has(Role::HopperSim, Node::now());
+        let silent = !peer_table.has(Role::HopperSim, Node::now());
         patience.check(lacks.or(silent.then_some("hopper-sim")), &mut node)?;
     };
     let (brief, steps) = flown;

@@ -8,7 +8,7 @@ use crate::fixed_payload;
 use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
 use crate::message::{Message, PublishSubscribe};
 use crate::pace::{HERTZ_MAX, HERTZ_MIN};
-use crate::{Control, Incarnation, Order, Pace, Refusal, Tempo};
+use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
 
 /// One order.
 #[repr(C)]
@@ -30,7 +30,7 @@ pub struct ControlV1 {
     pub reserved: u32,
 }
 
-/// The tempo.
+/// The pacing.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TempoV1 {
@@ -115,21 +115,21 @@ impl TryFrom<&ControlV1> for Control {
     }
 }
 
-impl From<&Tempo> for TempoV1 {
-    fn from(tempo: &Tempo) -> Self {
-        let (pace, pace_hz) = pace_to_wire(tempo.pace);
+impl From<&Pacing> for TempoV1 {
+    fn from(pacing: &Pacing) -> Self {
+        let (pace, pace_hz) = pace_to_wire(pacing.pace);
         Self {
-            run: run_to_wire(tempo.run),
+            run: run_to_wire(pacing.run),
             pace_hz,
             pace,
-            paused: u32::from(tempo.paused),
-            heeds: u32::from(tempo.heeds),
-            robot: u32::from(tempo.robot.0),
+            paused: u32::from(pacing.paused),
+            heeds: u32::from(pacing.obeys),
+            robot: u32::from(pacing.robot.0),
         }
     }
 }
 
-impl TryFrom<&TempoV1> for Tempo {
+impl TryFrom<&TempoV1> for Pacing {
     type Error = Refusal;
 
     fn try_from(wire: &TempoV1) -> Result<Self, Refusal> {
@@ -138,7 +138,7 @@ impl TryFrom<&TempoV1> for Tempo {
             robot: robot_from_wire(wire.robot)?,
             pace: pace_from_wire("tempo.pace", wire.pace, wire.pace_hz)?,
             paused: flag("tempo.paused", wire.paused)?,
-            heeds: flag("tempo.heeds", wire.heeds)?,
+            obeys: flag("tempo.heeds", wire.heeds)?,
         })
     }
 }
@@ -156,10 +156,10 @@ impl Message for Control {
     };
 }
 
-fixed_payload!(Tempo => TempoV1);
+fixed_payload!(Pacing => TempoV1);
 
 /// Published when it changes, and again every second.
-impl Message for Tempo {
+impl Message for Pacing {
     const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/tempo", &[Role::HopperSim]);
 }
 
@@ -188,10 +188,10 @@ mod tests {
     }
 
     #[test]
-    fn the_tempo_survives_the_wire() {
+    fn the_pacing_survives_the_wire() {
         for (pace, paused) in [(Pace::Max, false), (Pace::Real, true), (Pace::Hertz(0.5), true)] {
-            let tempo = Tempo { run: RUN, robot: RobotId(0), pace, paused, heeds: !paused };
-            assert_eq!(Tempo::try_from(&TempoV1::from(&tempo)), Ok(tempo));
+            let pacing = Pacing { run: RUN, robot: RobotId(0), pace, paused, obeys: !paused };
+            assert_eq!(Pacing::try_from(&TempoV1::from(&pacing)), Ok(pacing));
         }
     }
 

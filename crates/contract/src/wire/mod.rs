@@ -39,7 +39,8 @@ use crate::{
     Refusal, RobotId, RunId, Term, Timing, Vetoed,
 };
 use crate::{
-    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, PastRequest, Policy, State, Tempo, TruthRequest,
+    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, Pacing, PastRequest, Policy, State,
+    TruthRequest,
 };
 
 /// Shows `visitor` every message and request: the one list of them.
@@ -49,7 +50,7 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.message::<State>();
     visitor.message::<Command>();
     visitor.message::<Control>();
-    visitor.message::<Tempo>();
+    visitor.message::<Pacing>();
     visitor.message::<MapPatch>();
     visitor.message::<Policy>();
     visitor.request::<PastRequest>();

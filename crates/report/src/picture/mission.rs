@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record, Status,
+    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record,
 };
 
 use super::colour;
@@ -13,6 +13,7 @@ use super::quiver::Quiver;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
+use crate::Ending;
 use crate::ReportError;
 use crate::phrases::{EndSentence, counted, planners_in_order};
 
@@ -38,8 +39,8 @@ pub struct Picture<'a> {
     pub policy: Option<&'a [PolicyCell]>,
     /// Executed decisions in order; of a long patrol the last ones only.
     pub route: &'a [Record],
-    /// Status at the end of the route.
-    pub outcome: Status,
+    /// How the mission stands at the end of the route, or that it was stopped.
+    pub outcome: Ending,
     /// Sensing radius at the last position, metres; `None` to leave it out.
     pub sensing_radius_m: Option<f64>,
 }

@@ -168,7 +168,7 @@ fn values(message: RecordedMessage, full: bool) -> Vec<Value> {
         RecordedMessage::Command(command) => vec![json!(command)],
         RecordedMessage::Policy(policy) => vec![summary(policy, full)],
         RecordedMessage::Control(control) => vec![json!(control)],
-        RecordedMessage::Tempo(tempo) => vec![json!(tempo)],
+        RecordedMessage::Pacing(pacing) => vec![json!(pacing)],
         RecordedMessage::Heartbeat(beat) => vec![json!(beat)],
         RecordedMessage::Past(page) => page.records.iter().map(|record| json!(record)).collect(),
         RecordedMessage::Host(host) => vec![json!({

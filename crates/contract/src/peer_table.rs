@@ -22,11 +22,11 @@ pub struct Peer {
 
 /// Every process heard of; a beat whose counter stands still proves nothing.
 #[derive(Clone, Debug, Default)]
-pub struct Roster {
+pub struct PeerTable {
     peers: BTreeMap<Incarnation, Peer>,
 }
 
-impl Roster {
+impl PeerTable {
     /// Takes note of a beat heard at `now`, unless its counter stands still or leaps. Peers silent for ten times
     /// [`SILENCE_NS`] are forgotten; while [`PEERS_MAX`] are remembered, nobody else is heard, so that a flood of
     /// lives neither takes memory nor drives out who is known.
@@ -95,39 +95,40 @@ mod tests {
 
     #[test]
     fn a_flood_of_lives_drives_out_nobody_and_takes_no_more_room() {
-        let mut roster = Roster::default();
-        roster.observe(beat(1), MonotonicNs(0));
+        let mut peer_table = PeerTable::default();
+        peer_table.observe(beat(1), MonotonicNs(0));
         for life in 100..1_000 {
-            roster.observe(Heartbeat { incarnation: Incarnation(life), ..beat(1) }, MonotonicNs(life));
+            peer_table.observe(Heartbeat { incarnation: Incarnation(life), ..beat(1) }, MonotonicNs(life));
         }
-        roster.observe(beat(2), MonotonicNs(1_000));
-        assert_eq!(roster.live(MonotonicNs(1_000)).count(), PEERS_MAX);
-        assert_eq!(roster.peer(Incarnation(7)).unwrap().beat.counter, 2);
+        peer_table.observe(beat(2), MonotonicNs(1_000));
+        assert_eq!(peer_table.live(MonotonicNs(1_000)).count(), PEERS_MAX);
+        assert_eq!(peer_table.peer(Incarnation(7)).unwrap().beat.counter, 2);
         // Once the flood has run dry there is room again.
-        roster.observe(Heartbeat { incarnation: Incarnation(1), ..beat(1) }, MonotonicNs(11 * SILENCE_NS));
-        assert!(roster.peer(Incarnation(1)).is_some());
+        peer_table
+            .observe(Heartbeat { incarnation: Incarnation(1), ..beat(1) }, MonotonicNs(11 * SILENCE_NS));
+        assert!(peer_table.peer(Incarnation(1)).is_some());
     }
 
     #[test]
     fn a_counter_that_stands_still_proves_no_life() {
-        let mut roster = Roster::default();
-        roster.observe(beat(1), MonotonicNs(0));
-        roster.observe(beat(1), MonotonicNs(SILENCE_NS));
-        assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS)));
-        assert!(!roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 1)));
-        roster.observe(beat(2), MonotonicNs(SILENCE_NS + 1));
-        assert!(roster.has(Role::Planner, MonotonicNs(SILENCE_NS + 2)));
+        let mut peer_table = PeerTable::default();
+        peer_table.observe(beat(1), MonotonicNs(0));
+        peer_table.observe(beat(1), MonotonicNs(SILENCE_NS));
+        assert!(peer_table.has(Role::Planner, MonotonicNs(SILENCE_NS)));
+        assert!(!peer_table.has(Role::Planner, MonotonicNs(SILENCE_NS + 1)));
+        peer_table.observe(beat(2), MonotonicNs(SILENCE_NS + 1));
+        assert!(peer_table.has(Role::Planner, MonotonicNs(SILENCE_NS + 2)));
     }
 
     #[test]
     fn a_forged_leap_of_the_counter_silences_nobody() {
-        let mut roster = Roster::default();
-        roster.observe(beat(1), MonotonicNs(0));
-        roster.observe(beat(u64::MAX), MonotonicNs(1));
-        roster.observe(beat(2), MonotonicNs(SILENCE_NS));
-        assert!(roster.has(Role::Planner, MonotonicNs(2 * SILENCE_NS)));
+        let mut peer_table = PeerTable::default();
+        peer_table.observe(beat(1), MonotonicNs(0));
+        peer_table.observe(beat(u64::MAX), MonotonicNs(1));
+        peer_table.observe(beat(2), MonotonicNs(SILENCE_NS));
+        assert!(peer_table.has(Role::Planner, MonotonicNs(2 * SILENCE_NS)));
         // Who has been away for a minute finds many beats gone by.
-        roster.observe(beat(2 + 60 * 20), MonotonicNs(61 * SILENCE_NS));
-        assert!(roster.has(Role::Planner, MonotonicNs(61 * SILENCE_NS)));
+        peer_table.observe(beat(2 + 60 * 20), MonotonicNs(61 * SILENCE_NS));
+        assert!(peer_table.has(Role::Planner, MonotonicNs(61 * SILENCE_NS)));
     }
 }
