@@ -356,10 +356,10 @@ impl World {
         } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
             self.checker.mapped(patch);
             // Landings that perception folds from the past are in no patch.
-            let follows = self.patched.is_some_and(|last| (last..=last + 1).contains(&patch.sequence));
+            let follows = self.patched.is_none_or(|last| (last..=last + 1).contains(&patch.sequence));
             self.patched = Some(patch.sequence);
             if !follows {
-                self.lives.iter().for_each(|life| life.map_whole.set(None));
+                self.lives.iter().for_each(|life| life.map_disturbed.set(true));
             }
             self.coverage.count("map", if patch.more > 0 { "part" } else { "landing" });
             self.note(|| {

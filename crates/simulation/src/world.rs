@@ -120,9 +120,9 @@ pub(crate) struct Life {
     pub recording: RefCell<Option<Rc<RefCell<Vec<u8>>>>>,
     /// Turns of its work loop so far.
     pub turns: Cell<u64>,
-    /// Of a planner: the run whose map it holds, while every landing since is in a patch.
+    /// Of a planner: the run whose map it holds.
     pub map_whole: Cell<Option<RunId>>,
-    /// Of a planner: whether a patch reached it late, twice, out of order or not at all.
+    /// Of a planner: whether a patch reached it late, twice, out of order or not at all, or a landing was in no patch.
     pub map_disturbed: Cell<bool>,
     /// When the message came that ends the present sleep.
     pub message_since: Cell<Option<u64>>,
@@ -328,7 +328,7 @@ impl World {
     /// A process comes or goes: another perception may begin anew in the midst of a landing.
     fn change(&self, life: &Life) {
         if life.role == Role::Perception {
-            self.lives.iter().for_each(|life| life.map_whole.set(None));
+            self.lives.iter().for_each(|life| life.map_disturbed.set(true));
         }
     }
 
