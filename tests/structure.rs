@@ -237,7 +237,7 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
 #[test]
 fn every_promise_names_its_tests_and_every_test_its_promise() {
     let promises = read("PROMISES.md");
-    let files: Vec<PathBuf> = EVERYWHERE.iter().flat_map(|folder| sources(folder)).collect();
+    let files: Vec<PathBuf> = EVERYWHERE.iter().flat_map(sources).collect();
     let rows: Vec<&str> = promises.lines().filter(|line| line.starts_with("| P-")).collect();
     assert!(rows.len() >= 40, "{} promises", rows.len());
     let mut promised = BTreeSet::new();
