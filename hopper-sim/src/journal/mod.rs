@@ -348,7 +348,6 @@ impl<S: Storage> Journal<S> {
     }
 }
 
-/// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
 /// The record of the whole frame that `bytes` begins with; `None` if they are none. For whoever looks at what was
 /// written without opening the journal.
 #[must_use]
@@ -356,6 +355,7 @@ pub fn record_of(bytes: &[u8]) -> Option<Record> {
     record(frame::payload(bytes, RECORD_BYTES_MAX)?).ok()
 }
 
+/// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
 fn record(payload: &[u8]) -> Result<Record, String> {
     let record: Record = codec::decode(payload)?;
     Record::try_from(&RecordV3::from(&record)).map_err(|refusal| refusal.to_string())
