@@ -13,7 +13,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     stream(|out| out.write_all(text.as_bytes()))
 }
 
-/// Writes `value` as JSON on one line; see [`print`].
+/// Writes `value` as JSON on one line; see [`print()`].
 ///
 /// # Errors
 /// If `value` has no JSON form or standard output cannot be written.
@@ -21,7 +21,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     print(&(serde_json::to_string(value).map_err(Failure::run)? + "\n"))
 }
 
-/// Lets `write` write to standard output piece by piece, for output that may be too long for memory; see [`print`].
+/// Lets `write` write to standard output piece by piece, for output that may be too long for memory; see [`print()`].
 ///
 /// # Errors
 /// If standard output cannot be written.

@@ -1,6 +1,6 @@
 //! `hopper chaos`: real missions through four processes, one of which is killed, stopped and restarted.
 //!
-//! [`hopper::simulate`] injects faults under a virtual clock; this uses the operating system's kill -9, SIGSTOP and
+//! [`crate::simulate`] injects faults under a virtual clock; this uses the operating system's kill -9, SIGSTOP and
 //! SIGTERM, at every named crash point and at times drawn from a seed, start-up included. A seed always gives the
 //! same plan; which decision is under way when a fault strikes depends on the machine. After each mission the
 //! journal is compared with lockstep, and shared memory must be empty before any cleanup.

@@ -97,7 +97,7 @@ pub struct Growth {
     pub rest_max_bytes: u64,
     /// Largest resident memory, shared memory included, bytes.
     pub resident_max_bytes: u64,
-    /// Whether the rest exceeds the first tenth by no more than [`GROWTH_MAX_BYTES`].
+    /// Whether the rest exceeds the first tenth by no more than `GROWTH_MAX_BYTES`.
     pub constant: bool,
 }
 

@@ -5,7 +5,7 @@
 //! protobuf: in our own schemas, which match the layouts of `contract::wire` field by field ([`proto`]), and, for
 //! viewers, in Foxglove's well-known schemas ([`view`]); a message without a schema of ours is JSON ([`JsonMessage`]).
 //! [`Playback`] replays the observations, so that another
-//! planner can decide on them. [`last_run`] gathers the timing of every decision.
+//! planner can decide on them. [`last_run()`] gathers the timing of every decision.
 //!
 //! No I/O, no clock: times are arguments, bytes are results. Chunks are not compressed, so no decompressor is
 //! exposed to untrusted bytes.
