@@ -221,7 +221,7 @@ fn an_interrupted_campaign_says_what_it_keeps() {
         let mut command = hopper(&["campaign", "run", "c.toml", "--jobs", "2", "--out", "cut"]);
         command.args(words).current_dir(dir.path());
         let mut run = Process::spawn("campaign", command, dir.path());
-        run.await_log(&format!("{rows} of 4000000 trials are there"));
+        run.await_log(&format!("{rows} of 4000000 trials are in the folder"));
         let before = fs::metadata(&held).map_or(0, |file| file.len());
         eventually("more rows", || fs::metadata(&held).is_ok_and(|file| file.len() > before));
         run.signal(rustix::process::Signal::INT);

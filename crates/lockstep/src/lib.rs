@@ -20,6 +20,7 @@ use perception::process::Perception;
 use planner::process::{Claim, PlannerProcess};
 use planner::{Planner, PlannerError};
 use process::{Failure, Process, Terms, Turn, block_on};
+use tracing::subscriber::{NoSubscriber, with_default};
 
 use ports::{Bus, DirectPorts};
 
@@ -89,6 +90,16 @@ pub struct Flown {
 /// # Panics
 /// If the processes stall, which would be a defect of the protocol.
 pub fn fly(
+    mission: Mission,
+    schedule: &PlannerSchedule,
+    clock: &mut dyn FnMut() -> MonotonicNs,
+    observe: &mut dyn FnMut(&Record),
+) -> Result<Flown, PlannerError> {
+    // What the processes log belongs to processes: a campaign flies a thousand missions a second.
+    with_default(NoSubscriber::default(), || fly_silently(mission, schedule, clock, observe))
+}
+
+fn fly_silently(
     mission: Mission,
     schedule: &PlannerSchedule,
     clock: &mut dyn FnMut() -> MonotonicNs,

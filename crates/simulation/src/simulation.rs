@@ -24,6 +24,7 @@ use planner::process::{Claim, PlannerProcess};
 use process::{Exit, Failure, Ports, Process, Terms, Turn};
 use recorder::{Recorder, RecorderPorts, Sink};
 use serde::Serialize;
+use tracing::subscriber::{NoSubscriber, with_default};
 
 use crate::chance::Chance;
 use crate::checker::Violation;
@@ -72,7 +73,9 @@ pub struct Report {
 #[must_use]
 pub fn simulate(plan: &Plan, traced: bool) -> Report {
     let mut simulation = Simulation::new(plan, traced);
-    let ended = catch_unwind(AssertUnwindSafe(|| simulation.run()));
+    // What simulated processes log is not the log of whoever simulates them.
+    let run = || with_default(NoSubscriber::default(), || simulation.run());
+    let ended = catch_unwind(AssertUnwindSafe(run));
     if let Err(panic) = ended {
         let text = panic.downcast_ref::<String>().cloned();
         let text = text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
