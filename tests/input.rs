@@ -123,7 +123,7 @@ fn a_log_filter_that_is_none_is_named_and_a_wait_names_who_lives() {
     let text = stderr(&output);
     assert_eq!(output.status.code(), Some(4), "{text}");
     assert!(text.contains("HOPPER_LOG") && text.contains("=)("), "{text}");
-    assert!(text.contains("\"nobody-home\" does not live"), "{text}");
+    assert!(text.contains("\"nobody-home\" is not running"), "{text}");
 }
 
 /// P-TERRAIN: elevation models missing, cut short, or of another kind.
