@@ -166,6 +166,9 @@ impl Ports for SimulatedPorts {
                 world.check_commit();
             }
             let torn = world.disk.take_torn().then_some(world.torn_restart_ns);
+            if point == crash::APPEND_FAILED && torn.is_none() {
+                world.coverage.count("journal", "append_failed");
+            }
             (torn, world.pass(point))
         };
         if let Some(restart_ns) = torn {
