@@ -279,7 +279,8 @@ fn the_end_waits_for_the_past_while_hopper_sim_lives() {
     assert_eq!(finished(&watcher.on(Event::State(end), MonotonicNs(0))), None);
     assert_eq!(watcher.seen().2, Status::Underway, "hopper-sim shall linger");
     watcher.on(beat(Role::HopperSim, 1, 1), MonotonicNs(SILENCE_NS));
-    assert_eq!(finished(&watcher.on(Event::Tick, MonotonicNs(2 * SILENCE_NS))), None);
+    let effects = watcher.on(Event::Tick, MonotonicNs(2 * SILENCE_NS));
+    assert_eq!(finished(&effects), None);
     let mut orphan = watcher.clone();
     assert_eq!(
         finished(&orphan.on(Event::Tick, MonotonicNs(2 * SILENCE_NS + 1))),
@@ -287,7 +288,6 @@ fn the_end_waits_for_the_past_while_hopper_sim_lives() {
         "nobody left"
     );
     assert_eq!(finished(&orphan.on(Event::Tick, MonotonicNs(2 * SILENCE_NS + 2))), None, "said once");
-    let effects = watcher.on(Event::Tick, MonotonicNs(2 * SILENCE_NS));
     let others = answer(&mut watcher, &records, effects, MonotonicNs(2 * SILENCE_NS));
     assert_eq!(finished(&others), Some(Status::Goal));
     let shown: Vec<&Progress> = others
