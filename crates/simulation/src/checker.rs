@@ -19,8 +19,8 @@ use planner::pilot::DEATH_SILENCE_NS;
 use report::Tally;
 use serde::Serialize;
 
+use crate::life::Life;
 use crate::setup::{self, Setup};
-use crate::world::Life;
 
 /// A promise that did not hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -20,6 +20,7 @@ pub mod checker;
 pub mod coverage;
 pub mod disk;
 pub mod fault;
+mod life;
 mod observed;
 mod ports;
 mod recorded;
@@ -28,7 +29,9 @@ pub mod setup;
 pub mod shrink;
 pub mod simulation;
 pub mod topic;
+mod work_loops;
 mod world;
 
 pub use simulation::{Report, simulate};
+pub use work_loops::REASONS;
 pub use world::Line;

@@ -16,9 +16,10 @@ use hopper_sim::crash;
 use planner::Situation;
 use process::{Failure, Ports};
 
+use crate::life::Life;
 use crate::recorded::decisions_recorded;
 use crate::topic::{Answered, Asked, Topic};
-use crate::world::{Event, Life, MS, ProcessFault, Queue, Shared, World};
+use crate::world::{Event, MS, ProcessFault, Queue, Shared, World};
 
 /// What one life has of the world.
 #[derive(Clone)]

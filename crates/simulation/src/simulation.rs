@@ -2,7 +2,6 @@
 
 use std::cell::{Cell, RefCell};
 use std::future::Future;
-use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::Pin;
 use std::rc::Rc;
@@ -10,41 +9,29 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Command, Decision, Incarnation, MonotonicNs, Name, Record, Refusal, RefusalCounts, RobotId, Role, RunId,
-    Status, Term,
+    Command, Decision, Incarnation, MonotonicNs, Name, Refusal, RobotId, Role, RunId, Status, Term,
 };
-use hopper_sim::process::{HopperSim, SimTerms};
-use hopper_sim::{Journal, JournalHeader, JournalReader, Mission, crash};
+use hopper_sim::{Journal, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
-use monitor::process::{Display, Monitor};
-use monitor::{History, Progress, Screen, View, Watcher};
-use perception::Cartographer;
-use perception::process::Perception;
-use planner::process::{Claim, PlannerProcess};
-use process::{Exit, Failure, Ports, Process, Terms, Turn};
-use recorder::{Recorder, RecorderPorts, Sink};
+use process::{Exit, Failure};
 use serde::Serialize;
 use tracing::subscriber::{NoSubscriber, with_default};
 
-use crate::chance::Chance;
 use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
-use crate::observed::Observed;
+use crate::life::Life;
 use crate::ports::{NOTHING_KNOWN, SimulatedPorts};
-use crate::screen::Somebody;
 use crate::setup::{self, Setup};
-use crate::world::{Event, Life, Line, MS, ProcessFault, Shared, World};
+use crate::work_loops;
+use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
 
 /// A mission in which nothing has been executed and no fault felt for so long has stalled, nanoseconds.
 const STALL_NS: u64 = 30_000 * MS;
 
 /// How long peers have to leave once hopper-sim has ended, nanoseconds.
 const AFTERMATH_NS: u64 = 300 * MS;
-
-/// How long the end is served at most, nanoseconds.
-const LINGER_NS: u64 = 2_000 * MS;
 
 /// Most events of a simulation.
 const EVENTS_MAX: u64 = 1_000_000;
@@ -337,13 +324,13 @@ impl<'a> Simulation<'a> {
         let work: WorkLoop = match life.role {
             Role::HopperSim => {
                 let Some(journal) = self.open_journal() else { return };
-                Box::pin(simulator(ports, journal))
+                Box::pin(work_loops::simulator(ports, journal))
             }
-            Role::Perception => Box::pin(perception(ports)),
-            Role::Monitor => Box::pin(monitor(ports)),
+            Role::Perception => Box::pin(work_loops::perception(ports)),
+            Role::Monitor => Box::pin(work_loops::monitor(ports)),
             Role::Planner => {
                 let name = self.slots[slot].planner.expect("a planner's slot names its algorithm");
-                Box::pin(planner(ports, name))
+                Box::pin(work_loops::planner(ports, name))
             }
         };
         {
@@ -626,174 +613,5 @@ impl<'a> Simulation<'a> {
         }
         let status = checker.status().as_str();
         world.coverage.count("ended", status);
-    }
-}
-
-// The work loops, as the shells have them
-
-async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>) -> Result<Exit, Failure> {
-    let (mission, terms) = {
-        let world = ports.world.borrow();
-        let Setup { pace, control, .. } = world.setup;
-        let terms =
-            SimTerms { pace, linger_ns: LINGER_NS, control, deadlines: true, terms: Terms::default() };
-        (world.checker.mission().clone(), terms)
-    };
-    ports.pass(crash::JOURNAL_OPENED).await;
-    let last = journal.last().copied();
-    let life = Rc::clone(&ports.life);
-    let executed = move |record: &Record| {
-        let (received, executed) = life.commands.get();
-        life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
-    };
-    let sim = HopperSim::join(&mut ports, mission, (journal, last), executed, terms).await?;
-    process::run(&mut Judged { sim, refused: RefusalCounts::default() }, &mut ports).await
-}
-
-/// Reasons for which hopper-sim refuses.
-const REASONS: [&str; 12] = [
-    "wrong_run",
-    "wrong_robot",
-    "repeated_decision",
-    "future_decision",
-    "stale_term",
-    "future_term",
-    "not_leader",
-    "yielding",
-    "mission_over",
-    "busy",
-    "malformed",
-    "vetoed",
-];
-
-/// Lets the checker see what hopper-sim has refused.
-struct Judged<O: FnMut(&Record)> {
-    sim: HopperSim<SimulatedPorts, Journal<Disk>, O>,
-    /// Refusals up to the last turn.
-    refused: RefusalCounts,
-}
-
-impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
-    async fn turn(&mut self, ports: &mut SimulatedPorts) -> Result<Turn, Failure> {
-        let turn = self.sim.turn(ports).await?;
-        let refused = self.sim.arbiter().refusals();
-        let world = &mut *ports.world.borrow_mut();
-        for reason in REASONS {
-            (self.refused.of(reason)..refused.of(reason))
-                .for_each(|_| world.coverage.count("refusal", reason));
-        }
-        if self.refused != *refused {
-            self.refused = refused.clone();
-        }
-        let (received, executed) = ports.life.commands.get();
-        let judged = executed + refused.0.values().sum::<u64>();
-        // One may be accepted that the journal has not taken yet.
-        if received > judged + 1 {
-            world.checker.violate("every command is executed or refused", || {
-                format!("hopper-sim received {received} commands, and executed or refused {judged}")
-            });
-        }
-        Ok(turn)
-    }
-}
-
-fn peer_terms(ports: &SimulatedPorts) -> Terms {
-    Terms { wait: None, stay: ports.world.borrow().setup.stay }
-}
-
-async fn perception(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
-    let terms = peer_terms(&ports);
-    let patch_cells = ports.world.borrow().setup.patch_cells;
-    let cartographer = Cartographer::new(RobotId(0)).with_patches_of(patch_cells);
-    let mut perception = Perception::join(&mut ports, cartographer, terms).await?;
-    process::run(&mut perception, &mut ports).await
-}
-
-async fn planner(mut ports: SimulatedPorts, name: Name) -> Result<Exit, Failure> {
-    let terms = peer_terms(&ports);
-    let planner = planner::algorithm(name.as_str()).expect("setups name known algorithms");
-    let planner = Box::new(Observed { planner, seen: Arc::clone(&ports.life.situation) });
-    let claim = Claim { takeover: ports.life.takeover, succeeds_pid: ports.life.succeeds_pid };
-    let mut planner = PlannerProcess::join(&mut ports, planner, claim, terms).await?;
-    process::run(&mut planner, &mut ports).await
-}
-
-async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
-    let terms = peer_terms(&ports);
-    let (screen, records, seed) = {
-        let world = ports.world.borrow();
-        (world.setup.screen, world.setup.records, ports.life.incarnation.0 ^ world.setup.uptime_ns)
-    };
-    let view = screen.then(|| {
-        let history = Arc::new(Mutex::new(History::new(RobotId(0))));
-        let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
-        View::open(&mut ports, history, screens, true)
-    });
-    let recorder = match records {
-        true => Some(recorder(&mut ports)?),
-        false => None,
-    };
-    let checked = Checked { ports: ports.clone() };
-    let mut monitor = Monitor::join(&mut ports, checked, view.transpose()?, recorder, terms).await?;
-    let exit = process::run(&mut monitor, &mut ports).await?;
-    monitor.finish(&mut ports)?;
-    Ok(exit)
-}
-
-fn recorder(
-    ports: &mut SimulatedPorts,
-) -> Result<Box<dyn monitor::process::Recorder<SimulatedPorts>>, Failure> {
-    let bytes: Rc<RefCell<Vec<u8>>> = Rc::default();
-    *ports.life.recording.borrow_mut() = Some(Rc::clone(&bytes));
-    let opened = RecorderPorts::open(ports, false)?;
-    let now = ports.now();
-    Ok(Box::new(Recorder::begin(&Default::default(), opened, Memory(bytes), now)?))
-}
-
-/// A recording in memory.
-struct Memory(Rc<RefCell<Vec<u8>>>);
-
-impl Write for Memory {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.borrow_mut().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Sink for Memory {
-    fn name(&self) -> String {
-        "memory".into()
-    }
-
-    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
-        None
-    }
-}
-
-/// Lets the checker see what the monitor has folded.
-struct Checked {
-    ports: SimulatedPorts,
-}
-
-impl Checked {
-    fn check(&self, watcher: &Watcher) {
-        if let Some(tally) = watcher.tally() {
-            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0);
-        }
-    }
-}
-
-impl Display for Checked {
-    fn show(&mut self, _progress: &Progress, watcher: &Watcher, _now: MonotonicNs) {
-        self.check(watcher);
-    }
-
-    fn finished(&mut self, watcher: &Watcher, _now: MonotonicNs) -> Result<(), Failure> {
-        self.check(watcher);
-        Ok(())
     }
 }

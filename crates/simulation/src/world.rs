@@ -1,14 +1,12 @@
 //! What simulated processes stand on: time, the network between them, the disk, and the checker.
 
 use std::any::Any;
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
-use contract::{
-    Command, Decision, Incarnation, Leader, MapPatch, MonotonicNs, Name, Refusal, Role, RunId, State,
-};
+use contract::{Command, Incarnation, MapPatch, MonotonicNs, Refusal, Role};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -16,7 +14,7 @@ use crate::checker::Checker;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::Kind;
-use crate::observed::Seen;
+use crate::life::Life;
 use crate::setup::Setup;
 use crate::topic::Topic;
 
@@ -86,61 +84,6 @@ impl PartialOrd for Scheduled {
 impl Ord for Scheduled {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         (self.at_ns, self.order).cmp(&(other.at_ns, other.order))
-    }
-}
-
-/// One life of one process, as the operating system sees it.
-#[derive(Debug)]
-pub(crate) struct Life {
-    pub slot: usize,
-    pub role: Role,
-    pub incarnation: Incarnation,
-    pub pid: u32,
-    pub version: Name,
-    /// Takes every process for gone, as one in another container would.
-    pub blind: bool,
-    /// Of a planner: told to take over at once, and whose successor it is.
-    pub takeover: bool,
-    pub succeeds_pid: Option<u32>,
-    /// When the present sleep ends.
-    pub wakes_at: Cell<Option<u64>>,
-    pub sleeping: Cell<bool>,
-    pub woken: Cell<bool>,
-    /// Whether a message came that wakes, while the process was at work.
-    pub rung: Cell<bool>,
-    pub computed: Cell<bool>,
-    pub stopped_until: Cell<Option<u64>>,
-    /// Set by a fault that kills it where it is: until it is started again, nanoseconds.
-    pub dies: Cell<Option<u64>>,
-    /// Of a planner: who commanded at the decision it planned last.
-    pub known_leader: Cell<(RunId, Decision, Leader)>,
-    /// Of a planner: what it was last given to plan for.
-    pub situation: Seen,
-    /// Of a monitor that records: the recording so far.
-    pub recording: RefCell<Option<Rc<RefCell<Vec<u8>>>>>,
-    /// Turns of its work loop so far.
-    pub turns: Cell<u64>,
-    /// Of a planner: the run whose map it holds.
-    pub map_whole: Cell<Option<RunId>>,
-    /// Of a planner: whether a patch reached it late, twice, out of order or not at all, or a landing was in no patch.
-    pub map_disturbed: Cell<bool>,
-    /// When the message came that ends the present sleep.
-    pub message_since: Cell<Option<u64>>,
-    /// Sleeps during which a message came that the process waits for, and how many of them went on.
-    pub sleeps: Cell<(u64, u64)>,
-    /// Of hopper-sim: commands received, and commands executed.
-    pub commands: Cell<(u64, u64)>,
-}
-
-impl Life {
-    /// Whether a message of `topic` is to wake this process: the pipeline from state to map to command.
-    fn waits_for(&self, topic: Topic) -> bool {
-        match self.role {
-            Role::HopperSim => topic == Topic::of::<Command>(),
-            Role::Perception => topic == Topic::of::<State>(),
-            Role::Planner => topic == Topic::of::<MapPatch>(),
-            Role::Monitor => false,
-        }
     }
 }
 

@@ -1,0 +1,195 @@
+//! The work loops of the processes that ship, each joined to simulated ports as its shell joins it to real ones.
+
+use std::cell::RefCell;
+use std::io::Write;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+
+use contract::{MonotonicNs, Name, Record, RefusalCounts, RobotId};
+use hopper_sim::process::{HopperSim, SimTerms};
+use hopper_sim::{Journal, crash};
+use monitor::process::{Display, Monitor};
+use monitor::{History, Progress, Screen, View, Watcher};
+use perception::Cartographer;
+use perception::process::Perception;
+use planner::process::{Claim, PlannerProcess};
+use process::{Exit, Failure, Ports, Process, Terms, Turn};
+use recorder::{Recorder, RecorderPorts, Sink};
+
+use crate::chance::Chance;
+use crate::disk::Disk;
+use crate::observed::Observed;
+use crate::ports::SimulatedPorts;
+use crate::screen::Somebody;
+use crate::setup::Setup;
+use crate::world::MS;
+
+/// How long the end is served at most, nanoseconds.
+const LINGER_NS: u64 = 2_000 * MS;
+
+pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>) -> Result<Exit, Failure> {
+    let (mission, terms) = {
+        let world = ports.world.borrow();
+        let Setup { pace, control, .. } = world.setup;
+        let terms =
+            SimTerms { pace, linger_ns: LINGER_NS, control, deadlines: true, terms: Terms::default() };
+        (world.checker.mission().clone(), terms)
+    };
+    ports.pass(crash::JOURNAL_OPENED).await;
+    let last = journal.last().copied();
+    let life = Rc::clone(&ports.life);
+    let executed = move |record: &Record| {
+        let (received, executed) = life.commands.get();
+        life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
+    };
+    let sim = HopperSim::join(&mut ports, mission, (journal, last), executed, terms).await?;
+    process::run(&mut Judged { sim, refused: RefusalCounts::default() }, &mut ports).await
+}
+
+/// Reasons for which hopper-sim refuses.
+pub const REASONS: [&str; 12] = [
+    "wrong_run",
+    "wrong_robot",
+    "repeated_decision",
+    "future_decision",
+    "stale_term",
+    "future_term",
+    "not_leader",
+    "yielding",
+    "mission_over",
+    "busy",
+    "malformed",
+    "vetoed",
+];
+
+/// Lets the checker see what hopper-sim has refused.
+struct Judged<O: FnMut(&Record)> {
+    sim: HopperSim<SimulatedPorts, Journal<Disk>, O>,
+    /// Refusals up to the last turn.
+    refused: RefusalCounts,
+}
+
+impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
+    async fn turn(&mut self, ports: &mut SimulatedPorts) -> Result<Turn, Failure> {
+        let turn = self.sim.turn(ports).await?;
+        let refused = self.sim.arbiter().refusals();
+        let world = &mut *ports.world.borrow_mut();
+        for reason in REASONS {
+            (self.refused.of(reason)..refused.of(reason))
+                .for_each(|_| world.coverage.count("refusal", reason));
+        }
+        if self.refused != *refused {
+            self.refused = refused.clone();
+        }
+        let (received, executed) = ports.life.commands.get();
+        let judged = executed + refused.0.values().sum::<u64>();
+        // One may be accepted that the journal has not taken yet.
+        if received > judged + 1 {
+            world.checker.violate("every command is executed or refused", || {
+                format!("hopper-sim received {received} commands, and executed or refused {judged}")
+            });
+        }
+        Ok(turn)
+    }
+}
+
+fn peer_terms(ports: &SimulatedPorts) -> Terms {
+    Terms { wait: None, stay: ports.world.borrow().setup.stay }
+}
+
+pub(crate) async fn perception(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let patch_cells = ports.world.borrow().setup.patch_cells;
+    let cartographer = Cartographer::new(RobotId(0)).with_patches_of(patch_cells);
+    let mut perception = Perception::join(&mut ports, cartographer, terms).await?;
+    process::run(&mut perception, &mut ports).await
+}
+
+pub(crate) async fn planner(mut ports: SimulatedPorts, name: Name) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let planner = planner::algorithm(name.as_str()).expect("setups name known algorithms");
+    let planner = Box::new(Observed { planner, seen: Arc::clone(&ports.life.situation) });
+    let claim = Claim { takeover: ports.life.takeover, succeeds_pid: ports.life.succeeds_pid };
+    let mut planner = PlannerProcess::join(&mut ports, planner, claim, terms).await?;
+    process::run(&mut planner, &mut ports).await
+}
+
+pub(crate) async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> {
+    let terms = peer_terms(&ports);
+    let (screen, records, seed) = {
+        let world = ports.world.borrow();
+        (world.setup.screen, world.setup.records, ports.life.incarnation.0 ^ world.setup.uptime_ns)
+    };
+    let view = screen.then(|| {
+        let history = Arc::new(Mutex::new(History::new(RobotId(0))));
+        let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
+        View::open(&mut ports, history, screens, true)
+    });
+    let recorder = match records {
+        true => Some(recorder(&mut ports)?),
+        false => None,
+    };
+    let checked = Checked { ports: ports.clone() };
+    let mut monitor = Monitor::join(&mut ports, checked, view.transpose()?, recorder, terms).await?;
+    let exit = process::run(&mut monitor, &mut ports).await?;
+    monitor.finish(&mut ports)?;
+    Ok(exit)
+}
+
+fn recorder(
+    ports: &mut SimulatedPorts,
+) -> Result<Box<dyn monitor::process::Recorder<SimulatedPorts>>, Failure> {
+    let bytes: Rc<RefCell<Vec<u8>>> = Rc::default();
+    *ports.life.recording.borrow_mut() = Some(Rc::clone(&bytes));
+    let opened = RecorderPorts::open(ports, false)?;
+    let now = ports.now();
+    Ok(Box::new(Recorder::begin(&Default::default(), opened, Memory(bytes), now)?))
+}
+
+/// A recording in memory.
+struct Memory(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Sink for Memory {
+    fn name(&self) -> String {
+        "memory".into()
+    }
+
+    fn load(&mut self, _now: MonotonicNs, _least_ns: u64) -> Option<recording::MachineLoad> {
+        None
+    }
+}
+
+/// Lets the checker see what the monitor has folded.
+struct Checked {
+    ports: SimulatedPorts,
+}
+
+impl Checked {
+    fn check(&self, watcher: &Watcher) {
+        if let Some(tally) = watcher.tally() {
+            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0);
+        }
+    }
+}
+
+impl Display for Checked {
+    fn show(&mut self, _progress: &Progress, watcher: &Watcher, _now: MonotonicNs) {
+        self.check(watcher);
+    }
+
+    fn finished(&mut self, watcher: &Watcher, _now: MonotonicNs) -> Result<(), Failure> {
+        self.check(watcher);
+        Ok(())
+    }
+}
