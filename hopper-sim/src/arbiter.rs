@@ -211,7 +211,11 @@ impl Arbiter {
     /// # Panics
     /// If the host reports an append that it was not asked for.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
-        let mut effects = Vec::new();
+        // Most events ask for nothing; these two for one effect or two, and room for four would be slow to get.
+        let mut effects = match event {
+            Event::Command(_) | Event::Appended => Vec::with_capacity(2),
+            _ => Vec::new(),
+        };
         match event {
             Event::Command(command) => match self.answer(command, now) {
                 Ok(record) => effects.push(self.commit(record)),

@@ -173,7 +173,8 @@ impl Cartographer {
                 .map(|(part, ([before, after], seen_cells, indices))| {
                     let more = (count - 1 - part) as u32;
                     let sequence = map.sequence - u64::from(more);
-                    let cells = indices.iter().filter_map(|&index| seen_cell(map, index as usize)).collect();
+                    let mut cells = Vec::with_capacity(indices.len());
+                    cells.extend(indices.iter().filter_map(|&index| seen_cell(map, index as usize)));
                     let treasures = if more == 0 { map.treasures() } else { observation.treasures_before() };
                     let treasures = treasures.to_vec();
                     MapPatch { more, sequence, before, after, seen_cells, treasures, cells, ..patches[0] }

@@ -229,7 +229,6 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
     }
 
     fn turn_of_perception(&mut self) {
-        self.bus.look_at_clock();
         done(block_on(self.perception.turn(&mut self.ports[1])));
     }
 
