@@ -133,7 +133,7 @@ pub struct SoilMotion {
 pub struct MotionParameters {
     /// Scatter on hard ground.
     pub hard: SoilMotion,
-    /// Scatter on sand.
+    /// How hops from sand slip and drift.
     pub sand: SoilMotion,
     /// Slope at which a hop no longer gets anywhere, radians; π/6 in the papers.
     pub slope_limit_rad: f64,
@@ -208,7 +208,7 @@ impl Guard {
     pub const OFF: Guard = Guard { hazard_max: 1.0, deadline_ns: 0 };
 }
 
-/// The canonical brief.
+/// What a mission asks for, resolved from its scenario. Two briefs of one run are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brief {
     /// The run it belongs to.
@@ -221,7 +221,7 @@ pub struct Brief {
     pub profile: Profile,
     /// Robots of the mission, numbered from 0.
     pub robots: u16,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// Absolute elevation of height 0, metres.
     pub datum_m: f64,
@@ -231,17 +231,17 @@ pub struct Brief {
     pub goal: Cell,
     /// The goals to be visited in turn, if the mission is a patrol.
     pub patrol: Option<Patrol>,
-    /// Payoff weights.
+    /// How safety, information and distance are weighed.
     pub weights: Weights,
-    /// Payoff constants.
+    /// What a period, the goal and a treasure are worth.
     pub payoff: Payoff,
-    /// Orbital prior.
+    /// What an orbiter has told of the whole map beforehand.
     pub priors: Priors,
-    /// Motion model.
+    /// How far a hop goes, and how it slips and drifts by soil.
     pub motion: MotionParameters,
-    /// Sensor model.
+    /// How far the hopper sees from a height.
     pub sensor: SensorParameters,
-    /// Limits.
+    /// Steps of the mission, and time for a decision.
     pub limits: Limits,
     /// The guard in hopper-sim.
     pub guard: Guard,

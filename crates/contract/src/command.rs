@@ -9,13 +9,13 @@ use crate::{Action, Decision, Incarnation, MonotonicNs, Name, RobotId, RunId, Te
 pub struct Command {
     /// The run it is meant for.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// The decision it answers.
     pub decision: Decision,
     /// The term it speaks for: the current one, or current + 1 to take over.
     pub term: Term,
-    /// What to do.
+    /// Action to execute, unless the guard vetoes it.
     pub action: Action,
     /// [`crate::ObservedMap::observation`] of the map it was decided on.
     pub observation: u64,

@@ -28,7 +28,7 @@ pub enum Order {
 pub struct Control {
     /// The run that is meant.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// What is asked for.
     pub order: Order,
@@ -37,9 +37,9 @@ pub struct Control {
 /// How hopper-sim paces landings at present, on `hop/rN/tempo`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pacing {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// When landings come.
     pub pace: Pace,

@@ -14,7 +14,7 @@ use crate::{Cell, Decision, Grid, Ground, MonotonicNs, RobotId, RunId, Soil};
 /// reveals.
 #[derive(Clone, Debug)]
 pub struct ObservedMap {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
     /// The robot whose sensor built it.
     pub robot: RobotId,
@@ -28,7 +28,7 @@ pub struct ObservedMap {
     pub sensed: MonotonicNs,
     /// When it was published.
     pub published: MonotonicNs,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     cells: Vec<Option<Ground>>,
     seen: usize,

@@ -9,7 +9,7 @@ use crate::{Decision, Record, RobotId, RunId};
 pub struct PastRequest {
     /// The run whose past is meant.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// First decision wanted.
     pub from: Decision,
@@ -20,7 +20,7 @@ pub struct PastRequest {
 pub struct PastPage {
     /// The run whose past this is; the asker's is wrong if it differs.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// Decision of the first record.
     pub from: Decision,

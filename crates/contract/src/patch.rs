@@ -20,7 +20,7 @@ pub struct SeenCell {
 /// fingerprints are one is a reminder, for whoever missed the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapPatch {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
     /// The robot whose sensor it is.
     pub robot: RobotId,
@@ -38,7 +38,7 @@ pub struct MapPatch {
     pub sensed: MonotonicNs,
     /// When it was published.
     pub published: MonotonicNs,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// Seen cells of the map with its cells.
     pub seen_cells: u32,
@@ -51,9 +51,9 @@ pub struct MapPatch {
 /// Asks perception for the map from an index on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapRequest {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// First index wanted.
     pub from: u32,
@@ -64,9 +64,9 @@ pub struct MapRequest {
 /// The seen cells of a stretch of the map, at most [`crate::limits::MAP_PAGE_CELLS`], at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapPage {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// The last decision whose pose was folded in at that moment.
     pub through: Decision,
@@ -78,7 +78,7 @@ pub struct MapPage {
     pub sensed: MonotonicNs,
     /// When the last patch was published.
     pub published: MonotonicNs,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// First index of the stretch.
     pub from: u32,

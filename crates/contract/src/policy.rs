@@ -16,9 +16,9 @@ pub struct PolicyCell {
 /// The policy behind one decision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Policy {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// The decision it was made for.
     pub decision: Decision,

@@ -11,13 +11,13 @@ use crate::{
 /// One executed decision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// The decision, counted from 0.
     pub decision: Decision,
     /// Who commanded, under which term.
     pub leader: Leader,
-    /// What was executed.
+    /// Action executed, whoever chose it.
     pub action: Action,
     /// Who chose it. Who commands stays who commands, whatever the fallback does meanwhile.
     pub origin: Origin,

@@ -6,74 +6,38 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Action, Decision, RunId, Term};
 
-/// A refusal says what was needed and what was got.
+/// Why a message was not acted upon: `need` is what was needed, `got` what the message had.
+#[allow(missing_docs, reason = "the error texts say what each field is")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "reason", rename_all = "snake_case")]
 pub enum Refusal {
     /// Meant for another run.
     #[error("needs run {need}, got run {got}")]
-    WrongRun {
-        /// Run in force.
-        need: RunId,
-        /// Run of the message.
-        got: RunId,
-    },
+    WrongRun { need: RunId, got: RunId },
     /// Meant for a robot the mission has not.
     #[error("needs robot below {robots}, got {got}")]
-    WrongRobot {
-        /// Robots of the mission.
-        robots: u16,
-        /// Robot of the message.
-        got: u32,
-    },
+    WrongRobot { robots: u16, got: u32 },
     /// The decision was taken before; its outcome stands.
     #[error("decision {got} is taken, {need} is due")]
-    RepeatedDecision {
-        /// Decision due.
-        need: Decision,
-        /// Decision of the message.
-        got: Decision,
-    },
+    RepeatedDecision { need: Decision, got: Decision },
     /// The decision is not due yet.
     #[error("decision {got} is not due, {need} is")]
-    FutureDecision {
-        /// Decision due.
-        need: Decision,
-        /// Decision of the message.
-        got: Decision,
-    },
+    FutureDecision { need: Decision, got: Decision },
     /// The term has passed.
     #[error("term {got} has passed, {need} is in force")]
-    StaleTerm {
-        /// Term in force.
-        need: Term,
-        /// Term of the message.
-        got: Term,
-    },
+    StaleTerm { need: Term, got: Term },
     /// The term leaps ahead.
     #[error("term {got} leaps ahead of {need}, which is in force")]
-    FutureTerm {
-        /// Term in force.
-        need: Term,
-        /// Term of the message.
-        got: Term,
-    },
+    FutureTerm { need: Term, got: Term },
     /// The term is in force, but another planner holds it.
     #[error("term {term} is held by another planner")]
-    NotLeader {
-        /// Term in force.
-        term: Term,
-    },
+    NotLeader { term: Term },
     /// Another planner has asked for the next term, and this decision is kept for it a while.
     #[error("decision {decision} is kept for a planner that takes over")]
-    Yielding {
-        /// Decision due.
-        decision: Decision,
-    },
+    Yielding { decision: Decision },
     /// The guard holds the action to be too dangerous.
     #[error("{action} needs a hazard of at most {need}, got {got}: vetoed")]
     Vetoed {
-        /// The action.
         action: Action,
         /// Largest hazard allowed.
         need: f64,
@@ -85,20 +49,10 @@ pub enum Refusal {
     MissionOver,
     /// A hop is being executed; the answer will be the next state.
     #[error("decision {decision} is being executed")]
-    Busy {
-        /// Decision under way.
-        decision: Decision,
-    },
+    Busy { decision: Decision },
     /// A field is out of range.
     #[error("field {field} needs {need}, got {got}")]
-    Malformed {
-        /// The field.
-        field: String,
-        /// What it needs.
-        need: String,
-        /// What it got.
-        got: String,
-    },
+    Malformed { field: String, need: String, got: String },
 }
 
 impl Refusal {

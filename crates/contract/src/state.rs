@@ -19,9 +19,9 @@ pub struct Pose {
 /// The state at one decision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The robot.
+    /// Robot 0, the only one of a mission.
     pub robot: RobotId,
     /// The decision that is due; equals the number of commands executed.
     pub decision: Decision,

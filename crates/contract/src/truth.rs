@@ -7,9 +7,9 @@ use crate::{Cell, Grid, Ground, MonotonicNs, PageCursor, Refusal, RunId};
 /// The true ground of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// Cells in index order.
     pub cells: Vec<Ground>,
@@ -20,7 +20,7 @@ pub struct Truth {
 /// Asks hopper-sim for the truth from an index on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TruthRequest {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
     /// First index wanted.
     pub from: u32,
@@ -29,9 +29,9 @@ pub struct TruthRequest {
 /// Consecutive cells of the truth, at most [`crate::limits::TRUTH_PAGE_CELLS`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TruthPage {
-    /// The run.
+    /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// The lattice.
+    /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// Index of the first cell.
     pub from: u32,

@@ -27,15 +27,12 @@ pub struct SoilMotionV1 {
     pub sideways: f64,
     /// Flights per intended hop, 1 or 2.
     pub flights: u32,
-    /// Zero.
     pub reserved: u32,
 }
 
-/// The canonical brief.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct BriefV3 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
     pub scenario: [u8; Name::BYTES],
@@ -45,9 +42,7 @@ pub struct BriefV3 {
     pub profile: u32,
     /// Robots of the mission.
     pub robots: u32,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
     /// Cells that one hop spans.
     pub hop_cells: u32,
@@ -103,7 +98,6 @@ pub struct BriefV3 {
     pub hops_max: u64,
     /// Goals of a patrol; 0 for no patrol.
     pub goal_count: u32,
-    /// Zero.
     pub reserved: u32,
     /// The goals (x, y), cells, the rest zero.
     pub goals: [[i32; 2]; GOALS_MAX],

@@ -10,13 +10,10 @@ use crate::limits::DECISIONS_MAX;
 use crate::message::{Message, PublishSubscribe};
 use crate::{Action, Command, Decision, Incarnation, MonotonicNs, Name, Refusal, Term};
 
-/// One command.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct CommandV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
-    /// Decision it answers.
     pub decision: u64,
     /// Term it speaks for, at least 1.
     pub term: u64,
@@ -34,7 +31,6 @@ pub struct CommandV1 {
     pub planning_started_ns: u64,
     /// Planning ended, monotonic nanoseconds; not before it began.
     pub planning_ended_ns: u64,
-    /// Robot.
     pub robot: u32,
     /// [`Action::code`].
     pub action: u32,

@@ -10,7 +10,6 @@ use crate::message::{Message, PublishSubscribe};
 use crate::pace::{HERTZ_MAX, HERTZ_MIN};
 use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
 
-/// One order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ControlV1 {
@@ -24,17 +23,13 @@ pub struct ControlV1 {
     pub order: u32,
     /// Pace asked for: 0 none, 1 max, 2 real, 3 as many hertz.
     pub pace: u32,
-    /// Robot.
     pub robot: u32,
-    /// Zero.
     pub reserved: u32,
 }
 
-/// The pacing.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TempoV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Landings a second if that is the pace; zero otherwise.
     pub pace_hz: f64,
@@ -44,7 +39,6 @@ pub struct TempoV1 {
     pub paused: u32,
     /// 1 if orders are heeded.
     pub heeds: u32,
-    /// Robot.
     pub robot: u32,
 }
 

@@ -5,7 +5,6 @@ use bytemuck::{Pod, Zeroable};
 use super::{Wire, flag, gradient, length, tag};
 use crate::{Ground, Refusal, Soil};
 
-/// One cell.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct GroundV1 {

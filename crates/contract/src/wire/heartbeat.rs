@@ -8,7 +8,6 @@ use super::{Wire, counted, name_from_wire, run_from_wire, run_to_wire, tag};
 use crate::message::{Message, PublishSubscribe};
 use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, Role, Status};
 
-/// One beat.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct HeartbeatV1 {
@@ -18,15 +17,12 @@ pub struct HeartbeatV1 {
     pub incarnation: u64,
     /// Beats of this life.
     pub counter: u64,
-    /// Decision last seen.
     pub decision: u64,
     /// [`Role::code`].
     pub role: u32,
     /// [`Status::code`] last seen.
     pub status: u32,
-    /// Process.
     pub pid: u32,
-    /// Zero.
     pub reserved: u32,
     /// Version of the build, zero-padded ASCII.
     pub version: [u8; Name::BYTES],

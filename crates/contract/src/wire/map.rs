@@ -17,7 +17,6 @@ use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MapPatchV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Decision of the landing.
     pub through: u64,
@@ -33,13 +32,10 @@ pub struct MapPatchV1 {
     pub published_ns: u64,
     /// Edge of a cell, metres.
     pub cell_size_m: f64,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
     /// Cells that one hop spans.
     pub hop_cells: u32,
-    /// Robot.
     pub robot: u32,
     /// Seen cells of the map with its cells.
     pub seen_cells: u32,
@@ -47,7 +43,6 @@ pub struct MapPatchV1 {
     pub more: u32,
     /// Treasures seen and not yet collected.
     pub treasure_count: u32,
-    /// Zero.
     pub reserved: u32,
     /// Their cells (x, y) in index order; zero beyond the count.
     pub treasures: [[i32; 2]; TREASURES_MAX],
@@ -57,13 +52,10 @@ pub struct MapPatchV1 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct MapRequestV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Fingerprint of what the asker has.
     pub observation: u64,
-    /// First index wanted.
     pub from: u32,
-    /// Robot.
     pub robot: u32,
 }
 
@@ -71,7 +63,6 @@ pub struct MapRequestV1 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MapPageV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Last decision folded in.
     pub through: u64,
@@ -85,13 +76,10 @@ pub struct MapPageV1 {
     pub published_ns: u64,
     /// Edge of a cell, metres.
     pub cell_size_m: f64,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
     /// Cells that one hop spans.
     pub hop_cells: u32,
-    /// Robot.
     pub robot: u32,
     /// First index of the stretch.
     pub from: u32,
@@ -99,13 +87,11 @@ pub struct MapPageV1 {
     pub next: u32,
     /// Treasures seen and not yet collected.
     pub treasure_count: u32,
-    /// Zero.
     pub reserved: u32,
     /// Their cells (x, y) in index order; zero beyond the count.
     pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
-/// One seen cell.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SeenCellV1 {
@@ -113,7 +99,6 @@ pub struct SeenCellV1 {
     pub height_m: f64,
     /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
     pub gradient: [f64; 2],
-    /// Row-major index.
     pub index: u32,
     /// 1 hard, 2 sand.
     pub soil: u16,

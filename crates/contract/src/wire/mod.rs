@@ -6,6 +6,11 @@
 //!
 //! A reader copies first, then validates: the writer could still write after sending. Each type
 //! converts `From<&Domain>`; the way back is `TryFrom`, which refuses with a [`Refusal`].
+//!
+//! A field without a line of its own means what the field of that name means in the domain type. A run is two
+//! halves, the high one first; `reserved` is written as 0 and not read.
+
+#![allow(missing_docs, reason = "a field means what it means in the domain type, which says so")]
 
 mod brief;
 mod command;
@@ -207,7 +212,6 @@ pub(crate) fn timing_from_wire(moments: [u64; 8]) -> Timing {
 pub struct OutcomeV1 {
     /// [`Branch::code`]; 0 where there is no outcome yet.
     pub branch: u32,
-    /// Flights flown.
     pub flights: u32,
     /// Departure (x, y), cells.
     pub from: [i32; 2],
@@ -274,13 +278,11 @@ impl TryFrom<&OutcomeV1> for Outcome {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct LeaderV1 {
-    /// Term in force.
     pub term: u64,
     /// Life of the planner.
     pub incarnation: u64,
     /// Process of the planner.
     pub pid: u32,
-    /// Zero.
     pub reserved: u32,
     /// Algorithm, zero-padded ASCII.
     pub planner: [u8; Name::BYTES],

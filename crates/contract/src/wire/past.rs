@@ -17,13 +17,9 @@ use crate::{Action, Decision, Digest, Origin, PastPage, PastRequest, Record, Ref
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct PastRequestV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
-    /// First decision wanted.
     pub from: u64,
-    /// Robot.
     pub robot: u32,
-    /// Zero.
     pub reserved: u32,
 }
 
@@ -31,21 +27,16 @@ pub struct PastRequestV1 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct PastHeaderV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Decision of the first record.
     pub from: u64,
-    /// Robot.
     pub robot: u32,
-    /// Zero.
     pub reserved: u32,
 }
 
-/// One executed decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct RecordV3 {
-    /// Decision.
     pub decision: u64,
     /// Fingerprint of the map it was decided on.
     pub observation: u64,
@@ -55,7 +46,6 @@ pub struct RecordV3 {
     pub steps: u64,
     /// Goals visited so far.
     pub visits: u64,
-    /// Robot.
     pub robot: u32,
     /// [`Action::code`].
     pub action: u32,
@@ -69,9 +59,7 @@ pub struct RecordV3 {
     pub origin: u32,
     /// Actions vetoed before it, one bit each.
     pub vetoed: u32,
-    /// Zero.
     pub reserved: u32,
-    /// Who commanded.
     pub leader: LeaderV1,
     /// What became of it.
     pub outcome: OutcomeV1,

@@ -14,15 +14,12 @@ use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PolicyHeaderV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Decision it was made for.
     pub decision: u64,
     /// Bound |V − V*| that its planner proves for each value, in units of payoff.
     pub error_bound: f64,
-    /// Robot.
     pub robot: u32,
-    /// Zero.
     pub reserved: u32,
     /// Algorithm, zero-padded ASCII.
     pub planner: [u8; Name::BYTES],
@@ -36,7 +33,6 @@ pub struct PolicyCellV1 {
     pub value: f64,
     /// [`Action::code`].
     pub action: u32,
-    /// Zero.
     pub reserved: u32,
 }
 

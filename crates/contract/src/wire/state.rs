@@ -16,9 +16,7 @@ use crate::{Decision, Digest, MonotonicNs, Origin, Refusal, State, Status};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct StateV3 {
-    /// Run, high half first.
     pub run: [u64; 2],
-    /// Decision due.
     pub decision: u64,
     /// Steps so far, in the paper's count.
     pub steps: u64,
@@ -28,7 +26,6 @@ pub struct StateV3 {
     pub landed_ns: u64,
     /// Message published, monotonic nanoseconds.
     pub published_ns: u64,
-    /// Robot.
     pub robot: u32,
     /// [`Status::code`].
     pub status: u32,
@@ -40,7 +37,6 @@ pub struct StateV3 {
     pub last_origin: u32,
     /// Actions vetoed before it, one bit each.
     pub last_vetoed: u32,
-    /// Who commands.
     pub leader: LeaderV1,
     /// Where the hopper is.
     pub pose: PoseV1,

@@ -14,11 +14,8 @@ use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct TruthRequestV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
-    /// First index wanted.
     pub from: u32,
-    /// Zero.
     pub reserved: u32,
 }
 
@@ -26,13 +23,10 @@ pub struct TruthRequestV1 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TruthPageV1 {
-    /// Run, high half first.
     pub run: [u64; 2],
     /// Edge of a cell, metres.
     pub cell_size_m: f64,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
     /// Cells that one hop spans.
     pub hop_cells: u32,
@@ -40,7 +34,6 @@ pub struct TruthPageV1 {
     pub from: u32,
     /// Treasures anywhere on the lattice.
     pub treasure_count: u32,
-    /// Zero.
     pub reserved: u32,
     /// Their cells (x, y) in index order; zero beyond the count.
     pub treasures: [[i32; 2]; TREASURES_MAX],
