@@ -374,6 +374,41 @@ fn the_report_of_a_tiny_campaign_is_as_ever() {
     );
 }
 
+/// P-READINGS: every combination is flown on the same draws, and scored against the paper.
+#[test]
+fn readings_of_the_paper_are_flown_beside_each_other_and_scored() {
+    let readings = "\n[[readings]]\nname = \"model\"\n\n[[readings]]\nname = \"other\"\nleaving = -100.0\n\
+                    distance = \"manhattan\"\nground_at = \"centre\"\nopening_steps = 1\n";
+    let dir = folder(&(TINY.to_string() + readings));
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let rows = fs::read_to_string(dir.join("a/trials.jsonl")).unwrap();
+    let rows: Vec<serde_json::Value> = rows.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(rows.len(), 2 * 2 * 2 * 5);
+    let of_cell = |cell: u64| rows.iter().filter(move |row| row["cell"] == cell);
+    // Scenarios outermost, then readings, then planners: cells 0 and 2 are the MDP's on hard ground.
+    let seeds = |cell| of_cell(cell).map(|row| row["seed"].as_u64().unwrap()).collect::<Vec<_>>();
+    assert_eq!(seeds(0), seeds(2), "both readings meet the same draws");
+    assert!(of_cell(0).zip(of_cell(2)).any(|(model, other)| model["digest"] != other["digest"]));
+    for row in of_cell(2).filter(|row| row["outcome"] == "goal") {
+        // A hop on hard ground counts two steps, the first observation one.
+        assert_eq!(row["steps"].as_u64().unwrap(), 2 * row["hops"].as_u64().unwrap() + 1);
+    }
+    let scores = json(&campaign(dir, &["report", "a", "--readings", "--format", "json"]));
+    assert_eq!(scores["readings"][1]["reading"], "other");
+    assert_eq!(scores["readings"][1]["cells"].as_array().unwrap().len(), 4);
+    let page = String::from_utf8(campaign(dir, &["report", "a", "--readings"]).stdout).unwrap();
+    assert!(page.contains("| other |") && page.contains("## Chosen on two grounds"), "{page}");
+    refused(
+        dir,
+        &["report", "a", "--readings", "--format", "csv"],
+        &["--readings needs --format md or json, got csv"],
+    );
+    let plain = folder(TINY);
+    campaign(plain.path(), &["run", "c.toml", "--out", "a"]);
+    refused(plain.path(), &["report", "a", "--readings"], &["--readings needs a campaign with [[readings]]"]);
+}
+
 /// P-HUNT
 #[test]
 fn treasures_are_counted_row_by_row_and_in_the_report() {

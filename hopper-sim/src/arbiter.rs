@@ -157,7 +157,7 @@ impl Arbiter {
                 run: brief.run,
                 robot: ROBOT,
                 decision: Decision(0),
-                steps: 0,
+                steps: brief.reading.opening_steps,
                 visits: 0,
                 status: opening_status(brief),
                 leader: Leader::default(),

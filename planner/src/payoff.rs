@@ -4,7 +4,7 @@
 //!
 //! `paper-2023`: S = −|∇h| − T, min–max normalised by the brief's range, T the brief's soil term on sand
 //! and 0 on hard ground, taken with the sign it has (the paper's −5 makes sand attractive).
-//! D = −‖goal − x‖ / ‖goal − start‖.
+//! D = −‖goal − x‖ / ‖goal − start‖, in the norm and to the scale of the brief's [`contract::Reading`].
 //!
 //! `hopper`: S = −|∇h| alone, 1 on the flat and 0 at the steepest of the brief's range. The motion model already charges
 //! what sand costs in time and risk; a soil term would charge it twice, and leave little of S's range to the slopes. D is
@@ -40,14 +40,17 @@ pub const PERIOD_PRICE: f64 = 3.0;
 #[derive(Clone, Copy, Debug)]
 pub struct LandingPayoff<'a> {
     brief: &'a Brief,
-    start_to_goal_cells: f64,
+    /// Distance at which D is −1, cells; 0 where every distance counts as none.
+    scale_cells: f64,
 }
 
 impl<'a> LandingPayoff<'a> {
     /// The payoff with the weights, ranges and profile of `brief`.
     #[must_use]
     pub fn new(brief: &'a Brief) -> Self {
-        Self { brief, start_to_goal_cells: brief.start.distance_cells(brief.goal) }
+        let reading = &brief.reading;
+        let start_to_goal = || reading.distance.cells(brief.start, brief.goal);
+        Self { brief, scale_cells: reading.distance_scale_cells.unwrap_or_else(start_to_goal) }
     }
 
     /// Payoff of landing on `cell`, whose ground is believed to be `ground`. The goal has its own payoff instead of the
@@ -88,8 +91,9 @@ impl<'a> LandingPayoff<'a> {
             Profile::Paper2023 => 0.0,
             Profile::Hopper => PERIOD_PRICE,
         };
-        if self.start_to_goal_cells > 0.0 {
-            -cell.distance_cells(self.brief.goal) / self.start_to_goal_cells - period_price
+        if self.scale_cells > 0.0 {
+            let distance_cells = self.brief.reading.distance.cells(cell, self.brief.goal);
+            -distance_cells / self.scale_cells - period_price
         } else {
             -period_price
         }

@@ -7,11 +7,19 @@ use crate::cell_results::CellResults;
 use crate::notation::{number, percent, spread, weights_in_brackets};
 use crate::paper_comparison::PaperComparison;
 
+/// The scenario whose map the paper does not give.
+const LARGE_MAP: &str = "large";
+
 /// The cells of one profile counted by their largest difference from the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// Profile of the cells.
     pub profile: Profile,
+    /// Their reading of the paper's open points, in a campaign that compares some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reading: Option<String>,
+    /// Whether they are those of the large map. The paper shows it in a figure only, so they cannot be reproduced.
+    pub large_map: bool,
     /// Cells within two standard errors.
     pub within_2: usize,
     /// Cells within five standard errors but not within two.
@@ -22,25 +30,42 @@ pub struct Agreement {
     pub sentences: Vec<String>,
 }
 
+/// Of each profile and reading, the cells that can be reproduced, and those of the large map.
 pub(crate) fn agreements(cells: &[CellResults<'_>]) -> Vec<Agreement> {
-    let of_profile = |profile: Profile| {
-        let mut agreement = Agreement { profile, within_2: 0, within_5: 0, beyond: 0, sentences: Vec::new() };
-        for cell in cells.iter().filter(|cell| cell.profile == profile) {
-            let Some(beside) = &cell.paper else { continue };
-            match beside.difference_se() {
-                Some(difference) if difference <= 2.0 => agreement.within_2 += 1,
-                Some(difference) if difference <= 5.0 => agreement.within_5 += 1,
-                Some(_) => {
-                    agreement.beyond += 1;
-                    agreement.sentences.push(sentence(cell, beside));
-                }
-                None => {}
+    let mut agreements: Vec<Agreement> = Vec::new();
+    for cell in cells {
+        let Some(beside) = &cell.paper else { continue };
+        let Some(difference) = beside.difference_se() else { continue };
+        let large_map = cell.scenario == LARGE_MAP;
+        let is_of = |agreement: &Agreement| {
+            (agreement.profile, agreement.reading.as_deref(), agreement.large_map)
+                == (cell.profile, cell.reading, large_map)
+        };
+        let agreement = match agreements.iter().position(is_of) {
+            Some(place) => &mut agreements[place],
+            None => {
+                agreements.push(Agreement::of(cell, large_map));
+                agreements.last_mut().expect("just pushed")
+            }
+        };
+        match difference {
+            ..=2.0 => agreement.within_2 += 1,
+            ..=5.0 => agreement.within_5 += 1,
+            _ => {
+                agreement.beyond += 1;
+                agreement.sentences.push(sentence(cell, beside));
             }
         }
-        agreement
-    };
-    let compared = |agreement: &Agreement| agreement.within_2 + agreement.within_5 + agreement.beyond > 0;
-    Profile::ALL.map(of_profile).into_iter().filter(compared).collect()
+    }
+    agreements.sort_by_key(|agreement| (agreement.profile, agreement.large_map));
+    agreements
+}
+
+impl Agreement {
+    fn of(cell: &CellResults<'_>, large_map: bool) -> Self {
+        let (profile, reading) = (cell.profile, cell.reading.map(Into::into));
+        Self { profile, reading, large_map, within_2: 0, within_5: 0, beyond: 0, sentences: Vec::new() }
+    }
 }
 
 /// Which cell differs, by how much, and the known reason.

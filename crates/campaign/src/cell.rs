@@ -20,6 +20,9 @@ pub struct Cell {
     pub planner: String,
     /// Weights w1, w2, w3 of the payoff.
     pub weights: Weights,
+    /// Name of the reading of the paper's open points, in a campaign that compares some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<String>,
     /// Steps, in the paper's count, after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// SHA-256 over the resolved scenario and the planner, hexadecimal.
@@ -34,6 +37,7 @@ impl Cell {
         selector: &str,
         planner: &str,
         weights: Weights,
+        reading: Option<&str>,
         world: &ResolvedScenario,
     ) -> Self {
         Self {
@@ -42,6 +46,7 @@ impl Cell {
             profile: world.brief.profile,
             planner: planner.into(),
             weights,
+            reading: reading.map(Into::into),
             steps_max: world.brief.limits.steps_max,
             config: config(world, planner),
             world: world.resolved.clone(),
@@ -67,7 +72,8 @@ impl Cell {
     }
 
     /// Seed of a repetition in a campaign with `campaign_seed`. It depends on what the cell holds, never on
-    /// its position, so a grid can grow without changing its trials. It has 53 bits, which every reader of
+    /// its position, so a grid can grow without changing its trials; nor on its reading, so that readings are
+    /// compared on the same draws. It has 53 bits, which every reader of
     /// JSON represents exactly.
     #[must_use]
     pub fn seed(&self, campaign_seed: u64, repetition: u64) -> u64 {
@@ -92,7 +98,8 @@ impl Cell {
 impl std::fmt::Display for Cell {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Weights { safety, information, .. } = self.weights;
-        write!(f, "{} {} ({safety}, {information}) in {}", self.scenario, self.planner, self.profile)
+        write!(f, "{} {} ({safety}, {information}) in {}", self.scenario, self.planner, self.profile)?;
+        self.reading.as_ref().map_or(Ok(()), |reading| write!(f, ", {reading}"))
     }
 }
 

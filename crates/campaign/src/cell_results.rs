@@ -18,6 +18,9 @@ pub struct CellResults<'a> {
     pub planner: &'a str,
     /// Weights of the payoff.
     pub weights: Weights,
+    /// Name of the reading of the paper's open points, in a campaign that compares some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reading: Option<&'a str>,
     /// Steps, in the paper's count, after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// Statistics over the trials.
@@ -41,6 +44,7 @@ impl<'a> CellResults<'a> {
             profile: cell.profile,
             planner: &cell.planner,
             weights: cell.weights,
+            reading: cell.reading.as_deref(),
             steps_max: cell.steps_max,
             paper: published.map(|published| PaperComparison::new(&published, &statistics)),
             regret: bound.map(|bound| Regret::new(bound, &statistics)),

@@ -1,6 +1,7 @@
 //! Reads campaign files: the grid, and how often each cell is flown.
 
-use contract::{Name, Profile};
+use contract::{DistanceNorm, Name, Profile};
+use scenario::{CellPoint, OpenPoints, Scenario, TerrainSource};
 use serde::{Deserialize, Serialize};
 
 use crate::CampaignError;
@@ -35,6 +36,9 @@ pub struct Campaign {
     /// Weightings that replace the scenario's; if empty, the scenario's own is used.
     #[serde(default)]
     pub weights: Vec<Weighting>,
+    /// Readings of the paper's open points that replace the scenario's; if empty, the scenario's own is used.
+    #[serde(default)]
+    pub readings: Vec<NamedReading>,
 }
 
 /// One weighting of the grid.
@@ -47,6 +51,39 @@ pub struct Weighting {
     pub information: f64,
     /// w3, of the distance penalty D; by default that of the scenario.
     pub distance: Option<f64>,
+}
+
+/// One reading of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NamedReading {
+    /// Name in rows and reports, up to 31 printable characters.
+    pub name: String,
+    /// As `leaving` of `[brief.reading]` in a scenario.
+    pub leaving: Option<f64>,
+    /// As `distance` there.
+    #[serde(default)]
+    pub distance: DistanceNorm,
+    /// As `distance_scale_cells` there.
+    pub distance_scale_cells: Option<f64>,
+    /// As `opening_steps` there.
+    #[serde(default)]
+    pub opening_steps: u64,
+    /// As `ground_at` of generated hills at given places; other ground has no such choice.
+    #[serde(default)]
+    pub ground_at: CellPoint,
+}
+
+impl NamedReading {
+    /// The scenario under this reading.
+    pub(crate) fn applied_to(&self, mut scenario: Scenario) -> Scenario {
+        let Self { leaving, distance, distance_scale_cells, opening_steps, ground_at, .. } = *self;
+        scenario.brief.reading = OpenPoints { leaving, distance, distance_scale_cells, opening_steps };
+        if let TerrainSource::Gaussians(source) = &mut scenario.truth.terrain {
+            source.ground_at = ground_at;
+        }
+        scenario
+    }
 }
 
 impl Campaign {
@@ -85,11 +122,12 @@ impl Campaign {
         if self.profiles.is_empty() {
             return refuse("profiles", "at least one", "none".into());
         }
-        let cells =
-            [self.scenarios.len(), self.profiles.len(), self.planners.len(), self.weights.len().max(1)];
+        let (weights, readings) = (self.weights.len().max(1), self.readings.len().max(1));
+        let cells = [self.scenarios.len(), self.profiles.len(), self.planners.len(), weights, readings];
         let cells = cells.into_iter().try_fold(1, |cells: usize, n| cells.checked_mul(n));
         let Some(cells) = cells.filter(|cells| *cells <= CELLS_MAX) else {
-            let need = format!("at most {CELLS_MAX} cells: scenarios x profiles x planners x weights");
+            let need =
+                format!("at most {CELLS_MAX} cells: scenarios x profiles x planners x weights x readings");
             let got = cells.map_or("more than can be counted".into(), |cells| cells.to_string());
             return refuse("scenarios", &need, format!("{got}; fly it as several campaigns"));
         };
@@ -108,6 +146,17 @@ impl Campaign {
                 "each once",
                 format!("({}, {}) twice", twice.safety, twice.information),
             );
+        }
+        let names: Vec<&String> = self.readings.iter().map(|reading| &reading.name).collect();
+        if let Some(odd) = names.iter().find(|name| name.parse::<Name>().is_err()) {
+            return refuse(
+                "readings",
+                "names of 1 to 31 printable characters without spaces",
+                format!("{odd:?}"),
+            );
+        }
+        if let Some(twice) = first_twice(&names) {
+            return refuse("readings", "each name once", format!("{twice:?} twice"));
         }
         let trials = self.repetitions.checked_mul(cells as u64);
         match trials {

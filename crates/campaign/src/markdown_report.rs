@@ -52,7 +52,7 @@ impl CampaignResults<'_> {
             let failures: Vec<_> = failures.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
             [
                 cell.scenario.into(),
-                cell.profile.to_string(),
+                cell.reading.map_or_else(|| cell.profile.to_string(), Into::into),
                 cell.planner.into(),
                 weights_in_brackets(&cell.weights),
                 format!("{successes} of {trials}, {}", percent(*successes, *trials)),
@@ -155,11 +155,15 @@ impl CampaignResults<'_> {
 
     fn agreement_text(&self) -> String {
         let mut text = String::new();
-        for Agreement { profile, within_2, within_5, beyond, sentences } in &self.against {
+        for agreement in &self.against {
+            let Agreement { profile, reading, large_map, within_2, within_5, beyond, sentences } = agreement;
             let cells = within_2 + within_5 + beyond;
+            let reading = reading.as_ref().map_or(String::new(), |reading| format!(", {reading}"));
+            let which =
+                if *large_map { "cells of the large map, which is not the paper's," } else { "cells" };
             let _ = writeln!(
                 text,
-                "Profile {profile}: of {cells} cells {within_2} are within 2 standard errors of the paper in success, \
+                "Profile {profile}{reading}: of {cells} {which} {within_2} are within 2 standard errors of the paper in success, \
                  steps and treasures, {within_5} more within 5, {beyond} beyond.\n"
             );
             for sentence in sentences {

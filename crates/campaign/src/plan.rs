@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::cell::hexadecimal;
-use crate::file::{GROUND_CELLS_MAX, Weighting};
+use crate::file::{GROUND_CELLS_MAX, NamedReading, Weighting};
 use crate::{Campaign, CampaignError, Cell};
 
 /// Everything that determines the rows of a campaign.
@@ -67,11 +67,12 @@ impl Plan {
         text(&self.version);
         text(&format!("{} {}", self.seed, self.repetitions));
         for cell in &self.cells {
-            let Cell { number, scenario, profile, planner, weights, steps_max, config, world } = cell;
+            let Cell { number, scenario, profile, planner, weights, reading, steps_max, config, world } =
+                cell;
             let Weights { safety, information, distance } = weights;
             let weights = [safety, information, distance].map(|weight| format!("{:016x}", weight.to_bits()));
             text(&format!("{number} {profile} {} {steps_max}", weights.join(" ")));
-            [scenario, planner, config, world].into_iter().for_each(|part| text(part));
+            [scenario, planner, config, world].into_iter().chain(reading).for_each(|part| text(part));
         }
         hexadecimal(&hasher.finalize())
     }
@@ -92,7 +93,7 @@ impl Plan {
 }
 
 impl Campaign {
-    /// Plans the grid: scenarios outermost, then profiles, planners, and weightings. Paths of scenario files
+    /// Plans the grid: scenarios outermost, then profiles, readings, planners, and weightings. Paths of scenario files
     /// start from `folder`; `version` is that of the program that will fly.
     ///
     /// # Errors
@@ -108,8 +109,9 @@ impl Campaign {
                 scenario::load(&folder.join(selector).to_string_lossy())
             }
             .map_err(failed)?;
-            // The terrain does not depend on profile or weights.
-            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
+            // No terrain has more or fewer cells for its profile, weights or reading.
+            let readings = self.readings.len().max(1);
+            let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1) * readings;
             ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
             if ground > GROUND_CELLS_MAX {
                 return Err(CampaignError::Value {
@@ -121,19 +123,31 @@ impl Campaign {
             for profile in &self.profiles {
                 let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
                 let scenario = scenario.clone().with(&overrides);
-                for planner in &self.planners {
-                    for weights in self.weightings(&scenario) {
-                        let mut scenario = scenario.clone();
-                        scenario.brief.weights = weights;
-                        let world = scenario.resolve().map_err(failed)?;
-                        let PayoffWeights { safety, information, distance } = weights;
-                        let weights = Weights { safety, information, distance };
-                        cells.push(Cell::new(cells.len() as u64, selector, planner, weights, &world));
+                for (reading, scenario) in self.under_readings(scenario) {
+                    for planner in &self.planners {
+                        for weights in self.weightings(&scenario) {
+                            let mut scenario = scenario.clone();
+                            scenario.brief.weights = weights;
+                            let world = scenario.resolve().map_err(failed)?;
+                            let PayoffWeights { safety, information, distance } = weights;
+                            let weights = Weights { safety, information, distance };
+                            let number = cells.len() as u64;
+                            cells.push(Cell::new(number, selector, planner, weights, reading, &world));
+                        }
                     }
                 }
             }
         }
         Ok(Plan::new(self, version, cells))
+    }
+
+    /// The scenario under each reading, or as it is.
+    fn under_readings(&self, scenario: Scenario) -> Vec<(Option<&str>, Scenario)> {
+        if self.readings.is_empty() {
+            return vec![(None, scenario)];
+        }
+        let named = |reading: &NamedReading| reading.applied_to(scenario.clone());
+        self.readings.iter().map(|reading| (Some(reading.name.as_str()), named(reading))).collect()
     }
 
     fn weightings(&self, scenario: &Scenario) -> Vec<PayoffWeights> {

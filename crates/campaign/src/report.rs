@@ -113,8 +113,8 @@ fn planner_comparisons<'a>(cells: &[CellResults<'a>]) -> Vec<PlannerComparison<'
     let mut planner_comparisons = Vec::new();
     for (place, first) in cells.iter().enumerate() {
         let same_ground = |second: &&CellResults<'_>| {
-            (first.scenario, first.profile, first.weights)
-                == (second.scenario, second.profile, second.weights)
+            (first.scenario, first.profile, first.weights, first.reading)
+                == (second.scenario, second.profile, second.weights, second.reading)
         };
         for second in cells[place + 1..].iter().filter(same_ground) {
             planner_comparisons.push(PlannerComparison {

@@ -36,7 +36,7 @@ impl Sample {
     }
 
     /// Squared standard error of the mean.
-    fn variance_of_mean(&self) -> Option<f64> {
+    pub(crate) fn variance_of_mean(&self) -> Option<f64> {
         Some(self.sd?.powi(2) / self.count as f64)
     }
 }

@@ -52,6 +52,17 @@ fn the_papers_own_t_values_follow_from_its_tables_but_for_four() {
         }
     }
     assert_eq!(strange, [(5, 0.762), (17, 9.86), (17, 5.76), (17, 8.93)]);
+
+    // Two of them are other tests of the same tables.
+    let cell = |scenario, planner, weights| {
+        paper::all()
+            .find(|cell| (cell.scenario, cell.planner, cell.weights) == (scenario, planner, weights))
+            .unwrap()
+    };
+    let [first, second] = [[0.5, 0.5], [0.0, 1.0]].map(|weights| cell("hard", "mdp", weights).steps());
+    assert!((student(&second, &first).unwrap() - 0.762).abs() < 0.002);
+    let [mdp, greedy] = ["mdp", "greedy"].map(|planner| cell("treasures", planner, [1.0, 0.0]).steps());
+    assert!((student(&mdp, &greedy).unwrap() - 8.93).abs() < 0.02);
 }
 
 /// The paper says of Table 5 that the first and the third value exceed the critical one; the second does.

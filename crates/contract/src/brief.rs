@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Grid, Name, Patrol, RunId};
+use crate::{Cell, Grid, Name, Patrol, Reading, RunId};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -245,6 +245,8 @@ pub struct Brief {
     pub limits: Limits,
     /// The guard in hopper-sim.
     pub guard: Guard,
+    /// How the paper's open points are read.
+    pub reading: Reading,
 }
 
 impl Brief {

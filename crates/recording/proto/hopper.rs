@@ -91,6 +91,17 @@ pub struct Brief {
     pub goal_count: u32,
     #[prost(message, repeated, tag = "35")]
     pub goals: ::prost::alloc::vec::Vec<Cell>,
+    /// below 0; 0 if it counts as staying
+    #[prost(double, tag = "36")]
+    pub leaving: f64,
+    /// 0 if from start to goal
+    #[prost(double, tag = "37")]
+    pub distance_scale_cells: f64,
+    #[prost(uint64, tag = "38")]
+    pub opening_steps: u64,
+    /// 0 Euclidean, 1 Manhattan
+    #[prost(uint32, tag = "39")]
+    pub distance_norm: u32,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {

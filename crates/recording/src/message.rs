@@ -1,7 +1,7 @@
 //! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
-    BriefV3, CommandV1, ControlV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1,
+    BriefV4, CommandV1, ControlV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1,
     PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, map_page_from_wire, page_from_wire,
     patch_from_wire, policy_from_wire,
 };
@@ -81,7 +81,7 @@ impl RecordedMessage {
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
-            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV3::from(brief)).encode_to_vec(),
+            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV4::from(brief)).encode_to_vec(),
             RecordedMessage::State(state) => proto::State::from(&StateV3::from(state)).encode_to_vec(),
             RecordedMessage::Patch(patch) => {
                 let mut message_proto = proto::MapPatch::from(&MapPatchV1::from(patch));
@@ -129,7 +129,7 @@ impl RecordedMessage {
     pub fn decode(topic: Channel, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
         Ok(Some(match topic {
             Channel::Brief => {
-                let wire = BriefV3::try_from(&proto::Brief::decode(bytes)?)?;
+                let wire = BriefV4::try_from(&proto::Brief::decode(bytes)?)?;
                 RecordedMessage::Brief((&wire).try_into()?)
             }
             Channel::State => {

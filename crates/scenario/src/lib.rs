@@ -25,14 +25,16 @@ pub use built_in::{BUILT_IN, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
 pub use guard::GuardRules;
-pub use mission::{MissionBrief, MissionLimits, PayoffConstants, PayoffWeights, Ranges, Surveyed};
+pub use mission::{
+    MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges, Surveyed,
+};
 pub use overrides::Overrides;
 pub use patrol::{MissionKind, MissionRules};
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
 pub use truth::{
-    CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules, TerrainSource,
-    Truth,
+    CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules,
+    TerrainSource, Truth,
 };
 pub use warning::Warning;
 

@@ -1,9 +1,11 @@
 //! Sections `[brief]` and `[limits]` of a scenario.
 
-use contract::Profile;
+use contract::{DistanceNorm, Profile, Reading};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::ScenarioError;
 
 /// Section `[brief]`: what every process is told about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +34,29 @@ pub struct MissionBrief {
     /// Ranges for min-max normalisation, as an orbital survey would give them.
     #[serde(default)]
     pub priors: Ranges,
+    /// How the paper's open points are read; profile `paper-2023` only.
+    #[serde(default, skip_serializing_if = "OpenPoints::is_default")]
+    pub reading: OpenPoints,
+}
+
+/// How open points of Sakamoto & Kunii 2023 are read, where not as by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct OpenPoints {
+    /// What leaving the map is worth to the plan, below 0; by default leaving counts as staying.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaving: Option<f64>,
+    /// Norm of the distance D: `euclidean` or `manhattan`.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["euclidean", "manhattan"])))]
+    pub distance: DistanceNorm,
+    /// Distance at which D is -1, cells; by default that from start to goal in the same norm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_scale_cells: Option<f64>,
+    /// Steps counted for the first observation, before any hop.
+    #[serde(skip_serializing_if = "is_default")]
+    pub opening_steps: u64,
 }
 
 /// A value that is given, or found by surveying the whole map when the scenario is resolved.
@@ -105,6 +130,29 @@ pub struct MissionLimits {
     pub decision_budget_ms: f64,
 }
 
+impl OpenPoints {
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The reading of a mission in `profile`.
+    pub(crate) fn resolve(&self, profile: Profile) -> Result<Reading, ScenarioError> {
+        let refuse = |field, need, got: f64| Err(ScenarioError::Value { field, need, got: got.to_string() });
+        if profile == Profile::Hopper && !self.is_default() {
+            let (field, need) = ("brief.reading", "profile = \"paper-2023\": it reads the paper");
+            return Err(ScenarioError::Value { field, need, got: profile.to_string() });
+        }
+        if let Some(leaving) = self.leaving.filter(|leaving| leaving.is_nan() || *leaving >= 0.0) {
+            return refuse("brief.reading.leaving", "a payoff below 0", leaving);
+        }
+        if let Some(scale) = self.distance_scale_cells.filter(|scale| scale.is_nan() || *scale <= 0.0) {
+            return refuse("brief.reading.distance_scale_cells", "a distance above 0", scale);
+        }
+        let Self { leaving, distance, distance_scale_cells, opening_steps } = *self;
+        Ok(Reading { leaving, distance, distance_scale_cells, opening_steps })
+    }
+}
+
 impl<T> Surveyed<T> {
     /// The default of values that an orbital survey would give.
     pub const SURVEY: Self = Self::Survey(Survey::Survey);
@@ -132,6 +180,10 @@ impl Default for MissionLimits {
     fn default() -> Self {
         Self { steps_max: 150, decision_budget_ms: 600.0 }
     }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 fn paper() -> Profile {

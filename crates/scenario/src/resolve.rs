@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
-use contract::wire::{BriefV3, GroundV1};
+use contract::wire::{BriefV4, GroundV1};
 use contract::{
     Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
     Range, RunId, SensorParameters, SoilMotion, Weights,
@@ -54,7 +54,7 @@ impl Scenario {
         check_cells(&brief, &terrain, &shaped.relief)?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         // The wire messages check every bound that applies to scenarios too.
-        brief = Brief::try_from(&BriefV3::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV4::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
         }
@@ -287,6 +287,7 @@ impl Scenario {
                 decision_budget_ns: (budget_ms * 1e6).round() as u64,
             },
             guard: guard.resolve(mission.profile)?,
+            reading: mission.reading.resolve(mission.profile)?,
         })
     }
 }
@@ -312,9 +313,10 @@ impl Gaussians {
                 "-1e6 to 1e6 m",
             )?;
         }
+        let offset_m = self.ground_at.offset_cells() * self.cell_size_m;
         let hill = |sign: f64| {
-            move |&centre_m| Gaussian {
-                centre_m,
+            move |centre_m: &[f64; 2]| Gaussian {
+                centre_m: centre_m.map(|coordinate_m| coordinate_m - offset_m),
                 sigma_m: self.sigma_m,
                 amplitude_m: sign * self.amplitude_m,
             }

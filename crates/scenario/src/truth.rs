@@ -34,7 +34,7 @@ pub enum TerrainSource {
     ElevationFile(ElevationFile),
 }
 
-/// Hills and hollows h = ±a·exp(−r²/2σ²); cell (x, y) lies at (x, y) times the cell size.
+/// Hills and hollows h = ±a·exp(−r²/2σ²).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -49,12 +49,41 @@ pub struct Gaussians {
     pub sigma_m: f64,
     /// Height of a hill's top, metres.
     pub amplitude_m: f64,
-    /// Centres (x, y) of the hills, metres from the middle of cell (0, 0).
+    /// Where in a cell its ground is taken: cell (x, y) spans (x, y) to (x + 1, y + 1) times the cell size.
+    #[serde(default, skip_serializing_if = "CellPoint::is_default")]
+    pub ground_at: CellPoint,
+    /// Centres (x, y) of the hills, metres from the corner of cell (0, 0).
     #[serde(default)]
     pub raised_m: Vec<[f64; 2]>,
-    /// Centres (x, y) of the hollows, metres from the middle of cell (0, 0).
+    /// Centres (x, y) of the hollows, metres from the corner of cell (0, 0).
     #[serde(default)]
     pub lowered_m: Vec<[f64; 2]>,
+}
+
+/// A point of a cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum CellPoint {
+    /// The south-western corner.
+    #[default]
+    Corner,
+    /// The middle.
+    Centre,
+}
+
+impl CellPoint {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Its offset from the corner, cells along each axis.
+    pub(crate) fn offset_cells(self) -> f64 {
+        match self {
+            Self::Corner => 0.0,
+            Self::Centre => 0.5,
+        }
+    }
 }
 
 /// A sum of random Gaussians; the same seed gives the same ground.

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use contract::{Cell, GradientSource, Profile, Range, Soil};
+use contract::{Cell, DistanceNorm, GradientSource, Profile, Range, Reading, Soil};
 use proptest::prelude::*;
 use scenario::{
     BUILT_IN, Overrides, ResolvedScenario, Scenario, ScenarioCheck, ScenarioError, Warning, load,
@@ -232,6 +232,54 @@ fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
 }
 
 /// P-PATROL-SCENARIO.
+#[test]
+fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
+    let text = include_str!("../../../scenarios/hard.toml");
+    let plain = Scenario::parse(text, "hard").unwrap().resolve().unwrap();
+    assert!(plain.brief.reading.is_default() && !plain.resolved.contains("reading"));
+    assert!(!plain.resolved.contains("ground_at"));
+    let read = |section: &str| {
+        Scenario::parse(&format!("{text}\n[brief.reading]\n{section}\n"), "hard").unwrap().resolve()
+    };
+    let defaults = read("distance = \"euclidean\"\nopening_steps = 0").unwrap();
+    assert_eq!(defaults.hash, plain.hash, "spelled out, the defaults are the same mission");
+    let other =
+        read("leaving = -100.0\ndistance = \"manhattan\"\ndistance_scale_cells = 20.0\nopening_steps = 1")
+            .unwrap();
+    let reading = Reading {
+        leaving: Some(-100.0),
+        distance: DistanceNorm::Manhattan,
+        distance_scale_cells: Some(20.0),
+        opening_steps: 1,
+    };
+    assert_eq!(other.brief.reading, reading);
+    assert_ne!(other.hash, plain.hash);
+    assert_eq!(Scenario::parse(&other.resolved, "hard").unwrap().resolve().unwrap(), other);
+    let refused = |section: &str, words: &[&str]| says(&read(section).unwrap_err().to_string(), words);
+    refused("leaving = 5.0", &["brief.reading.leaving", "below 0", "5"]);
+    refused("distance_scale_cells = 0.0", &["brief.reading.distance_scale_cells", "above 0"]);
+    refused("opening_steps = 150", &["brief.reading.opening_steps", "150"]);
+    let ours = text.replace("paper-2023", "hopper");
+    let ours = Scenario::parse(&format!("{ours}\n[brief.reading]\nopening_steps = 1\n"), "hard").unwrap();
+    says(&ours.resolve().unwrap_err().to_string(), &["brief.reading", "paper-2023", "hopper"]);
+}
+
+#[test]
+fn ground_at_the_centre_is_that_half_a_cell_further_on() {
+    let text = include_str!("../../../scenarios/hard.toml");
+    let at = |point: &str| {
+        let terrain = format!("[truth.terrain.gaussians]\nground_at = \"{point}\"");
+        let text = text.replace("[truth.terrain.gaussians]", &terrain);
+        Scenario::parse(&text, "hard").unwrap().resolve().unwrap()
+    };
+    let (corner, centre) = (at("corner"), at("centre"));
+    assert_eq!(corner.terrain, built_in("hard").terrain);
+    // The hill at (1, 6) m is highest at the corner of (1, 6); halfway between cells its four neighbours are equal.
+    let height = |world: &ResolvedScenario, x, y| world.terrain.ground(Cell::new(x, y)).unwrap().height_m;
+    assert!(height(&corner, 1, 6) > height(&corner, 0, 5) && height(&corner, 1, 6) > height(&corner, 0, 6));
+    assert!((height(&centre, 1, 6) - height(&centre, 0, 5)).abs() < 1e-3);
+}
+
 #[test]
 fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
     let patrol = |text: &str| {

@@ -3,8 +3,11 @@
 use std::io;
 use std::path::Path;
 
-use contract::wire::BriefV3;
-use contract::{Brief, Limits, RunId};
+use contract::wire::BriefV4;
+use contract::{
+    Brief, Cell, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors, Profile, Reading,
+    RunId, SensorParameters, Weights,
+};
 use scenario::ResolvedScenario;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +17,10 @@ use super::{JournalError, Storage, codec, frame};
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
 
 /// Version of the layout of header and records; a changed layout takes a new one.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
+
+/// The format before it, whose brief has no [`Reading`]; its journals are read and resumed all the same.
+const FORMAT_BEFORE: u32 = 3;
 
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
@@ -97,8 +103,9 @@ impl JournalHeader {
             return Err(bad("its first bytes are none of a journal's".into()));
         }
         let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
-        if number(format) != FORMAT {
-            let (need, got) = (FORMAT.to_string(), number(format).to_string());
+        let format = number(format);
+        if format != FORMAT && format != FORMAT_BEFORE {
+            let (need, got) = (format!("{FORMAT_BEFORE} or {FORMAT}"), format.to_string());
             return Err(JournalError::Mismatch { field: "format", need, got });
         }
         let length = number(length) as usize;
@@ -109,10 +116,74 @@ impl JournalHeader {
         file.read_exact_at(&mut frame, PREAMBLE_BYTES as u64).map_err(short)?;
         let payload = frame::payload(&frame, codec::BYTES_MAX)
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
-        let header: Self = codec::decode(payload).map_err(bad)?;
+        let header: Self = match format {
+            FORMAT => codec::decode(payload).map_err(bad)?,
+            _ => codec::decode::<HeaderBefore>(payload).map_err(bad)?.into(),
+        };
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV3::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
+        Brief::try_from(&BriefV4::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
+    }
+}
+
+/// [`JournalHeader`] in [`FORMAT_BEFORE`].
+#[derive(Deserialize)]
+struct HeaderBefore {
+    brief: BriefBefore,
+    seed: u64,
+    resolved: String,
+}
+
+/// [`Brief`] in [`FORMAT_BEFORE`]; the fields mean the same.
+#[derive(Deserialize)]
+struct BriefBefore {
+    run: RunId,
+    scenario: Name,
+    scenario_hash: [u8; 32],
+    profile: Profile,
+    robots: u16,
+    grid: Grid,
+    datum_m: f64,
+    start: Cell,
+    goal: Cell,
+    patrol: Option<Patrol>,
+    weights: Weights,
+    payoff: Payoff,
+    priors: Priors,
+    motion: MotionParameters,
+    sensor: SensorParameters,
+    limits: Limits,
+    guard: Guard,
+}
+
+impl From<HeaderBefore> for JournalHeader {
+    fn from(header: HeaderBefore) -> Self {
+        let HeaderBefore { brief, seed, resolved } = header;
+        let BriefBefore { run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, .. } =
+            brief;
+        let BriefBefore { patrol, weights, payoff, priors, motion, sensor, limits, guard, .. } = brief;
+        let reading = Reading::default();
+        let brief = Brief {
+            run,
+            scenario,
+            scenario_hash,
+            profile,
+            robots,
+            grid,
+            datum_m,
+            start,
+            goal,
+            patrol,
+            weights,
+            payoff,
+            priors,
+            motion,
+            sensor,
+            limits,
+            guard,
+            reading,
+        };
+        Self { brief, seed, resolved }
     }
 }
 

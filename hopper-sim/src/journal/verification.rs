@@ -110,7 +110,7 @@ impl Verification {
             digest: genesis(brief, header.seed),
             digest_broken_at: None,
             outcome: opening_status(brief),
-            steps: 0,
+            steps: header.brief.reading.opening_steps,
             after_the_end: 0,
             terms_rise: true,
             vetoes: 0,

@@ -48,6 +48,7 @@ pub fn brief() -> Brief {
         },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
+        reading: contract::Reading::default(),
         patrol: None,
     }
 }

@@ -7,8 +7,8 @@
 //!   V(x) = γ max_u \[r(x) + γ Σ p (r(x′) + V(x′))\];
 //! - the goal absorbs: V = 0, and landing there pays the brief's goal payoff;
 //! - unseen cells are as [`Belief`] assumes;
-//! - in profile `paper-2023` leaving the map counts as staying, in the plan only; in profile `hopper`
-//!   it loses the hopper, from unseen cells too;
+//! - in profile `paper-2023` leaving the map counts as staying, in the plan only, unless the brief's
+//!   [`contract::Reading`] prices it; in profile `hopper` it loses the hopper, from unseen cells too;
 //! - landing on ground known to be impassable loses the hopper, in both profiles (the paper's worlds
 //!   have none).
 //!
@@ -60,9 +60,9 @@ impl Model {
 /// If the brief's numbers are out of range: they are checked where a brief enters a process.
 #[must_use]
 pub fn world(brief: &Brief, lattice: &HopLattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
-    let leaving = match brief.profile {
-        Profile::Paper2023 => Leaving::Stays,
-        Profile::Hopper => Leaving::Loses,
+    let leaving = match (brief.profile, brief.reading.leaving) {
+        (Profile::Paper2023, None) => Leaving::Stays,
+        (Profile::Paper2023, Some(_)) | (Profile::Hopper, _) => Leaving::Loses,
     };
     let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
     let refused = "a brief is checked where it enters a process";
@@ -103,9 +103,12 @@ pub fn worst_payoff(world: &GridWorld) -> f64 {
     (0..world.nodes()).map(|node| counted(world, node)).fold(0.0, f64::min)
 }
 
-/// The afterstate value of being lost: [`LOSS`] below the worst payoff for ever.
+/// The afterstate value of being lost: that of the brief's reading, or [`LOSS`] below the worst payoff for ever.
 #[must_use]
 pub fn loss(brief: &Brief, worst_payoff: f64) -> f64 {
+    if let Some(leaving) = brief.reading.leaving {
+        return leaving;
+    }
     LOSS + worst_payoff / (1.0 - brief.payoff.discount)
 }
 

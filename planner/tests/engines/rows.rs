@@ -1,10 +1,10 @@
 //! Payoffs and Bellman's right-hand side against numbers worked out by hand.
 
-use contract::{Cell, Decision, Grid, Ground, Profile, Range, Soil, Weights};
+use contract::{Cell, Decision, DistanceNorm, Grid, Ground, Profile, Range, Soil, Weights};
 use planner::Situation;
 use planner::mdp::model::{LOSS, Model};
 use planner::payoff::{LandingPayoff, PERIOD_PRICE};
-use solver::{Kind, action_values};
+use solver::{Kind, Leaving, action_values};
 
 use crate::world::World;
 
@@ -41,6 +41,30 @@ fn the_payoff_is_the_weighted_sum_of_the_paper() {
     // |∇h| = 0.1 on sand, T = −5: S = (−0.1 + 5 + 0.1)/5 = 1. Height 0.5: I = 0.5.
     close(of(1, 1), 2.0 + 4.0 * 0.5 - 5.0);
     close(of(2, 2), 100.0);
+}
+
+#[test]
+fn distance_and_leaving_are_read_as_the_brief_says() {
+    let mut world = nine_cells(Profile::Paper2023);
+    world.brief.reading.distance = DistanceNorm::Manhattan;
+    let of = |world: &World, x, y| {
+        LandingPayoff::new(&world.brief).of(Cell::new(x, y), world.ground(Cell::new(x, y)).unwrap())
+    };
+    // One of the four cells from start to goal is left at (2, 1), two at (0, 2), and all at the start.
+    close(of(&world, 2, 1), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 4.0);
+    close(of(&world, 0, 2), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 2.0);
+    close(of(&world, 0, 0), 2.0 * 0.02 + 4.0 * 0.25 - 10.0);
+    world.brief.reading.distance_scale_cells = Some(8.0);
+    close(of(&world, 2, 1), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 8.0);
+
+    assert_eq!(model(&world).world.rules().leaving, Leaving::Stays);
+    world.brief.reading.leaving = Some(-100.0);
+    let rules = model(&world).world.rules().clone();
+    assert_eq!((rules.leaving, rules.loss), (Leaving::Loses, -100.0));
+    // West of the start, on hard flat ground: the hop leaves unless it slips, to the south as well, or to (0, 1).
+    let values = vec![0.0; 9];
+    let west = action_values(&model(&world).world, &values, 0)[3];
+    close(west, 0.99 * (0.95 * -100.0 + 0.05 * of(&world, 0, 1)));
 }
 
 #[test]

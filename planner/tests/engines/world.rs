@@ -158,6 +158,7 @@ impl World {
             },
             limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
             guard: contract::Guard::OFF,
+            reading: contract::Reading::default(),
             patrol: None,
         };
         Self { brief, cells }

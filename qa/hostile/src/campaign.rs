@@ -48,8 +48,9 @@ pub fn read(bytes: &[u8]) {
         Ok(campaign) => campaign,
         Err(error) => return told(&error),
     };
-    let Campaign { scenarios, profiles, planners, weights, .. } = &campaign;
-    let worlds = scenarios.len() * profiles.len() * planners.len() * weights.len().max(1);
+    let Campaign { scenarios, profiles, planners, weights, readings, .. } = &campaign;
+    let worlds =
+        scenarios.len() * profiles.len() * planners.len() * weights.len().max(1) * readings.len().max(1);
     if worlds > WORLDS_MAX || !scenarios.iter().all(|name| SMALL.contains(&name.as_str())) {
         return;
     }

@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use bytemuck::Zeroable;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
 use contract::wire::{
-    BriefV3, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
+    BriefV4, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
     PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
     TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
     truth_page_from_wire,
@@ -24,7 +24,7 @@ use crate::{fixtures, told};
 
 /// Reads a message of `hop/brief`.
 pub fn brief(bytes: &[u8]) {
-    there_and_back::<BriefV3, Brief>(&header(bytes).0);
+    there_and_back::<BriefV4, Brief>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/command`.
@@ -147,7 +147,7 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 /// The brief of [`fixtures`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&BriefV3::from(&fixtures::brief()), &[])]
+    vec![bytes_of::<_, GroundV1>(&BriefV4::from(&fixtures::brief()), &[])]
 }
 
 /// An order, and a pacing.

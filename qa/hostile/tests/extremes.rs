@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::wire::{
-    BriefV3, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV3, SeenCellV1,
+    BriefV4, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV3, SeenCellV1,
     StateV3, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
@@ -124,7 +124,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
-    for wire in extremes::of(&BriefV3::from(&fixtures::brief())) {
+    for wire in extremes::of(&BriefV4::from(&fixtures::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
             for run in [fixtures::RUN, brief.run] {
                 let mut processes = Processes::aboard();
@@ -198,7 +198,7 @@ const WORK_MAX: u64 = 200_000;
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV3::from(&fixtures::brief())) {
+    for wire in extremes::of(&BriefV4::from(&fixtures::brief())) {
         let Ok(brief) = Brief::try_from(&wire) else { continue };
         let mut terrain = fixtures::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use ::campaign::{Comparison, Report, paper};
+use ::campaign::{Comparison, ReadingScores, Report, paper};
 use node::{Exit, Failure};
 use serde::Serialize;
 
@@ -24,6 +24,10 @@ pub struct Args {
     /// Prints a table and a verdict on each cell of the MDP.
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
     beside: Option<PathBuf>,
+    /// Score the readings of the paper's open points that the campaign compares by how likely they make the paper's
+    /// numbers.
+    #[arg(long, conflicts_with_all = ["against", "beside"])]
+    readings: bool,
     /// Exit with code 3 if a verdict is not accepted.
     #[arg(long, requires = "beside")]
     accept: bool,
@@ -87,6 +91,19 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             }
         })?;
         return Ok(if args.accept && !comparison.accepted() { Exit::Threshold } else { Exit::Done });
+    }
+    if args.readings {
+        let need = "--readings needs a campaign with [[readings]] of scenarios, planners and weights that the paper has";
+        let scores = ReadingScores::new(&findings).ok_or_else(|| Failure::usage(need))?;
+        print(&match args.format {
+            Form::Md => scores.markdown(),
+            Form::Json => serde_json::to_string(&scores).map_err(Failure::run)? + "\n",
+            Form::Csv | Form::Svg => {
+                let got = args.format;
+                return Err(Failure::usage(format!("--readings needs --format md or json, got {got}")));
+            }
+        })?;
+        return Ok(Exit::Done);
     }
     let text = match args.format {
         Form::Md => findings.markdown() + &Speed::of(&args.dir, &manifest).markdown(),

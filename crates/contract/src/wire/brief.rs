@@ -11,8 +11,8 @@ use super::{
 use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors,
-    Profile, Range, Refusal, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, DistanceNorm, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff,
+    Priors, Profile, Range, Reading, Refusal, SensorParameters, SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -32,7 +32,7 @@ pub struct SoilMotionV1 {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV3 {
+pub struct BriefV4 {
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
     pub scenario: [u8; Name::BYTES],
@@ -96,18 +96,25 @@ pub struct BriefV3 {
     pub deadline_ns: u64,
     /// Hops after which a patrol is flown; 0 for no patrol.
     pub hops_max: u64,
+    /// What leaving the map is worth to the plan; 0 counts it as staying.
+    pub leaving: f64,
+    /// Distance at which D is −1, cells; 0 for that from start to goal.
+    pub distance_scale_cells: f64,
+    /// Steps counted for the first observation.
+    pub opening_steps: u64,
+    /// 0 Euclidean, 1 Manhattan.
+    pub distance_norm: u32,
     /// Goals of a patrol; 0 for no patrol.
     pub goal_count: u32,
-    pub reserved: u32,
     /// The goals (x, y), cells, the rest zero.
     pub goals: [[i32; 2]; GOALS_MAX],
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV3>() == 520);
+const _: () = assert!(size_of::<BriefV4>() == 544);
 
-impl Wire for BriefV3 {
-    const NAME: &'static str = "hop.Brief.v3";
+impl Wire for BriefV4 {
+    const NAME: &'static str = "hop.Brief.v4";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -140,7 +147,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV3 {
+impl From<&Brief> for BriefV4 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -179,18 +186,24 @@ impl From<&Brief> for BriefV3 {
             hazard_max: brief.guard.hazard_max,
             deadline_ns: brief.guard.deadline_ns,
             hops_max: brief.patrol.map_or(0, |patrol| patrol.hops_max),
+            leaving: brief.reading.leaving.unwrap_or(0.0),
+            distance_scale_cells: brief.reading.distance_scale_cells.unwrap_or(0.0),
+            opening_steps: brief.reading.opening_steps,
+            distance_norm: match brief.reading.distance {
+                DistanceNorm::Euclidean => 0,
+                DistanceNorm::Manhattan => 1,
+            },
             goal_count: brief.patrol.map_or(0, |patrol| patrol.goals().len() as u32),
-            reserved: 0,
             goals: goals_to_wire(brief.patrol.as_ref()),
         }
     }
 }
 
-impl TryFrom<&BriefV3> for Brief {
+impl TryFrom<&BriefV4> for Brief {
     type Error = Refusal;
 
     // Long: every field is validated once, in the order of the struct.
-    fn try_from(wire: &BriefV3) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV4) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
@@ -284,8 +297,29 @@ impl TryFrom<&BriefV3> for Brief {
                 hazard_max: float("brief.guard.hazard_max", wire.hazard_max, 0.0, 1.0)?,
                 deadline_ns: wire.deadline_ns,
             },
+            reading: reading_from_wire(wire)?,
         })
     }
+}
+
+fn reading_from_wire(wire: &BriefV4) -> Result<Reading, Refusal> {
+    let given = |value: f64| (value != 0.0).then_some(value);
+    let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
+    let scale = float("brief.reading.distance_scale_cells", wire.distance_scale_cells, 0.0, LENGTH_MAX_M)?;
+    if wire.opening_steps >= wire.steps_max {
+        let need = format!("less than the {} steps of the mission", wire.steps_max);
+        return Err(Refusal::malformed("brief.reading.opening_steps", &need, wire.opening_steps));
+    }
+    Ok(Reading {
+        leaving: given(leaving),
+        distance: tag("brief.reading.distance", wire.distance_norm, |code| match code {
+            0 => Some(DistanceNorm::Euclidean),
+            1 => Some(DistanceNorm::Manhattan),
+            _ => None,
+        })?,
+        distance_scale_cells: given(scale),
+        opening_steps: wire.opening_steps,
+    })
 }
 
 fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
@@ -297,7 +331,7 @@ fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
 }
 
 fn patrol_from_wire(
-    wire: &BriefV3,
+    wire: &BriefV4,
     on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
 ) -> Result<Option<Patrol>, Refusal> {
     if wire.goal_count == 0 && wire.hops_max == 0 {
@@ -312,7 +346,7 @@ fn patrol_from_wire(
     Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }
 
-fixed_payload!(Brief => BriefV3);
+fixed_payload!(Brief => BriefV4);
 
 /// Tells every process of the run; a late reader gets the last one.
 impl Message for Brief {

@@ -23,7 +23,7 @@ mod policy;
 mod state;
 mod truth;
 
-pub use brief::{BriefV3, SoilMotionV1};
+pub use brief::{BriefV4, SoilMotionV1};
 pub use command::CommandV1;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV1;

@@ -95,6 +95,7 @@ pub fn brief() -> Brief {
         },
         limits: Limits { steps_max: 100, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
+        reading: contract::Reading::default(),
         patrol: None,
     }
 }
