@@ -284,3 +284,25 @@ fn every_path_that_the_architecture_names_exists() {
     }
     assert!(paths > 20, "ARCHITECTURE.md is a map of {paths} paths");
 }
+
+/// P-REGISTERED: what is not in the list is neither checked at start nor budgeted, simulated or shown by `hopper topic`.
+#[test]
+fn every_message_is_in_the_list_that_everything_follows_from() {
+    let declared = |declaration: &str| -> BTreeSet<String> {
+        let files = sources("crates/contract/src/wire");
+        let texts = files.iter().map(|path| code(path)).collect::<Vec<_>>().join("\n");
+        let after = texts.split(declaration).skip(1).map(|rest| rest.split(" {").next().unwrap().trim());
+        after.map(Into::into).collect()
+    };
+    let list = read("crates/contract/src/wire/mod.rs");
+    let listed = |call: &str| -> BTreeSet<String> {
+        list.split(call).skip(1).map(|rest| rest.split(">()").next().unwrap().into()).collect()
+    };
+    for (declaration, call) in
+        [("\nimpl Message for ", "visitor.message::<"), ("\nimpl Request for ", "visitor.request::<")]
+    {
+        let declared = declared(declaration);
+        assert!(declared.len() >= 3, "{declared:?}");
+        assert_eq!(declared, listed(call), "declared in crates/contract/src/wire, and a line in `visit`");
+    }
+}
