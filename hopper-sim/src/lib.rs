@@ -13,6 +13,7 @@ mod exit;
 pub mod guard;
 pub mod journal;
 pub mod mission;
+pub mod private_file;
 pub mod process;
 #[cfg(feature = "shell")]
 pub mod shell;
