@@ -18,6 +18,7 @@ pub mod process;
 #[cfg(feature = "shell")]
 pub mod shell;
 pub mod throttle;
+mod trouble;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use contract::Pace;
