@@ -92,6 +92,18 @@ pub fn create(path: &Path) -> Result<File, FileError> {
     Ok(file)
 }
 
+/// Refuses what is at `path` if it is a symbolic link, no regular file, or another user's. Nothing there is fine.
+///
+/// # Errors
+/// If it is, or cannot be looked at.
+pub fn check_file(path: &Path) -> Result<(), FileError> {
+    match fs::symlink_metadata(path) {
+        Ok(data) => check(path, &data),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(FileError::Io { action: "look at", path: path.into(), source }),
+    }
+}
+
 /// Makes the folder `path` and those above it, for their owner only, unless it exists.
 ///
 /// # Errors

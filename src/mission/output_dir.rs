@@ -21,6 +21,9 @@ use serde::Serialize;
 
 use super::snapshot::Snapshot;
 
+/// Files that are written into the folder, beside the journal.
+const FILES: [&str; 5] = ["scenario.toml", "provenance.json", "timing.csv", "mission.svg", "summary.json"];
+
 /// The picture shows no more than this many hops, the last ones.
 const ROUTE_SHOWN: usize = 2_000;
 
@@ -30,6 +33,8 @@ pub struct OutputDir {
     dir: PathBuf,
     /// The run of the journal in it.
     run: RunId,
+    /// Whether this began the journal.
+    began: bool,
     /// The folder, locked.
     lock: File,
 }
@@ -75,8 +80,28 @@ impl OutputDir {
             other => Failure::usage(other),
         })?;
         let lock = lock(&dir)?;
-        let journal = open_journal(&dir.join("journal"), world, seed, false)?;
-        Ok((Self { dir, run: journal.header().run(), lock }, journal))
+        // What is written at the end only is refused at the start too.
+        for name in FILES {
+            private_file::check_file(&dir.join(name)).map_err(Failure::usage)?;
+        }
+        let journal_dir = dir.join("journal");
+        let began = !Journal::exists(&journal_dir);
+        let journal = open_journal(&journal_dir, world, seed, false)?;
+        Ok((Self { dir, run: journal.header().run(), began, lock }, journal))
+    }
+
+    /// Removes the journal if this began it and nothing was flown: a mission that was refused keeps the folder for no
+    /// other.
+    pub fn withdraw(&self) {
+        let dir = self.journal_dir();
+        // Held while it is removed, and let go of if it is not what was begun here.
+        let Some(journal) = self.began.then(|| Journal::open(&dir, false).ok()).flatten() else { return };
+        if journal.is_empty() && journal.header().run() == self.run {
+            for file in [hopper_sim::journal::FILE_NAME, hopper_sim::journal::LOCK_NAME] {
+                let _ = std::fs::remove_file(dir.join(file));
+            }
+            let _ = std::fs::remove_dir(&dir);
+        }
     }
 
     /// Writes the resolved scenario and the provenance, while the journal is held.

@@ -74,6 +74,15 @@ pub struct Flight {
 /// # Errors
 /// If shared memory cannot be opened, or a process cannot be started.
 pub fn fly(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<Flight, Failure> {
+    let flown = supervise(launch, output_dir, journal);
+    let refused = |failure: &Failure| matches!(failure.exit, Exit::Usage | Exit::Peer);
+    if flown.as_ref().map_or(true, |flight| flight.verdict.as_ref().is_err_and(refused)) {
+        output_dir.withdraw();
+    }
+    flown
+}
+
+fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<Flight, Failure> {
     let instance = Instance::new(&launch.instance)?;
     instance.clean()?;
     let mut supervisor = Supervisor::start(launch, &instance, output_dir, journal)?;

@@ -12,7 +12,7 @@ use super::JournalError;
 use crate::private_file;
 
 /// Name of the lock's file in the journal's directory.
-const FILE_NAME: &str = "lock";
+pub const LOCK_NAME: &str = "lock";
 
 /// Held as long as it lives; the operating system lets go of it when the process dies.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Lock {
             Ok(()) => Ok(Self { file: file.try_clone().map_err(super::io("lock", path))? }),
             Err(TryLockError::WouldBlock) => {
                 let dir = path.parent().unwrap_or(path);
-                let pid = private_file::lock_holder(file).or_else(|| signed(&dir.join(FILE_NAME)));
+                let pid = private_file::lock_holder(file).or_else(|| signed(&dir.join(LOCK_NAME)));
                 Err(JournalError::Locked { dir: dir.into(), pid })
             }
             Err(TryLockError::Error(error)) => Err(super::io("lock", path)(error)),
@@ -43,7 +43,7 @@ impl Lock {
     /// # Errors
     /// [`JournalError::Locked`] names the holder.
     pub(super) fn of_folder(dir: &Path) -> Result<Self, JournalError> {
-        let path = dir.join(FILE_NAME);
+        let path = dir.join(LOCK_NAME);
         let mut file = private_file::open(&path, true)?;
         let lock = Self::of(&file, &path)?;
         let sign = |file: &mut File| -> io::Result<()> {

@@ -42,7 +42,7 @@ pub use error::{Displacement, JournalError};
 pub use folder::Folder;
 pub use header::{FORMAT, JournalHeader};
 pub use journal_reader::{JournalReader, Records};
-pub use lock::Lock;
+pub use lock::{LOCK_NAME, Lock};
 pub use show::Show;
 pub use storage::{Located, Storage};
 pub use verification::{Verification, verify};
@@ -212,9 +212,14 @@ impl<S: Storage> Journal<S> {
     /// The page of records that begins at decision `from`; empty beyond the last.
     ///
     /// # Errors
-    /// If a record cannot be read back.
+    /// If a record cannot be read back, or is not the one that was appended.
     pub fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
-        let records = self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
+        let records: Vec<Record> =
+            self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
+        let mut digest = records.first().map_or_else(|| self.genesis(), |first| first.previous);
+        for (due, record) in (from.0..).zip(&records) {
+            digest = continues(record, Decision(due), digest)?;
+        }
         Ok(PastPage { run: self.header.run(), robot: ROBOT, from, records })
     }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::os::unix::fs::{chown, symlink};
 use std::path::Path;
 
+use contract::Decision;
 use hopper_sim::journal::{Displacement, FILE_NAME};
 use hopper_sim::private_file::FileError;
 use hopper_sim::{Journal, JournalError};
@@ -100,6 +101,21 @@ fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
         drop(journal);
         assert_eq!(Journal::open(written.path(), false).unwrap().len(), 5, "case {case}");
     }
+}
+
+/// P-PAST-LOST: records that were changed in place, so that path and length are as they were.
+#[test]
+fn no_page_is_served_of_records_that_were_not_appended() {
+    let written = Written::new();
+    let journal = Journal::open(written.path(), false).unwrap();
+    let (bytes, ends) = (written.bytes(), [3, 4, 5].map(|decision| written.ends[decision] as usize));
+    let swapped = [&bytes[..ends[0]], &bytes[ends[1]..ends[2]], &bytes[ends[0]..ends[1]], &bytes[ends[2]..]];
+    written.overwrite(&swapped.concat());
+    journal.check().expect("path and length are the same");
+    let error = journal.page(Decision(0)).unwrap_err();
+    assert!(matches!(error, JournalError::OutOfOrder { need: Decision(3), got: Decision(4) }), "{error}");
+    written.overwrite(&bytes);
+    assert_eq!(journal.page(Decision(0)).unwrap().records, written.records);
 }
 
 /// P-NO-LINK: a symbolic link in place of any file of the journal is refused, and what it leads to is left as it was.
