@@ -3,6 +3,7 @@
 use process::Exit;
 
 use crate::JournalError;
+use crate::private_file::FileError;
 
 impl JournalError {
     /// 4 if another process holds the journal, 1 if the operating system fails, 2 if the journal is
@@ -11,8 +12,12 @@ impl JournalError {
     pub fn exit(&self) -> Exit {
         match self {
             JournalError::Locked { .. } => Exit::Peer,
-            JournalError::Io { .. } | JournalError::TooLong { .. } => Exit::Failed,
-            JournalError::Exists { .. }
+            JournalError::Io { .. }
+            | JournalError::TooLong { .. }
+            | JournalError::Displaced { .. }
+            | JournalError::File(FileError::Io { .. }) => Exit::Failed,
+            JournalError::File(_)
+            | JournalError::Exists { .. }
             | JournalError::Missing { .. }
             | JournalError::BadHeader { .. }
             | JournalError::Mismatch { .. }

@@ -13,10 +13,12 @@ mod exit;
 pub mod guard;
 pub mod journal;
 pub mod mission;
+pub mod private_file;
 pub mod process;
 #[cfg(feature = "shell")]
 pub mod shell;
 pub mod throttle;
+mod trouble;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use contract::Pace;

@@ -1,6 +1,7 @@
 //! The hopper-sim process: ports and the journal around the [`Arbiter`].
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use contract::limits::TRUTH_PAGE_CELLS;
 use contract::{
@@ -11,11 +12,15 @@ use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
 };
 
+use crate::trouble::Trouble;
 use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pace, ROBOT, Storage, crash};
 
 /// How long before a landing hopper-sim no longer sleeps, nanoseconds: a sleeping process wakes a tenth of a
 /// millisecond late.
 const AWAKE_NS: u64 = 300_000;
+
+/// How often the journal is looked for at its path while nothing is appended, nanoseconds.
+const CHECK_NS: u64 = 100_000_000;
 
 /// How often the pacing is published again, nanoseconds.
 const PACING_NS: u64 = 1_000_000_000;
@@ -39,6 +44,14 @@ pub trait RecordStore {
     /// # Errors
     /// If they cannot be read.
     fn page(&self, from: Decision) -> Result<PastPage, JournalError>;
+
+    /// Checks that what was taken would be found again.
+    ///
+    /// # Errors
+    /// If the file was deleted, replaced or changed.
+    fn check(&self) -> Result<(), JournalError> {
+        Ok(())
+    }
 }
 
 impl<S: Storage> RecordStore for Journal<S> {
@@ -52,6 +65,10 @@ impl<S: Storage> RecordStore for Journal<S> {
 
     fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
         Journal::page(self, from)
+    }
+
+    fn check(&self) -> Result<(), JournalError> {
+        Journal::check(self)
     }
 }
 
@@ -92,8 +109,14 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     assembled: bool,
     /// Whether the last append failed.
     holding: bool,
-    /// Whether the log has said that the past cannot be read.
-    past_failed: bool,
+    /// The journal is not at its path, or not as it was left there.
+    displaced: Option<Trouble>,
+    /// The past cannot be read.
+    unreadable: Option<Trouble>,
+    /// How long either is endured, nanoseconds.
+    patience_ns: u64,
+    /// When the journal was last looked for.
+    checked: MonotonicNs,
     finished: Option<Status>,
 }
 
@@ -134,12 +157,22 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             lives: BTreeMap::new(),
             assembled: false,
             holding: false,
-            past_failed: false,
+            displaced: None,
+            unreadable: None,
+            patience_ns: u64::MAX,
+            checked: ports.now(),
             finished: None,
         };
         sim.announce()?;
         ports.pass(crash::JOINED).await;
         Ok(sim)
+    }
+
+    /// The same process, which ends with exit code 1 once its journal was displaced, or could not be read, for
+    /// `limit` without a break. Until then it holds.
+    #[must_use]
+    pub fn holding_at_most(self, limit: Duration) -> Self {
+        Self { patience_ns: u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX), ..self }
     }
 
     /// The arbiter, for its state and refusals.
@@ -202,8 +235,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
 
     /// Answers the requests for the past and the truth.
     async fn serve(&mut self, ports: &mut P) -> Result<(), P::Error> {
-        let due = self.arbiter.state().decision;
-        let Self { past, records, past_failed, .. } = self;
+        let (due, now) = (self.arbiter.state().decision, ports.now());
+        let Self { past, records, unreadable, .. } = self;
         let mut refusals = past.serve(|request: &PastRequest| {
             if (request.run, request.robot) != (records.run(), ROBOT) {
                 return None;
@@ -211,12 +244,13 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             let mut page = match records.page(request.from) {
                 Ok(page) => page,
                 Err(error) => {
-                    if !std::mem::replace(past_failed, true) {
+                    if Trouble::note(unreadable, &error, now) {
                         tracing::error!("the past cannot be served: {error}");
                     }
                     return None;
                 }
             };
+            *unreadable = None;
             // A hop that is still in the air has not been seen to land.
             page.records.retain(|record| record.decision < due);
             Some(page)
@@ -300,10 +334,15 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             Err(error) => {
                 ports.pass(crash::APPEND_FAILED).await;
                 // Every tick tries again: log it once.
-                if !std::mem::replace(&mut self.holding, true) {
+                let now = ports.now();
+                let is_news = match error {
+                    JournalError::Displaced { .. } => Trouble::note(&mut self.displaced, &error, now),
+                    _ => !std::mem::replace(&mut self.holding, true),
+                };
+                if is_news {
                     tracing::error!("holding at decision {}: {error}", record.decision);
                 }
-                self.arbiter.on(Event::AppendFailed, ports.now())
+                self.arbiter.on(Event::AppendFailed, now)
             }
         }
     }
@@ -330,6 +369,35 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         }
         self.pacings.idle();
         Ok(())
+    }
+
+    /// Looks for the journal every [`CHECK_NS`], and before leaving: no outcome is reported that it does not hold.
+    ///
+    /// # Errors
+    /// Exit code 1 if it is displaced, or its past cannot be read, for longer than patience lasts.
+    fn check_records(&mut self, now: MonotonicNs) -> Result<(), Failure> {
+        if self.finished.is_some() || now.since_ns(self.checked) >= CHECK_NS {
+            self.checked = now;
+            match self.records.check() {
+                Err(error) => {
+                    if Trouble::note(&mut self.displaced, &error, now) {
+                        tracing::error!("holding at decision {}: {error}", self.arbiter.state().decision);
+                    }
+                }
+                Ok(()) if self.displaced.take().is_some() => {
+                    tracing::info!("the journal is back: going on");
+                }
+                Ok(()) => {}
+            }
+        }
+        let endured = |trouble: &&Trouble| trouble.lasted_ns() >= self.patience_ns;
+        match self.displaced.iter().chain(&self.unreadable).find(endured) {
+            Some(trouble) => {
+                let patience = Duration::from_nanos(self.patience_ns);
+                Err(Failure::run(format!("held for {patience:?}: {}", trouble.why())))
+            }
+            None => Ok(()),
+        }
     }
 
     fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
@@ -364,7 +432,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         self.publish_pacing(ports.now()).map_err(Into::into)?;
         let State { run, decision, status, .. } = *self.arbiter.state();
         self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
-        if let Some(status) = self.finished {
+        self.check_records(ports.now())?;
+        if let Some(status) = self.finished.filter(|_| self.displaced.is_none()) {
             return Ok(Turn::Leave(if status == Status::Goal { Exit::Done } else { Exit::Failed }));
         }
         let waits_for = self.waits_for(ports.now());

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Brief, Profile, Record, Role};
+use contract::{Brief, Profile, Record, Role, RunId};
 use node::{Exit, Failure, Instance, MemoryBudget, Node};
 use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
@@ -104,6 +104,15 @@ pub struct Args {
     /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
+    /// Hold at most this long when the journal was deleted, replaced or cut, or cannot be read; then exit with code 1.
+    #[arg(long, default_value = "60s", value_parser = humantime::parse_duration, value_name = "DURATION")]
+    patience: Duration,
+    /// Resume the journal of this run, and begin none.
+    #[arg(long, hide = true, value_parser = run_id, value_name = "RUN")]
+    resume_run: Option<RunId>,
+    /// Decisions that the run to be resumed has published.
+    #[arg(long, hide = true, default_value_t = 0, value_name = "N")]
+    published: u64,
     /// Obey orders to pause, resume, step or change the pace, as the monitor's page gives them.
     #[arg(long)]
     control: bool,
@@ -124,14 +133,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let world = args.mission.world()?;
     let instance = Instance::new(&args.instance)?;
     let _claim = instance.claim(Role::HopperSim)?;
-    let journal = open_journal(&args.journal, &world, args.mission.seed(), args.sync)?;
-    if journal.torn_bytes() > 0 {
-        tracing::warn!(
-            "cut off {} bytes of a record that a killed process left incomplete",
-            journal.torn_bytes()
-        );
-    }
     let seed = args.mission.seed();
+    let journal = match args.resume_run {
+        Some(run) => resume_journal(args, &world, run)?,
+        None => open_journal(&args.journal, &world, seed, args.sync)?,
+    };
     let brief = Brief { run: journal.header().run(), ..world.brief };
     let mut summary = SummaryBuilder::new(&brief, seed);
     for record in journal.records() {
@@ -148,7 +154,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let mission = Mission { brief, terrain: world.terrain, seed };
         let last = journal.last().copied();
         let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
-        let mut sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;
+        let sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;
+        let mut sim = sim.holding_at_most(args.patience);
         tracing::info!(
             run = %brief.run, scenario = %brief.scenario, seed,
             "joined instance {:?} at decision {}", args.instance, sim.arbiter().state().decision
@@ -214,5 +221,44 @@ pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool)
     } else {
         Journal::create(dir, &expected.with_run(node::random_run()?), sync).map_err(fault)?
     };
+    warn_of_torn_tail(&journal);
     Ok(journal)
+}
+
+/// Opens the journal of `run`, which has published decisions: they are never flown again.
+///
+/// # Errors
+/// If it is gone, another run's, in use, damaged, or shorter than what was published.
+fn resume_journal(args: &Args, world: &ResolvedScenario, run: RunId) -> Result<Journal, Failure> {
+    let expected = JournalHeader::new(world, args.mission.seed()).with_run(run);
+    let journal =
+        Journal::resume_run(&args.journal, &expected, args.sync).map_err(|error| match error.exit() {
+            Exit::Peer => Failure::new(Exit::Peer, error.to_string()),
+            _ => Failure::run(format!("run {run} cannot be resumed, and is not begun anew: {error}")),
+        })?;
+    let (need, got) = (args.published, journal.len());
+    if got < need {
+        return Err(Failure::run(format!(
+            "run {run} cannot be resumed, and no hop is flown twice: {} needs the {need} decisions that were \
+             published, got {got}",
+            args.journal.display()
+        )));
+    }
+    warn_of_torn_tail(&journal);
+    Ok(journal)
+}
+
+fn warn_of_torn_tail(journal: &Journal) {
+    if journal.torn_bytes() > 0 {
+        tracing::warn!(
+            "cut off {} bytes of a record that a killed process left incomplete",
+            journal.torn_bytes()
+        );
+    }
+}
+
+fn run_id(text: &str) -> Result<RunId, String> {
+    u128::from_str_radix(text, 16)
+        .map(RunId)
+        .map_err(|error| format!("a run is 32 hexadecimal digits; {error}"))
 }

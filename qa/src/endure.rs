@@ -171,7 +171,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let world = scenario.resolve().map_err(Failure::usage)?;
     let Some(patrol) = world.brief.patrol else { unreachable!("the scenario is a patrol") };
     planner::algorithm(&args.planner).map_err(Failure::usage)?;
-    let output_dir = OutputDir::open(args.out.clone(), &world, mission.seed())?;
+    let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, mission.seed())?;
+    output_dir.describe(&world, mission.seed())?;
+    drop(journal);
     let started = Node::now();
     let mut processes = Processes::start(args, mission.seed(), mission.pace, &output_dir)?;
     let samples = processes.watch(args, patrol.hops_max)?;

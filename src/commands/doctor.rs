@@ -3,11 +3,14 @@
 use std::fmt::Write as _;
 
 use node::inspect::{Memory, MissionReport, NodeHealth, Report, inspect};
-use node::{Cleaned, Exit, Failure, Instance, free_bytes};
+use node::{Cleaned, Exit, Failure, Instance, Removal, free_bytes};
 use report::{Format, table};
 use serde::Serialize;
 
 use crate::stdout::print;
+
+/// The instance of commands that name none.
+const DEFAULT_INSTANCE: &str = "hopper";
 
 /// Arguments of `hopper doctor`.
 #[derive(clap::Args, Clone, Debug)]
@@ -15,7 +18,7 @@ pub struct Args {
     /// Inspect this instance only [default: every instance of this user].
     #[arg(long, env = "HOPPER_INSTANCE", value_name = "NAME")]
     instance: Option<String>,
-    /// First remove what instances without a live process have left behind.
+    /// First remove what instances without a live process have left behind, and files of other users in their place.
     #[arg(long)]
     clean: bool,
     /// Format of the answer on standard output: text or json.
@@ -36,6 +39,8 @@ struct Findings {
 struct Cleaning {
     instance: String,
     outcome: Cleaned,
+    /// Files of other users that bore the instance's name.
+    foreign: Vec<Removal>,
 }
 
 /// Runs the command.
@@ -43,17 +48,14 @@ struct Cleaning {
 /// # Errors
 /// If shared memory cannot be read, or a leftover cannot be removed.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let chosen = || match &args.instance {
-        Some(name) => Ok(vec![Instance::new(name)?]),
-        None => Instance::all(),
-    };
     let mut cleaned = Vec::new();
     if args.clean {
-        for instance in chosen()? {
-            cleaned.push(Cleaning { instance: instance.name().into(), outcome: instance.clean()? });
+        for instance in chosen(args)? {
+            let foreign = instance.remove_foreign_files()?;
+            cleaned.push(Cleaning { instance: instance.name().into(), outcome: instance.clean()?, foreign });
         }
     }
-    let instances = chosen()?.iter().map(inspect).collect::<Result<_, _>>()?;
+    let instances = chosen(args)?.iter().map(inspect).collect::<Result<_, _>>()?;
     let findings =
         Findings { version: env!("CARGO_PKG_VERSION"), free_bytes: free_bytes()?, cleaned, instances };
     let text = match args.format {
@@ -64,11 +66,32 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The instance asked for, or all of this user's, and the default one if another user has put files in its place.
+fn chosen(args: &Args) -> Result<Vec<Instance>, Failure> {
+    if let Some(name) = &args.instance {
+        return Ok(vec![Instance::new(name)?]);
+    }
+    let mut instances = Instance::all()?;
+    let default = Instance::new(DEFAULT_INSTANCE)?;
+    if !instances.contains(&default) && !default.foreign_files()?.is_empty() {
+        instances.push(default);
+    }
+    Ok(instances)
+}
+
 impl Findings {
     fn text(&self) -> String {
         let mut text =
             format!("hopper {}, {} of shared memory free\n", self.version, megabytes(self.free_bytes));
-        for Cleaning { instance, outcome } in &self.cleaned {
+        for Cleaning { instance, outcome, foreign } in &self.cleaned {
+            for Removal { file, refused } in foreign {
+                let _ = match refused {
+                    None => writeln!(text, "removed {file} that kept everybody out of {instance}"),
+                    Some(why) => {
+                        writeln!(text, "cannot remove {file} that keeps everybody out of {instance}: {why}")
+                    }
+                };
+            }
             let done = match outcome {
                 Cleaned::Nothing => "nothing to remove".to_owned(),
                 Cleaned::Alive => "alive, left alone".to_owned(),

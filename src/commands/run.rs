@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use contract::{Digest, Name, Status};
 use hopper_sim::shell::{MissionArgs, print_summary};
-use hopper_sim::{JournalReader, Pace};
+use hopper_sim::{Journal, JournalReader, Pace};
 use monitor::record_args::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::{Exit, Failure};
@@ -65,10 +65,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Some(dir) => world_of_journal(args, dir)?,
         None => (args.mission.world()?, args.mission.seed()),
     };
-    let output_dir = OutputDir::open(args.out.clone(), &world, seed)?;
+    let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, seed)?;
     // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
     let earlier: Vec<PathBuf> = recordings(args, 1).collect();
-    let flight = fly(args, &world, seed, &output_dir)?;
+    let flight = fly(args, (&world, seed), &output_dir, journal)?;
     let Some(mut summary) = flight.summary else {
         return Err(match flight.verdict {
             Ok(true) => Failure::new(Exit::Interrupted, "interrupted before the first decision"),
@@ -98,12 +98,18 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&summary, args.strict_budget, interrupted))
 }
 
-fn fly(args: &Args, world: &ResolvedScenario, seed: u64, output_dir: &OutputDir) -> Result<Flight, Failure> {
+fn fly(
+    args: &Args,
+    (world, seed): (&ResolvedScenario, u64),
+    output_dir: &OutputDir,
+    journal: Journal,
+) -> Result<Flight, Failure> {
     if args.lockstep {
-        let summary = in_lockstep(world, seed, &schedule(args)?, output_dir)?;
+        let summary = in_lockstep(world, seed, &schedule(args)?, output_dir, journal)?;
         check_repetition(args, summary.digest)?;
         return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true });
     }
+    output_dir.describe(world, seed)?;
     let launch = Launch {
         instance: args.instance.clone(),
         planner: args.planner.clone(),
@@ -118,7 +124,7 @@ fn fly(args: &Args, world: &ResolvedScenario, seed: u64, output_dir: &OutputDir)
             .map(|file| Recording { file: file.clone(), with_policies: args.record.record_policies }),
         patience: args.patience,
     };
-    supervisor::fly(&launch, output_dir)
+    supervisor::fly(&launch, output_dir, journal)
 }
 
 /// The files of the recording asked for that exist, without the first `skipped`.

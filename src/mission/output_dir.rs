@@ -1,13 +1,18 @@
 //! The output folder of a mission, readable by its owner only: scenario, provenance, journal, summary, picture.
+//!
+//! One command at a time has the folder, by a lock on the folder itself, and nothing is written into it before its
+//! journal is held: a command that is refused leaves the mission that is under way there as it is.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::{DirBuilder, File, OpenOptions};
-use std::io::{BufWriter, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::fs::{DirBuilder, File, TryLockError};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
-use contract::{Decision, Pose, RefusalCounts, RobotId};
-use hopper_sim::{Journal, JournalHeader, JournalReader};
+use contract::{Decision, Pose, RefusalCounts, RobotId, RunId};
+use hopper_sim::private_file::{self, FileError};
+use hopper_sim::shell::open_journal;
+use hopper_sim::{Journal, JournalReader};
 use node::{Exit, Failure};
 use perception::Observation;
 use report::{Picture, Summary, SummaryBuilder};
@@ -16,13 +21,29 @@ use serde::Serialize;
 
 use super::snapshot::Snapshot;
 
+/// Files that are written into the folder, beside the journal.
+const FILES: [&str; 5] = ["scenario.toml", "provenance.json", "timing.csv", "mission.svg", "summary.json"];
+
 /// The picture shows no more than this many hops, the last ones.
 const ROUTE_SHOWN: usize = 2_000;
 
-/// An output folder that holds the resolved scenario and the provenance, and belongs to one mission.
+/// An output folder that belongs to one mission, for as long as this lives.
 #[derive(Debug)]
 pub struct OutputDir {
     dir: PathBuf,
+    /// The run of the journal in it.
+    run: RunId,
+    /// Whether this began the journal.
+    began: bool,
+    /// The folder, locked.
+    lock: File,
+}
+
+impl Drop for OutputDir {
+    fn drop(&mut self) {
+        // Closing it would not do: a child that has not come to its exec yet holds the very same open folder.
+        let _ = self.lock.unlock();
+    }
 }
 
 /// What reproduces the results: program, machine, command line, scenario and seed.
@@ -39,24 +60,56 @@ struct Provenance<'a> {
 }
 
 impl OutputDir {
-    /// Opens `dir`, or a new folder under `out/` named after scenario and seed, and writes the resolved scenario and
-    /// the provenance.
+    /// Takes `dir`, or a new folder under `out/` named after scenario and seed, and the journal in it, which is begun
+    /// if there is none. Nothing else is written: see [`OutputDir::describe`].
     ///
     /// # Errors
-    /// If the folder cannot be written, or holds the journal of another mission.
-    pub fn open(dir: Option<PathBuf>, world: &ResolvedScenario, seed: u64) -> Result<Self, Failure> {
-        let dir = dir.unwrap_or_else(|| fresh_folder(world.brief.scenario.as_str(), seed));
-        let journal_dir = dir.join("journal");
-        if Journal::exists(&journal_dir) {
-            // Checked before anything in the folder is overwritten.
-            let history = JournalReader::open(&journal_dir).map_err(Failure::usage)?;
-            JournalHeader::new(world, seed).check(history.header()).map_err(Failure::usage)?;
-        }
-        DirBuilder::new().recursive(true).mode(0o700).create(&dir).map_err(|error| {
-            Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
+    /// If the folder is another user's or cannot be written; if it is in use, or holds the journal of another mission,
+    /// and then it is left as it was.
+    pub fn open(
+        dir: Option<PathBuf>,
+        world: &ResolvedScenario,
+        seed: u64,
+    ) -> Result<(Self, Journal), Failure> {
+        let dir = match dir {
+            Some(dir) => dir,
+            None => fresh_folder(world.brief.scenario.as_str(), seed)?,
+        };
+        private_file::create_folder(&dir).map_err(|error| match error {
+            FileError::Io { source, .. } => cannot_be_made(&dir, &source),
+            other => Failure::usage(other),
         })?;
-        let output_dir = Self { dir };
-        output_dir.write("scenario.toml", &world.resolved)?;
+        let lock = lock(&dir)?;
+        // What is written at the end only is refused at the start too.
+        for name in FILES {
+            private_file::check_file(&dir.join(name)).map_err(Failure::usage)?;
+        }
+        let journal_dir = dir.join("journal");
+        let began = !Journal::exists(&journal_dir);
+        let journal = open_journal(&journal_dir, world, seed, false)?;
+        Ok((Self { dir, run: journal.header().run(), began, lock }, journal))
+    }
+
+    /// Removes the journal if this began it and nothing was flown: a mission that was refused keeps the folder for no
+    /// other.
+    pub fn withdraw(&self) {
+        let dir = self.journal_dir();
+        // Held while it is removed, and let go of if it is not what was begun here.
+        let Some(journal) = self.began.then(|| Journal::open(&dir, false).ok()).flatten() else { return };
+        if journal.is_empty() && journal.header().run() == self.run {
+            for file in [hopper_sim::journal::FILE_NAME, hopper_sim::journal::LOCK_NAME] {
+                let _ = std::fs::remove_file(dir.join(file));
+            }
+            let _ = std::fs::remove_dir(&dir);
+        }
+    }
+
+    /// Writes the resolved scenario and the provenance, while the journal is held.
+    ///
+    /// # Errors
+    /// If the folder cannot be written.
+    pub fn describe(&self, world: &ResolvedScenario, seed: u64) -> Result<(), Failure> {
+        self.write("scenario.toml", &world.resolved)?;
         let provenance = Provenance {
             version: env!("CARGO_PKG_VERSION"),
             commit: crate::COMMIT,
@@ -67,9 +120,13 @@ impl OutputDir {
             scenario_hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
             seed,
         };
-        output_dir
-            .write("provenance.json", &serde_json::to_string_pretty(&provenance).map_err(Failure::run)?)?;
-        Ok(output_dir)
+        self.write("provenance.json", &serde_json::to_string_pretty(&provenance).map_err(Failure::run)?)
+    }
+
+    /// The run of its journal.
+    #[must_use]
+    pub fn run(&self) -> RunId {
+        self.run
     }
 
     /// Path as given on the command line, or `out/SCENARIO-SEED`.
@@ -90,16 +147,20 @@ impl OutputDir {
         self.dir.join("journal")
     }
 
-    /// A summary from the journal, if there is one: for a mission whose hopper-sim did not print its own.
+    /// A summary from the journal: for a mission whose hopper-sim did not print its own. `None` if nothing was
+    /// executed, or the journal is no longer that of this run with the `published` decisions of it.
     ///
     /// # Errors
     /// If the journal is damaged.
-    pub fn summary_of_journal(&self) -> Result<Option<Summary>, Failure> {
+    pub fn summary_of_journal(&self, published: u64) -> Result<Option<Summary>, Failure> {
         let dir = self.journal_dir();
         if !Journal::exists(&dir) {
             return Ok(None);
         }
         let history = JournalReader::open(&dir).map_err(Failure::run)?;
+        if history.header().run() != self.run {
+            return Ok(None);
+        }
         let (brief, seed) = (history.header().brief, history.header().seed);
         let mut summary = SummaryBuilder::new(&brief, seed);
         let mut last = None;
@@ -108,6 +169,7 @@ impl OutputDir {
             summary.record(&record);
             last = Some(record);
         }
+        let last = last.filter(|last| last.decision.next().0 >= published);
         let state =
             last.map(|last| last.state_after(brief.run, last.timing.committed, last.timing.committed));
         Ok(state.map(|state| summary.build(&state, &RefusalCounts::default())))
@@ -133,14 +195,19 @@ impl OutputDir {
     /// If the journal cannot be read or the picture not be written.
     pub fn illustrate(&self, world: &ResolvedScenario, summary: &mut Summary) -> Result<(), Failure> {
         let history = JournalReader::open(&self.journal_dir()).map_err(Failure::run)?;
-        let run = history.header().run();
-        let brief = contract::Brief { run, ..world.brief };
+        let (need, got) = (self.run, history.header().run());
+        if need != got {
+            let message =
+                format!("{} needs run {need}, got {got}: it was replaced", self.journal_dir().display());
+            return Err(Failure::new(Exit::Failed, message));
+        }
+        let brief = contract::Brief { run: need, ..world.brief };
         // Times as in the journal, where the commit is the time at which the append was requested.
         let path = self.dir.join("timing.csv");
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         };
-        let mut timing = BufWriter::new(create(&path).map_err(unwritten)?);
+        let mut timing = BufWriter::new(create(&path)?);
         timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
         let mut observation = Observation::unseen(&brief, RobotId(0));
         let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
@@ -193,25 +260,58 @@ impl OutputDir {
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.dir.join(file);
-        create(&path).and_then(|mut file| file.write_all(text.as_bytes())).map_err(|error| {
+        create(&path)?.write_all(text.as_bytes()).map_err(|error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
         })
     }
 }
 
 /// A new file for its owner only, or an old one emptied.
-fn create(path: &Path) -> std::io::Result<File> {
-    OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(path)
+fn create(path: &Path) -> Result<File, Failure> {
+    private_file::create(path).map_err(|error| match error {
+        FileError::Io { source, .. } => {
+            Failure::new(Exit::Failed, format!("{} cannot be written: {source}", path.display()))
+        }
+        other => Failure::usage(other),
+    })
 }
 
-/// The first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.
-fn fresh_folder(scenario: &str, seed: u64) -> PathBuf {
-    let base = Path::new("out").join(format!("{scenario}-{seed}"));
-    if !base.exists() {
-        return base;
+/// The folder, locked against every other command.
+fn lock(dir: &Path) -> Result<File, Failure> {
+    let folder = File::open(dir).map_err(|error| cannot_be_made(dir, &error))?;
+    match folder.try_lock() {
+        Ok(()) => Ok(folder),
+        Err(TryLockError::WouldBlock) => {
+            let holder = private_file::lock_holder(&folder);
+            let holder = holder.map_or_else(|| "another process".into(), |pid| format!("process {pid}"));
+            let message =
+                format!("--out {} is in use by {holder}: name another folder with --out", dir.display());
+            Err(Failure::new(Exit::Peer, message))
+        }
+        Err(TryLockError::Error(error)) => {
+            Err(Failure::new(Exit::Failed, format!("--out {} cannot be locked: {error}", dir.display())))
+        }
     }
-    (2..)
-        .map(|n| base.with_file_name(format!("{scenario}-{seed}-{n}")))
-        .find(|dir| !dir.exists())
-        .unwrap_or(base)
+}
+
+fn cannot_be_made(dir: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
+}
+
+/// Makes the first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.
+fn fresh_folder(scenario: &str, seed: u64) -> Result<PathBuf, Failure> {
+    let out = Path::new("out");
+    let made = DirBuilder::new().recursive(true).mode(0o700).create(out);
+    made.map_err(|error| cannot_be_made(out, &error))?;
+    let mut dir = out.join(format!("{scenario}-{seed}"));
+    for number in 2_u64.. {
+        match DirBuilder::new().mode(0o700).create(&dir) {
+            Ok(()) => break,
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                dir = out.join(format!("{scenario}-{seed}-{number}"));
+            }
+            Err(error) => return Err(cannot_be_made(&dir, &error)),
+        }
+    }
+    Ok(dir)
 }

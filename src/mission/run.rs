@@ -1,8 +1,7 @@
 //! A mission flown by one thread, without shared memory.
 
 use contract::Brief;
-use hopper_sim::Mission;
-use hopper_sim::shell::open_journal;
+use hopper_sim::{Journal, Mission};
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
 use scenario::ResolvedScenario;
@@ -10,7 +9,7 @@ use scenario::ResolvedScenario;
 use super::OutputDir;
 use lockstep::PlannerSchedule;
 
-/// Flies `world` with `seed` in this thread, journal included.
+/// Flies `world` with `seed` in this thread, into the `journal` of the folder.
 ///
 /// # Errors
 /// If the output folder holds a mission already, or cannot be written.
@@ -19,8 +18,8 @@ pub fn in_lockstep(
     seed: u64,
     schedule: &PlannerSchedule,
     output_dir: &OutputDir,
+    mut journal: Journal,
 ) -> Result<Summary, Failure> {
-    let mut journal = open_journal(&output_dir.journal_dir(), world, seed, false)?;
     if !journal.is_empty() {
         return Err(Failure::new(
             Exit::Usage,
@@ -31,6 +30,7 @@ pub fn in_lockstep(
             ),
         ));
     }
+    output_dir.describe(world, seed)?;
     let brief = Brief { run: journal.header().run(), ..world.brief };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed };
     let mut summary = SummaryBuilder::new(&brief, seed);

@@ -6,14 +6,14 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::peer_table::SILENCE_NS;
-use contract::{Heartbeat, MonotonicNs, PeerTable, RobotId, Role};
-use hopper_sim::Pace;
+use contract::{Heartbeat, MonotonicNs, PeerTable, RobotId, Role, RunId};
+use hopper_sim::{Journal, Pace};
 use node::{Exit, Failure, Instance, Node};
 use process::{Ports as _, Reader as _};
 use report::{Process, Summary};
 
 use super::OutputDir;
-use super::child::{RESTARTS_MAX, Supervised};
+use super::child::{RESTART_WINDOW_NS, RESTARTS_MAX, Supervised};
 
 /// A child whose heartbeat has not advanced for this long counts as hung and is killed, nanoseconds.
 const HANG_NS: u64 = 10 * SILENCE_NS;
@@ -44,7 +44,8 @@ pub struct Launch {
     pub control: bool,
     /// What the monitor records, if it does.
     pub recording: Option<Recording>,
-    /// How long the hopper holds when a process it needs was given up, before the mission is stopped.
+    /// How long the hopper holds when a process it needs was given up, or its journal is displaced, before the mission is
+    /// stopped.
     pub patience: Duration,
 }
 
@@ -68,24 +69,41 @@ pub struct Flight {
     pub watched: bool,
 }
 
-/// Flies the mission with four processes.
+/// Flies the mission with four processes. The `journal` is held until hopper-sim takes it over.
 ///
 /// # Errors
 /// If shared memory cannot be opened, or a process cannot be started.
-pub fn fly(launch: &Launch, output_dir: &OutputDir) -> Result<Flight, Failure> {
+pub fn fly(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<Flight, Failure> {
+    let flown = supervise(launch, output_dir, journal);
+    let refused = |failure: &Failure| matches!(failure.exit, Exit::Usage | Exit::Peer);
+    if flown.as_ref().map_or(true, |flight| flight.verdict.as_ref().is_err_and(refused)) {
+        output_dir.withdraw();
+    }
+    flown
+}
+
+fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<Flight, Failure> {
     let instance = Instance::new(&launch.instance)?;
     instance.clean()?;
-    let mut supervisor = Supervisor::start(launch, &instance, output_dir)?;
-    let verdict = supervisor.watch(launch);
+    let mut supervisor = Supervisor::start(launch, &instance, output_dir, journal)?;
+    let verdict = supervisor.watch(launch).map_err(|failure| output_dir.with_resumption(failure));
     supervisor.end()?;
     let watched = supervisor.was_watched();
-    let summary = match supervisor.summary() {
-        Some(summary) => Some(summary),
-        None => output_dir.summary_of_journal()?,
+    let (printed, published) = (supervisor.summary(), supervisor.published);
+    let verdict = match supervisor.sim.ended()?.and_then(|status| status.code()) {
+        // It ends with this code when the mission failed too, but not before it has printed a summary.
+        Some(1) if printed.is_none() && verdict == Ok(false) => Err(gave_in(Role::HopperSim, 1)),
+        _ => verdict,
     };
     drop(supervisor);
     instance.clean()?;
-    let verdict = verdict.map_err(|failure| output_dir.with_resumption(failure));
+    let summary = match (printed, &verdict) {
+        (Some(summary), _) => Some(summary),
+        (None, Ok(_)) => output_dir.summary_of_journal(published)?,
+        // Whoever was refused has flown nothing.
+        (None, Err(failure)) if matches!(failure.exit, Exit::Usage | Exit::Peer) => None,
+        (None, Err(_)) => output_dir.summary_of_journal(published).unwrap_or_default(),
+    };
     Ok(Flight { summary, verdict, watched })
 }
 
@@ -101,6 +119,8 @@ impl Launch {
             ("--pace", self.pace.to_string()),
             ("--scenario", text(&output_dir.scenario())),
             ("--journal", text(&output_dir.journal_dir())),
+            ("--resume-run", output_dir.run().to_string()),
+            ("--patience", format!("{}ns", self.patience.as_nanos())),
         ] {
             words.extend([flag.to_owned(), value]);
         }
@@ -137,6 +157,9 @@ struct Supervisor {
     beats: node::Reader<Heartbeat>,
     peer_table: PeerTable,
     sim: Supervised,
+    run: RunId,
+    /// Decisions of the run that hopper-sim is known to have published.
+    published: u64,
     peers: Vec<Supervised>,
     /// When the children were last checked.
     turned: MonotonicNs,
@@ -149,20 +172,30 @@ struct Supervisor {
 }
 
 impl Supervisor {
-    fn start(launch: &Launch, instance: &Instance, output_dir: &OutputDir) -> Result<Self, Failure> {
+    fn start(
+        launch: &Launch,
+        instance: &Instance,
+        output_dir: &OutputDir,
+        journal: Journal,
+    ) -> Result<Self, Failure> {
         let mut node = Node::visit(instance)?;
         let mut beats = node.reader(RobotId(0), false)?;
         let program = std::env::current_exe().map_err(Failure::run)?;
+        let published = journal.len();
         let start = |role, words| Supervised::start(&program, role, words);
         let mut monitor = start(Role::Monitor, launch.monitor(output_dir))?;
         if launch.recording.is_some() {
             // Only messages published after it has joined are recorded.
             await_heartbeat(&mut node, &mut beats, &mut monitor)?;
         }
+        // From here on hopper-sim holds it; until then nobody else did.
+        drop(journal);
         Ok(Self {
             node,
             beats,
             peer_table: PeerTable::default(),
+            run: output_dir.run(),
+            published,
             sim: start(Role::HopperSim, launch.sim(output_dir))?,
             peers: vec![
                 start(Role::Perception, launch.words(&["perception"]))?,
@@ -187,9 +220,7 @@ impl Supervisor {
             if self.node.stop_requested() {
                 return Ok(true);
             }
-            for beat in self.beats.drain().into_iter().flatten() {
-                self.peer_table.observe(beat, Node::now());
-            }
+            self.hear();
             if let Some(status) = self.sim.ended()? {
                 match status.code() {
                     Some(0 | 1) => return Ok(false),
@@ -204,15 +235,23 @@ impl Supervisor {
         }
     }
 
+    /// Takes note of all heartbeats.
+    fn hear(&mut self) {
+        for beat in self.beats.drain().into_iter().flatten() {
+            if self.sim.is(beat.pid) && beat.run == self.run {
+                self.published = self.published.max(beat.decision.0);
+            }
+            self.peer_table.observe(beat, Node::now());
+        }
+    }
+
+    /// What was published is never flown again: the next life is told how much that is.
     fn revive_sim(&mut self, status: ExitStatus) -> Result<(), Failure> {
-        if self.sim.restarts >= RESTARTS_MAX {
-            return Err(Failure::new(
-                Exit::Failed,
-                format!("hopper-sim died {} times, the last time with {status}", RESTARTS_MAX + 1),
-            ));
+        if !self.sim.may_restart(Node::now()) {
+            return Err(Failure::new(Exit::Failed, format!("hopper-sim {}", died_too_often(status))));
         }
         tracing::warn!("hopper-sim died ({status}): restarting it on its journal");
-        self.sim.restart()
+        self.sim.restart_told(&["--published".into(), self.published.to_string()])
     }
 
     fn revive_peers(&mut self) -> Result<(), Failure> {
@@ -228,16 +267,15 @@ impl Supervisor {
                 continue;
             }
             self.monitor_failed |= peer.role == Role::Monitor && failed(status);
-            if peer.restarts < RESTARTS_MAX {
+            if peer.given_up {
+                continue;
+            }
+            if peer.may_restart(Node::now()) {
                 tracing::warn!("{} died ({status}): restarting it", peer.role);
                 peer.restart()?;
-            } else if !peer.given_up {
+            } else {
                 peer.given_up = true;
-                tracing::error!(
-                    "{} died {} times, the last time with {status}: giving it up",
-                    peer.role,
-                    RESTARTS_MAX + 1
-                );
+                tracing::error!("{} {}: giving it up", peer.role, died_too_often(status));
             }
         }
         Ok(())
@@ -360,6 +398,11 @@ fn await_heartbeat(
         node.sleep(PERIOD);
     }
     Ok(())
+}
+
+fn died_too_often(status: ExitStatus) -> String {
+    let window = Duration::from_nanos(RESTART_WINDOW_NS);
+    format!("died {} times within {window:?}, the last time with {status}", RESTARTS_MAX + 1)
 }
 
 /// Whether a process exited with an error: neither done nor interrupted.

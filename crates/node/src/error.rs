@@ -28,6 +28,19 @@ pub enum NodeError {
         /// Number of its owner.
         got: u32,
     },
+    /// A file of another user bears the instance's name.
+    #[error(
+        "{file} bears the name of instance {instance:?} of user {need}, and is not used: remove it with `hopper doctor \
+         --instance {instance} --clean`, which its owner and root may do, or name another --instance"
+    )]
+    ForeignFile {
+        /// The file, in shared memory, and its owner.
+        file: String,
+        /// Number of our user.
+        need: u32,
+        /// Name of the instance.
+        instance: String,
+    },
     /// Two names share one folder.
     #[error("{root} needs to hold instance {need:?}, got {got:?}; choose another name")]
     Collision {
@@ -187,7 +200,8 @@ impl NodeError {
             | Self::Collision { .. }
             | Self::OtherBuild { .. }
             | Self::Elsewhere { .. }
-            | Self::ForeignRoot { .. } => Exit::Peer,
+            | Self::ForeignRoot { .. }
+            | Self::ForeignFile { .. } => Exit::Peer,
             _ => Exit::Failed,
         }
     }

@@ -12,6 +12,7 @@ use process::{Ports, Reader as _, TICK_NS};
 use serde::Serialize;
 
 use crate::error::NodeError;
+use crate::membership::foreign::ForeignFile;
 use crate::membership::instance::Instance;
 use crate::memory_budget::{MemoryBudget, free_bytes};
 use crate::middleware::Ipc;
@@ -143,6 +144,8 @@ pub struct Report {
     pub memory: Memory,
     /// Files that nobody alive owns, if no process lives.
     pub leftovers: Vec<String>,
+    /// Files of other users that bear the instance's name.
+    pub foreign: Vec<ForeignFile>,
     /// What to do next, most urgent first.
     pub advice: Vec<String>,
 }
@@ -167,12 +170,15 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
             free_bytes: free_bytes()?,
         },
         leftovers: Vec::new(),
+        foreign: instance.foreign_files()?,
         advice: Vec::new(),
     };
     if alive {
         match report.listen(instance) {
             // What is known without joining is reported all the same.
-            Err(error @ NodeError::NoRoom { .. }) => report.advice.push(format!("nobody can join: {error}")),
+            Err(error @ (NodeError::NoRoom { .. } | NodeError::ForeignFile { .. })) => {
+                report.advice.push(format!("nobody can join: {error}"))
+            }
             listened => listened?,
         }
     } else {
@@ -181,6 +187,10 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
         report.leftovers = paths.map(|path| path.display().to_string()).collect();
     }
     report.advise();
+    let files = report.foreign.iter().map(|file| {
+        format!("{file} keeps everybody out: its owner or root removes it, with `hopper doctor --instance {} --clean`", report.instance)
+    });
+    report.advice = files.chain(report.advice).collect();
     Ok(report)
 }
 

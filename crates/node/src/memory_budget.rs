@@ -4,7 +4,6 @@
 //! page that is not there. So the size is checked first, and every page is reserved before any is used: after that it
 //! does not matter who fills the rest.
 
-use std::fs;
 use std::io::ErrorKind;
 
 use contract::message::{Capacity, PublishSubscribe, Visitor};
@@ -14,6 +13,7 @@ use rustix::io::Errno;
 
 use crate::error::NodeError;
 use crate::membership::instance::Instance;
+use crate::private_file::owner_only;
 use crate::shared_memory::SHARED_MEMORY;
 
 /// Bytes the middleware puts before each message, rounded up.
@@ -132,7 +132,7 @@ pub(crate) fn check_server<Q: Request>(robot: RobotId) -> Result<(), NodeError> 
 /// [`NodeError::NoRoom`] if there are not enough.
 pub(crate) fn reserve(instance: &Instance, what: &str) -> Result<(), NodeError> {
     for (path, used_bytes) in instance.files() {
-        let file = match fs::OpenOptions::new().read(true).write(true).open(&path) {
+        let file = match owner_only(0o600).open(&path) {
             Ok(file) => file,
             // Gone with its owner, or not yet finished: then its maker will reserve it.
             Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::PermissionDenied) => {

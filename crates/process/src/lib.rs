@@ -23,6 +23,8 @@ pub use patience::Patience;
 pub use peers::Builds;
 pub use ports::{Client, Ports, Reader, Server, Writer};
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -86,7 +88,46 @@ pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
     message?.inspect_err(log_refusal).ok()
 }
 
-/// Logs why a message was refused.
+/// Kinds of refusals that are counted apart; the others are counted together.
+const KINDS_MAX: usize = 256;
+
+/// Logs why a message was refused: the first, second, fourth, eighth, … for each reason and malformed field, since a
+/// peer that is asked again and again may answer in the same way without end.
 pub fn log_refusal(refusal: &Refusal) {
-    tracing::warn!(reason = refusal.reason(), "refused a message: {refusal}");
+    let reason = refusal.reason();
+    let kind = if let Refusal::Malformed { field, .. } = refusal { field } else { reason };
+    match worth_a_line(kind) {
+        Some(1) => tracing::warn!(reason, "refused a message: {refusal}"),
+        Some(count) => tracing::warn!(reason, "refused a message, {count} by now: {refusal}"),
+        None => {}
+    }
+}
+
+/// Counts a refusal of this thread; its number within its kind, if the log gets a line for it.
+fn worth_a_line(kind: &str) -> Option<u64> {
+    thread_local! {
+        static COUNTS: RefCell<BTreeMap<String, u64>> = const { RefCell::new(BTreeMap::new()) };
+    }
+    COUNTS.with_borrow_mut(|counts| {
+        let known = counts.len() < KINDS_MAX || counts.contains_key(kind);
+        let count = counts.entry(if known { kind.into() } else { String::new() }).or_default();
+        *count += 1;
+        count.is_power_of_two().then_some(*count)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refusals_without_end_make_ever_fewer_lines() {
+        let lines: Vec<u64> = (0..100_000).filter_map(|_| worth_a_line("stale_term")).collect();
+        assert_eq!((lines.len(), &lines[..4]), (17, &[1, 2, 4, 8][..]));
+        assert_eq!(worth_a_line("wrong_run"), Some(1), "another kind");
+        for kind in 0..100_000 {
+            worth_a_line(&kind.to_string());
+        }
+        assert_eq!(worth_a_line("wrong_run"), Some(2), "one that was counted apart stays so");
+    }
 }

@@ -1,9 +1,41 @@
 //! What can go wrong with a journal.
 
+use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
 use contract::{Decision, Digest};
+
+use crate::private_file::FileError;
+
+/// What became of a journal's file while it was in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Displacement {
+    /// Its path leads nowhere: it was deleted, or moved away.
+    Gone,
+    /// Its path leads to another file.
+    Replaced,
+    /// Somebody else has cut it or written to it.
+    Resized {
+        /// Bytes written to it.
+        need: u64,
+        /// Bytes it holds.
+        got: u64,
+    },
+}
+
+impl fmt::Display for Displacement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Gone => f.write_str("was deleted or moved away"),
+            Self::Replaced => f.write_str("was replaced by another file"),
+            Self::Resized { need, got } if got < need => write!(f, "was cut from {need} to {got} bytes"),
+            Self::Resized { need, got } => {
+                write!(f, "needs {need} bytes, got {got}: somebody else has written to it")
+            }
+        }
+    }
+}
 
 /// Why a journal was not opened, read or written.
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +49,21 @@ pub enum JournalError {
         path: PathBuf,
         /// Why not.
         source: io::Error,
+    },
+    /// A file or a folder that must not be used.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The file is no longer what its path leads to.
+    #[error(
+        "{} {displacement} while it was in use: no hop is flown that a restart would fly again; put the very same file \
+         back to go on",
+        path.display()
+    )]
+    Displaced {
+        /// The journal's path.
+        path: PathBuf,
+        /// What became of the file.
+        displacement: Displacement,
     },
     /// Another process has it.
     #[error("the journal {} is held by {}", dir.display(), holder(*pid))]

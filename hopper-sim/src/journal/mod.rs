@@ -1,17 +1,22 @@
 //! The journal: a directory that holds every executed decision of one run, the only durable thing here.
 //!
 //! ```text
-//! DIR/hops.journal   magic, format version, one header frame, then one frame per decision from 0 on
-//! DIR/lock           flock'ed by the process that writes; holds its pid as text
+//! DIR/hops.journal   magic, format version, one header frame, then one frame per decision from 0 on;
+//!                    flock'ed by the process that writes
+//! DIR/lock           flock'ed by it too; holds its pid as text
 //! frame              length u32 | CRC-32 of length and payload u32 | payload (bincode), little-endian
 //! ```
 //!
 //! A frame is written whole or not at all: a write that fails is cut back, a write that death cut
 //! short is cut when the journal is opened next. Only a tail is ever cut; a broken frame with whole
 //! ones behind it is damage, and refused. Memory is constant, however long the journal.
+//!
+//! Before each append the file is looked for at its path: if it was deleted, replaced or cut there, nothing is appended,
+//! since what is written then would be missing after a restart, and its hop be flown twice.
 
 mod codec;
 mod error;
+mod folder;
 mod frame;
 mod header;
 mod index;
@@ -22,9 +27,7 @@ mod show;
 mod storage;
 mod verification;
 
-use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
@@ -33,14 +36,15 @@ use contract::{Decision, PastPage, Record};
 
 use crate::mission::{ROBOT, genesis};
 use index::Index;
-use lock::Lock;
 use reader::Reader;
 
-pub use error::JournalError;
+pub use error::{Displacement, JournalError};
+pub use folder::Folder;
 pub use header::{FORMAT, JournalHeader};
 pub use journal_reader::{JournalReader, Records};
+pub use lock::{LOCK_NAME, Lock};
 pub use show::Show;
-pub use storage::Storage;
+pub use storage::{Located, Storage};
 pub use verification::{Verification, verify};
 
 /// Name of the journal's file in its directory.
@@ -68,76 +72,7 @@ pub struct Journal<S: Storage = File> {
     ragged: bool,
     sync: bool,
     /// Storage that is nobody else's needs none.
-    _lock: Option<Lock>,
-}
-
-impl Journal {
-    /// A new journal in `dir`, which is made if there is none. With `sync` every append reaches the
-    /// disk before it counts, so that the journal outlives a loss of power.
-    ///
-    /// # Errors
-    /// If the directory already holds a journal, is held by another process, or cannot be written.
-    pub fn create(dir: &Path, header: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
-        let lock = claim(dir)?;
-        let path = dir.join(FILE_NAME);
-        if path.exists() {
-            return Err(JournalError::Exists { path });
-        }
-        let bytes = header.seal()?;
-        // Written aside, then renamed: a death in between leaves no journal rather than half a header.
-        let aside = dir.join(format!("{FILE_NAME}.new"));
-        let write = || {
-            let mut file = owner_only().create(true).truncate(true).open(&aside)?;
-            file.write_all(&bytes)?;
-            if sync {
-                file.sync_all()?;
-            }
-            fs::rename(&aside, &path)?;
-            if sync {
-                File::open(dir)?.sync_all()?;
-            }
-            Ok(file)
-        };
-        let file = write().map_err(io("create", &path))?;
-        Ok(Self { _lock: Some(lock), ..Self::empty(file, path, header, bytes.len(), sync) })
-    }
-
-    /// Opens the journal in `dir` and cuts a torn tail; [`Journal::torn_bytes`] says how much.
-    ///
-    /// # Errors
-    /// If there is none, it is held by another process, damaged, or not consecutive.
-    pub fn open(dir: &Path, sync: bool) -> Result<Self, JournalError> {
-        Self::open_if(dir, sync, |_| Ok(()))
-    }
-
-    /// Opens the journal of the mission that `expected` describes; its own run nonce stays in force.
-    ///
-    /// # Errors
-    /// As [`Journal::open`]; [`JournalError::Mismatch`] if the journal found is another mission's,
-    /// which is then left as it is.
-    pub fn resume(dir: &Path, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
-        Self::open_if(dir, sync, |header| expected.check(header))
-    }
-
-    /// Whether `dir` holds a journal.
-    #[must_use]
-    pub fn exists(dir: &Path) -> bool {
-        dir.join(FILE_NAME).exists()
-    }
-
-    fn open_if(
-        dir: &Path,
-        sync: bool,
-        allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
-    ) -> Result<Self, JournalError> {
-        let path = dir.join(FILE_NAME);
-        if !path.exists() {
-            return Err(JournalError::Missing { path });
-        }
-        let lock = claim(dir)?;
-        let file = owner_only().open(&path).map_err(io("open", &path))?;
-        Ok(Self { _lock: Some(lock), ..Self::read(file, path, sync, allowed)? })
-    }
+    locks: Vec<Lock>,
 }
 
 impl<S: Storage> Journal<S> {
@@ -174,7 +109,7 @@ impl<S: Storage> Journal<S> {
             torn_bytes: 0,
             ragged: false,
             sync,
-            _lock: None,
+            locks: Vec::new(),
         }
     }
 
@@ -207,7 +142,7 @@ impl<S: Storage> Journal<S> {
             torn_bytes,
             ragged: torn_bytes > 0,
             sync,
-            _lock: None,
+            locks: Vec::new(),
             path,
         };
         journal.trim().map_err(io("cut the torn tail of", &journal.path))?;
@@ -221,11 +156,12 @@ impl<S: Storage> Journal<S> {
     /// Appends `record`: once this returns `Ok` the hop has happened.
     ///
     /// # Errors
-    /// If the record is not the next one, or cannot be written; then the journal is as before, and
-    /// the very same record may be appended again.
+    /// If the record is not the next one, cannot be written, or the file is no longer what its path leads to; then
+    /// the journal is as before, and the very same record may be appended again.
     pub fn append(&mut self, record: &Record) -> Result<(), JournalError> {
         let need = self.last.as_ref().map_or_else(|| self.genesis(), |last| last.digest);
         continues(record, Decision(self.len()), need)?;
+        self.check()?;
         let frame = frame::seal(&codec::encode(record)?, RECORD_BYTES_MAX)?;
         if let Err(error) = self.write(&frame) {
             // What cannot be cut now is cut before the next append, or when the journal is opened.
@@ -246,6 +182,21 @@ impl<S: Storage> Journal<S> {
         if self.sync { self.file.sync() } else { Ok(()) }
     }
 
+    /// Checks that the path of the journal still leads to this very file, as long as it was left.
+    ///
+    /// # Errors
+    /// [`JournalError::Displaced`] says what became of it.
+    pub fn check(&self) -> Result<(), JournalError> {
+        let need = self.end;
+        let displacement = match self.file.locate(&self.path).map_err(io("look at", &self.path))? {
+            Located::Here { bytes } if bytes == need || bytes > need && self.ragged => return Ok(()),
+            Located::Here { bytes: got } => Displacement::Resized { need, got },
+            Located::Elsewhere => Displacement::Replaced,
+            Located::Nowhere => Displacement::Gone,
+        };
+        Err(JournalError::Displaced { path: self.path.clone(), displacement })
+    }
+
     /// Cuts whatever lies beyond the last whole frame.
     fn trim(&mut self) -> std::io::Result<()> {
         if self.ragged {
@@ -261,9 +212,14 @@ impl<S: Storage> Journal<S> {
     /// The page of records that begins at decision `from`; empty beyond the last.
     ///
     /// # Errors
-    /// If a record cannot be read back.
+    /// If a record cannot be read back, or is not the one that was appended.
     pub fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
-        let records = self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
+        let records: Vec<Record> =
+            self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
+        let mut digest = records.first().map_or_else(|| self.genesis(), |first| first.previous);
+        for (due, record) in (from.0..).zip(&records) {
+            digest = continues(record, Decision(due), digest)?;
+        }
         Ok(PastPage { run: self.header.run(), robot: ROBOT, from, records })
     }
 
@@ -374,19 +330,6 @@ fn continues(
         return Err(JournalError::BrokenChain { decision: due, need: digest, got: record.previous });
     }
     Ok(record.digest)
-}
-
-/// Makes `dir` if need be, for the owner only, then locks it.
-fn claim(dir: &Path) -> Result<Lock, JournalError> {
-    DirBuilder::new().recursive(true).mode(0o700).create(dir).map_err(io("make", dir))?;
-    Lock::acquire(dir)
-}
-
-/// Reading and writing, for the owner only.
-fn owner_only() -> OpenOptions {
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).mode(0o600);
-    options
 }
 
 fn io<'a>(action: &'static str, path: &'a Path) -> impl Fn(std::io::Error) -> JournalError + 'a {

@@ -1,9 +1,24 @@
 //! What a journal needs of a disk, so that a simulated one can fail as no real one will on demand.
 
 use std::fmt;
-use std::fs::File;
-use std::io;
-use std::os::unix::fs::FileExt;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{FileExt, MetadataExt};
+use std::path::Path;
+
+/// Where a path leads, seen from a file that was opened there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Located {
+    /// To the very file.
+    Here {
+        /// Bytes held.
+        bytes: u64,
+    },
+    /// To something else.
+    Elsewhere,
+    /// To nothing.
+    Nowhere,
+}
 
 /// Bytes at offsets that outlive the process.
 pub trait Storage: fmt::Debug {
@@ -36,6 +51,19 @@ pub trait Storage: fmt::Debug {
     /// # Errors
     /// If it would not.
     fn sync(&self) -> io::Result<()>;
+
+    /// Where `path`, at which it was opened, leads now. Storage that has no path is always there.
+    ///
+    /// # Errors
+    /// If it cannot be looked at.
+    fn locate(&self, _path: &Path) -> io::Result<Located> {
+        Ok(Located::Here { bytes: self.bytes()? })
+    }
+}
+
+/// Whether `path` leads to this very file.
+pub(super) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+    Ok(matches!(file.locate(path)?, Located::Here { .. }))
 }
 
 impl Storage for File {
@@ -58,6 +86,21 @@ impl Storage for File {
     fn sync(&self) -> io::Result<()> {
         self.sync_data()
     }
+
+    fn locate(&self, path: &Path) -> io::Result<Located> {
+        let own = self.metadata()?;
+        let found = match fs::symlink_metadata(path) {
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                return Ok(Located::Nowhere);
+            }
+            found => found?,
+        };
+        let identity = |data: &fs::Metadata| (data.dev(), data.ino());
+        Ok(match identity(&own) == identity(&found) {
+            true => Located::Here { bytes: own.len() },
+            false => Located::Elsewhere,
+        })
+    }
 }
 
 impl Storage for Box<dyn Storage> {
@@ -79,5 +122,9 @@ impl Storage for Box<dyn Storage> {
 
     fn sync(&self) -> io::Result<()> {
         self.as_ref().sync()
+    }
+
+    fn locate(&self, path: &Path) -> io::Result<Located> {
+        self.as_ref().locate(path)
     }
 }

@@ -6,6 +6,8 @@
 mod arbiter;
 mod chaos;
 mod control;
+mod displaced;
+mod durability;
 mod dynamics;
 mod fixture;
 mod guard;

@@ -40,9 +40,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::usage(format!("trial {} is not in the plan", row.trial)));
     };
     let world = trial.cell.world().map_err(Failure::usage)?;
-    let output_dir = OutputDir::open(args.out.clone(), &world, row.seed)?;
+    let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, row.seed)?;
     let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
-    let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir)?;
+    let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir, journal)?;
     output_dir.illustrate(&world, &mut summary)?;
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;

@@ -4,9 +4,7 @@
 //! anything. Connections between two ports are the exception: they are made whenever the ports meet, outside the lock.
 //! An unfinished one is removed when one of its ports is known to be dead: then nobody needs it.
 
-use std::fs::{self, File};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::PathBuf;
+use std::fs::File;
 use std::time::{Duration, Instant};
 
 use rustix::fs::FlockOperation;
@@ -15,6 +13,7 @@ use super::unfinished;
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::membership::instance::Instance;
+use crate::private_file::owner_only;
 
 const FILE: &str = "creation.lock";
 
@@ -22,9 +21,7 @@ const FILE: &str = "creation.lock";
 #[derive(Debug)]
 pub(crate) struct CreationLock {
     file: File,
-    root: PathBuf,
-    /// What the names of the instance's files begin with.
-    prefix: String,
+    instance: Instance,
 }
 
 /// The lock is held until this is dropped.
@@ -35,15 +32,9 @@ impl CreationLock {
     /// Opens the lock; the caller belongs to the instance.
     pub(crate) fn open(instance: &Instance) -> Result<Self, NodeError> {
         let path = instance.root().join(FILE);
-        let opened = fs::OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .open(&path);
+        let opened = owner_only(0o600).create(true).truncate(false).open(&path);
         let file = opened.map_err(|error| NodeError::system("open", &path, error))?;
-        Ok(Self { file, root: instance.root().into(), prefix: instance.prefix() })
+        Ok(Self { file, instance: instance.clone() })
     }
 
     /// Waits for the lock, at most as long as `patience`; making one thing takes milliseconds.
@@ -54,7 +45,8 @@ impl CreationLock {
                 return Ok(guard);
             }
             if started.elapsed() > patience {
-                return Err(NodeError::Busy { root: self.root.clone(), waited_s: patience.as_secs_f64() });
+                let root = self.instance.root().into();
+                return Err(NodeError::Busy { root, waited_s: patience.as_secs_f64() });
             }
             std::thread::sleep(Duration::from_micros(500));
         }
@@ -63,14 +55,19 @@ impl CreationLock {
     /// Takes the lock if nobody holds it.
     pub(crate) fn try_hold(&self) -> Result<Option<CreationGuard<'_>>, NodeError> {
         let operation = FlockOperation::NonBlockingLockExclusive;
-        Ok(try_flock(&self.file, operation, &self.root.join(FILE))?.then(|| CreationGuard(self)))
+        Ok(try_flock(&self.file, operation, &self.instance.root().join(FILE))?.then(|| CreationGuard(self)))
     }
 }
 
 impl CreationGuard<'_> {
     /// Removes what the dead left unfinished.
     pub(crate) fn remove_unfinished(&self) {
-        unfinished::remove_all(&self.0.root, &self.0.prefix);
+        unfinished::remove_all(self.0.instance.root(), &self.0.instance.prefix());
+    }
+
+    /// Fails if a file of another user bears the instance's name.
+    pub(crate) fn refuse_foreign_files(&self) -> Result<(), NodeError> {
+        self.0.instance.refuse_foreign_files()
     }
 }
 

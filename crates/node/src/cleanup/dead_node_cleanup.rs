@@ -10,7 +10,7 @@
 
 use std::fs;
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
 use iceoryx2::node::{DeadNodeView, NodeCleanupFailure, NodeDetails, NodeView};
@@ -20,6 +20,7 @@ use rustix::fs::FlockOperation;
 use super::unfinished::{self, PORT_TAG, node_folder};
 use crate::file_lock::{try_flock, unlock};
 use crate::middleware::Ipc;
+use crate::private_file::owner_only;
 
 /// File whose lock is the right to clean up.
 const LOCK: &str = "cleanup.lock";
@@ -116,10 +117,4 @@ fn tags(folder: &Path) -> Vec<String> {
         .filter_map(|entry| entry.file_name().into_string().ok())
         .filter(|name| name.ends_with(PORT_TAG))
         .collect()
-}
-
-fn owner_only(mode: u32) -> fs::OpenOptions {
-    let mut options = fs::OpenOptions::new();
-    options.write(true).mode(mode);
-    options
 }

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::io::{Read, Seek, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::time::Duration;
 
 use contract::Role;
@@ -12,6 +11,7 @@ use super::instance::Instance;
 use super::lock::MembershipLock;
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
+use crate::private_file::owner_only;
 
 /// Proof that this process alone has a role in its instance.
 #[derive(Debug)]
@@ -37,14 +37,7 @@ impl Instance {
         let membership = MembershipLock::enter(self)?;
         let path = self.root().join(format!("{role}.lock"));
         let open = |error| NodeError::system("open", &path, error);
-        let mut lock = fs::OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .open(&path)
-            .map_err(open)?;
+        let mut lock = owner_only(0o600).create(true).truncate(false).open(&path).map_err(open)?;
         // The holder writes its process number right after it got the lock: give it a moment to do so.
         for _ in 0..50 {
             if try_flock(&lock, FlockOperation::NonBlockingLockExclusive, &path)? {

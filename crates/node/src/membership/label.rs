@@ -2,11 +2,11 @@
 
 use std::fs;
 use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use super::build_id::BuildId;
 use crate::error::NodeError;
+use crate::private_file::owner_only;
 
 const FILE: &str = "instance";
 
@@ -33,11 +33,9 @@ impl Label {
     pub(super) fn write(root: &Path, name: &str, user: u32, build: &BuildId) -> Result<(), NodeError> {
         // Renamed into place, so that nobody reads half of it.
         let draft = root.join(format!("{FILE}.{}", std::process::id()));
-        fs::OpenOptions::new()
-            .write(true)
+        owner_only(0o600)
             .create(true)
             .truncate(true)
-            .mode(0o600)
             .open(&draft)
             .and_then(|mut file| write!(file, "{name}\n{user}\n{build}\n"))
             .and_then(|()| fs::rename(&draft, root.join(FILE)))

@@ -7,7 +7,7 @@
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,7 @@ use super::label::Label;
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::middleware::Ipc;
+use crate::private_file::owner_only;
 use crate::shared_memory::SHARED_MEMORY;
 
 /// File whose lock shows who lives. Builds of all versions lock this name, so that none takes a live instance of
@@ -65,6 +66,7 @@ impl Instance {
         if !self.exists() {
             return Ok(false);
         }
+        check_root(self)?;
         match acquire(self, false) {
             Ok((_lock, alone)) => Ok(!alone),
             Err(NodeError::System { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
@@ -109,6 +111,7 @@ impl MembershipLock {
             return Self::enter(instance);
         }
         check_label(instance)?;
+        instance.refuse_foreign_files()?;
         Ok(membership)
     }
 
@@ -189,13 +192,7 @@ fn acquire(instance: &Instance, create: bool) -> Result<(File, bool), NodeError>
         if create {
             make_root(instance)?;
         }
-        let opened = fs::OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(create)
-            .truncate(false)
-            .mode(0o600)
-            .open(&path);
+        let opened = owner_only(0o600).create(create).truncate(false).open(&path);
         let lock = match opened {
             Ok(lock) => lock,
             // The last process has just left and removed the folder.
@@ -221,6 +218,12 @@ fn make_root(instance: &Instance) -> Result<(), NodeError> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
         Err(error) => return Err(NodeError::system("create", root, error)),
     }
+    check_root(instance)
+}
+
+/// Refuses what stands in the place of the instance's folder and is none of this user's.
+fn check_root(instance: &Instance) -> Result<(), NodeError> {
+    let root = instance.root();
     match fs::symlink_metadata(root) {
         Ok(data) if data.is_dir() && data.uid() == instance.user() => Ok(()),
         Ok(data) => Err(NodeError::ForeignRoot { root: root.into(), need: instance.user(), got: data.uid() }),

@@ -2,6 +2,7 @@
 
 pub(crate) mod build_id;
 pub(crate) mod claim;
+pub(crate) mod foreign;
 pub(crate) mod instance;
 mod label;
 pub(crate) mod lock;

@@ -58,6 +58,7 @@ impl Session {
         let node = retry(PATIENCE, "node", "creating a node", &config, &creation_lock, || {
             builder.clone().create::<Ipc>()
         })?;
+        instance.refuse_foreign_files()?;
         instance.close_to_others()?;
         clean_up_dead_nodes(&config);
         Ok(Self { node, config, creation_lock, instance: instance.clone(), _membership: membership })
@@ -100,6 +101,7 @@ impl Session {
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
         let port = retry(patience, service, what, &self.config, &self.creation_lock, create)?;
+        self.instance.refuse_foreign_files()?;
         memory_budget::reserve(&self.instance, &format!("service {service}"))?;
         Ok(port)
     }
@@ -164,6 +166,8 @@ fn retry<T, E: fmt::Display>(
             }
             Err(error) => tracing::debug!(service, what, "retrying: {error}"),
         }
+        // The middleware names neither the file nor its owner.
+        guard.refuse_foreign_files()?;
         drop(guard);
         clean_up_dead_nodes(config);
         std::thread::sleep(pause);

@@ -72,7 +72,11 @@ impl Planes {
         #[allow(clippy::disallowed_methods, reason = "on request; the values are the same in one thread")]
         std::thread::scope(|scope| {
             let leader = ThreadRole::Leader(&progress);
-            scope.spawn(move || sweep(first, leader, &mut [0.0; LANES]));
+            let lead = move || sweep(first, leader, &mut [0.0; LANES]);
+            if std::thread::Builder::new().spawn_scoped(scope, lead).is_err() {
+                // No second thread is to be had: one after the other.
+                lead();
+            }
             sweep(last, ThreadRole::Follower(&progress), change);
         });
     }
