@@ -1,0 +1,5 @@
+//! x
+/// x
+pub struct ScoutValue;
+/// x
+pub fn scout_value() {}
