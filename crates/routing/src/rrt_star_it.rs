@@ -4,8 +4,8 @@
 //! What an edge newly shows depends on the path before it, so rewiring an inner node would change its whole subtree: only leaves
 //! are rewired.
 
-use helicopter::{RowSums, Swath};
-use rover::{Belief, Point, Segment};
+use helicopter::{AreaCounts, RowSums, Swath};
+use rover::{Belief, Lattice, Point, Segment};
 
 use crate::bucket_grid::BucketGrid;
 use crate::stream::Stream;
@@ -36,25 +36,50 @@ impl RrtStarIt {
 #[must_use]
 pub fn rrt_star_it(belief: &Belief, start: Point, settings: &RrtStarIt, seed: u64) -> Vec<Point> {
     let lattice = belief.surface().lattice();
-    let mut last = (belief.cells()[0], belief.cells()[0].sd_m_per_sol());
-    let spread = belief.cells().iter().map(|cell| {
-        if *cell != last.0 {
-            last = (*cell, cell.sd_m_per_sol());
-        }
-        last.1
-    });
-    let spread = RowSums::new(lattice, spread);
-    let total = spread.total();
-    if total == 0.0 {
+    let spread = Spread::new(belief);
+    if spread.total == 0.0 {
         return vec![start];
     }
-    let mut tree = Tree::new(belief, spread, total, start, settings);
+    let mut tree = Tree::new(&spread, belief.surface().lattice(), start, settings);
     let mut samples = Stream::new(seed, "rrt_star_it");
     let (width_m, height_m) = (lattice.width() as f64, lattice.height() as f64);
     for _ in 0..settings.iterations {
         tree.extend(Point::new(samples.uniform() * width_m, samples.uniform() * height_m));
     }
     tree.best()
+}
+
+/// The standard deviation of the speed, summed over cells.
+struct Spread {
+    sums: RowSums,
+    /// Over the whole map.
+    total: f64,
+    /// That of the most uncertain cell.
+    most: f64,
+    /// Cells that are uncertain at all.
+    uncertain: AreaCounts,
+}
+
+impl Spread {
+    fn new(belief: &Belief) -> Self {
+        let lattice = belief.surface().lattice();
+        // Neighbours mostly share a distribution.
+        let mut last = (belief.cells()[0], belief.cells()[0].sd_m_per_sol());
+        let sd = belief.cells().iter().map(|cell| {
+            if *cell != last.0 {
+                last = (*cell, cell.sd_m_per_sol());
+            }
+            last.1
+        });
+        let sd: Vec<f64> = sd.collect();
+        let sums = RowSums::new(lattice, sd.iter().copied());
+        Self {
+            total: sums.total(),
+            sums,
+            most: sd.iter().copied().fold(0.0, f64::max),
+            uncertain: AreaCounts::new(lattice, |cell| sd[cell] > 0.0),
+        }
+    }
 }
 
 struct Node {
@@ -80,8 +105,8 @@ struct Extension {
 
 struct Tree<'a> {
     settings: &'a RrtStarIt,
-    lattice: rover::Lattice,
-    spread: RowSums,
+    lattice: Lattice,
+    spread: &'a Spread,
     /// W1.
     weight: f64,
     side_m: f64,
@@ -91,13 +116,12 @@ struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    fn new(belief: &Belief, spread: RowSums, total: f64, root: Point, settings: &'a RrtStarIt) -> Self {
-        let lattice = belief.surface().lattice();
+    fn new(spread: &'a Spread, lattice: Lattice, root: Point, settings: &'a RrtStarIt) -> Self {
         let mut grid = BucketGrid::new(lattice, settings.iterations);
         grid.insert(root);
         let swath = Swath::new(lattice, Segment { from: root, to: root }, settings.view_m);
-        let seen = spread.all(&swath);
-        let weight = 1.0 / total;
+        let seen = spread.sums.all(&swath);
+        let weight = 1.0 / spread.total;
         let utility = -weight * seen;
         let side_m = (lattice.cells() as f64).sqrt();
         let root = Node { at: root, parent: 0, children: 0, length_m: 0.0, seen, utility, swath };
@@ -115,13 +139,20 @@ impl<'a> Tree<'a> {
         if length_m > self.settings.budget_m {
             return None;
         }
-        let swath = Swath::new(self.lattice, Segment { from: before.at, to }, self.settings.view_m);
-        let most = self.spread.all(&swath);
-        if most == 0.0 || self.utility(length_m, before.seen + most) >= limit {
-            let utility = self.utility(length_m, before.seen + most);
-            // Nothing to see, so the bound is the utility.
-            let exact = most == 0.0 && utility < limit;
-            return exact.then_some(Extension { parent, length_m, seen: before.seen, utility, swath });
+        let seen_before = before.seen;
+        // From cheap to exact: each bound may show that nothing below the limit is to be had.
+        let leg = Segment { from: before.at, to };
+        let uncertain = self.spread.uncertain.around(leg, self.settings.view_m);
+        if self.utility(length_m, seen_before + f64::from(uncertain) * self.spread.most) >= limit {
+            return None;
+        }
+        if uncertain == 0 {
+            let utility = self.utility(length_m, seen_before);
+            return Some(Extension { parent, length_m, seen: seen_before, utility, swath: Swath::nothing() });
+        }
+        let swath = Swath::new(self.lattice, leg, self.settings.view_m);
+        if self.utility(length_m, seen_before + self.spread.sums.all(&swath)) >= limit {
+            return None;
         }
         let mut earlier = Vec::new();
         let mut node = parent;
@@ -135,7 +166,7 @@ impl<'a> Tree<'a> {
             }
             node = self.nodes[node as usize].parent;
         }
-        let seen = before.seen + self.spread.fresh(&swath, &earlier);
+        let seen = seen_before + self.spread.sums.fresh(&swath, &earlier);
         let utility = self.utility(length_m, seen);
         (utility < limit).then_some(Extension { parent, length_m, seen, utility, swath })
     }
@@ -251,9 +282,9 @@ mod tests {
         let belief = patches();
         let lattice = belief.surface().lattice();
         let sd: Vec<f64> = belief.cells().iter().map(SpeedDistribution::sd_m_per_sol).collect();
-        let spread = RowSums::new(lattice, sd.iter().copied());
-        let total = spread.total();
-        let mut tree = Tree::new(&belief, spread, total, Point::new(80.0, 50.0), &SETTINGS);
+        let spread = Spread::new(&belief);
+        let total = spread.total;
+        let mut tree = Tree::new(&spread, lattice, Point::new(80.0, 50.0), &SETTINGS);
         let mut samples = Stream::new(2, "test");
         for _ in 0..200 {
             tree.extend(Point::new(samples.between(0.0, 150.0), samples.between(0.0, 100.0)));

@@ -13,4 +13,4 @@ mod swath;
 pub use camera::Camera;
 pub use flight::{BUDGET_M, length_m, scout, swaths, within_budget};
 pub use sensor::{Estimate, Sensor, SensorError, combined_as_printed};
-pub use swath::{RowSums, Swath};
+pub use swath::{AreaCounts, RowSums, Swath};

@@ -21,10 +21,11 @@ impl Swath {
         // Rows whose middle lies between; `as` saturates at 0.
         let first_row = (south - 0.5).ceil() as usize;
         let last_row = ((north + 0.5).floor() as usize).min(lattice.height());
+        let capsule = Capsule::new(segment, radius_m);
         let mut columns = (u32::MAX, 0);
         let spans: Vec<(u32, u32)> = (first_row..last_row)
             .map(|row| {
-                let (west, east) = interval(segment, row as f64 + 0.5, radius_m);
+                let (west, east) = capsule.row(row as f64 + 0.5);
                 let first = (west - 0.5).ceil() as usize;
                 let last = ((east + 0.5).floor() as usize).min(lattice.width());
                 if first < last {
@@ -36,6 +37,12 @@ impl Swath {
             })
             .collect();
         Self { first_row: first_row as u32, spans, columns }
+    }
+
+    /// The swath that shows nothing.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self { first_row: 0, spans: Vec::new(), columns: (u32::MAX, 0) }
     }
 
     /// The cells, row by row.
@@ -67,34 +74,80 @@ impl Swath {
     }
 }
 
-/// Where the row at `y_m` is within `radius_m` of the segment, from west to east; an empty interval if nowhere.
-fn interval(segment: Segment, y_m: f64, radius_m: f64) -> (f64, f64) {
-    let Segment { from, to } = segment;
-    let mut hull = (f64::INFINITY, f64::NEG_INFINITY);
-    for end in [from, to] {
-        let half = radius_m * radius_m - (y_m - end.y_m).powi(2);
-        if half >= 0.0 {
-            let half = half.sqrt();
-            hull = (hull.0.min(end.x_m - half), hull.1.max(end.x_m + half));
+/// The points within a radius of a segment, cut by rows. What all rows share is computed once.
+struct Capsule {
+    segment: Segment,
+    radius_squared: f64,
+    /// Between the two discs lie the points with 0 ≤ along ≤ length and |across| ≤ radius: for each of the two conditions, half
+    /// the width of its strip in x, the middle of the strip at the height of `from`, and how the middle moves with y.
+    strips: [Strip; 2],
+}
+
+/// Between two parallel lines.
+enum Strip {
+    /// Slanted or upright lines: the interval `middle` + `shift` · dy ± `half` in x.
+    Slanted { middle: f64, shift: f64, half: f64 },
+    /// Level lines: all of x for these heights above `from`.
+    Level { low: f64, high: f64 },
+}
+
+impl Capsule {
+    fn new(segment: Segment, radius_m: f64) -> Self {
+        let length_m = segment.from.distance_m(segment.to);
+        let direction = segment.direction();
+        let (ux, uy) = (direction.x_m, direction.y_m);
+        // low ≤ x · fx + y · fy ≤ high, from `from` on.
+        let strip = |fx: f64, fy: f64, low: f64, high: f64| {
+            if fx.abs() > 1e-12 {
+                let inverse = 1.0 / fx;
+                Strip::Slanted {
+                    middle: segment.from.x_m + 0.5 * (low + high) * inverse,
+                    shift: -fy * inverse,
+                    half: (0.5 * (high - low) * inverse).abs(),
+                }
+            } else if fy > 0.0 {
+                Strip::Level { low: low / fy, high: high / fy }
+            } else {
+                Strip::Level { low: high / fy, high: low / fy }
+            }
+        };
+        let strips = if length_m == 0.0 {
+            // Nothing lies between.
+            [Strip::Level { low: 1.0, high: -1.0 }, Strip::Level { low: 1.0, high: -1.0 }]
+        } else {
+            [strip(ux, uy, 0.0, length_m), strip(uy, -ux, -radius_m, radius_m)]
+        };
+        Self { segment, radius_squared: radius_m * radius_m, strips }
+    }
+
+    /// Its part of the row at `y_m`, from west to east; an empty interval if there is none.
+    #[inline]
+    fn row(&self, y_m: f64) -> (f64, f64) {
+        let mut hull = (f64::INFINITY, f64::NEG_INFINITY);
+        for end in [self.segment.from, self.segment.to] {
+            let half_squared = self.radius_squared - (y_m - end.y_m) * (y_m - end.y_m);
+            if half_squared >= 0.0 {
+                let half = half_squared.sqrt();
+                hull = (hull.0.min(end.x_m - half), hull.1.max(end.x_m + half));
+            }
         }
-    }
-    // Between the two discs: 0 ≤ along ≤ length, |across| ≤ radius, both linear in x.
-    let length_m = from.distance_m(to);
-    if length_m == 0.0 {
-        return hull;
-    }
-    let (ux, uy) = ((to.x_m - from.x_m) / length_m, (to.y_m - from.y_m) / length_m);
-    let dy = y_m - from.y_m;
-    let mut slab = (f64::NEG_INFINITY, f64::INFINITY);
-    for (factor, offset, low, high) in [(ux, uy * dy, 0.0, length_m), (uy, -ux * dy, -radius_m, radius_m)] {
-        if factor.abs() > 1e-12 {
-            let (a, b) = ((low - offset) / factor, (high - offset) / factor);
-            slab = (slab.0.max(a.min(b)), slab.1.min(a.max(b)));
-        } else if offset < low || offset > high {
-            return hull;
+        let dy = y_m - self.segment.from.y_m;
+        let mut between = (f64::NEG_INFINITY, f64::INFINITY);
+        for strip in &self.strips {
+            match *strip {
+                Strip::Slanted { middle, shift, half } => {
+                    let middle = middle + shift * dy;
+                    between = (between.0.max(middle - half), between.1.min(middle + half));
+                }
+                Strip::Level { low, high } if dy < low || dy > high => return hull,
+                Strip::Level { .. } => {}
+            }
         }
+        if between.0 <= between.1 {
+            hull = (hull.0.min(between.0), hull.1.max(between.1));
+        }
+        hull
     }
-    if slab.0 <= slab.1 { (hull.0.min(from.x_m + slab.0), hull.1.max(from.x_m + slab.1)) } else { hull }
 }
 
 /// Sums of a quantity over spans of cells, each in constant time.
@@ -175,6 +228,46 @@ impl RowSums {
     }
 }
 
+/// How many cells of a rectangle have a property, in constant time.
+#[derive(Clone, Debug)]
+pub struct AreaCounts {
+    lattice: Lattice,
+    /// Cells south-west of each corner of the lattice.
+    south_west: Vec<u32>,
+}
+
+impl AreaCounts {
+    /// Counts the cells for which `has` is true.
+    #[must_use]
+    pub fn new(lattice: Lattice, has: impl Fn(usize) -> bool) -> Self {
+        let stride = lattice.width() + 1;
+        let mut south_west = vec![0; stride * (lattice.height() + 1)];
+        for row in 0..lattice.height() {
+            let mut count = 0;
+            for column in 0..lattice.width() {
+                count += u32::from(has(row * lattice.width() + column));
+                south_west[(row + 1) * stride + column + 1] = south_west[row * stride + column + 1] + count;
+            }
+        }
+        Self { lattice, south_west }
+    }
+
+    /// The number in the rectangle around all that is within `radius_m` of a segment: at least that in its [`Swath`].
+    #[must_use]
+    pub fn around(&self, segment: Segment, radius_m: f64) -> u32 {
+        let Segment { from, to } = segment;
+        // `as` saturates at 0.
+        let column = |x_m: f64| (x_m as usize).min(self.lattice.width());
+        let row = |y_m: f64| (y_m as usize).min(self.lattice.height());
+        let (west, east) =
+            (column(from.x_m.min(to.x_m) - radius_m), column(from.x_m.max(to.x_m) + radius_m + 1.0));
+        let (south, north) =
+            (row(from.y_m.min(to.y_m) - radius_m), row(from.y_m.max(to.y_m) + radius_m + 1.0));
+        let at = |column: usize, row: usize| self.south_west[row * (self.lattice.width() + 1) + column];
+        at(east, north) + at(west, south) - at(west, north) - at(east, south)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -219,6 +312,16 @@ mod tests {
                     prop_assert_eq!(seen.contains(&cell), away_m < radius_m, "cell {} at {} m", cell, away_m);
                 }
             }
+        }
+
+        #[test]
+        fn the_rectangle_holds_at_least_what_the_swath_does(segment in segment(), radius_m in 0.1..12.0_f64) {
+            let lattice = Lattice::new(40, 30).unwrap();
+            let odd = |cell: usize| cell * cell % 7 < 3;
+            let seen = Swath::new(lattice, segment, radius_m).cells(lattice).filter(|cell| odd(*cell)).count();
+            let around = AreaCounts::new(lattice, odd).around(segment, radius_m) as usize;
+            prop_assert!(seen <= around, "{} of {}", seen, around);
+            prop_assert!(around <= lattice.cells());
         }
 
         #[test]
