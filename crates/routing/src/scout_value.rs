@@ -6,10 +6,12 @@
 //!    each scenario is a *candidate*.
 //! 3. After a flight the rover takes the candidate that it believes fastest; in each scenario that takes a certain time. The
 //!    average over the scenarios is what a flight is judged by.
+//!    What the rover would do after the best flight found joins the candidates, and the search is repeated: so a flight counts for
+//!    nothing if it shows a slow strip that the rover would only drive around, over ground just as slow.
 //! 4. Flights are put together from *scans*, along the uncertain parts of candidates, by a beam search that ranks them by the drop
 //!    and by the drop per metre. The best is then improved by random changes.
 
-use helicopter::{length_m, within_budget};
+use helicopter::{length_m, swaths, within_budget};
 use rover::{Belief, Caution, CostMap, Lattice, Point, Segment, Speed, SpeedDistribution, Surface, traverse};
 
 use std::ops::ControlFlow;
@@ -32,8 +34,10 @@ pub struct ScoutValue {
     pub scenarios: usize,
     /// Flights kept at each step of the beam search, by each of its two rankings.
     pub beam: usize,
-    /// Random changes tried at the end.
+    /// Random changes tried after each beam search.
     pub changes: usize,
+    /// Beam searches at most, each with the candidates that the flight before gave rise to.
+    pub rounds: usize,
 }
 
 impl Default for ScoutValue {
@@ -45,6 +49,7 @@ impl Default for ScoutValue {
             scenarios: 64,
             beam: 5,
             changes: 300,
+            rounds: 2,
         }
     }
 }
@@ -66,11 +71,37 @@ pub fn scout_value(belief: &Belief, trip: &Trip, settings: &ScoutValue, seed: u6
     let mut random = Stream::new(seed, "scout_value");
     let regions = Regions::new(belief);
     let scenarios = Scenarios::new(&regions, settings.scenarios, &mut random);
-    let candidates = candidates(belief, &regions, &scenarios, trip, settings.caution);
-    let value = Value::new(belief, &regions, &scenarios, &candidates, settings);
-    let scans = scans(&value, &candidates, settings.view_m);
-    let flight = beam_search(&value, &scans, trip.start, settings);
-    improve(&value, flight, settings, &mut random)
+    let drives = Drives::new(belief, &regions, &scenarios, trip, settings.caution);
+    let mut candidates: Vec<Route> = drives.knowing_nothing().into_iter().collect();
+    add(&mut candidates, drives.knowing_all());
+    let mut flights = vec![vec![trip.start]];
+    for round in 1.. {
+        let value = Value::new(&drives, &candidates, settings.view_m);
+        // By all that is known by now of what the rover would do.
+        flights.sort_by(|a, b| value.drop_sol(b).total_cmp(&value.drop_sol(a)));
+        if round > settings.rounds {
+            break;
+        }
+        let scans = scans(&value, settings.view_m);
+        let flight = beam_search(&value, &scans, flights[0].clone(), settings);
+        let flight = improve(&value, flight, settings, &mut random);
+        if !add(&mut candidates, drives.knowing(&flight, settings.view_m)) {
+            return flight;
+        }
+        flights.push(flight);
+    }
+    flights.swap_remove(0)
+}
+
+/// Adds the routes that are new, and says whether there were any.
+fn add(candidates: &mut Vec<Route>, routes: Vec<Route>) -> bool {
+    let before = candidates.len();
+    for route in routes {
+        if candidates.iter().all(|known| known.points != route.points) {
+            candidates.push(route);
+        }
+    }
+    candidates.len() > before
 }
 
 /// No region: the speed of the cell is certain.
@@ -150,29 +181,65 @@ impl Scenarios {
     }
 }
 
-/// The best routes: under the belief as it is, and in each scenario.
-fn candidates(
-    belief: &Belief,
-    regions: &Regions,
-    scenarios: &Scenarios,
-    trip: &Trip,
+/// What the rover does if it knows more.
+struct Drives<'a> {
+    belief: &'a Belief,
+    regions: &'a Regions,
+    scenarios: &'a Scenarios,
+    trip: &'a Trip,
     caution: Caution,
-) -> Vec<Route> {
-    let blocks = Blocks::new(belief.surface().lattice());
-    let expected: Vec<f64> = belief.cells().iter().map(|cell| caution.pace_sol_per_m(cell)).collect();
-    let mut routes: Vec<Route> = blocks.route(trip, |cell| expected[cell]).into_iter().collect();
-    for (_, speeds) in &scenarios.0 {
-        let pace = |cell: usize| match regions.of[cell] {
-            CERTAIN => expected[cell],
-            region => speeds[region as usize].pace_sol_per_m(),
-        };
-        if let Some(route) = blocks.route(trip, pace)
-            && routes.iter().all(|known| known.points != route.points)
-        {
-            routes.push(route);
-        }
+    blocks: Blocks,
+    /// Pace of each cell under the belief as it is; infinite if forbidden.
+    expected: Vec<f64>,
+}
+
+impl<'a> Drives<'a> {
+    fn new(
+        belief: &'a Belief,
+        regions: &'a Regions,
+        scenarios: &'a Scenarios,
+        trip: &'a Trip,
+        caution: Caution,
+    ) -> Self {
+        let expected = belief.expected_time(caution).costs().to_vec();
+        let blocks = Blocks::new(belief.surface().lattice());
+        Self { belief, regions, scenarios, trip, caution, blocks, expected }
     }
-    routes
+
+    /// Its route without a flight.
+    fn knowing_nothing(&self) -> Option<Route> {
+        self.blocks.route(self.trip, |cell| self.expected[cell])
+    }
+
+    /// Its route in each scenario, if it knew that it is this one.
+    fn knowing_all(&self) -> Vec<Route> {
+        self.routes(|_| true)
+    }
+
+    /// Its route in each scenario after a flight. Among them are those around what was seen to be slow, through parts of the same
+    /// region that were not seen.
+    fn knowing(&self, flight: &[Point], view_m: f64) -> Vec<Route> {
+        let lattice = self.belief.surface().lattice();
+        let mut seen = vec![false; lattice.cells()];
+        for swath in swaths(lattice, flight, view_m) {
+            for cell in swath.cells(lattice) {
+                seen[cell] = true;
+            }
+        }
+        self.routes(|cell| seen[cell])
+    }
+
+    fn routes(&self, known: impl Fn(usize) -> bool) -> Vec<Route> {
+        let routes = self.scenarios.0.iter().filter_map(|(_, speeds)| {
+            let paces: Vec<f64> = speeds.iter().map(|speed| speed.pace_sol_per_m()).collect();
+            self.blocks.route(self.trip, |cell| match self.regions.of[cell] {
+                CERTAIN => self.expected[cell],
+                region if known(cell) => paces[region as usize],
+                _ => self.expected[cell],
+            })
+        });
+        routes.collect()
+    }
 }
 
 /// The map in square blocks of cells; each counts with its slowest cell, so what is passable in blocks is so in cells.
@@ -239,18 +306,11 @@ struct Value {
 }
 
 impl Value {
-    fn new(
-        belief: &Belief,
-        regions: &Regions,
-        scenarios: &Scenarios,
-        candidates: &[Route],
-        settings: &ScoutValue,
-    ) -> Self {
-        let cut = |route: &Route| cut(belief, regions, scenarios, route, settings.caution);
+    fn new(drives: &Drives<'_>, candidates: &[Route], view_m: f64) -> Self {
         let mut value = Self {
-            cuts: candidates.iter().map(cut).collect(),
-            weights: scenarios.0.iter().map(|scenario| scenario.0).collect(),
-            view_squared: settings.view_m * settings.view_m,
+            cuts: candidates.iter().map(|route| cut(drives, route)).collect(),
+            weights: drives.scenarios.0.iter().map(|scenario| scenario.0).collect(),
+            view_squared: view_m * view_m,
             without_sol: 0.0,
         };
         value.without_sol = value.expected_sol(&[]);
@@ -309,7 +369,8 @@ fn distance_squared(point: Point, leg: &[Point]) -> f64 {
     (px - share * dx).powi(2) + (py - share * dy).powi(2)
 }
 
-fn cut(belief: &Belief, regions: &Regions, scenarios: &Scenarios, route: &Route, caution: Caution) -> Cut {
+fn cut(drives: &Drives<'_>, route: &Route) -> Cut {
+    let (belief, regions, scenarios) = (drives.belief, drives.regions, drives.scenarios);
     let (surface, lattice) = (belief.surface(), belief.surface().lattice());
     let mut cut = Cut {
         certain_sol: 0.0,
@@ -324,7 +385,7 @@ fn cut(belief: &Belief, regions: &Regions, scenarios: &Scenarios, route: &Route,
         let _ = traverse(lattice, segment, |cell, piece_m| {
             let ground_m = piece_m * surface.stretch(cell, direction);
             if regions.of[cell] == CERTAIN {
-                cut.certain_sol += ground_m * caution.pace_sol_per_m(&belief.cells()[cell]);
+                cut.certain_sol += ground_m * drives.expected[cell];
             } else {
                 let region = regions.of[cell] as usize;
                 let place = cut.regions.iter().position(|known| *known == region).unwrap_or_else(|| {
@@ -337,7 +398,7 @@ fn cut(belief: &Belief, regions: &Regions, scenarios: &Scenarios, route: &Route,
         });
     }
     cut.prior_pace =
-        cut.regions.iter().map(|region| caution.pace_sol_per_m(&regions.priors[*region])).collect();
+        cut.regions.iter().map(|region| drives.caution.pace_sol_per_m(&regions.priors[*region])).collect();
     let pace = |speeds: &Vec<Speed>| {
         cut.regions.iter().map(|region| speeds[*region].pace_sol_per_m()).collect::<Vec<_>>()
     };
@@ -346,9 +407,9 @@ fn cut(belief: &Belief, regions: &Regions, scenarios: &Scenarios, route: &Route,
 }
 
 /// Ways over the uncertain parts of the candidates: begin and end, shortened by what the camera sees ahead.
-fn scans(value: &Value, candidates: &[Route], view_m: f64) -> Vec<[Point; 2]> {
+fn scans(value: &Value, view_m: f64) -> Vec<[Point; 2]> {
     let mut scans: Vec<(usize, [Point; 2])> = Vec::new();
-    for (cut, _) in value.cuts.iter().zip(candidates) {
+    for cut in &value.cuts {
         for (place, region) in cut.regions.iter().enumerate() {
             let within = || cut.pieces.iter().filter(|piece| piece.1 == place).map(|piece| piece.0);
             let (Some(first), Some(last)) = (within().next(), within().next_back()) else { continue };
@@ -367,9 +428,11 @@ fn scans(value: &Value, candidates: &[Route], view_m: f64) -> Vec<[Point; 2]> {
 }
 
 /// The best flight over some scans in some order.
-fn beam_search(value: &Value, scans: &[[Point; 2]], start: Point, settings: &ScoutValue) -> Vec<Point> {
-    let mut best = (0.0, vec![start]);
-    let mut beam = vec![vec![start]];
+///
+/// `known` is the best so far, by what was known of the rover's routes then; it stays if nothing is better.
+fn beam_search(value: &Value, scans: &[[Point; 2]], known: Vec<Point>, settings: &ScoutValue) -> Vec<Point> {
+    let mut beam = vec![known[..1].to_vec()];
+    let mut best = (value.drop_sol(&known), known);
     for _ in 0..SCANS_MAX {
         let mut longer: Vec<(f64, Vec<Point>)> = Vec::new();
         for flight in &beam {
