@@ -8,10 +8,11 @@
 //!    average over the scenarios is what a flight is judged by.
 //!    What the rover would do after the best flight found joins the candidates, and the search is repeated: so a flight counts for
 //!    nothing if it shows a slow strip that the rover would only drive around, over ground just as slow.
+//!    Beside it counts, with a small weight, how much of the spread a flight shows.
 //! 4. Flights are put together from *scans*, along the uncertain parts of candidates, by a beam search that ranks them by the drop
 //!    and by the drop per metre. The best is then improved by random changes.
 
-use helicopter::{length_m, swaths, within_budget};
+use helicopter::{RowSums, length_m, swaths, within_budget};
 use rover::{Belief, Caution, CostMap, Lattice, Point, Segment, Speed, SpeedDistribution, Surface, traverse};
 
 use std::ops::ControlFlow;
@@ -60,6 +61,9 @@ const SEARCHED_CELLS: usize = 10_000;
 const SCANS_PER_REGION: usize = 4;
 /// Scans that one flight is put together from.
 const SCANS_MAX: usize = 4;
+/// What it would be worth to show all that is uncertain, in Sol. The rover's planner may find other routes than the candidates, so
+/// of flights that are worth about the same, the one that shows more is better.
+const SPREAD_SOL: f64 = 0.05;
 /// What a metre of flight has to save to be flown, in Sol: it settles ties.
 const METRE_SOL: f64 = 1e-7;
 /// Time that a rover without a way, or one that gets stuck, counts with, in Sol.
@@ -191,6 +195,8 @@ struct Drives<'a> {
     blocks: Blocks,
     /// Pace of each cell under the belief as it is; infinite if forbidden.
     expected: Vec<f64>,
+    /// Standard deviations of the speed, over their sum.
+    spread: RowSums,
 }
 
 impl<'a> Drives<'a> {
@@ -203,7 +209,11 @@ impl<'a> Drives<'a> {
     ) -> Self {
         let expected = belief.expected_time(caution).costs().to_vec();
         let blocks = Blocks::new(belief.surface().lattice());
-        Self { belief, regions, scenarios, trip, caution, blocks, expected }
+        let sd: Vec<f64> = belief.cells().iter().map(SpeedDistribution::sd_m_per_sol).collect();
+        let total: f64 = sd.iter().sum();
+        let spread =
+            RowSums::new(belief.surface().lattice(), sd.iter().map(|sd| sd / total.max(f64::MIN_POSITIVE)));
+        Self { belief, regions, scenarios, trip, caution, blocks, expected, spread }
     }
 
     /// Its route without a flight.
@@ -303,6 +313,10 @@ struct Value {
     view_squared: f64,
     /// Expected time without a flight.
     without_sol: f64,
+    /// Standard deviations of the speed, over their sum.
+    spread: RowSums,
+    lattice: Lattice,
+    view_m: f64,
 }
 
 impl Value {
@@ -312,6 +326,9 @@ impl Value {
             weights: drives.scenarios.0.iter().map(|scenario| scenario.0).collect(),
             view_squared: view_m * view_m,
             without_sol: 0.0,
+            spread: drives.spread.clone(),
+            lattice: drives.belief.surface().lattice(),
+            view_m,
         };
         value.without_sol = value.expected_sol(&[]);
         value
@@ -350,9 +367,17 @@ impl Value {
         lengths
     }
 
-    /// The drop of the expected time, less what keeps flights short.
+    /// The drop of the expected time, with what settles ties: the spread shown, and then the length.
     fn drop_sol(&self, flight: &[Point]) -> f64 {
         self.without_sol - self.expected_sol(flight) - METRE_SOL * length_m(flight)
+            + SPREAD_SOL * self.spread_shown(flight)
+    }
+
+    /// Σ SD over the cells that a flight shows, over that of the whole map.
+    fn spread_shown(&self, flight: &[Point]) -> f64 {
+        let swaths: Vec<_> = swaths(self.lattice, flight, self.view_m).collect();
+        let fresh = |at: usize| self.spread.fresh(&swaths[at], &swaths[..at].iter().collect::<Vec<_>>());
+        (0..swaths.len()).map(fresh).sum()
     }
 }
 
