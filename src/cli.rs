@@ -103,6 +103,9 @@ enum Command {
     /// [hopper-research] Draw the figures of docs/gallery.md again.
     #[command(disable_help_flag = true)]
     Gallery(Passed),
+    /// [hopper-research] Drive a rover on uncertain ground, with and without a helicopter.
+    #[command(disable_help_flag = true)]
+    Scouting(Passed),
     /// [hopper-qa] Simulate the whole system in one thread while faults are injected.
     #[command(disable_help_flag = true)]
     Simulate(Passed),
@@ -156,6 +159,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Latency(passed) => tool::run("latency", passed),
         Command::Known(passed) => tool::run("known", passed),
         Command::Gallery(passed) => tool::run("gallery", passed),
+        Command::Scouting(passed) => tool::run("scouting", passed),
         Command::Simulate(passed) => tool::run("simulate", passed),
         Command::Chaos(passed) => tool::run("chaos", passed),
         Command::Endure(passed) => tool::run("endure", passed),

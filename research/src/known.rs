@@ -56,7 +56,11 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 }
 
 /// A table in the format asked for.
-fn table<const COLUMNS: usize>(form: Form, headings: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
+pub(crate) fn table<const COLUMNS: usize>(
+    form: Form,
+    headings: [&str; COLUMNS],
+    rows: &[[String; COLUMNS]],
+) -> String {
     match form {
         Form::Markdown => ::campaign::markdown::table(headings, rows),
         Form::Text | Form::Json => report::table(headings, rows) + "\n",

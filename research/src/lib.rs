@@ -2,6 +2,7 @@
 
 pub mod gallery;
 pub mod known;
+pub mod scouting;
 
 use clap::Subcommand;
 use node::{Exit, Failure};
@@ -16,6 +17,11 @@ pub enum Command {
     #[command(subcommand)]
     #[command(after_help = "Examples:\n  hopper known findings --out out/known")]
     Known(known::Command),
+    /// Drive a rover on uncertain ground, with and without a helicopter, as Folsom et al. 2021 did.
+    #[command(
+        after_help = "Examples:\n  hopper scouting --runs 100\n  hopper scouting --rover ett_exact --format json"
+    )]
+    Scouting(scouting::Args),
 }
 
 /// Runs the command.
@@ -26,5 +32,6 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Gallery(args) => gallery::run(args),
         Command::Known(command) => known::run(command),
+        Command::Scouting(args) => scouting::run(args),
     }
 }

@@ -1,4 +1,4 @@
-//! `hopper-research`: serves `hopper known` and `hopper gallery`.
+//! `hopper-research`: serves `hopper known`, `hopper gallery` and `hopper scouting`.
 
 use std::process::ExitCode;
 

@@ -1,0 +1,388 @@
+//! The route of least expected travel time, searched completely.
+//!
+//! The search is optimal on the graph of cell middles with 16 neighbours each (king's and knight's moves), whose edges cost the
+//! exact integral over the cells they cross. The route is then pulled tight, which also frees it from the cell middles.
+//! [`lower_bound`](fn@crate::lower_bound) says how much cheaper any route could be.
+
+use std::f64::consts::SQRT_2;
+
+use rover::{CostMap, Point, Segment};
+
+use crate::shorten::pull_tight;
+use crate::{Goal, Route, Trip};
+
+/// The route, or none if the goal cannot be reached.
+#[must_use]
+pub fn ett_exact(costs: &CostMap, trip: &Trip) -> Option<Route> {
+    let mut points = graph_route(costs, trip)?.points;
+    pull_tight(costs, &mut points);
+    Some(Route::new(costs, points))
+}
+
+/// The cheapest route on the graph alone, before it is pulled tight.
+#[must_use]
+pub fn graph_route(costs: &CostMap, trip: &Trip) -> Option<Route> {
+    Search::new(costs, trip.goal).run(trip.start)
+}
+
+/// A move to a neighbour: the cells it crosses, each with the same length.
+struct Move {
+    columns: isize,
+    rows: isize,
+    /// Cells between the first and the last, as (columns, rows) from the first.
+    between: &'static [(isize, isize)],
+    /// Metres in each of the cells.
+    piece_m: f64,
+}
+
+const SQRT_5: f64 = 2.236_067_977_499_79;
+
+const fn step(columns: isize, rows: isize, between: &'static [(isize, isize)]) -> Move {
+    let piece_m = match (columns * columns + rows * rows, between.len()) {
+        (1, _) => 0.5,
+        (2, _) => SQRT_2 / 2.0,
+        _ => SQRT_5 / 4.0,
+    };
+    Move { columns, rows, between, piece_m }
+}
+
+const MOVES: [Move; 16] = [
+    step(1, 0, &[]),
+    step(0, 1, &[]),
+    step(-1, 0, &[]),
+    step(0, -1, &[]),
+    step(1, 1, &[]),
+    step(-1, 1, &[]),
+    step(-1, -1, &[]),
+    step(1, -1, &[]),
+    step(2, 1, &[(1, 0), (1, 1)]),
+    step(1, 2, &[(0, 1), (1, 1)]),
+    step(-1, 2, &[(0, 1), (-1, 1)]),
+    step(-2, 1, &[(-1, 0), (-1, 1)]),
+    step(-2, -1, &[(-1, 0), (-1, -1)]),
+    step(-1, -2, &[(0, -1), (-1, -1)]),
+    step(1, -2, &[(0, -1), (1, -1)]),
+    step(2, -1, &[(1, 0), (1, -1)]),
+];
+
+/// A forbidden margin, so that no move has to ask whether it leaves the map.
+const MARGIN: usize = 2;
+/// In place of a move: the edge from the start.
+const FROM_START: u8 = MOVES.len() as u8;
+/// Cells whose middle is within this many columns and rows of the start are joined to it directly.
+const JOINED: isize = 2;
+
+/// A* in buckets of one least edge: within a bucket the order does not matter for what is final, so no heap is needed
+/// (Denardo & Fox 1979). The heuristic is the distance at the least cost per metre.
+struct Search<'a> {
+    costs: &'a CostMap,
+    goal: Goal,
+    stride: usize,
+    /// Cost per metre with the margin around.
+    padded: Vec<f64>,
+    /// Cost from the start, infinite if not reached yet.
+    reached: Vec<f64>,
+    /// The move that led to a cell.
+    came_by: Vec<u8>,
+    buckets: Vec<Vec<(f64, u32)>>,
+    queued: usize,
+    /// Estimate at the lower edge of bucket 0.
+    origin: f64,
+    /// The bucket in hand, counted from the origin.
+    current: usize,
+}
+
+impl<'a> Search<'a> {
+    fn new(costs: &'a CostMap, goal: Goal) -> Self {
+        let lattice = costs.lattice();
+        let stride = lattice.width() + 2 * MARGIN;
+        let cells = stride * (lattice.height() + 2 * MARGIN);
+        let mut padded = vec![f64::INFINITY; cells];
+        for (row, line) in costs.costs().chunks(lattice.width()).enumerate() {
+            let first = (row + MARGIN) * stride + MARGIN;
+            padded[first..first + line.len()].copy_from_slice(line);
+        }
+        Self {
+            costs,
+            goal,
+            stride,
+            padded,
+            reached: vec![f64::INFINITY; cells],
+            came_by: vec![FROM_START; cells],
+            buckets: Vec::new(),
+            queued: 0,
+            origin: 0.0,
+            current: 0,
+        }
+    }
+
+    fn run(mut self, start: Point) -> Option<Route> {
+        if self.costs.least() == f64::INFINITY {
+            return None;
+        }
+        if self.goal.distance_m(start) == 0.0 {
+            return Some(Route { points: vec![start], cost: 0.0 });
+        }
+        self.open(start);
+        let surface = self.costs.surface().clone();
+        let lengths: Vec<Point> = MOVES
+            .iter()
+            .map(|step| {
+                let to = Point::new(step.columns as f64, step.rows as f64);
+                Segment { from: Point::new(0.0, 0.0), to }.direction()
+            })
+            .collect();
+        let goal = self.goal;
+        let near_m = SQRT_5 + 0.1;
+        let mut best: Option<(f64, usize)> = None;
+        let direct = Segment { from: start, to: goal.nearest(start) };
+        let mut direct_cost =
+            if goal.distance_m(start) < near_m { self.costs.segment(direct) } else { f64::INFINITY };
+        while self.queued > 0 {
+            let limit = best.map_or(f64::INFINITY, |best| best.0);
+            if self.origin + self.current as f64 * self.costs.least() > limit {
+                break;
+            }
+            let slot = self.current % self.buckets.len();
+            let Some((reached, cell)) = self.buckets[slot].pop() else {
+                self.current += 1;
+                continue;
+            };
+            self.queued -= 1;
+            let cell = cell as usize;
+            if reached > self.reached[cell] {
+                continue;
+            }
+            let centre = self.centre(cell);
+            if goal.distance_m(centre) < near_m {
+                let last = Segment { from: centre, to: goal.nearest(centre) };
+                let cost = reached + self.costs.segment(last);
+                if cost < best.map_or(f64::INFINITY, |best| best.0) {
+                    best = Some((cost, cell));
+                }
+            }
+            if surface.is_flat() {
+                self.relax(cell, reached, |_, _| 1.0);
+            } else {
+                let (stride, width) = (self.stride, self.costs.lattice().width());
+                self.relax(cell, reached, |cell, step| {
+                    let (column, row) = (cell % stride - MARGIN, cell / stride - MARGIN);
+                    surface.stretch(row * width + column, lengths[step])
+                });
+            }
+        }
+        if best.is_some_and(|best| best.0 < direct_cost) {
+            direct_cost = f64::INFINITY;
+        }
+        if direct_cost < f64::INFINITY {
+            return Some(Route { points: vec![direct.from, direct.to], cost: direct_cost });
+        }
+        best.map(|(cost, cell)| Route { points: self.way(start, cell), cost })
+    }
+
+    /// Opens the cells around the start.
+    fn open(&mut self, start: Point) {
+        let stretch_max = {
+            let surface = self.costs.surface();
+            let steepest = |cell: usize| 1.0 / surface.slope_deg(cell).to_radians().cos();
+            if surface.is_flat() {
+                1.0
+            } else {
+                (0..self.costs.lattice().cells()).map(steepest).fold(1.0, f64::max)
+            }
+        };
+        let longest = SQRT_5 * (self.costs.most() * stretch_max + self.costs.least());
+        let spread = (longest / self.costs.least()).ceil() as usize;
+        // The cells around the start differ by less than two moves.
+        self.buckets = vec![Vec::new(); 2 * spread + 4];
+        let lattice = self.costs.lattice();
+        let middle = lattice.cell(start);
+        let (column, row) = ((middle % lattice.width()) as isize, (middle / lattice.width()) as isize);
+        let mut opened = Vec::new();
+        for row in (row - JOINED).max(0)..=(row + JOINED).min(lattice.height() as isize - 1) {
+            for column in (column - JOINED).max(0)..=(column + JOINED).min(lattice.width() as isize - 1) {
+                let cell = (row as usize + MARGIN) * self.stride + column as usize + MARGIN;
+                let cost = self.costs.segment(Segment { from: start, to: self.centre(cell) });
+                if cost < f64::INFINITY {
+                    opened.push((cost, cell));
+                }
+            }
+        }
+        let estimates = opened.iter().map(|(cost, cell)| cost + self.ahead(*cell));
+        self.origin = estimates.fold(f64::INFINITY, f64::min);
+        for (cost, cell) in opened {
+            self.reached[cell] = cost;
+            self.push(cost, cell);
+        }
+    }
+
+    fn centre(&self, cell: usize) -> Point {
+        Point::new(
+            (cell % self.stride) as f64 + 0.5 - MARGIN as f64,
+            (cell / self.stride) as f64 + 0.5 - MARGIN as f64,
+        )
+    }
+
+    /// No way from the cell to the goal is cheaper.
+    fn ahead(&self, cell: usize) -> f64 {
+        self.goal.distance_m(self.centre(cell)) * self.costs.least()
+    }
+
+    fn push(&mut self, cost: f64, cell: usize) {
+        let estimate = cost + self.ahead(cell);
+        let bucket = ((estimate - self.origin) / self.costs.least()) as usize;
+        // The heuristic is consistent, so only rounding could ask for a bucket that is done.
+        let slot = bucket.max(self.current) % self.buckets.len();
+        self.buckets[slot].push((cost, cell as u32));
+        self.queued += 1;
+    }
+
+    #[inline]
+    fn relax(&mut self, cell: usize, reached: f64, stretch: impl Fn(usize, usize) -> f64) {
+        let offset =
+            |columns: isize, rows: isize| cell.wrapping_add_signed(rows * self.stride as isize + columns);
+        let mut improved = [(0.0, 0); MOVES.len()];
+        let mut count = 0;
+        for (number, step) in MOVES.iter().enumerate() {
+            let to = offset(step.columns, step.rows);
+            let rate = |cell: usize| self.padded[cell] * stretch(cell, number);
+            if self.padded[to] == f64::INFINITY {
+                continue;
+            }
+            let mut rates = rate(cell) + rate(to);
+            for (columns, rows) in step.between {
+                let between = offset(*columns, *rows);
+                rates += if self.padded[between] == f64::INFINITY { f64::INFINITY } else { rate(between) };
+            }
+            let cost = reached + rates * step.piece_m;
+            if cost < self.reached[to] {
+                self.reached[to] = cost;
+                self.came_by[to] = number as u8;
+                improved[count] = (cost, to);
+                count += 1;
+            }
+        }
+        for (cost, to) in &improved[..count] {
+            self.push(*cost, *to);
+        }
+    }
+
+    fn way(&self, start: Point, last: usize) -> Vec<Point> {
+        let end = self.centre(last);
+        let mut points = vec![end];
+        if self.goal.distance_m(end) > 0.0 {
+            points.insert(0, self.goal.nearest(end));
+        }
+        let mut cell = last;
+        while self.came_by[cell] != FROM_START {
+            let step = &MOVES[self.came_by[cell] as usize];
+            cell = cell.wrapping_add_signed(-(step.rows * self.stride as isize + step.columns));
+            points.push(self.centre(cell));
+        }
+        points.push(start);
+        points.reverse();
+        points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use rover::{Lattice, Surface};
+    use std::sync::Arc;
+
+    /// A map with costs 1 to 5 and some forbidden cells on bumpy or flat ground, made of a number.
+    fn map(seed: u64, flat: bool, side: usize) -> CostMap {
+        let lattice = Lattice::new(side, side).unwrap();
+        let noise =
+            |cell: usize| (cell as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        let heights_m: Vec<f64> = (0..side * side).map(|cell| (noise(cell) % 100) as f64 / 100.0).collect();
+        let surface =
+            if flat { Surface::flat(lattice) } else { Surface::from_heights(lattice, &heights_m).unwrap() };
+        let cost = |cell: usize| match noise(cell) % 7 {
+            0 => f64::INFINITY,
+            noise => 0.8 + noise as f64 * 0.7,
+        };
+        CostMap::new(Arc::new(surface), (0..side * side).map(cost).collect())
+    }
+
+    /// Bellman-Ford over the same graph, with the edges integrated by traversal.
+    fn reference(costs: &CostMap, trip: &Trip) -> f64 {
+        let lattice = costs.lattice();
+        let (width, height) = (lattice.width() as isize, lattice.height() as isize);
+        let middle = lattice.cell(trip.start);
+        let near = |cell: usize| {
+            let columns = (cell % width as usize).abs_diff(middle % width as usize);
+            let rows = (cell / width as usize).abs_diff(middle / width as usize);
+            columns <= 2 && rows <= 2
+        };
+        let mut reached: Vec<f64> = (0..lattice.cells())
+            .map(|cell| {
+                let segment = Segment { from: trip.start, to: lattice.centre(cell) };
+                if near(cell) { costs.segment(segment) } else { f64::INFINITY }
+            })
+            .collect();
+        loop {
+            let before = reached.clone();
+            for cell in 0..lattice.cells() {
+                for step in &MOVES {
+                    let (column, row) =
+                        (cell as isize % width + step.columns, cell as isize / width + step.rows);
+                    if (0..width).contains(&column) && (0..height).contains(&row) {
+                        let to = (row * width + column) as usize;
+                        let segment = Segment { from: lattice.centre(cell), to: lattice.centre(to) };
+                        reached[to] = reached[to].min(reached[cell] + costs.segment(segment));
+                    }
+                }
+            }
+            if before == reached {
+                break;
+            }
+        }
+        let mut best = f64::INFINITY;
+        for (cell, reached) in reached.iter().enumerate() {
+            let centre = lattice.centre(cell);
+            if trip.goal.distance_m(centre) < SQRT_5 + 0.1 {
+                let last = Segment { from: centre, to: trip.goal.nearest(centre) };
+                best = best.min(reached + costs.segment(last));
+            }
+        }
+        best
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn the_search_agrees_with_bellman_ford_and_pulling_never_costs_more(
+            seed in any::<u64>(), flat in any::<bool>(), radius_m in 0.0..3.0_f64,
+            from in (0.0..=5.0_f64, 0.0..=14.0_f64), to in (9.0..=14.0_f64, 0.0..=14.0_f64),
+        ) {
+            let map = map(seed, flat, 14);
+            let goal = Goal { at: Point::new(to.0, to.1), radius_m };
+            let trip = Trip { start: Point::new(from.0, from.1), goal };
+            let expected = reference(&map, &trip);
+            match graph_route(&map, &trip) {
+                None => prop_assert_eq!(expected, f64::INFINITY),
+                Some(route) => {
+                    prop_assert!((route.cost - expected).abs() < 1e-9, "{} against {}", route.cost, expected);
+                    prop_assert!((map.way(&route.points) - route.cost).abs() < 1e-6);
+                    let pulled = ett_exact(&map, &trip).unwrap();
+                    prop_assert!(pulled.cost <= route.cost + 1e-9);
+                    prop_assert!(goal.distance_m(*pulled.points.last().unwrap()) < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn on_even_ground_the_route_is_the_straight_line() {
+        let lattice = Lattice::new(100, 60).unwrap();
+        let map = CostMap::new(Arc::new(Surface::flat(lattice)), vec![0.005; 6000]);
+        let goal = Goal { at: Point::new(93.0, 47.0), radius_m: 3.0 };
+        let trip = Trip { start: Point::new(4.2, 7.7), goal };
+        let route = ett_exact(&map, &trip).unwrap();
+        let straight = 0.005 * goal.distance_m(trip.start);
+        assert!((route.cost / straight - 1.0).abs() < 1e-3, "{} against {straight}", route.cost);
+    }
+}

@@ -1,0 +1,14 @@
+//! The Monte Carlo study of Folsom et al. 2021: what a helicopter saves a rover.
+//!
+//! Every arm of the study meets the same worlds with the same seeds: [`World`] is drawn, [`fly`] plans and drives it in each
+//! [`Arm`], [`Study`] compares the travel times.
+
+#![warn(clippy::disallowed_methods)]
+
+mod mission;
+mod study;
+mod world;
+
+pub use mission::{Arm, Outcome, RoverPlanner, Samples, announce, fly};
+pub use study::{Spread, Study};
+pub use world::{World, monte_carlo, monte_carlo_regions};

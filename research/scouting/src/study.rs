@@ -1,0 +1,144 @@
+//! Travel times of all arms over many worlds, and what they say.
+
+use routing::Stream;
+use serde::Serialize;
+
+use crate::Outcome;
+
+/// A number with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// The number.
+    pub value: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// The outcomes of one arm, world by world.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// In the order of the worlds, the same in each arm.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// Resamplings of the bootstrap.
+const RESAMPLINGS: usize = 1000;
+
+impl Study {
+    /// Travel times of the rovers that arrived, in Sol.
+    #[must_use]
+    pub fn times_sol(&self) -> Vec<f64> {
+        self.outcomes.iter().filter_map(|outcome| outcome.travel_sol).collect()
+    }
+
+    /// Rovers that got stuck.
+    #[must_use]
+    pub fn stuck(&self) -> usize {
+        self.outcomes.iter().filter(|outcome| outcome.stuck).count()
+    }
+
+    /// Rovers that had no route to drive.
+    #[must_use]
+    pub fn without_route(&self) -> usize {
+        self.outcomes.iter().filter(|outcome| outcome.route.is_empty()).count()
+    }
+
+    /// Median travel time, in Sol; NaN if none arrived.
+    #[must_use]
+    pub fn median_sol(&self) -> f64 {
+        median(&mut self.times_sol())
+    }
+
+    /// Standard deviation of the travel time (n − 1), in Sol.
+    #[must_use]
+    pub fn sd_sol(&self) -> f64 {
+        let times = self.times_sol();
+        let mean = mean(&times);
+        (times.iter().map(|time| (time - mean).powi(2)).sum::<f64>() / (times.len() as f64 - 1.0)).sqrt()
+    }
+
+    /// 1 − median / median of `without`, the paper's measure, with a bootstrap interval over worlds.
+    #[must_use]
+    pub fn median_saving(&self, without: &Self) -> Spread {
+        let pairs = self.pairs(without);
+        let saving = |pairs: &[(f64, f64)]| {
+            let mut with: Vec<f64> = pairs.iter().map(|pair| pair.0).collect();
+            let mut without: Vec<f64> = pairs.iter().map(|pair| pair.1).collect();
+            1.0 - median(&mut with) / median(&mut without)
+        };
+        bootstrap(&pairs, saving)
+    }
+
+    /// Mean over worlds of 1 − time / time of `without`, with its normal interval.
+    #[must_use]
+    pub fn mean_paired_saving(&self, without: &Self) -> Spread {
+        let savings: Vec<f64> =
+            self.pairs(without).iter().map(|(with, without)| 1.0 - with / without).collect();
+        let value = mean(&savings);
+        let variance = savings.iter().map(|saving| (saving - value).powi(2)).sum::<f64>()
+            / (savings.len() as f64 - 1.0).max(1.0);
+        let half = 1.96 * (variance / savings.len() as f64).sqrt();
+        Spread { value, low: value - half, high: value + half }
+    }
+
+    /// Times with and without, of the worlds in which both arrived.
+    fn pairs(&self, without: &Self) -> Vec<(f64, f64)> {
+        let both = self.outcomes.iter().zip(&without.outcomes);
+        both.filter_map(|(with, without)| Some((with.travel_sol?, without.travel_sol?))).collect()
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (values.len().saturating_sub(1) / 2, values.len() / 2);
+    values.get(low).zip(values.get(high)).map_or(f64::NAN, |(low, high)| (low + high) / 2.0)
+}
+
+/// The percentile bootstrap, with random numbers that do not depend on the values.
+fn bootstrap(pairs: &[(f64, f64)], measure: impl Fn(&[(f64, f64)]) -> f64) -> Spread {
+    let mut random = Stream::new(1, "bootstrap");
+    let mut drawn: Vec<f64> = (0..RESAMPLINGS)
+        .map(|_| {
+            let pick = |_| pairs[(random.uniform() * pairs.len() as f64) as usize];
+            measure(&(0..pairs.len()).map(pick).collect::<Vec<_>>())
+        })
+        .collect();
+    drawn.sort_by(f64::total_cmp);
+    let at = |share: f64| drawn[(share * (RESAMPLINGS - 1) as f64).round() as usize];
+    Spread { value: measure(pairs), low: at(0.025), high: at(0.975) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study(times: &[Option<f64>]) -> Study {
+        let outcome = |time: &Option<f64>| Outcome {
+            travel_sol: *time,
+            stuck: time.is_none(),
+            expected_sol: 1.0,
+            route: Vec::new(),
+            flight: Vec::new(),
+        };
+        Study { outcomes: times.iter().map(outcome).collect() }
+    }
+
+    #[test]
+    fn savings_compare_the_worlds_in_which_both_arrived() {
+        let without = study(&[Some(1.0), Some(2.0), Some(4.0), Some(1.0)]);
+        let with = study(&[Some(1.0), Some(1.0), Some(3.0), None]);
+        assert_eq!(with.stuck(), 1);
+        assert_eq!(with.mean_paired_saving(&without).value, (0.0 + 0.5 + 0.25) / 3.0);
+        let saving = with.median_saving(&without);
+        assert_eq!(saving.value, 0.5);
+        assert!(saving.low <= saving.value && saving.value <= saving.high);
+        assert_eq!(without.median_sol(), 1.5);
+        assert!((study(&[Some(1.0), Some(3.0)]).sd_sol() - 2_f64.sqrt()).abs() < 1e-12);
+    }
+}
