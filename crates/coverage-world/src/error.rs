@@ -72,7 +72,9 @@ pub enum SetupError {
         got: u32,
     },
     /// A fault names a rover that is not in the team, or the action 0.
-    #[error("a fault needs a rover from 0 to {robot_max} and an action from 1, got rover {robot}, action {action}")]
+    #[error(
+        "a fault needs a rover from 0 to {robot_max} and an action from 1, got rover {robot}, action {action}"
+    )]
     Fault {
         /// Highest number of a rover.
         robot_max: usize,

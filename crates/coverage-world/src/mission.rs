@@ -146,8 +146,7 @@ impl<'a> Mission<'a> {
             self.strand(robot);
             return;
         }
-        let situation =
-            Situation { map: &self.map, rovers: &self.rovers, mode: self.setup.mode, robot };
+        let situation = Situation { map: &self.map, rovers: &self.rovers, mode: self.setup.mode, robot };
         if let Some(direction) = self.planner.decide(&situation) {
             self.drive(robot, direction);
         }
@@ -208,9 +207,8 @@ fn tasks(world: &World, setup: &Setup, rovers: &[Rover]) -> Vec<Task> {
         }
         Mode::Voronoi => {
             let region = |robot: usize| {
-                let open = move |cell: Cell| {
-                    world.is_free(cell) && region::nearest_start(rovers, cell) == robot
-                };
+                let open =
+                    move |cell: Cell| world.is_free(cell) && region::nearest_start(rovers, cell) == robot;
                 task(reachable(world.grid(), [rovers[robot].start.cell], open))
             };
             (0..rovers.len()).map(region).collect()

@@ -62,9 +62,7 @@ impl Setup {
             return Err(SetupError::Percent { got: self.percent });
         }
         match self.faults.iter().find(|fault| fault.robot >= rovers || fault.action == 0) {
-            Some(&Fault { robot, action }) => {
-                Err(SetupError::Fault { robot_max: rovers - 1, robot, action })
-            }
+            Some(&Fault { robot, action }) => Err(SetupError::Fault { robot_max: rovers - 1, robot, action }),
             None => Ok(()),
         }
     }

@@ -64,10 +64,27 @@ impl Situation<'_> {
         others.map(|(_, rover)| self.map.place(rover.pose.cell)).any(|other| other == place)
     }
 
+    /// Whether a rover that can still move stands at most `steps` steps from this one, obstacles left aside.
+    pub(crate) fn others_within(&self, steps: u32) -> bool {
+        let Cell { x, y } = self.own().pose.cell;
+        let near = |cell: Cell| cell.x.abs_diff(x) + cell.y.abs_diff(y) <= steps;
+        let mut others = self.rovers.iter().enumerate().filter(|(robot, _)| *robot != self.robot);
+        others.any(|(_, rover)| !rover.stranded && near(rover.pose.cell))
+    }
+
     /// Whether `place` is sensed free ground on which the mode lets this rover drive.
     pub(crate) fn is_open(&self, place: Place) -> bool {
-        self.map.is_free(place)
-            && (self.mode == Mode::Overlap
-                || region::nearest_start(self.rovers, self.map.cell(place)) == self.robot)
+        self.map.is_free(place) && self.is_own(place)
+    }
+
+    /// How many of the four cells beside `place` this rover may still have to cover.
+    pub(crate) fn uncovered_neighbours(&self, place: Place) -> u32 {
+        let beside = Direction::ALL.map(|direction| self.map.neighbour(place, direction));
+        beside.into_iter().map(|beside| u32::from(self.map.is_uncovered(beside) && self.is_own(beside))).sum()
+    }
+
+    /// Whether the mode lets this rover drive on `place`.
+    fn is_own(&self, place: Place) -> bool {
+        self.mode == Mode::Overlap || region::nearest_start(self.rovers, self.map.cell(place)) == self.robot
     }
 }

@@ -24,6 +24,8 @@ pub struct TeamMap {
     knowledge: Vec<Knowledge>,
     /// Laid out as `knowledge`.
     visits: Vec<u32>,
+    /// Number of cells that are known to be free and have not been visited.
+    frontier: usize,
 }
 
 /// Index of a cell in a [`TeamMap`].
@@ -38,7 +40,7 @@ impl TeamMap {
         for row in knowledge.chunks_exact_mut(stride).skip(1).take(grid.height as usize) {
             row[1..=grid.width as usize].fill(Knowledge::Unknown);
         }
-        Self { grid, visits: vec![0; knowledge.len()], knowledge }
+        Self { grid, visits: vec![0; knowledge.len()], knowledge, frontier: 0 }
     }
 
     /// Shape of the ground.
@@ -63,7 +65,7 @@ impl TeamMap {
     pub fn sense(&mut self, cell: Cell, obstacle: bool) {
         if self.grid.contains(cell) {
             let place = self.place(cell);
-            self.knowledge[place] = if obstacle { Knowledge::Obstacle } else { Knowledge::Free };
+            self.learn(place, if obstacle { Knowledge::Obstacle } else { Knowledge::Free });
         }
     }
 
@@ -74,8 +76,18 @@ impl TeamMap {
     pub fn visit(&mut self, cell: Cell) {
         assert!(self.grid.contains(cell), "a visit needs a cell of the grid, got {cell}");
         let place = self.place(cell);
-        self.knowledge[place] = Knowledge::Free;
+        self.learn(place, Knowledge::Free);
+        if self.visits[place] == 0 {
+            self.frontier -= 1;
+        }
         self.visits[place] += 1;
+    }
+
+    fn learn(&mut self, place: Place, knowledge: Knowledge) {
+        let unvisited = |map: &Self| usize::from(map.is_free(place) && map.visits[place] == 0);
+        self.frontier -= unvisited(self);
+        self.knowledge[place] = knowledge;
+        self.frontier += unvisited(self);
     }
 
     /// Index of a cell that is on the grid or directly beside it.
@@ -114,6 +126,16 @@ impl TeamMap {
 
     pub(crate) fn is_obstacle(&self, place: Place) -> bool {
         self.knowledge[place] == Knowledge::Obstacle
+    }
+
+    /// Whether no rover has visited `place`, which may be free as far as the team knows.
+    pub(crate) fn is_uncovered(&self, place: Place) -> bool {
+        self.visits[place] == 0 && matches!(self.knowledge[place], Knowledge::Free | Knowledge::Unknown)
+    }
+
+    /// Number of cells that are known to be free and have not been visited.
+    pub(crate) fn frontier(&self) -> usize {
+        self.frontier
     }
 
     pub(crate) fn visits_at(&self, place: Place) -> u32 {
