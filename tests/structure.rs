@@ -129,6 +129,23 @@ fn the_planner_never_depends_on_truth() {
     assert!(declared.contains(request), "the truth is asked for otherwise");
 }
 
+/// P-MYOPIC: a planner for coverage gets what the rovers have sensed; the crate that it is in cannot name the ground.
+#[test]
+fn planners_for_coverage_never_depend_on_the_true_ground() {
+    let known = linked("coverage", &["--all-features"]);
+    for stranger in ["coverage-world", "hopper-sim", "perception", "terrain", "scenario"] {
+        assert!(!known.contains(stranger), "coverage depends on {stranger}");
+    }
+    for file in sources("crates/coverage/src") {
+        let code = code(&file);
+        assert!(
+            !code.contains("coverage_world") && !code.contains("World"),
+            "{} names the ground",
+            file.display()
+        );
+    }
+}
+
 #[test]
 fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
     for (package, strangers) in [
@@ -185,8 +202,8 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
     }
     // The page's sockets; the solver's second thread, for whoever asks for it: the values are the same without.
     assert_eq!(waived, set(&["crates/solver/src/cold/sweep.rs", "monitor/src/web/mod.rs"]));
-    // The simulation links every engine but these two.
-    for package in ["simulation", "campaign", "known"] {
+    // The simulation links every engine but the other three.
+    for package in ["simulation", "campaign", "known", "coverage-world"] {
         let known = linked(package, &["--no-default-features"]);
         for stranger in [
             "node",
@@ -221,6 +238,8 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "hopper-research",
         "hopper-qa",
         "hopper-view",
+        "coverage",
+        "coverage-world",
         "known",
         "hostile",
         "mcap",
