@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Decision, RunId, Term};
+use crate::{Action, Decision, Incarnation, RunId, Term};
 
 /// A refusal says what was needed and what was got.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -64,6 +64,12 @@ pub enum Refusal {
         /// Term in force.
         term: Term,
     },
+    /// No heartbeat of the sender has been heard yet, so its build is not known; it sends again.
+    #[error("no heartbeat of life {incarnation} has been heard yet")]
+    UnknownLife {
+        /// The sender.
+        incarnation: Incarnation,
+    },
     /// Another planner has asked for the next term, and this decision is kept for it a while.
     #[error("decision {decision} is kept for a planner that takes over")]
     Yielding {
@@ -119,6 +125,7 @@ impl Refusal {
             Refusal::StaleTerm { .. } => "stale_term",
             Refusal::FutureTerm { .. } => "future_term",
             Refusal::NotLeader { .. } => "not_leader",
+            Refusal::UnknownLife { .. } => "unknown_life",
             Refusal::Yielding { .. } => "yielding",
             Refusal::Vetoed { .. } => "vetoed",
             Refusal::MissionOver => "mission_over",
