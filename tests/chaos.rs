@@ -43,6 +43,7 @@ fn fly_with(role: &str, environment: &[(&str, &str)], seed: &str) -> (Value, u32
     assert_eq!(processes[0].code(), 0, "{}", processes[0].log());
     let verified = mission.verified();
     assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+    mission.assert_as_lockstep("journal");
     (processes[0].json(), deaths)
 }
 
@@ -90,6 +91,7 @@ fn random_kills_of_every_role_leave_the_digest() {
         }
         assert_eq!(processes[0].code(), 0, "{victim}: {}", processes[0].log());
         assert_eq!(processes[0].json()["digest"], undisturbed["digest"], "{victim}");
+        mission.assert_as_lockstep("journal");
         let verified = mission.verified();
         assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()), "{victim}");
     }

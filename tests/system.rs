@@ -20,6 +20,7 @@ fn four_processes_have_the_digest_of_lockstep() {
         let undisturbed = lockstep(&words);
         assert_eq!(summary["digest"], undisturbed["digest"], "{}", stderr(&output));
         assert_eq!(summary["steps"], undisturbed["steps"]);
+        mission.assert_as_lockstep("out/journal");
         assert_eq!(output.status.code(), Some(if summary["outcome"] == "goal" { 0 } else { 1 }));
         for field in ["scenario", "seed", "profile", "outcome", "steps", "hops", "digest", "artifacts"] {
             assert!(!summary[field].is_null(), "{field} is promised");
@@ -65,6 +66,7 @@ fn the_four_may_be_started_in_any_order() {
         }
         let sim = processes.iter().find(|process| process.role == "sim").unwrap();
         assert_eq!(sim.json()["digest"], undisturbed["digest"], "{order:?}");
+        mission.assert_as_lockstep("journal");
         mission.assert_nothing_left();
     }
 }

@@ -20,6 +20,7 @@ fn assert_exactly_once(mission: &Mission, digest: &Value, words: &[&str]) {
     assert_eq!(verified["contiguous"], true);
     assert_eq!(verified["duplicates"], 0);
     assert_eq!(&verified["digest"], digest);
+    mission.assert_as_lockstep("journal");
     let journal = mission.journal();
     let again = ["--planners-from", journal.to_str().unwrap()];
     assert_eq!(&lockstep(&again)["digest"], digest, "lockstep repeats the swapped mission");

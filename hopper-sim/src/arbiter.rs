@@ -51,6 +51,9 @@ pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 pub enum Event {
     /// A command came, or a message that was none.
     Command(Result<Command, Refusal>),
+    /// A command of a life of which no heartbeat has been heard. It is judged like any other, but neither executed nor
+    /// is a decision kept for it: it may be of another build, and is sent again.
+    Stranger(Command),
     /// The journal holds the record of the last [`Effect::Append`].
     Appended,
     /// The journal could not take the record of the last [`Effect::Append`].
@@ -221,16 +224,14 @@ impl Arbiter {
                 Ok(record) => effects.push(self.commit(record)),
                 Err((refusal, bid)) => {
                     self.bid = self.standing_bid(now).or(bid).or(self.bid);
-                    self.refusals.count(&refusal);
-                    if let Refusal::Vetoed { action, .. } = refusal {
-                        self.state.vetoed = self.state.vetoed.with(action);
-                    }
-                    let missed = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::Vetoed { .. });
-                    effects.push(Effect::Refused(refusal));
-                    // Its sender may have missed the state that answers it.
-                    effects.extend(missed.then(|| self.publish(now)));
+                    self.refuse(refusal, now, &mut effects);
                 }
             },
+            Event::Stranger(command) => {
+                let unknown = Refusal::UnknownLife { incarnation: command.incarnation };
+                let refusal = self.accept(&command, now).err().unwrap_or(unknown);
+                self.refuse(refusal, now, &mut effects);
+            }
             Event::Appended => {
                 let Phase::Committing(record) = self.phase else {
                     panic!("appended a record that was not to be appended");
@@ -281,6 +282,18 @@ impl Arbiter {
         }
         effects.extend(self.conclude(now));
         effects
+    }
+
+    /// Refuses a command.
+    fn refuse(&mut self, refusal: Refusal, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        self.refusals.count(&refusal);
+        if let Refusal::Vetoed { action, .. } = refusal {
+            self.state.vetoed = self.state.vetoed.with(action);
+        }
+        let missed = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::Vetoed { .. });
+        effects.push(Effect::Refused(refusal));
+        // Its sender may have missed the state that answers it.
+        effects.extend(missed.then(|| self.publish(now)));
     }
 
     /// The next moment at which a tick has something to do: a landing, a republication, the deadline of a

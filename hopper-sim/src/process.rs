@@ -201,22 +201,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
 
     /// Everything that came since, and the passing of time.
     async fn receive(&mut self, ports: &mut P) -> Result<(), P::Error> {
-        for _ in 0..self.commands.depth() {
-            let Some(command) = self.commands.receive() else { break };
-            let command = command.and_then(|command| {
-                self.membership.builds().refuse(command.incarnation).map_or(Ok(command), Err)
-            });
-            self.feed(Event::Command(command), ports).await?;
-        }
-        for _ in 0..self.controls.depth() {
-            let Some(control) = self.controls.receive() else { break };
-            self.feed(Event::Control(control), ports).await?;
-        }
-        match self.policies.as_mut().and_then(Reader::newest) {
-            Some(Ok(policy)) => self.feed(Event::Policy(policy), ports).await?,
-            Some(Err(refusal)) => self.refused(refusal, ports).await?,
-            None => {}
-        }
+        // Before the commands: nobody is obeyed whose build is not known.
         for _ in 0..self.membership.depth() {
             let Some(beat) = self.membership.hear(ports.now()) else { break };
             match beat {
@@ -226,6 +211,26 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
                 }
                 Err(refusal) => self.refused(refusal, ports).await?,
             }
+        }
+        for _ in 0..self.commands.depth() {
+            let Some(command) = self.commands.receive() else { break };
+            let builds = self.membership.builds();
+            let command =
+                command.and_then(|command| builds.refuse(command.incarnation).map_or(Ok(command), Err));
+            let event = match command {
+                Ok(command) if !builds.knows(command.incarnation) => Event::Stranger(command),
+                command => Event::Command(command),
+            };
+            self.feed(event, ports).await?;
+        }
+        for _ in 0..self.controls.depth() {
+            let Some(control) = self.controls.receive() else { break };
+            self.feed(Event::Control(control), ports).await?;
+        }
+        match self.policies.as_mut().and_then(Reader::newest) {
+            Some(Ok(policy)) => self.feed(Event::Policy(policy), ports).await?,
+            Some(Err(refusal)) => self.refused(refusal, ports).await?,
+            None => {}
         }
         if self.is_assembled(ports.now()) {
             self.feed(Event::Tick, ports).await?;

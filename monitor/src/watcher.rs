@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use contract::peer_table::SILENCE_NS;
 use contract::{
     Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, Refusal,
-    RefusalCounts, RobotId, Role, RunId, State, Status,
+    RefusalCounts, RobotId, Role, RunId, State, Status, Timeline,
 };
 use report::{Executed, LatencyReport, Tally};
 
@@ -73,6 +73,10 @@ pub struct Watcher {
 struct Mission {
     brief: Brief,
     tally: Tally,
+    /// Where the last decision of the tally stands in the digest chain.
+    timeline: Timeline,
+    /// Whether a record came that does not continue the tally.
+    doubted: bool,
     state: Option<State>,
     /// The records that are missing.
     past: PageCursor,
@@ -205,6 +209,8 @@ impl Watcher {
         self.mission = Some(Mission {
             brief,
             tally: Tally::new(&brief),
+            timeline: Timeline::default(),
+            doubted: false,
             state: None,
             past: PageCursor::default(),
             coverage: None,
@@ -229,13 +235,17 @@ impl Watcher {
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == state.run) else {
             return Vec::new();
         };
-        if state.robot != robot || mission.state.is_some_and(|known| state.decision < known.decision) {
+        if state.robot != robot || mission.state.is_some_and(|known| state.is_older_than(&known)) {
             return Vec::new();
         }
         let was_whole = mission.missing() == 0;
+        if mission.timeline.is_contradicted_by(&state) && !mission.is_ahead_of(&state) {
+            mission.begin_anew();
+        }
         mission.state = Some(state);
         if let Some(executed) = Executed::before(&state).filter(|next| next.decision == mission.tally.due()) {
             mission.tally.fold(&executed);
+            mission.timeline = Timeline::through(&state);
         }
         let mut effects = Vec::new();
         // A gap is asked for when it opens, then at the ticks.
@@ -268,15 +278,27 @@ impl Watcher {
         }
         let due = mission.tally.due();
         for record in page.records.iter().filter(|record| record.robot == robot) {
+            let is_last = mission.tally.last.is_some_and(|last| last.decision == record.decision);
+            if mission.doubted && is_last && mission.timeline.is_not_after(record) {
+                // The journal was flown on elsewhere.
+                mission.begin_anew();
+                break;
+            }
             if record.decision != mission.tally.due() {
                 continue;
             }
-            if let Some(last) = mission.tally.last.filter(|last| last.digest != record.previous) {
-                let need = format!("{} of decision {}", last.digest, last.decision);
+            if mission.timeline.is_broken_by(record) {
+                // Either this record is wrong or the tally: the record before it decides.
+                let need = mission.tally.last.map_or_else(String::new, |last| {
+                    format!("{} of decision {}", last.digest, last.decision)
+                });
                 mission.refusals.count(&Refusal::malformed("past.previous", &need, record.previous));
+                mission.doubted = true;
                 break;
             }
+            mission.doubted = false;
             mission.tally.fold(&Executed::from(record));
+            mission.timeline.fold(record);
         }
         // An answer without news is asked for again at a later tick, not at once.
         let mut effects = Vec::new();
@@ -359,6 +381,20 @@ impl Watcher {
 }
 
 impl Mission {
+    /// Drops the decisions of a past that is no longer the journal's.
+    fn begin_anew(&mut self) {
+        self.tally = Tally::new(&self.brief);
+        self.timeline = Timeline::default();
+        self.past = PageCursor::default();
+        (self.ended, self.finished, self.doubted) = (None, false, false);
+    }
+
+    /// Whether `state` is late: published before the last decision of the tally was executed.
+    fn is_ahead_of(&self, state: &State) -> bool {
+        let last = self.tally.last.filter(|_| state.decision < self.tally.due());
+        last.is_some_and(|last| state.published <= last.timing.committed)
+    }
+
     /// Where the hopper is known to stand: the state or, where the past is ahead of it, the tally.
     fn decision(&self) -> Decision {
         self.state.map_or(self.tally.due(), |state| state.decision.max(self.tally.due()))
@@ -382,7 +418,7 @@ impl Mission {
     }
 
     fn request(&mut self, robot: RobotId, now: MonotonicNs) -> Option<Effect> {
-        self.past.advance_to(self.tally.due().0);
+        self.past.advance_to(self.tally.due().0.saturating_sub(u64::from(self.doubted)));
         let from = Decision(self.past.ask(now)?);
         Some(Effect::RequestPast(PastRequest { run: self.brief.run, robot, from }))
     }

@@ -366,3 +366,34 @@ fn a_watcher_says_for_what_it_waits() {
     watcher.on(Event::State(opening(&brief)), MonotonicNs(0));
     assert_eq!(watcher.waits_for(), None);
 }
+
+/// P-TIMELINE: a journal restored to decision 10 and flown on elsewhere, to before, at and after the decision that the
+/// monitor knows.
+#[test]
+fn a_past_that_is_no_longer_the_journals_is_folded_anew() {
+    let brief = brief(SIDE);
+    let walked = records(&brief, &steps(), 30);
+    let detour = [(Action::Hop(Direction::North), Branch::Stayed)];
+    let other: Vec<Step> =
+        steps()[..10].iter().copied().chain(detour).chain(steps()[10..].to_vec()).collect();
+    let elsewhere = records(&brief, &other, 10);
+    assert_eq!((walked[9].digest, walked[10].digest == elsewhere[10].digest), (elsewhere[9].digest, false));
+    for through in [8, 15, 19, 20, 21, 60] {
+        let mut watcher = undisturbed(&brief, &walked[..20]);
+        let later = walked[19].timing.committed.plus_ns(1_000_000_000_000);
+        let told = State { published: later, ..state(&elsewhere[through - 1], brief.run) };
+        let mut effects = watcher.on(Event::State(told), later);
+        for round in 0..4 {
+            answer(&mut watcher, &elsewhere[..through], effects, later.plus_ns(2 * round * ASK_AGAIN_NS));
+            effects = watcher.on(Event::Tick, later.plus_ns((2 * round + 1) * ASK_AGAIN_NS));
+        }
+        let tally = watcher.tally().unwrap();
+        assert_eq!(tally.due(), Decision(through as u64));
+        assert_eq!(tally.last.unwrap().digest, elsewhere[through - 1].digest, "{through}");
+        assert_eq!(
+            tally.route,
+            undisturbed(&brief, &elsewhere[..through]).tally().unwrap().route,
+            "{through}"
+        );
+    }
+}

@@ -11,7 +11,8 @@
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
     Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
-    PastPage, PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, TruthPage, TruthRequest,
+    PastPage, PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, Timeline, TruthPage,
+    TruthRequest,
 };
 use terrain::Terrain;
 
@@ -66,6 +67,8 @@ pub struct Cartographer {
     observation: Option<Observation>,
     /// Poses 0..folded are in the map.
     folded: u64,
+    /// Where the last of those poses stands in the digest chain.
+    timeline: Timeline,
     /// The records of the past that are missing.
     past: PageCursor,
     /// The decision whose landing is published; its map has its moment of sensing.
@@ -87,6 +90,7 @@ impl Cartographer {
             state: None,
             observation: None,
             folded: 0,
+            timeline: Timeline::default(),
             past: PageCursor::default(),
             stamped: None,
             published: None,
@@ -117,14 +121,8 @@ impl Cartographer {
                 self.gathering = Gathering::default();
             }
             Event::State(state) => {
-                let lower = |known: &State| known.run == state.run && state.decision < known.decision;
-                let back = self.state.filter(lower);
-                if state.robot != self.robot || back.is_some_and(|known| state.published <= known.published) {
+                if state.robot != self.robot || self.state.is_some_and(|known| state.is_older_than(&known)) {
                     return Vec::new();
-                }
-                if back.is_some() {
-                    // Published later, it is that of a journal that has lost its tail.
-                    self.forget();
                 }
                 self.state = Some(state);
             }
@@ -287,6 +285,7 @@ impl Cartographer {
         let unseen = |brief| Observation::unseen(&brief, self.robot).cut_to(self.patch_cells);
         self.observation = self.brief.map(unseen);
         self.folded = 0;
+        self.timeline = Timeline::default();
         self.past = PageCursor::default();
         self.stamped = None;
         self.published = None;
@@ -321,6 +320,10 @@ impl Cartographer {
 
     fn advance(&mut self, now: MonotonicNs) -> Vec<Effect> {
         let Some(state) = self.state.filter(|_| self.current()) else { return Vec::new() };
+        if self.folded > 0 && self.timeline.is_contradicted_by(&state) {
+            // The journal has lost its tail, or was flown on elsewhere.
+            self.forget();
+        }
         if self.folded > state.decision.0 {
             return self.finish(state);
         }
@@ -329,6 +332,7 @@ impl Cartographer {
         }
         if self.folded == state.decision.0 {
             self.fold(state.pose);
+            self.timeline = Timeline::through(&state);
             self.published = Some(now);
             let mut effects = vec![Effect::PublishMap];
             effects.extend(self.finish(state));
@@ -364,9 +368,17 @@ impl Cartographer {
         let folded = self.folded;
         for record in &page.records {
             // Record k leads to pose k + 1; the state brings its own pose.
-            if record.decision.0 + 1 == self.folded && self.folded < state.decision.0 {
-                self.fold(record.pose);
+            if record.decision.0 + 1 != self.folded || self.folded >= state.decision.0 {
+                continue;
             }
+            if self.timeline.is_broken_by(record) {
+                // The map holds poses of another past. It is built anew, after a pause: the page may be an old one.
+                self.forget();
+                self.past.restart(now);
+                return Vec::new();
+            }
+            self.fold(record.pose);
+            self.timeline.fold(record);
         }
         // What an answer without news left open is asked for again later, not at once.
         if self.folded > folded { self.advance(now) } else { Vec::new() }

@@ -17,6 +17,8 @@ const RUN: RunId = RunId(7);
 struct World {
     brief: Brief,
     terrain: Terrain,
+    /// The decision from which on the walk goes north; another one is another timeline.
+    turns_at: u64,
 }
 
 impl World {
@@ -26,23 +28,28 @@ impl World {
             .with(&scenario::Overrides { profile: Some(profile), ..Default::default() })
             .resolve()
             .unwrap();
-        Self { brief: Brief { run: RUN, ..world.brief }, terrain: world.terrain }
+        Self { brief: Brief { run: RUN, ..world.brief }, terrain: world.terrain, turns_at: u64::MAX }
     }
 
     fn pose(&self, cell: Cell) -> Pose {
         Pose { cell, height_m: self.terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
     }
 
-    /// A straight walk east from the start: record k leads to pose k + 1.
+    fn cell(&self, decision: u64) -> Cell {
+        let (start, east) = (self.brief.start, decision.min(self.turns_at));
+        Cell::new(start.x + east as i32, start.y + (decision - east) as i32)
+    }
+
+    /// A walk east from the start, and north from `turns_at` on: record k leads to pose k + 1.
     fn record(&self, decision: u64) -> Record {
-        let start = self.brief.start;
-        let from = Cell::new(start.x + decision as i32, start.y);
-        let to = Cell::new(from.x + 1, from.y);
-        Record {
+        let (from, to) = (self.cell(decision), self.cell(decision + 1));
+        let direction = if decision < self.turns_at { Direction::East } else { Direction::North };
+        let previous = decision.checked_sub(1).map_or(Digest::default(), |before| self.record(before).digest);
+        let record = Record {
             robot: RobotId(0),
             decision: Decision(decision),
             leader: Leader::default(),
-            action: Action::Hop(Direction::East),
+            action: Action::Hop(direction),
             origin: contract::Origin::Planner,
             visits: 0,
             vetoed: contract::Vetoed::NONE,
@@ -55,9 +62,10 @@ impl World {
             steps: 2 * (decision + 1),
             status: Status::Underway,
             timing: Timing::default(),
-            previous: Digest::default(),
+            previous,
             digest: Digest::default(),
-        }
+        };
+        Record { digest: previous.chain(&record), ..record }
     }
 
     fn state(&self, decision: u64) -> State {
@@ -67,6 +75,7 @@ impl World {
                 steps: 0,
                 pose: self.pose(self.brief.start),
                 last: None,
+                digest: Digest::default(),
                 ..self.record(0).state_after(RUN, NOW, NOW)
             };
         }
@@ -276,4 +285,70 @@ fn a_treasure_is_on_the_map_from_sight_to_landing() {
     assert_eq!(known(3), [ahead, behind], "both are in sight, in index order; the far one is not");
     assert_eq!(known(4), [behind], "landing has collected one");
     assert_eq!(known(6), [behind], "what is out of sight again stays known, what is collected stays away");
+}
+
+/// A cartographer that has followed the walk up to `through`.
+fn following(world: &World, through: u64) -> Cartographer {
+    let mut cartographer = world.ready();
+    for decision in 0..=through {
+        cartographer.on(Event::State(world.state(decision)), NOW);
+    }
+    cartographer
+}
+
+/// Carries out what a cartographer asks for until its map is up to `state`.
+fn catch_up(cartographer: &mut Cartographer, world: &World, state: State) {
+    let mut now = state.published;
+    let mut effects = cartographer.on(Event::State(state), now);
+    for _ in 0..100 {
+        if effects.contains(&Effect::PublishMap) {
+            return;
+        }
+        now = now.plus_ns(ASK_AGAIN_NS);
+        let asked = effects.iter().find_map(|effect| match effect {
+            Effect::RequestPast(request) => Some(request.from.0),
+            _ => None,
+        });
+        effects = match asked {
+            Some(from) => {
+                let page = world.page(from, (state.decision.0 - from).min(3));
+                cartographer.on(Event::Past(page), now)
+            }
+            None => cartographer.on(Event::Tick, now),
+        };
+    }
+    panic!("never caught up");
+}
+
+/// P-TIMELINE: a journal restored to decision 10 and flown on elsewhere, to before, at and after the decision that
+/// perception knows.
+#[test]
+fn a_map_of_a_past_that_is_no_longer_the_journals_is_built_anew() {
+    let walked = World::new(contract::Profile::Paper2023);
+    let elsewhere = World { turns_at: 10, ..World::new(contract::Profile::Paper2023) };
+    for through in [8, 12, 19, 20, 21, 26] {
+        let mut cartographer = following(&walked, 20);
+        let later = NOW.plus_ns(1);
+        catch_up(&mut cartographer, &elsewhere, State { published: later, ..elsewhere.state(through) });
+        assert_eq!(cartographer.map().unwrap().through, Some(Decision(through)));
+        assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(through).cells(), "{through}");
+        // What was published before the journal changed comes late.
+        assert_eq!(cartographer.on(Event::State(walked.state(20.min(through))), later), []);
+        assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(through).cells(), "{through}");
+    }
+}
+
+/// P-TIMELINE.
+#[test]
+fn a_late_page_of_a_past_that_is_gone_is_not_kept() {
+    let walked = World::new(contract::Profile::Paper2023);
+    let elsewhere = World { turns_at: 3, ..World::new(contract::Profile::Paper2023) };
+    let mut cartographer = elsewhere.ready();
+    let state = elsewhere.state(9);
+    assert_eq!(cartographer.on(Event::State(state), NOW), [request(0)]);
+    assert_eq!(cartographer.on(Event::Past(walked.page(0, 6)), NOW), [request(6)]);
+    assert_eq!(cartographer.on(Event::Past(elsewhere.page(6, 3)), NOW), [], "it does not continue");
+    assert_eq!(cartographer.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)]);
+    catch_up(&mut cartographer, &elsewhere, state);
+    assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(9).cells());
 }

@@ -6,8 +6,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell as Counter;
 
 use contract::{
-    Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Leader, MonotonicNs, Pose,
-    Replica, RobotId, RunId, State, Status, Timing,
+    Action, Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
+    MonotonicNs, Outcome, Pose, Replica, RobotId, RunId, State, Status, Timing,
 };
 use perception::{Cartographer, Effect, Event};
 use terrain::Terrain;
@@ -41,6 +41,11 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
+/// What of a landing is in the digest chain; here the hopper goes where it is put.
+fn held(cell: Cell) -> Outcome {
+    Outcome { branch: Branch::Held, from: cell, to: cell, flight: Flight::default() }
+}
+
 /// Bytes allocated and cells changed by each of some landings along the same hops, on a map of `side` x `side`.
 fn landings(side: u32) -> Vec<[u64; 2]> {
     let grid = Grid::new(side, side, 1.0, 1).unwrap();
@@ -61,9 +66,10 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     let mut replica = Replica::new(ROBOT);
     replica.begin(RUN, grid);
     let mut costs = Vec::new();
+    let mut digest = Digest::default();
     for decision in 0..24 {
         let cell = Cell::new(20 + decision as i32, 20);
-        let state = State {
+        let mut state = State {
             run: RUN,
             robot: ROBOT,
             decision: Decision(decision),
@@ -72,8 +78,8 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
             leader: Leader::default(),
             pose: Pose { cell, height_m: terrain.ground(cell).unwrap().height_m },
             collected: Collected::default(),
-            last: None,
-            digest: Digest::default(),
+            last: Some(held(cell)),
+            digest,
             landed: NOW,
             published: NOW,
             visits: 0,
@@ -82,6 +88,10 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
+        if decision > 0 {
+            state.digest = state.digest_after(digest, Action::Hold).unwrap();
+        }
+        digest = state.digest;
         let before = BYTES.get();
         let known = replica.map().map(|map| map.observation());
         assert_eq!(cartographer.on(Event::State(state), NOW), [Effect::PublishMap]);

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::cell::RefCell;
+
 use contract::limits::ASK_AGAIN_NS;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
 use contract::{
@@ -19,6 +21,11 @@ fn at(ns: u64) -> MonotonicNs {
     MonotonicNs(ns)
 }
 
+/// What of a landing is in the digest chain; here the hopper goes where it is put.
+fn held(cell: Cell) -> Outcome {
+    Outcome { branch: Branch::Held, from: cell, to: cell, flight: Flight::default() }
+}
+
 /// Rough ground with a walk over it, and all that perception publishes about it.
 struct Source {
     brief: Brief,
@@ -28,6 +35,8 @@ struct Source {
     downwards: bool,
     /// When decision 0 is, nanoseconds.
     epoch: u64,
+    /// The digest of each decision so far.
+    digests: RefCell<Vec<Digest>>,
 }
 
 impl Source {
@@ -58,12 +67,14 @@ impl Source {
             decision: 0,
             downwards: false,
             epoch: 0,
+            digests: RefCell::default(),
         };
         source.begin();
         source
     }
 
     fn begin(&mut self) {
+        self.digests.borrow_mut().clear();
         self.cartographer = Cartographer::new(ROBOT);
         self.cartographer.on(Event::Terrain(RUN, self.terrain.clone()), at(0));
         self.cartographer.on(Event::Brief(self.brief), at(0));
@@ -76,7 +87,7 @@ impl Source {
         let up = along.min(side as i32 - 1);
         let along = if self.downwards { side as i32 - 1 - up } else { up };
         let cell = Cell::new(1 + along, 1 + along);
-        State {
+        let mut state = State {
             run: RUN,
             robot: ROBOT,
             decision: Decision(decision),
@@ -85,7 +96,7 @@ impl Source {
             leader: Leader::default(),
             collected: Collected::default(),
             pose: Pose { cell, height_m: self.terrain.ground(cell).unwrap().height_m },
-            last: None,
+            last: Some(held(cell)),
             digest: Digest::default(),
             landed: at(self.epoch + decision),
             published: at(self.epoch + decision),
@@ -94,7 +105,17 @@ impl Source {
             last_origin: contract::Origin::Planner,
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
+        };
+        let mut digests = self.digests.borrow_mut();
+        for known in digests.len() as u64..=decision {
+            let before = digests.last().copied();
+            let state = State { decision: Decision(known), ..state };
+            digests.push(
+                before.map_or(state.digest, |before| state.digest_after(before, Action::Hold).unwrap()),
+            );
         }
+        state.digest = digests[decision as usize];
+        state
     }
 
     /// The next landing's patches.
@@ -136,7 +157,8 @@ impl Source {
 
     /// What the journal holds of a decision: it leads to the pose of the next.
     fn record(&self, decision: u64) -> Record {
-        let (from, to) = (self.state(decision).pose.cell, self.state(decision + 1).pose);
+        let (before, after) = (self.state(decision), self.state(decision + 1));
+        let (from, to) = (before.pose.cell, after.pose);
         Record {
             robot: ROBOT,
             decision: Decision(decision),
@@ -154,8 +176,8 @@ impl Source {
             steps: 2 * (decision + 1),
             status: Status::Underway,
             timing: Timing::default(),
-            previous: Digest::default(),
-            digest: Digest::default(),
+            previous: before.digest,
+            digest: after.digest,
         }
     }
 

@@ -10,8 +10,8 @@
 
 use contract::peer_table::SILENCE_NS;
 use contract::{
-    Action, Brief, Command, Decision, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
-    MonotonicNs, Name, PeerTable, Refusal, Replica, RobotId, RunId, State, Status, Term, Vetoed,
+    Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
+    MonotonicNs, Name, PeerTable, Refusal, Replica, RobotId, RunId, State, Status, Term, Timeline, Vetoed,
 };
 
 use crate::{Plan, PlanStatus, Situation};
@@ -90,13 +90,12 @@ pub enum Effect {
 #[derive(Clone, Copy, Debug)]
 struct Planned {
     command: Command,
-    /// What was vetoed when it was planned.
-    vetoed: Vetoed,
+    due: Due,
     sent: MonotonicNs,
 }
 
-/// What is planned for: a decision, and what the guard has vetoed there.
-type Due = (RunId, Decision, Vetoed);
+/// What is planned for: a decision, on the timeline of a digest, and what the guard has vetoed there.
+type Due = (RunId, Decision, Digest, Vetoed);
 
 /// Commands one robot, or stands by.
 #[derive(Debug)]
@@ -255,12 +254,14 @@ impl Pilot {
 
     fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let known = self.state.filter(|known| known.run == state.run);
-        // A lower decision published later is that of a journal that has lost its tail.
-        let old = |known: State| state.decision < known.decision && state.published <= known.published;
-        if state.robot != self.config.robot || known.is_some_and(old) {
+        if state.robot != self.config.robot || known.is_some_and(|known| state.is_older_than(&known)) {
             return;
         }
-        let same = known.filter(|known| known.decision == state.decision);
+        if known.is_some_and(|known| Timeline::through(&known).is_contradicted_by(&state)) {
+            // The map may hold cells that were seen on hops which never were.
+            self.map.begin_anew();
+        }
+        let same = known.filter(|known| (known.decision, known.digest) == (state.decision, state.digest));
         // A veto stands, though an older copy of the state or another life of hopper-sim may not tell of it.
         let vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
         let state = State { vetoed, ..state };
@@ -310,7 +311,7 @@ impl Pilot {
     }
 
     fn planned_for(&self) -> Option<Due> {
-        self.planned.map(|planned| (planned.command.run, planned.command.decision, planned.vetoed))
+        self.planned.map(|planned| planned.due)
     }
 
     /// Asks for a plan if one is due.
@@ -338,8 +339,8 @@ impl Pilot {
     ) {
         let asked = self.planning.take();
         let Some(situation) = self.situation() else { return };
-        let vetoed = situation.state.vetoed;
-        if asked != Some(due(situation.state)) {
+        let (due, vetoed) = (due(situation.state), situation.state.vetoed);
+        if asked != Some(due) {
             return;
         }
         let command = Command {
@@ -359,7 +360,7 @@ impl Pilot {
             planning_started: started,
             planning_ended: ended,
         };
-        self.planned = Some(Planned { command, vetoed, sent: now });
+        self.planned = Some(Planned { command, due, sent: now });
         self.send(now, effects);
     }
 
@@ -395,5 +396,5 @@ impl Pilot {
 }
 
 fn due(state: &State) -> Due {
-    (state.run, state.decision, state.vetoed)
+    (state.run, state.decision, state.digest, state.vetoed)
 }

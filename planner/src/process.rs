@@ -146,6 +146,8 @@ impl<P: Ports> PlannerProcess<P> {
             Effect::Plan => return Ok(self.plan(ports).await),
             Effect::Send(command) => {
                 let (run, decision) = (command.run, command.decision);
+                // hopper-sim obeys nobody whom it has not heard.
+                self.membership.beat(self.pilot.seen(), ports.now())?;
                 self.commands.publish(command)?;
                 ports.pass("planner.sent").await;
                 self.publish_policy(run, decision);

@@ -438,3 +438,20 @@ fn a_plan_that_was_under_way_when_a_veto_came_is_dropped() {
     );
     assert_eq!(pilot.on(planned_as(north), at(1)), [], "and nothing else");
 }
+
+/// P-TIMELINE: the same decision on another timeline is planned anew, on a map that is asked for anew.
+#[test]
+fn a_plan_for_the_same_decision_of_another_past_is_not_sent() {
+    let mut pilot = pilot(false);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    pilot.on(Event::Patch(map(3)), at(0));
+    assert_eq!(sent(&pilot.on(planned(), at(2))), [(3, 1)]);
+    let elsewhere = State { digest: Digest([9; 32]), published: at(5), ..state(3, 0, Incarnation(0)) };
+    pilot.on(Event::State(elsewhere), at(6));
+    assert!(pilot.situation().is_none(), "its map may hold cells seen on hops that never were");
+    assert_eq!(sent(&pilot.on(Event::Tick, at(2 + RESEND_NS))), []);
+    let known = State { published: at(5), ..state(3, 0, Incarnation(0)) };
+    pilot.on(Event::State(known), at(7));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(7)), [Effect::Plan], "the older state changes nothing");
+    assert_eq!(pilot.situation().unwrap().state.digest, Digest([9; 32]));
+}

@@ -4,17 +4,19 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use hopper_sim::JournalError;
-use hopper_sim::journal::{Show, verify};
+use hopper_sim::journal::{Show, Verification, verify};
 use node::{Exit, Failure};
 use report::Format;
+use serde::Serialize;
 
+use crate::mission::comparison::{Difference, against_lockstep};
 use crate::stdout::{print, print_json, stream};
 
 /// Subcommands of `hopper journal`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Check a journal from its first byte to its last; exit code 1 if it is not sound, 2 if it is no journal.
-    Verify(Args),
+    Verify(VerifyArgs),
     /// Check a journal, then show its records.
     Show(Args),
 }
@@ -30,19 +32,48 @@ pub struct Args {
     format: Format,
 }
 
+/// Arguments of `hopper journal verify`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct VerifyArgs {
+    #[command(flatten)]
+    args: Args,
+    /// Fly the mission again in lockstep, and compare the digest and the map of every decision.
+    #[arg(long)]
+    against_lockstep: bool,
+}
+
 /// Runs the command: done if the journal is sound, failed if it can be read but is not sound.
 ///
 /// # Errors
 /// If the journal is missing, damaged, or cannot be read.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let is_sound = match command {
-        Command::Verify(Args { dir, format }) => {
+        Command::Verify(VerifyArgs { args: Args { dir, format }, against_lockstep: false }) => {
             let verification = verify(folder(dir)?).map_err(failure)?;
             match format {
                 Format::Text => print(&verification.to_string())?,
                 Format::Json => print_json(&verification)?,
             }
             verification.is_sound()
+        }
+        Command::Verify(VerifyArgs { args: Args { dir, format }, .. }) => {
+            let verification = verify(folder(dir)?).map_err(failure)?;
+            let difference = against_lockstep(folder(dir)?)?;
+            match (format, &difference) {
+                (Format::Text, None) => {
+                    let decisions = verification.decisions;
+                    print(&format!(
+                        "{verification}  lockstep    the same digest and map at each of {decisions} decisions\n"
+                    ))?;
+                }
+                (Format::Text, Some(difference)) => {
+                    print(&format!("{verification}  FAULT       {difference}\n"))?;
+                }
+                (Format::Json, _) => {
+                    print_json(&AgainstLockstep { verification: &verification, difference })?
+                }
+            }
+            verification.is_sound() && difference.is_none()
         }
         Command::Show(Args { dir, format }) => {
             let show = Show::new(folder(dir)?).map_err(failure)?;
@@ -57,6 +88,15 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         }
     };
     Ok(if is_sound { Exit::Done } else { Exit::Failed })
+}
+
+/// What `--against-lockstep` prints in JSON.
+#[derive(Serialize)]
+struct AgainstLockstep<'a> {
+    #[serde(flatten)]
+    verification: &'a Verification,
+    /// The first decision that lockstep takes otherwise.
+    difference: Option<Difference>,
 }
 
 /// Prints the records table by table: a journal may be longer than memory holds.

@@ -13,6 +13,7 @@ use report::Summary;
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::mission::OutputDir;
+use crate::mission::comparison::against_lockstep;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight, Launch, Recording};
 use lockstep::PlannerSchedule;
@@ -226,6 +227,10 @@ fn check_repetition(args: &Args, digest: Digest) -> Result<(), Failure> {
     if verified.outcome.is_over() && verified.digest != digest {
         let message =
             format!("the repeated mission has digest {digest}, the journal's is {}", verified.digest);
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    if let Some(difference) = against_lockstep(dir)? {
+        let message = format!("the mission of {} is not repeated: {difference}", dir.display());
         return Err(Failure::new(Exit::Failed, message));
     }
     tracing::info!("the mission of {} is repeated, digest {digest}", dir.display());

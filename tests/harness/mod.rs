@@ -96,6 +96,14 @@ impl Mission {
         verify(&self.journal())
     }
 
+    /// The journal in `folder` has the digest and the map of lockstep at every decision.
+    pub fn assert_as_lockstep(&self, folder: &str) {
+        let output = self.hopper(&["journal", "verify", folder, "--against-lockstep"]).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "{text}{}", String::from_utf8_lossy(&output.stderr));
+        assert!(text.contains("the same digest and map at each of"), "{text}");
+    }
+
     /// Decisions in the journal so far; 0 while there is none.
     pub fn decisions(&self) -> u64 {
         if !self.journal().join("hops.journal").exists() {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Decision, RunId, Term};
+use crate::{Action, Decision, Incarnation, RunId, Term};
 
 /// Why a message was not acted upon: `need` is what was needed, `got` what the message had.
 #[allow(missing_docs, reason = "the error texts say what each field is")]
@@ -32,6 +32,9 @@ pub enum Refusal {
     /// The term is in force, but another planner holds it.
     #[error("term {term} is held by another planner")]
     NotLeader { term: Term },
+    /// No heartbeat of the sender has been heard yet, so its build is not known; it sends again.
+    #[error("no heartbeat of life {incarnation} has been heard yet")]
+    UnknownLife { incarnation: Incarnation },
     /// Another planner has asked for the next term, and this decision is kept for it a while.
     #[error("decision {decision} is kept for a planner that takes over")]
     Yielding { decision: Decision },
@@ -73,6 +76,7 @@ impl Refusal {
             Refusal::StaleTerm { .. } => "stale_term",
             Refusal::FutureTerm { .. } => "future_term",
             Refusal::NotLeader { .. } => "not_leader",
+            Refusal::UnknownLife { .. } => "unknown_life",
             Refusal::Yielding { .. } => "yielding",
             Refusal::Vetoed { .. } => "vetoed",
             Refusal::MissionOver => "mission_over",

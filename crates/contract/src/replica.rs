@@ -57,6 +57,15 @@ impl Replica {
         self.buffer.clear();
     }
 
+    /// Drops the map, and asks for all of it again: it may be that of hops which a journal has lost.
+    pub fn begin_anew(&mut self) {
+        if let Some(map) = &mut self.map {
+            *map = ObservedMap::unseen(map.run, map.robot, map.grid);
+            self.pursuit = Some(Pursuit::default());
+            self.buffer.clear();
+        }
+    }
+
     /// The whole map; `None` while some of it may be missing.
     #[must_use]
     pub fn map(&self) -> Option<&ObservedMap> {

@@ -73,7 +73,7 @@ impl<P: Ports> Membership<P> {
                 Ok(beat) => beat,
                 Err(refusal) => return Some(Err(refusal)),
             };
-            if beat.incarnation != self.last.incarnation && self.builds.admit(&beat) {
+            if beat.incarnation != self.last.incarnation && self.builds.admit(&beat, now) {
                 self.peer_table.observe(beat, now);
                 return Some(Ok(beat));
             }

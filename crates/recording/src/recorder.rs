@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
     Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage, PastRequest,
-    Replica, RobotId, RunId, State, Status, Vetoed,
+    Replica, RobotId, RunId, State, Status, Timeline, Vetoed,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -74,6 +74,8 @@ pub struct Recorder {
     state: Option<State>,
     /// The records that are missing, by decision.
     past: PageCursor,
+    /// Where the last of the records that came stands in the digest chain.
+    timeline: Timeline,
     /// The decisions before this have their records among the bytes given out.
     flushed: Decision,
     map: Replica,
@@ -120,6 +122,7 @@ impl Recorder {
             brief: None,
             state: None,
             past: PageCursor::default(),
+            timeline: Timeline::default(),
             flushed: Decision(0),
             map: Replica::new(ROBOT),
             drawn: None,
@@ -246,8 +249,7 @@ impl Recorder {
         }
         self.gaps.begin();
         (self.brief, self.state, self.drawn) = (Some(brief), None, None);
-        self.past.move_to(0);
-        self.flushed = Decision(0);
+        self.forget_past();
         self.map = Replica::new(ROBOT);
         self.map.begin(brief.run, brief.grid);
         let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
@@ -263,12 +265,16 @@ impl Recorder {
         let Some(brief) = self.brief.filter(|_| self.is_of_run(state.run, state.robot)) else {
             return Ok(());
         };
+        if self.state.is_some_and(|known| state.is_older_than(&known)) {
+            return Ok(());
+        }
         let gap = self.gaps.state(state);
         self.record_gap(gap, now)?;
         let before = self.state.replace(*state);
-        // After a journal lost its tail, those decisions are executed again.
-        self.past.move_to(self.due().min(state.decision).0);
-        self.flushed = self.flushed.min(state.decision);
+        if self.timeline.is_contradicted_by(state) {
+            // A journal that has lost its tail, or was flown on elsewhere: those decisions are executed again.
+            self.forget_past();
+        }
         if before.is_none_or(|before| before.decision != state.decision) {
             let (pose, scene) = (view::pose_of(&brief, state), view::scene(&brief, state));
             self.put(Channel::ViewPose, &pose.encode_to_vec(), state.published, now)?;
@@ -313,9 +319,18 @@ impl Recorder {
         if !self.is_of_run(page.run, page.robot) {
             return None;
         }
-        if page.from == self.due() {
+        for record in &page.records {
+            if record.decision != self.due() {
+                continue;
+            }
+            if self.timeline.is_broken_by(record) {
+                self.forget_past();
+                self.past.restart(now);
+                return None;
+            }
             // Fewer records than a page are asked for now and then: the pause stays in force.
-            self.past.move_to(page.from.0 + page.records.len() as u64);
+            self.timeline.fold(record);
+            self.past.move_to(self.timeline.due().0);
         }
         let is_whole = self.state.is_none_or(|state| self.due() >= state.decision);
         if page.records.len() < PAST_PAGE_RECORDS || is_whole {
@@ -323,6 +338,13 @@ impl Recorder {
         }
         let from = Decision(self.past.ask_at_once(now));
         Some(PastRequest { run: page.run, robot: ROBOT, from })
+    }
+
+    /// Asks for all records again.
+    fn forget_past(&mut self) {
+        self.past.move_to(0);
+        self.timeline = Timeline::default();
+        self.flushed = Decision(0);
     }
 
     /// First decision whose record is still missing.

@@ -15,8 +15,8 @@ const LEADERSHIPS_SHOWN: usize = 6;
 
 /// Refusals that are part of normal operation: commands repeated until answered, and planners that learn they
 /// no longer lead. Vetoes have a line of their own. The text omits these refusals; the JSON has them.
-const EVERYDAY_REFUSALS: [&str; 6] =
-    ["busy", "repeated_decision", "stale_term", "not_leader", "yielding", "vetoed"];
+const EVERYDAY_REFUSALS: [&str; 7] =
+    ["busy", "repeated_decision", "stale_term", "not_leader", "unknown_life", "yielding", "vetoed"];
 
 /// One process of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ mod seen_cells;
 
 use contract::{
     Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    Pacing, PastPage, Policy, Replica, RobotId, State,
+    Pacing, PastPage, Policy, Replica, RobotId, State, Timeline,
 };
 use report::Executed;
 
@@ -68,6 +68,8 @@ struct RunHistory {
     brief: Brief,
     state: Option<State>,
     hops: Hops,
+    /// Where the last of the hops stands in the digest chain.
+    timeline: Timeline,
     replica: Replica,
     seen_cells: SeenCells,
     /// Whether the map was complete when last checked, and when it last became complete.
@@ -94,8 +96,17 @@ impl History {
                 self.peers.mark_silent(self.decision(), over, now);
                 return self.run.as_mut().and_then(|run| run.catch_up(now));
             }
-            Input::State(state) => self.of_run(state.run)?.state(state),
-            Input::Past(page) => self.of_run(page.run)?.past(page),
+            Input::State(state) => {
+                if self.of_run(state.run)?.is_contradicted_by(state) {
+                    self.begin_anew();
+                }
+                self.of_run(state.run)?.state(state);
+            }
+            Input::Past(page) => {
+                if !self.of_run(page.run)?.past(page) {
+                    self.begin_anew();
+                }
+            }
             Input::Patch(patch) => return self.of_run(patch.run)?.patch(patch, now),
             Input::Page(page) => return self.of_run(page.run)?.page(page, now),
             Input::Policy(policy) => {
@@ -196,6 +207,13 @@ impl History {
         self.peers.forget_events();
         self.run = Some(RunHistory::new(self.robot, brief));
     }
+
+    /// Begins the history of the run again: the journal has lost its tail, or was flown on elsewhere.
+    fn begin_anew(&mut self) {
+        if let Some(run) = self.run.take() {
+            self.begin_run(&run.brief);
+        }
+    }
 }
 
 impl RunHistory {
@@ -206,6 +224,7 @@ impl RunHistory {
             brief: *brief,
             state: None,
             hops: Hops::default(),
+            timeline: Timeline::default(),
             replica,
             seen_cells: SeenCells::new(brief),
             whole: (false, None),
@@ -217,17 +236,38 @@ impl RunHistory {
         self.state.map_or(self.hops.due(), |state| state.decision.max(self.hops.due()))
     }
 
+    /// Whether `state` proves that hops of this history are no longer in the journal.
+    fn is_contradicted_by(&self, state: &State) -> bool {
+        let is_old = self.state.is_some_and(|known| state.is_older_than(&known));
+        // A late state is no proof: the past may have told of hops after it.
+        let is_late = state.decision < self.timeline.due() && state.published <= self.hops.committed();
+        self.timeline.is_contradicted_by(state) && !is_old && !is_late
+    }
+
     fn state(&mut self, state: &State) {
+        if self.state.is_some_and(|known| state.is_older_than(&known)) {
+            return;
+        }
         self.state = Some(*state);
-        if let Some(executed) = Executed::before(state) {
+        if let Some(executed) = Executed::before(state).filter(|next| next.decision == self.hops.due()) {
             self.hops.fold(&executed);
+            self.timeline = Timeline::through(state);
         }
     }
 
-    fn past(&mut self, page: &PastPage) {
+    /// Adds the records that are due. False if they continue from another past than the hops so far.
+    fn past(&mut self, page: &PastPage) -> bool {
         for record in page.records.iter().filter(|record| record.robot == page.robot) {
+            if record.decision != self.hops.due() {
+                continue;
+            }
+            if self.timeline.is_broken_by(record) {
+                return false;
+            }
             self.hops.fold(&Executed::from(record));
+            self.timeline.fold(record);
         }
+        true
     }
 
     fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {

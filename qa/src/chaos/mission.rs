@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use contract::{Digest, MonotonicNs, Role, Status};
 use hopper::mission::child::Supervised;
+use hopper::mission::comparison::against_lockstep;
 use hopper_sim::{Journal, JournalReader};
 use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use report::Summary;
@@ -367,6 +368,9 @@ impl Flight<'_> {
             .map_err(|error| broken("the journal can be read", error.to_string()))?;
         if !verified.is_sound() {
             return Err(broken("the journal is sound", verified.faults().join("; ")));
+        }
+        if let Some(difference) = against_lockstep(&self.journal)? {
+            return Err(broken("every decision is taken on the map of lockstep", difference.to_string()));
         }
         let sim =
             self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the four");
