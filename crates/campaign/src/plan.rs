@@ -102,12 +102,14 @@ impl Campaign {
         for selector in &self.scenarios {
             let failed =
                 |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
-            let scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
+            let mut scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
                 scenario::load(selector)
             } else {
                 scenario::load(&folder.join(selector).to_string_lossy())
             }
             .map_err(failed)?;
+            // Errors name it as the campaign does.
+            scenario.file = None;
             // The terrain does not depend on profile or weights.
             let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1);
             ground += worlds.saturating_mul(scenario.clone().resolve().map_err(failed)?.terrain.cells.len());
