@@ -195,3 +195,13 @@ fn a_second_run_is_told_of_instances_and_an_interrupted_one_how_to_resume() {
     assert_eq!(first.code(), 130, "{}", first.log());
     first.await_log("the same command with --out first resumes the mission");
 }
+
+/// P-DOCTOR-NEXT: advice about an instance names that instance, in every command.
+#[test]
+fn the_doctors_advice_names_the_instance() {
+    let name = format!("advised-{}", std::process::id());
+    let told = answer(&["doctor", "--instance", &name]);
+    for command in ["hopper sim", "hopper run"] {
+        assert!(told.contains(&format!("`{command} --instance {name}`")), "{told}");
+    }
+}
