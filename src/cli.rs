@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use node::{Exit, Failure};
 
+use crate::command_line;
 use crate::commands::{campaign, doctor, journal, run, scenario, terrain, topic};
 use crate::tool::{self, Passed};
 
@@ -23,12 +24,13 @@ pub struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   hopper                                        the default mission
-  hopper run --scenario sandy --profile hopper  another mission
+  hopper run --scenario sandy --profile hopper  another mission; hopper scenario list has more
+  hopper run --dem dem.tif                      a mission over your own elevation model
   hopper run --lockstep --format json           the same mission in one thread
   hopper planner --algorithm greedy --takeover  replace the planner of a running mission
   hopper run --web --control --pace 2           watch and control it in a browser: the log shows the address
   hopper monitor --tui                          watch a running mission in this terminal
-  hopper campaign run campaigns/p23-tables.toml the paper's tables, 3,000 missions
+  hopper campaign run p23-tables                the paper's tables, 3,000 missions
   hopper run --record hard.mcap                 record every message; see hopper bag, hopper latency
   hopper doctor                                 what runs, what is missing, what to do next
 
@@ -65,12 +67,14 @@ enum Command {
     /// Fly a grid of missions on all cores, and report the results.
     #[command(subcommand)]
     #[command(
-        after_help = "Examples:\n  hopper campaign run campaigns/p23-tables.toml\n  hopper campaign report out/p23-tables --against paper"
+        after_help = "Examples:\n  hopper campaign list\n  hopper campaign run p23-tables\n  hopper campaign report out/p23-tables --against paper"
     )]
     Campaign(campaign::Command),
-    /// Check a scenario, or print the schema of scenarios.
+    /// List the built-in scenarios, check one, or print the schema of scenarios.
     #[command(subcommand)]
-    #[command(after_help = "Examples:\n  hopper scenario check my.toml\n  hopper scenario schema")]
+    #[command(
+        after_help = "Examples:\n  hopper scenario list\n  hopper scenario check my.toml\n  hopper scenario schema"
+    )]
     Scenario(scenario::Command),
     /// Check an elevation model.
     #[command(subcommand)]
@@ -78,9 +82,7 @@ enum Command {
     Terrain(terrain::Command),
     /// Verify or show a journal.
     #[command(subcommand)]
-    #[command(
-        after_help = "Examples:\n  hopper journal verify out/hard-1/journal\n  hopper journal show out/hard-1/journal"
-    )]
+    #[command(after_help = "Examples:\n  hopper journal verify out/hard-1\n  hopper journal show out/hard-1")]
     Journal(journal::Command),
     /// List, echo or measure the messages of a running instance.
     #[command(subcommand)]
@@ -126,7 +128,7 @@ enum Command {
 /// Parses the command line and runs the command.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli: Cli = command_line::parse();
     match cli.command {
         None => node::main("hopper", || run::run(&cli.run)),
         Some(Command::Run(args)) => node::main("hopper", || run::run(&args)),

@@ -3,6 +3,7 @@
 //! The programs beside it ([`tool`]) build on this library.
 
 pub mod cli;
+pub mod command_line;
 pub mod commands;
 pub mod mission;
 pub mod stdout;

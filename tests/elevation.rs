@@ -232,3 +232,40 @@ fn another_model_may_be_put_under_a_scenario() {
     let generated = hopper(&["run", "--lockstep", "--scenario", "hard", "--dem", "x.tif"]).output().unwrap();
     assert_eq!(generated.status.code(), Some(2), "{}", stderr(&generated));
 }
+
+/// P-DEM-ALONE: an ordinary elevation model is flown without any scenario, hop and cells fitted to each other, the same
+/// mission every time; where it does not fit a scenario, the command that flies it is named.
+#[test]
+fn an_elevation_model_alone_is_a_mission() {
+    // Cells of 4.98 m, as in the crop of Mars that the scenario mars is written for: no whole number fits a metre.
+    let wide = GeoTiff { scale: Some(vec![4.98, 4.98, 0.0]), ..geotiff() };
+    let mission = mission("alone", &wide.bytes());
+    for (seed, out) in [("1", "once"), ("2", "other")] {
+        let words = ["run", "--lockstep", "--dem", "model", "--seed", seed, "--out", out, "--format", "json"];
+        let output = mission.hopper(&words).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert_eq!(
+            (&json(&output)["outcome"], &json(&output)["scenario"]),
+            (&"goal".into(), &"model".into())
+        );
+        assert!(stderr(&output).contains("all 24 x 20 cells, hops of 4.98 m"), "{}", stderr(&output));
+    }
+    let scenario = |out: &str| std::fs::read_to_string(mission.path(out).join("scenario.toml")).unwrap();
+    assert_eq!(scenario("once"), scenario("other"));
+    // The scenario of the output folder is the same mission.
+    let words =
+        ["run", "--lockstep", "--scenario", "once/scenario.toml", "--out", "again", "--format", "json"];
+    let again = json(&mission.hopper(&words).output().unwrap());
+    let once: Value =
+        serde_json::from_slice(&std::fs::read(mission.path("once/summary.json")).unwrap()).unwrap();
+    assert_eq!(again["digest"], once["digest"]);
+    let checked = mission.hopper(&["scenario", "check", "--dem", "model"]).output().unwrap();
+    assert_eq!(checked.status.code(), Some(0), "{}", stderr(&checked));
+
+    let way_out = "leave --scenario out: hopper run --dem model";
+    for scenario in ["mars", "hard", "elevation.toml"] {
+        refuses(&mission, &["run", "--lockstep", "--scenario", scenario, "--dem", "model"], &[way_out]);
+    }
+    refuses(&mission, &["run", "--scenario", "mars", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
+    refuses(&mission, &["run", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
+}

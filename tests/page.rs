@@ -15,7 +15,7 @@ use contract::{
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
 use monitor::history::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
-use monitor::web::Page;
+use monitor::web::{HISTORIES_MAX, POLICIES_MAX, Page};
 use monitor::{History, Input, Watcher};
 use perception::{Cartographer, Event};
 use scenario::{ResolvedScenario, Scenario};
@@ -311,4 +311,57 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
         text.extend_from_slice(&piece[..count]);
     }
     drop((deaf, reader));
+}
+
+/// P-WEB-ROOM: readers of policies and of the history, however many and however idle, take neither the page nor orders
+/// from the operator, whose key has places of its own.
+#[test]
+fn idle_readers_leave_room_for_the_page_and_for_orders() {
+    let flown = flown("hard");
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
+    let page = Page::open("127.0.0.1:0".parse().unwrap(), true, Arc::new(Mutex::new(account))).unwrap();
+    let address = page.address();
+    let key = page.url().split_once("#key=").unwrap().1.to_owned();
+    // The first line of the answer to a request, with its connection.
+    let ask = |request: &str| {
+        let mut stream = TcpStream::connect(address).unwrap();
+        write!(stream, "{request}").unwrap();
+        let mut line = Vec::new();
+        let mut byte = [0];
+        while line.last() != Some(&b'\n') && stream.read(&mut byte).unwrap() == 1 {
+            line.push(byte[0]);
+        }
+        (stream, String::from_utf8(line).unwrap().trim_end().to_owned())
+    };
+    let get = |path: &str| ask(&format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n"));
+    let mut idle = Vec::new();
+    for (path, most) in [("/policy", POLICIES_MAX), ("/events", HISTORIES_MAX)] {
+        for number in 0..40 {
+            let (stream, answer) = get(path);
+            let need = if number < most { "200 OK" } else { "503 Service Unavailable" };
+            assert_eq!(answer, format!("HTTP/1.1 {need}"), "{path} {number}");
+            // A refused one is closed by its answer; the others stay open and read nothing more.
+            idle.extend((number < most).then_some(stream));
+        }
+    }
+    for path in ["/", "/main.js", "/page.css"] {
+        assert_eq!(get(path).1, "HTTP/1.1 200 OK", "{path}");
+    }
+    for path in ["/events", "/policy"] {
+        assert_eq!(
+            get(&format!("{path}?key=0")).1,
+            "HTTP/1.1 503 Service Unavailable",
+            "{path} with a guess"
+        );
+        assert_eq!(get(&format!("{path}?key={key}")).1, "HTTP/1.1 200 OK", "{path} with the key");
+    }
+    let order = r#"{"order":"pause"}"#;
+    let (_, answer) = ask(&format!(
+        "POST /control HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\n\
+         Content-Type: application/json\r\nX-Hopper-Key: {key}\r\nContent-Length: {}\r\n\r\n{order}",
+        order.len()
+    ));
+    assert_eq!(answer, "HTTP/1.1 409 Conflict", "it is heard: no hopper-sim has told whether it obeys");
+    drop(idle);
 }

@@ -17,8 +17,8 @@ use crate::{Journal, JournalError, JournalHeader, Mission, Pace, crash};
 /// What a mission is about: the scenario with what the command line changes in it.
 #[derive(clap::Args, Clone, Debug)]
 pub struct MissionArgs {
-    /// Scenario: hard, heterogeneous, sandy, … or a TOML file; `hopper scenario` explains.
-    /// [default: hard]
+    /// Scenario: a TOML file, or a name that `hopper scenario list` explains [default: hard, or with --dem one that
+    /// fits the elevation model].
     #[arg(long, value_name = "NAME|FILE")]
     pub scenario: Option<String>,
     /// Seed of the hops' scatter [default: 1].
@@ -30,7 +30,7 @@ pub struct MissionArgs {
     /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
     #[arg(long, value_parser = positive_duration, value_name = "DURATION", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
-    /// Elevation model, instead of the scenario's.
+    /// Elevation model: of its own accord, or instead of that of --scenario.
     #[arg(long, value_name = "FILE")]
     pub dem: Option<PathBuf>,
     /// How fast landings follow each other: max, real (as the hop flies), or a rate in hertz.
@@ -56,7 +56,7 @@ impl MissionArgs {
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
     pub fn world(&self) -> Result<ResolvedScenario, Failure> {
-        self.scenario()?.resolve().map_err(Failure::usage)
+        self.scenario()?.resolve().map_err(|error| Failure::usage(format!("{error}{}", self.dem_alone())))
     }
 
     /// The scenario of the mission, as the command line changes it.
@@ -69,8 +69,26 @@ impl MissionArgs {
             decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
             dem: self.dem.clone(),
         };
+        if let (None, Some(dem)) = (&self.scenario, &self.dem) {
+            let fitted = scenario::fitted(dem).map_err(Failure::usage)?;
+            tracing::info!("flying over {fitted}; --scenario FILE chooses otherwise");
+            return Ok(fitted.scenario.with(&Overrides { dem: None, ..overrides }));
+        }
         let scenario = scenario::load(self.scenario.as_deref().unwrap_or("hard")).map_err(Failure::usage)?;
         Ok(scenario.with(&overrides))
+    }
+
+    /// For a scenario that does not fit the elevation model put under it: the argument that fits one to the model.
+    fn dem_alone(&self) -> String {
+        match &self.dem {
+            Some(dem) if self.scenario.is_some() && scenario::fitted(dem).is_ok() => {
+                format!(
+                    "; to fly over this model as it is, leave --scenario out: hopper run --dem {}",
+                    dem.display()
+                )
+            }
+            _ => String::new(),
+        }
     }
 }
 

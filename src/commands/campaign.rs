@@ -8,11 +8,19 @@ pub mod report;
 pub mod rerun;
 pub mod store;
 
+use ::campaign::BUILT_IN;
+use ::report::{Format, table};
 use node::{Exit, Failure};
+use scenario::description;
+use serde::Serialize;
+
+use crate::stdout::{print, print_json};
 
 /// Subcommands of `hopper campaign`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
+    /// List the built-in campaigns, a line each.
+    List(List),
     /// Fly a campaign, or a shard of one, one row a trial.
     Run(fly::Args),
     /// Merge the shards of a campaign.
@@ -23,15 +31,43 @@ pub enum Command {
     Rerun(rerun::Args),
 }
 
+/// Arguments of `hopper campaign list`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct List {
+    /// Format of the answer on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// Exit code 2 for a wrong campaign, folder or flag; 1 if files cannot be written.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
+        Command::List(args) => list(args),
         Command::Run(args) => fly::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Report(args) => report::run(args),
         Command::Rerun(args) => rerun::run(args),
     }
+}
+
+/// One built-in campaign; field names are those of the JSON.
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    description: String,
+}
+
+fn list(args: &List) -> Result<Exit, Failure> {
+    let listed = BUILT_IN.map(|(name, text)| Listed { name, description: description(text) });
+    match args.format {
+        Format::Text => {
+            let rows = listed.map(|Listed { name, description }| [name.to_owned(), description]);
+            print(&table(["campaign", "what it is"], &rows))?;
+        }
+        Format::Json => print_json(&listed)?,
+    }
+    Ok(Exit::Done)
 }

@@ -3,8 +3,8 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use hopper_sim::JournalError;
 use hopper_sim::journal::{Show, Verification, verify};
+use hopper_sim::{Journal, JournalError};
 use node::{Exit, Failure};
 use report::Format;
 use serde::Serialize;
@@ -24,7 +24,7 @@ pub enum Command {
 /// Arguments of `hopper journal verify` and `hopper journal show`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// Folder of the journal; a mission may be writing to it.
+    /// Folder of the journal, or the output folder of the run; a mission may be writing to it.
     #[arg(value_name = "DIR")]
     dir: PathBuf,
     /// Format of the answer on standard output: text or json.
@@ -49,7 +49,7 @@ pub struct VerifyArgs {
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let is_sound = match command {
         Command::Verify(VerifyArgs { args: Args { dir, format }, against_lockstep: false }) => {
-            let verification = verify(folder(dir)?).map_err(failure)?;
+            let verification = verify(&folder(dir)?).map_err(failure)?;
             match format {
                 Format::Text => print(&verification.to_string())?,
                 Format::Json => print_json(&verification)?,
@@ -57,8 +57,8 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             verification.is_sound()
         }
         Command::Verify(VerifyArgs { args: Args { dir, format }, .. }) => {
-            let verification = verify(folder(dir)?).map_err(failure)?;
-            let difference = against_lockstep(folder(dir)?)?;
+            let verification = verify(&folder(dir)?).map_err(failure)?;
+            let difference = against_lockstep(&folder(dir)?)?;
             match (format, &difference) {
                 (Format::Text, None) => {
                     let decisions = verification.decisions;
@@ -76,7 +76,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             verification.is_sound() && difference.is_none()
         }
         Command::Show(Args { dir, format }) => {
-            let show = Show::new(folder(dir)?).map_err(failure)?;
+            let show = Show::new(&folder(dir)?).map_err(failure)?;
             match format {
                 Format::Text => print_tables(&show)?,
                 Format::Json => stream(|out| {
@@ -117,14 +117,18 @@ fn print_tables(show: &Show) -> Result<(), Failure> {
     unreadable.map_or(Ok(()), |error| Err(failure(error)))
 }
 
-/// `path`, unless it is the file inside the journal's folder.
-fn folder(path: &Path) -> Result<&Path, Failure> {
+/// The folder of the journal: `path`, or the one in it if `path` is the output folder of a run.
+///
+/// # Errors
+/// If `path` is the file inside the journal's folder.
+pub fn folder(path: &Path) -> Result<PathBuf, Failure> {
     if path.is_file() {
         let message =
             format!("a journal is a folder, got the file {}: name the folder it is in", path.display());
         return Err(Failure::new(Exit::Usage, message));
     }
-    Ok(path)
+    let inner = path.join("journal");
+    Ok(if !Journal::exists(path) && Journal::exists(&inner) { inner } else { path.into() })
 }
 
 fn failure(error: JournalError) -> Failure {

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Digest, Name, Status};
+use contract::{Digest, Name, Role, Status};
 use hopper_sim::shell::{MissionArgs, print_summary};
 use hopper_sim::{Journal, JournalReader, Pace};
 use monitor::record_args::RecordArgs;
 use monitor::shell::ViewArgs;
-use node::{Exit, Failure};
+use node::inspect::{NodeHealth, NodeReport, nodes};
+use node::{Exit, Failure, Instance};
 use report::Summary;
 use scenario::{ResolvedScenario, Scenario};
 
@@ -35,9 +36,9 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Run in one thread, without shared memory; the digest is the same.
-    #[arg(long, conflicts_with_all = ["pace", "web"])]
+    #[arg(long, conflicts_with_all = ["pace", "web", "control"])]
     lockstep: bool,
-    /// Repeat the mission of this journal, each decision by the planner that commanded then.
+    /// Repeat the mission of this journal or run, each decision by the planner that commanded then.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
     planners_from: Option<PathBuf>,
     /// Exit with code 3 if a decision missed its budget.
@@ -62,17 +63,27 @@ pub struct Args {
 /// Exit code 2 if an argument, the scenario or the output folder is wrong; 1 if the processes cannot run.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     check(args)?;
+    let args = &Args { planners_from: journal_of(args)?, ..args.clone() };
     let (world, seed) = match &args.planners_from {
         Some(dir) => world_of_journal(args, dir)?,
         None => (args.mission.world()?, args.mission.seed()),
     };
+    if !args.lockstep {
+        check_instance(&args.instance)?;
+    }
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, seed)?;
     // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
     let earlier: Vec<PathBuf> = recordings(args, 1).collect();
     let flight = fly(args, (&world, seed), &output_dir, journal)?;
     let Some(mut summary) = flight.summary else {
         return Err(match flight.verdict {
-            Ok(true) => Failure::new(Exit::Interrupted, "interrupted before the first decision"),
+            Ok(true) => {
+                let dir = output_dir.dir().display();
+                let message = format!(
+                    "interrupted before the first decision; the same command with --out {dir} begins anew"
+                );
+                Failure::new(Exit::Interrupted, message)
+            }
             Ok(false) => {
                 Failure::new(Exit::Failed, "hopper-sim ended without a summary: its log above says why")
             }
@@ -88,6 +99,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;
     let interrupted = flight.verdict?;
+    if interrupted {
+        tracing::warn!(
+            "interrupted: the same command with --out {} resumes the mission",
+            output_dir.dir().display()
+        );
+    }
     if let Some(path) = args.record.record.as_ref().filter(|_| !flight.watched && !interrupted) {
         let message = format!(
             "--record {} needs a complete recording, got one that is not whole: the log above says why; the \
@@ -137,7 +154,10 @@ fn recordings(args: &Args, skipped: usize) -> impl Iterator<Item = PathBuf> {
 /// Rejects arguments that cannot work before anything is started.
 fn check(args: &Args) -> Result<(), Failure> {
     if args.view.control && args.view.web.is_none() {
-        return Err(Failure::usage("--control needs --web to give orders from"));
+        tracing::info!(
+            "orders come from a page or a terminal: hopper monitor --tui --control --instance {}, or --web here",
+            args.instance
+        );
     }
     if args.view.web.is_some() && args.mission.pace == Pace::Max {
         tracing::info!(
@@ -150,6 +170,40 @@ fn check(args: &Args) -> Result<(), Failure> {
     }
     check_recording(args)?;
     check_page(args)
+}
+
+/// The folder of the journal that `--planners-from` names.
+fn journal_of(args: &Args) -> Result<Option<PathBuf>, Failure> {
+    args.planners_from.as_deref().map(crate::commands::journal::folder).transpose()
+}
+
+/// Refuses an instance in which a mission is flying, before a folder is made for another: hopper-sim would refuse it too
+/// late, and does so for two missions that start in the same moment.
+fn check_instance(name: &str) -> Result<(), Failure> {
+    let Some(pid) = flying_in(&Instance::new(name)?)? else { return Ok(()) };
+    let mut others = (2..).map(|number| format!("{name}-{number}"));
+    let free = others.find(|other| {
+        let instance = Instance::new(other).ok();
+        instance.is_some_and(|instance| instance.is_alive().is_ok_and(|alive| !alive))
+    });
+    Err(Failure::new(
+        Exit::Peer,
+        format!(
+            "instance {name:?} flies a mission already (hopper-sim is process {pid}): for another at the same time, \
+             give it a name of its own: --instance {}",
+            free.unwrap_or_default()
+        ),
+    ))
+}
+
+/// Process number of the live hopper-sim of an instance, if it has one.
+fn flying_in(instance: &Instance) -> Result<Option<u32>, Failure> {
+    if !instance.exists() {
+        return Ok(None);
+    }
+    let sim = Role::HopperSim.to_string();
+    let is_sim = |node: &NodeReport| node.health == NodeHealth::Alive && node.name == sim;
+    Ok(nodes(instance)?.into_iter().find(is_sim).and_then(|node| node.pid))
 }
 
 fn check_page(args: &Args) -> Result<(), Failure> {

@@ -1,30 +1,41 @@
-//! `hopper scenario`: checks a scenario, prints the JSON Schema of scenarios.
+//! `hopper scenario`: lists the built-in scenarios, checks one, prints the JSON Schema of scenarios.
 
 use std::path::PathBuf;
 
-use ::scenario::{Overrides, Scenario, ScenarioCheck, load};
+use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted, load};
 use contract::Profile;
 use node::{Exit, Failure};
-use report::Format;
+use report::{Format, table};
+use serde::Serialize;
 
 use crate::stdout::{print, print_json};
 
 /// Subcommands of `hopper scenario`.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
+    /// List the built-in scenarios, a line each.
+    List(List),
     /// Resolve a scenario and summarise what the robot is told, with warnings; exit code 2 if it cannot be flown.
     Check(Args),
     /// Print the JSON Schema of scenarios.
     Schema,
 }
 
+/// Arguments of `hopper scenario list`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct List {
+    /// Format of the answer on standard output: text or json.
+    #[arg(long, default_value_t)]
+    format: Format,
+}
+
 /// Arguments of `hopper scenario check`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// A TOML file, or the name of a built-in scenario: hard, heterogeneous, sandy, large, treasures, wide,
-    /// vast, hills, mars, patrol.
-    #[arg(value_name = "NAME|FILE")]
-    scenario: String,
+    /// A TOML file, or the name of a built-in scenario: see `hopper scenario list`. With --dem alone, the scenario
+    /// that `hopper run --dem` fits to the model.
+    #[arg(value_name = "NAME|FILE", required_unless_present = "dem")]
+    scenario: Option<String>,
     /// Profile of the model instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     profile: Option<Profile>,
@@ -46,12 +57,16 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let schema = serde_json::to_string_pretty(&Scenario::schema()).map_err(Failure::run)?;
             print(&(schema + "\n"))?;
         }
+        Command::List(args) => list(args)?,
         Command::Check(args) => {
             let overrides =
                 Overrides { profile: args.profile, dem: args.dem.clone(), ..Overrides::default() };
-            let world = load(&args.scenario)
-                .and_then(|scenario| scenario.with(&overrides).resolve())
-                .map_err(Failure::usage)?;
+            let scenario = match (&args.scenario, &args.dem) {
+                (None, Some(dem)) => fitted(dem).map(|fitted| fitted.scenario),
+                (scenario, _) => load(scenario.as_deref().unwrap_or_default()),
+            };
+            let world =
+                scenario.and_then(|scenario| scenario.with(&overrides).resolve()).map_err(Failure::usage)?;
             let check = ScenarioCheck::of(&world);
             match args.format {
                 Format::Text => print(&check.to_string())?,
@@ -60,4 +75,22 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         }
     }
     Ok(Exit::Done)
+}
+
+/// One built-in scenario; field names are those of the JSON.
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    description: String,
+}
+
+fn list(args: &List) -> Result<(), Failure> {
+    let listed = BUILT_IN.map(|(name, text)| Listed { name, description: description(text) });
+    match args.format {
+        Format::Text => {
+            let rows = listed.map(|Listed { name, description }| [name.to_owned(), description]);
+            print(&table(["scenario", "what it is"], &rows))
+        }
+        Format::Json => print_json(&listed),
+    }
 }

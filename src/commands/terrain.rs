@@ -40,7 +40,10 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     let Command::Check(args) = command;
     let survey = TerrainCheck::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
     match args.format {
-        Format::Text => print(&survey.to_string())?,
+        Format::Text => print(&format!(
+            "{survey}  first mission: `hopper run --dem {}` fits hop, crop, start and goal to it\n",
+            args.file.display()
+        ))?,
         Format::Json => print_json(&survey)?,
     }
     Ok(Exit::Done)

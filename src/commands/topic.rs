@@ -1,7 +1,7 @@
 //! `hopper topic`: the messages of a running instance, typed.
 
 use std::fmt::Write as _;
-use std::io::{self, ErrorKind, Write as _};
+use std::io::{self, ErrorKind, IsTerminal as _, Write as _};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ use serde_json::{Map, Value, json};
 pub enum Command {
     /// List the services with their types and qualities.
     List(Target),
-    /// Print messages as they come, one line a message.
+    /// Print messages as they come: one line a message, or on a terminal one line a field.
     Echo(Echo),
     /// Measure how often messages come, one line a second.
     Hz(Hz),
@@ -55,6 +55,9 @@ pub struct Echo {
     /// Print the cells of maps, policies and the truth too.
     #[arg(long)]
     full: bool,
+    /// Print this field alone, one line a message, e.g. decision or pose.cell; may be repeated.
+    #[arg(long = "field", value_name = "NAME")]
+    fields: Vec<String>,
 }
 
 /// Arguments of `hopper topic hz`.
@@ -96,9 +99,15 @@ fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
     topics.1
 }
 
+/// Short names of everything that can be looked at.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    topics(RobotId(0)).iter().map(|(short, _)| *short).collect()
+}
+
 /// What `--help` says of a topic.
 fn topics_in_words() -> String {
-    let names = topics(RobotId(0)).iter().map(|(short, _)| *short).collect::<Vec<_>>().join(", ");
+    let names = names().join(", ");
     format!("One of {names}; or a service name such as hop/r0/state")
 }
 
@@ -183,7 +192,16 @@ fn echo(args: &Echo) -> Result<(), End> {
     watch(&args.topic, &args.target, args.full, |update| {
         let Update::Message(message) = update else { return Ok(true) };
         match (args.target.format, &message) {
+            (format, Ok(value)) if !args.fields.is_empty() => {
+                let picked = picked(value, &args.fields).map_err(Failure::usage)?;
+                line(&match (format, picked.as_slice()) {
+                    (Format::Json, _) => Value::Object(picked.into_iter().collect()).to_string(),
+                    (Format::Text, [(_, value)]) => flat(value),
+                    (Format::Text, _) => flat(&Value::Object(picked.into_iter().collect())),
+                })?;
+            }
             (Format::Json, Ok(value)) => line(&value.to_string())?,
+            (Format::Text, Ok(value)) if io::stdout().is_terminal() => line(&block(value))?,
             (Format::Text, Ok(value)) => line(&flat(value))?,
             (Format::Json, Err(refusal)) => line(&json!({ "refused": refusal }).to_string())?,
             (Format::Text, Err(refusal)) => line(&format!("refused ({}): {refusal}", refusal.reason()))?,
@@ -421,9 +439,72 @@ fn flat(value: &Value) -> String {
     let mut text = String::new();
     match value {
         Value::Object(fields) => walk(&mut text, "", fields),
+        Value::String(word) => text.clone_from(word),
         other => text = other.to_string(),
     }
     text.trim_start().to_owned()
+}
+
+/// The fields of a message by their names, nested ones joined by points. A field within one that is null is null.
+fn picked(message: &Value, names: &[String]) -> Result<Vec<(String, Value)>, String> {
+    names
+        .iter()
+        .map(|name| {
+            let within = |value: &Value, key: &str| match value {
+                Value::Null => Some(Value::Null),
+                other => other.get(key).cloned(),
+            };
+            let value = name.split('.').try_fold(message.clone(), |value, key| within(&value, key));
+            value.map(|value| (name.clone(), value)).ok_or_else(|| {
+                let fields = message.as_object().map(|fields| fields.keys().cloned().collect::<Vec<_>>());
+                format!(
+                    "--field needs one of {}, or one within it, got {name:?}",
+                    fields.unwrap_or_default().join(", ")
+                )
+            })
+        })
+        .collect()
+}
+
+/// A message for a terminal: one line a field, its unit behind it; nested fields on one line where they fit.
+fn block(message: &Value) -> String {
+    const COLUMNS: usize = 100;
+    fn walk(text: &mut String, depth: usize, fields: &Map<String, Value>) {
+        let width = fields.keys().map(String::len).max().unwrap_or(0);
+        for (key, value) in fields {
+            let shown = flat(value);
+            match value {
+                Value::Object(nested) if 2 * depth + width + 2 + shown.len() > COLUMNS => {
+                    let _ = writeln!(text, "{:1$}{key}", "", 2 * depth);
+                    walk(text, depth + 1, nested);
+                }
+                Value::Object(_) => {
+                    let _ = writeln!(text, "{:1$}{key:width$}  {shown}", "", 2 * depth);
+                }
+                _ => {
+                    let unit = unit(key).map_or(String::new(), |unit| format!(" {unit}"));
+                    let _ = writeln!(text, "{:1$}{key:width$}  {shown}{unit}", "", 2 * depth);
+                }
+            }
+        }
+    }
+    let mut text = String::new();
+    match message {
+        Value::Object(fields) => walk(&mut text, 0, fields),
+        other => text = flat(other),
+    }
+    text
+}
+
+/// The unit of a field whose name does not end with it: the moments of messages, and the sides of a grid.
+#[must_use]
+pub fn unit(field: &str) -> Option<&'static str> {
+    match field {
+        "landed" | "state_published" | "sensed" | "map_published" | "planning_started" | "planning_ended"
+        | "accepted" | "committed" | "published" | "logged" | "since" | "until" => Some("ns"),
+        "width" | "height" => Some("cells"),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -458,6 +539,36 @@ mod tests {
             for (topic, _) in topics(RobotId(0)) {
                 assert!(help.contains(topic), "{topic} is not in {help:?}");
             }
+        }
+    }
+
+    /// P-TOPIC-READ: on a terminal a message is one line a field, with units, none longer than a terminal is wide.
+    #[test]
+    fn on_a_terminal_a_message_is_one_line_a_field() {
+        let state = hostile::fixtures::flown().1[1];
+        let shown = block(&json!(state));
+        assert!(shown.lines().all(|line| line.len() <= 100), "{shown}");
+        assert!(shown.lines().count() > 10, "{shown}");
+        let fields =
+            [format!("decision     {}", state.decision.0), format!("published    {} ns", state.published.0)];
+        for field in fields {
+            assert!(shown.lines().any(|line| line == field), "{field:?} is not in {shown}");
+        }
+    }
+
+    /// P-TOPIC-FIELD: a field is picked by its name, one that is not there is a usage error that names those that are.
+    #[test]
+    fn fields_are_picked_by_their_names() {
+        let message = json!({ "a": 1, "b": { "c": "x", "d": [1, 2] }, "n": null });
+        let pick =
+            |names: &[&str]| picked(&message, &names.iter().map(ToString::to_string).collect::<Vec<_>>());
+        let pair = |name: &str, value: Value| (name.to_owned(), value);
+        assert_eq!(pick(&["b.c", "a"]).unwrap(), [pair("b.c", json!("x")), pair("a", json!(1))]);
+        assert_eq!(pick(&["n.more"]).unwrap(), [pair("n.more", Value::Null)]);
+        assert_eq!(flat(&json!("x")), "x");
+        for name in ["z", "a.b", "b.z", ""] {
+            let refused = pick(&[name]).unwrap_err();
+            assert!(refused.contains("one of a, b, n") && refused.contains(name), "{refused}");
         }
     }
 

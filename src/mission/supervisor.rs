@@ -131,7 +131,8 @@ impl Launch {
     fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
         let mut words = self.words(&["monitor"]);
         words.extend(self.web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
-        words.extend(self.control.then(|| "--control".to_owned()));
+        // Without a page, orders come from monitors started by hand.
+        words.extend((self.control && self.web.is_some()).then(|| "--control".to_owned()));
         let Some(recording) = &self.recording else { return words };
         words.extend(["--record".into(), text(&recording.file)]);
         words.extend(["--record-scenario".into(), text(&output_dir.scenario())]);

@@ -10,6 +10,7 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod agreement;
+mod built_in;
 pub mod cell;
 pub mod cell_results;
 pub mod checksum;
@@ -34,6 +35,7 @@ pub mod shard;
 pub mod statistics;
 pub mod tally;
 
+pub use built_in::BUILT_IN;
 pub use cell::Cell;
 pub use cell_results::Bound;
 pub use comparison::Comparison;

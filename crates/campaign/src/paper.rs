@@ -1,7 +1,8 @@
 //! The published numbers of Sakamoto & Kunii 2023, Tables 3 to 17, and its computing times.
 
-use contract::Weights;
+use contract::{Profile, Weights};
 
+use crate::Cell;
 use crate::statistics::{Sample, student};
 
 /// Number of trials of each cell of the paper.
@@ -222,4 +223,12 @@ pub fn episode_s(scenario: &str, planner: &str) -> Option<f64> {
         ("treasures", "greedy") => Some(7.0e-3),
         _ => None,
     }
+}
+
+/// [`episode_s`] of a campaign's cell; `None` unless it is a cell of the paper, flown by the paper's reading of the model.
+#[must_use]
+pub fn cell_episode_s(cell: &Cell) -> Option<f64> {
+    let is_published = cell.profile == Profile::Paper2023
+        && published(&cell.scenario, &cell.planner, &cell.weights).is_some();
+    is_published.then(|| episode_s(&cell.scenario, &cell.planner)).flatten()
 }

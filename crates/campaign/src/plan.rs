@@ -103,12 +103,14 @@ impl Campaign {
         for selector in &self.scenarios {
             let failed =
                 |source| CampaignError::Scenario { selector: selector.clone(), source: Box::new(source) };
-            let scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
+            let mut scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
                 scenario::load(selector)
             } else {
                 scenario::load(&folder.join(selector).to_string_lossy())
             }
             .map_err(failed)?;
+            // Errors name it as the campaign does.
+            scenario.file = None;
             // No terrain has more or fewer cells for its profile, weights or reading.
             let readings = self.readings.len().max(1);
             let worlds = self.profiles.len() * self.planners.len() * self.weights.len().max(1) * readings;

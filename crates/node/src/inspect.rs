@@ -280,7 +280,7 @@ impl Report {
         if !self.alive {
             advice.push(if self.leftovers.is_empty() {
                 format!(
-                    "nothing runs: start `hopper sim --instance {name}`, or all at once with `hopper run`"
+                    "nothing runs: start `hopper sim --instance {name}`, or all at once with `hopper run --instance {name}`"
                 )
             } else {
                 format!("left over, nobody lives: remove with `hopper doctor --instance {name} --clean`")

@@ -23,6 +23,10 @@ impl fmt::Display for EndSentence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { hops, steps, steps_max, cell, distance_to_goal_m: short_m, .. } = self;
         let mut spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
+        if self.outcome == Ending::Mission(Status::Deadlock) {
+            // The last hop may end beyond the limit: it costs two steps or three.
+            spent = format!("{}, {steps} steps, limit {steps_max}", counted(*hops, "hop"));
+        }
         if let Some(visits) = self.patrolled {
             spent = format!("{}, {}, {steps} steps", counted(visits, "visit"), counted(*hops, "hop"));
         }
@@ -36,7 +40,7 @@ impl fmt::Display for EndSentence {
             Status::Goal if self.patrolled.is_some() => write!(f, "Patrol flown to {cell}: {spent}."),
             Status::Goal => write!(f, "Goal reached at {cell}: {spent}."),
             Status::Deadlock => {
-                write!(f, "Deadlock at {cell}, {short_m:.1} m short of the goal: {spent}.")
+                write!(f, "Out of steps at {cell}, {short_m:.1} m short of the goal: {spent}.")
             }
             Status::LeftMap => write!(f, "Left the map at {cell}: {spent}."),
             Status::Lost => write!(f, "Lost on impassable ground at {cell}: {spent}."),

@@ -110,7 +110,7 @@ fn each_outcome_has_its_sentence() {
         (Ending::Mission(Status::Goal), "Goal reached at (3, 3): 7 hops, 15 of 150 steps."),
         (
             Ending::Mission(Status::Deadlock),
-            "Deadlock at (3, 3), 0.0 m short of the goal: 7 hops, 15 of 150 steps.",
+            "Out of steps at (3, 3), 0.0 m short of the goal: 7 hops, 15 steps, limit 150.",
         ),
         (Ending::Mission(Status::LeftMap), "Left the map at (3, 3): 7 hops, 15 of 150 steps."),
         (Ending::Mission(Status::Lost), "Lost on impassable ground at (3, 3): 7 hops, 15 of 150 steps."),

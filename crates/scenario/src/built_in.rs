@@ -34,9 +34,42 @@ pub fn load(selector: &str) -> Result<Scenario, ScenarioError> {
     }
     let text = text::read(path, TEXT_BYTES_MAX)?;
     let mut scenario = Scenario::parse(&text, selector)?;
+    scenario.file = Some(path.into());
     scenario.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     if scenario.brief.name.is_none() {
         scenario.brief.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     }
     Ok(scenario)
+}
+
+/// What a built-in scenario or campaign is: the first sentence of the comment that its TOML `text` begins with.
+#[must_use]
+pub fn description(text: &str) -> String {
+    let comment: Vec<&str> = text
+        .lines()
+        .map_while(|line| line.strip_prefix('#'))
+        .map(str::trim)
+        .take_while(|line| !line.is_empty())
+        .collect();
+    let comment = comment.join(" ");
+    let sentence = comment.split_once(". ").map_or(comment.as_str(), |(sentence, _)| sentence);
+    sentence.trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_scenario_is_described_in_a_line() {
+        for (name, text) in BUILT_IN {
+            let description = description(text);
+            assert!(
+                (10..200).contains(&description.len()) && !description.contains('\n'),
+                "{name}: {description}"
+            );
+        }
+        assert_eq!(description("# One thing\n# of 2.5 m. Another.\n\n# No more."), "One thing of 2.5 m");
+        assert_eq!(description("name = 1 # nothing"), "");
+    }
 }

@@ -9,6 +9,14 @@ use terrain::TerrainError;
 /// Why a scenario cannot be read or resolved: each message says what was needed, what was got and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
+    /// Any of the errors of resolving, with the file of the scenario.
+    #[error("{}: {source}", path.display())]
+    In {
+        /// File that the scenario was read from.
+        path: PathBuf,
+        /// The error itself.
+        source: Box<ScenarioError>,
+    },
     /// The selector is neither a built-in scenario nor an existing file.
     #[error("need a scenario file or one of {built_in}, got {got:?}")]
     Unknown {
@@ -46,8 +54,12 @@ pub enum ScenarioError {
     Name(#[from] NameError),
     /// A file named by the scenario does not exist.
     #[error(
-        "{field}: need the file {}, found none; put it there, name another in the scenario{}",
-        path.display(), if field.ends_with("mask_file") { "" } else { ", or point to it with --dem FILE" }
+        "{field}: need the file {}, found none{}",
+        path.display(), match *field {
+            "--dem" => "",
+            "truth.sand.mask_file" => "; put it there, or name another in the scenario",
+            _ => "; put it there, name another in the scenario, or point to it with --dem FILE",
+        }
     )]
     FileMissing {
         /// Scenario field that names the file.
@@ -58,6 +70,22 @@ pub enum ScenarioError {
     /// `--dem` was given for a scenario whose terrain is generated.
     #[error("--dem needs a scenario with truth.terrain.elevation_file, got one whose terrain is generated")]
     DemUnused,
+    /// No two cells of the middle of an elevation model are connected by hops.
+    #[error(
+        "{}: need ground that hops can cross, got {passable} passable cells in the middle {width} x {height}; see \
+         `hopper terrain check`, and choose a part with truth.terrain.elevation_file.crop_cells in a scenario",
+        path.display()
+    )]
+    NoWay {
+        /// The elevation model.
+        path: PathBuf,
+        /// Number of passable cells.
+        passable: usize,
+        /// Columns of the part looked at.
+        width: u32,
+        /// Rows of the part looked at.
+        height: u32,
+    },
     /// The elevation file has both `crop_cells` and `crop_m`.
     #[error("truth.terrain.elevation_file: need crop_cells or crop_m, got both; keep one")]
     TwoCrops,

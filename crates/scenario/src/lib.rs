@@ -10,6 +10,7 @@
 mod built_in;
 mod check;
 mod error;
+mod fitted;
 mod guard;
 mod mission;
 mod overrides;
@@ -21,9 +22,10 @@ pub mod text;
 mod truth;
 mod warning;
 
-pub use built_in::{BUILT_IN, load};
+pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
+pub use fitted::{Fitted, fitted};
 pub use guard::GuardRules;
 pub use mission::{
     MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges, Surveyed,
@@ -71,6 +73,9 @@ pub struct Scenario {
     /// Folder that relative paths start from: that of the scenario's file.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// File that the scenario was read from, which errors of resolving it name.
+    #[serde(skip)]
+    pub file: Option<PathBuf>,
     /// Elevation file to take instead of the scenario's.
     #[serde(skip)]
     pub dem: Option<PathBuf>,

@@ -39,8 +39,17 @@ impl Scenario {
     /// # Errors
     /// One [`ScenarioError`] with what was needed, what was got, and what to do.
     pub fn resolve(&self) -> Result<ResolvedScenario, ScenarioError> {
+        self.resolved().map_err(|error| match &self.file {
+            Some(path) => ScenarioError::In { path: path.clone(), source: Box::new(error) },
+            None => error,
+        })
+    }
+
+    fn resolved(&self) -> Result<ResolvedScenario, ScenarioError> {
         let mut resolved = self.clone();
         resolved.resolve_paths()?;
+        self.robot.hard.check("robot.hard")?;
+        self.robot.sand.check("robot.sand")?;
         let shaped = resolved.shape()?;
         resolved.resolve_datum(&shaped.relief)?;
         let sand = resolved.sand(&shaped)?;
@@ -75,9 +84,9 @@ impl Scenario {
     fn resolve_paths(&mut self) -> Result<(), ScenarioError> {
         let folder = self.folder.clone();
         match (&mut self.truth.terrain, self.dem.take()) {
-            (TerrainSource::ElevationFile(source), dem) => {
-                let path = dem.unwrap_or_else(|| folder.join(&source.file));
-                source.file = existing("truth.terrain.elevation_file.file", &path)?;
+            (TerrainSource::ElevationFile(source), Some(dem)) => source.file = existing("--dem", &dem)?,
+            (TerrainSource::ElevationFile(source), None) => {
+                source.file = existing("truth.terrain.elevation_file.file", &folder.join(&source.file))?;
             }
             (_, Some(_)) => return Err(ScenarioError::DemUnused),
             (_, None) => {}
@@ -375,6 +384,22 @@ impl ElevationFile {
         }
         let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
         Ok(Shaped { relief, source_cells, window, ratio })
+    }
+}
+
+impl Scatter {
+    /// Checks that the four landings have probability 1 together; `field` is the section's name.
+    fn check(&self, field: &'static str) -> Result<(), ScenarioError> {
+        let sum = self.intended + self.stuck + 2.0 * self.sideways;
+        if (sum - 1.0).abs() <= 1e-9 {
+            return Ok(());
+        }
+        let Self { intended, stuck, sideways, .. } = self;
+        Err(ScenarioError::Value {
+            field,
+            need: "intended + stuck + 2 x sideways = 1",
+            got: format!("{intended} + {stuck} + 2 x {sideways} = {}", (1e9 * sum).round() / 1e9),
+        })
     }
 }
 

@@ -163,7 +163,7 @@ impl TerrainCheck {
             .into(),
         );
         plan.push(format!(
-            "elevation: heights become relative to the brief's datum_m; \"check\" takes the mean, {:.2} m",
+            "elevation: heights become relative to the brief's datum_m; \"survey\" takes the mean, {:.2} m",
             self.elevation_mean_m
         ));
         if (header.scale, header.offset) != (1.0, 0.0) {

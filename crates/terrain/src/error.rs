@@ -57,13 +57,14 @@ pub enum TerrainError {
         remedy: &'static str,
     },
     /// The cells are measured in degrees.
-    #[error(
-        "need cells in metres, got geographic coordinates in degrees ({got}); reproject it to a metric system, \
-         for example: gdalwarp -t_srs '+proj=eqc +R=3396190 +units=m' -r bilinear IN.tif OUT.tif"
-    )]
+    #[error("need cells in metres, got geographic coordinates in degrees ({got}); {}", reprojection(*radius_m, *centre_deg))]
     Degrees {
         /// What in the file says so.
         got: String,
+        /// Equatorial radius of the body, metres; `None` where the file does not give it.
+        radius_m: Option<f64>,
+        /// Longitude and latitude of the middle of the file, degrees; `None` where they are not known.
+        centre_deg: Option<[f64; 2]>,
     },
     /// The rows do not run from west to east, northernmost first.
     #[error(
@@ -151,13 +152,16 @@ pub enum TerrainError {
     /// A hop is not a whole number of cells.
     #[error(
         "need a hop of a whole number of cells, got {hop_distance_m} m over cells of {cell_size_m} m; \
-         set cell_size_m = {resample_m} of the terrain, which resamples an elevation file"
+         set cell_size_m = {resample_m} of the terrain, which resamples an elevation file, or \
+         robot.hop_distance_m = {fitting_m}"
     )]
     HopOverCell {
         /// Length of one hop, metres.
         hop_distance_m: f64,
         /// Edge of a cell, metres.
         cell_size_m: f64,
+        /// Nearest hop of whole cells, metres.
+        fitting_m: f64,
         /// Nearest cell size that divides the hop, metres.
         resample_m: f64,
     },
@@ -166,7 +170,44 @@ pub enum TerrainError {
     Grid(#[from] GridError),
 }
 
+/// The command that projects a file in degrees onto a plane in metres. An azimuthal projection about the file's own
+/// middle keeps its cells square at any latitude.
+fn reprojection(radius_m: Option<f64>, centre_deg: Option<[f64; 2]>) -> String {
+    let (body, note) = match radius_m {
+        Some(radius_m) if EARTH_RADII_M.contains(&radius_m) => ("+ellps=WGS84".to_owned(), ""),
+        Some(radius_m) => (format!("+R={radius_m}"), ""),
+        None => (
+            "+R=RADIUS".to_owned(),
+            ", where RADIUS is that of the body in metres (6371000 of the Earth, 3396190 of Mars, 1737400 of the Moon)",
+        ),
+    };
+    let [longitude, latitude] = match centre_deg {
+        Some(centre_deg) => centre_deg.map(|degrees| ((1e4 * degrees).round() / 1e4 + 0.0).to_string()),
+        None => ["LONGITUDE", "LATITUDE"].map(str::to_owned),
+    };
+    format!(
+        "reproject it to metres, for example: gdalwarp -t_srs '+proj=laea +lat_0={latitude} +lon_0={longitude} \
+         {body} +units=m' -r bilinear IN.tif OUT.tif{note}"
+    )
+}
+
+/// Radii that can only be the Earth's, metres.
+const EARTH_RADII_M: std::ops::RangeInclusive<f64> = 6.3e6..=6.4e6;
+
 impl TerrainError {
+    /// This error, if it is that of coordinates in degrees, with the middle of the file, in degrees.
+    #[must_use]
+    pub(crate) fn around(self, middle_deg: [f64; 2]) -> Self {
+        match self {
+            TerrainError::Degrees { got, radius_m, .. } => {
+                let [longitude, latitude] = middle_deg;
+                let is_place = longitude.abs() <= 360.0 && latitude.abs() <= 90.0;
+                TerrainError::Degrees { got, radius_m, centre_deg: is_place.then_some(middle_deg) }
+            }
+            other => other,
+        }
+    }
+
     /// This error with the file it occurred in.
     #[must_use]
     pub fn of(self, path: &std::path::Path) -> Self {

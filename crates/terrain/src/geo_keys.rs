@@ -9,25 +9,33 @@ const MODEL_TYPE: u16 = 1024;
 const RASTER_TYPE: u16 = 1025;
 const CITATION: u16 = 1026;
 const GEOGRAPHIC_SYSTEM: u16 = 2048;
+const SEMI_MAJOR_AXIS: u16 = 2057;
 const PROJECTED_SYSTEM: u16 = 3072;
 const PROJECTED_CITATION: u16 = 3073;
 const LINEAR_UNITS: u16 = 3076;
 const VERTICAL_UNITS: u16 = 4099;
 const METRE: u16 = 9001;
 const USER_DEFINED: u16 = 32767;
+/// Tag of the numbers that keys with fractions point into.
+const NUMBERS_TAG: u16 = 34736;
 /// Tag of the text that citations are cut from.
 const TEXT_TAG: u16 = 34737;
+
+/// Equatorial radius of the Earth (WGS 84), metres. Geographic systems with a code of EPSG are all the Earth's.
+pub(crate) const EARTH_RADIUS_M: f64 = 6_378_137.0;
 
 /// The keys with short integer values, and the citation that names the coordinate system.
 #[derive(Debug, Default)]
 pub(crate) struct GeoKeys {
     shorts: BTreeMap<u16, u16>,
+    /// Semi-major axis of the ellipsoid, metres.
+    semi_major_m: Option<f64>,
     citation: Option<String>,
 }
 
 impl GeoKeys {
     /// Reads the key directory: a header of four shorts, then four per key (key, tag, count, value).
-    pub fn new(directory: &[u64], text: &str) -> Result<Self, TerrainError> {
+    pub fn new(directory: &[u64], numbers: &[f64], text: &str) -> Result<Self, TerrainError> {
         let malformed = |need: &str, got: String| TerrainError::Malformed {
             what: "GeoKeyDirectory",
             need: need.into(),
@@ -51,6 +59,10 @@ impl GeoKeys {
             match tag {
                 0 => {
                     result.shorts.insert(id, value);
+                }
+                NUMBERS_TAG if id == SEMI_MAJOR_AXIS => {
+                    let radius_m = numbers.get(usize::from(value)).copied();
+                    result.semi_major_m = radius_m.filter(|radius_m| (1.0..1e9).contains(radius_m));
                 }
                 TEXT_TAG if id == PROJECTED_CITATION || id == CITATION && result.citation.is_none() => {
                     let (start, length) = (usize::from(value), usize::from(length));
@@ -81,9 +93,17 @@ impl GeoKeys {
                 _ => format!("{kind}, user-defined{citation}"),
             }
         };
+        let degrees = || {
+            let is_earth = code(GEOGRAPHIC_SYSTEM).is_some_and(|code| code != 0 && code != USER_DEFINED);
+            TerrainError::Degrees {
+                got: named("geographic", GEOGRAPHIC_SYSTEM),
+                radius_m: self.semi_major_m.or(is_earth.then_some(EARTH_RADIUS_M)),
+                centre_deg: None,
+            }
+        };
         let projected = match code(MODEL_TYPE) {
             Some(1) => true,
-            Some(2) => return Err(TerrainError::Degrees { got: named("geographic", GEOGRAPHIC_SYSTEM) }),
+            Some(2) => return Err(degrees()),
             Some(3) => {
                 return Err(TerrainError::Unsupported {
                     what: "coordinate system",
@@ -93,9 +113,7 @@ impl GeoKeys {
                 });
             }
             _ if code(PROJECTED_SYSTEM).is_some() => true,
-            _ if code(GEOGRAPHIC_SYSTEM).is_some() => {
-                return Err(TerrainError::Degrees { got: named("geographic", GEOGRAPHIC_SYSTEM) });
-            }
+            _ if code(GEOGRAPHIC_SYSTEM).is_some() => return Err(degrees()),
             _ => false,
         };
         for (what, key) in [("unit of coordinates", LINEAR_UNITS), ("unit of heights", VERTICAL_UNITS)] {
@@ -109,5 +127,24 @@ impl GeoKeys {
             }
         }
         Ok(projected.then(|| named("projected", PROJECTED_SYSTEM)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(keys: &[u64], numbers: &[f64]) -> String {
+        GeoKeys::new(keys, numbers, "").unwrap().coordinate_system().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn degrees_are_to_be_projected_with_the_radius_of_their_own_body() {
+        let mars = refusal(&[1, 1, 0, 2, 1024, 0, 1, 2, 2057, 34736, 1, 0], &[3_396_190.0]);
+        assert!(mars.contains("+R=3396190 +units=m"), "{mars}");
+        let earth = refusal(&[1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326], &[]);
+        assert!(earth.contains("+ellps=WGS84 +units=m") && !earth.contains("+R="), "{earth}");
+        let unknown = refusal(&[1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 32767], &[]);
+        assert!(unknown.contains("+R=RADIUS") && unknown.contains("3396190 of Mars"), "{unknown}");
     }
 }

@@ -48,6 +48,7 @@ mod tag {
     pub const TIEPOINT: u16 = 33922;
     pub const TRANSFORMATION: u16 = 34264;
     pub const GEO_KEYS: u16 = 34735;
+    pub const GEO_NUMBERS: u16 = 34736;
     pub const GEO_TEXT: u16 = 34737;
     pub const GDAL_METADATA: u16 = 42112;
     pub const GDAL_NODATA: u16 = 42113;
@@ -89,8 +90,10 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         let directory = Directory::read(&mut reader)?;
         let (header, layout) = header(&directory, &mut reader, length)?;
         let text = directory.text(&mut reader, tag::GEO_TEXT, "GeoAsciiParams")?.unwrap_or_default();
+        let numbers =
+            directory.doubles(&mut reader, tag::GEO_NUMBERS, "GeoDoubleParams")?.unwrap_or_default();
         let keys = match directory.unsigned(&mut reader, tag::GEO_KEYS, "GeoKeyDirectory")? {
-            Some(keys) => GeoKeys::new(&keys, &text)?,
+            Some(keys) => GeoKeys::new(&keys, &numbers, &text)?,
             None => GeoKeys::default(),
         };
         Ok(Self {

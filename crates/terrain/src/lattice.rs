@@ -17,6 +17,7 @@ pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainEr
         Err(TerrainError::HopOverCell {
             hop_distance_m,
             cell_size_m,
+            fitting_m: fitting_hop_m(hop_distance_m, cell_size_m),
             // For a hop longer than any grid, cells as long as the hop are suggested.
             resample_m: if whole <= f64::from(GRID_SIDE_MAX) {
                 hop_distance_m / whole.max(1.0)
@@ -25,6 +26,15 @@ pub fn hop_cells(hop_distance_m: f64, cell_size_m: f64) -> Result<u32, TerrainEr
             },
         })
     }
+}
+
+/// The length nearest to `hop_distance_m` that spans whole cells of `cell_size_m`, at least one; metres.
+#[must_use]
+pub fn fitting_hop_m(hop_distance_m: f64, cell_size_m: f64) -> f64 {
+    let cells = (hop_distance_m / cell_size_m).round().clamp(1.0, f64::from(GRID_SIDE_MAX));
+    let fitting_m = cells * cell_size_m;
+    // Twelve digits hide the rounding of binary fractions and still span whole cells.
+    format!("{fitting_m:.11e}").parse().unwrap_or(fitting_m)
 }
 
 #[cfg(test)]
@@ -43,9 +53,13 @@ mod tests {
         let text = hop_cells(12.0, 4.98).unwrap_err().to_string();
         assert!(text.contains("cell_size_m = 6"), "{text}");
         let text = hop_cells(1.0, 4.98).unwrap_err().to_string();
-        assert!(text.contains("cell_size_m = 1"), "{text}");
+        assert!(text.contains("cell_size_m = 1 of the terrain, which resamples an elevation file, or robot.hop_distance_m = 4.98"), "{text}");
         let text = hop_cells(4.98, 0.0001).unwrap_err().to_string();
         assert!(text.contains("set cell_size_m = 4.98"), "{text}");
+        for (hop_m, cell_m, fitting_m) in [(1.0, 0.3, 0.9), (1.0, 30.0, 30.0), (2.0, 0.996, 1.992)] {
+            assert_eq!(fitting_hop_m(hop_m, cell_m), fitting_m);
+            assert!(hop_cells(fitting_m, cell_m).is_ok());
+        }
         assert!(hop_cells(f64::NAN, 1.0).is_err());
         assert!(hop_cells(1.0, 0.0).is_err());
     }

@@ -35,7 +35,7 @@ pub use elevation::Elevation;
 pub use error::TerrainError;
 pub use gaussian::Gaussian;
 pub use georeference::Georeference;
-pub use lattice::hop_cells;
+pub use lattice::{fitting_hop_m, hop_cells};
 pub use random_field::RandomField;
 pub use raster::RasterFile;
 pub use raster_header::{ELEVATION_CELLS_MAX, PixelIs, RasterFormat, RasterHeader};

@@ -88,15 +88,17 @@ impl<R: BufRead + Seek> RasterFile<R> {
     pub fn georeference(&self) -> Result<Georeference, TerrainError> {
         let RasterHeader { width, height, .. } = *self.header();
         let (placement, system) = match &self.source {
-            Source::GeoTiff(file) => (file.placement()?, file.keys.coordinate_system()?),
-            Source::AsciiGrid(file) => (file.placement(), None),
-        };
-        let system = match (system, &self.projection) {
-            (Some(system), _) => Some(system),
-            (None, Some(text)) => Some(described_by_projection(text)?),
-            (None, None) => None,
+            Source::GeoTiff(file) => (file.placement()?, file.keys.coordinate_system()),
+            Source::AsciiGrid(file) => (file.placement(), Ok(None)),
         };
         let Placement { x_size, y_size, west, north, pixel_is } = placement;
+        let half_span = |cells: u32, size: f64| (f64::from(cells) - 1.0) * size / 2.0;
+        let middle = [west + half_span(width, x_size), north - half_span(height, y_size)];
+        let system = match (system, &self.projection) {
+            (Ok(None), Some(text)) => described_by_projection(text).map(Some),
+            (system, _) => system,
+        };
+        let system = system.map_err(|error| error.around(middle))?;
         for (what, got) in [("cell size", x_size), ("cell size", y_size)] {
             if !(got.is_finite() && got > 0.0 && got <= LENGTH_MAX_M) {
                 return Err(TerrainError::Value { what, need: "a length above 0 m, at most 1e6 m", got });
@@ -113,9 +115,8 @@ impl<R: BufRead + Seek> RasterFile<R> {
             && f64::from(width) * x_size <= 360.0
             && f64::from(height) * y_size <= 180.0 + y_size;
         if system.is_none() && degrees {
-            return Err(TerrainError::Degrees {
-                got: format!("cells of {x_size} around ({west}, {north}) and no coordinate system named"),
-            });
+            let got = format!("cells of {x_size} around ({west}, {north}) and no coordinate system named");
+            return Err(TerrainError::Degrees { got, radius_m: None, centre_deg: Some(middle) });
         }
         if (x_size - y_size).abs() > 1e-6 * x_size {
             return Err(TerrainError::NotSquare { x_m: x_size, y_m: y_size });
@@ -192,9 +193,19 @@ fn described_by_projection(text: &str) -> Result<String, TerrainError> {
     let keyword = text.split(['[', '(']).next().unwrap_or_default().trim().to_ascii_uppercase();
     let name = text.split('"').nth(1).unwrap_or("unnamed").chars().take(80).collect::<String>();
     match keyword.as_str() {
-        "GEOGCS" | "GEOGCRS" | "GEODCRS" | "GEOGRAPHICCRS" => {
-            Err(TerrainError::Degrees { got: format!("{name}, says its .prj file") })
-        }
+        "GEOGCS" | "GEOGCRS" | "GEODCRS" | "GEOGRAPHICCRS" => Err(TerrainError::Degrees {
+            got: format!("{name}, says its .prj file"),
+            radius_m: radius_in_projection(text),
+            centre_deg: None,
+        }),
         _ => Ok(name),
     }
+}
+
+/// Equatorial radius of the body in the well-known text of a `.prj` file: the second field of SPHEROID or ELLIPSOID.
+fn radius_in_projection(text: &str) -> Option<f64> {
+    let upper = text.to_ascii_uppercase();
+    let at = ["SPHEROID", "ELLIPSOID"].into_iter().find_map(|keyword| upper.find(keyword))?;
+    let field = text.get(at..)?.split(',').nth(1)?;
+    field.trim().parse().ok().filter(|radius_m| (1.0..1e9).contains(radius_m))
 }

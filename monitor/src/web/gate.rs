@@ -48,6 +48,8 @@ pub enum Answer {
     Events {
         /// Whether policies are requested instead of the history.
         policy: bool,
+        /// Whether the request has the key that orders need, so that it may use a place kept free for it.
+        keyed: bool,
     },
     /// By passing on an order.
     Order(Order),
@@ -70,6 +72,8 @@ pub struct Head {
     key: Option<String>,
     /// Length of the body, bytes.
     pub length: usize,
+    /// Whether the length is stated.
+    has_length: bool,
 }
 
 impl Rejection {
@@ -144,7 +148,11 @@ impl Head {
             "content-type" => &mut self.kind,
             "x-hopper-key" => &mut self.key,
             "transfer-encoding" => return Err(Rejection::new(411, "an order needs a Content-Length")),
+            "content-length" if self.has_length => {
+                return Err(Rejection::new(400, "header Content-Length came twice"));
+            }
             "content-length" => {
+                self.has_length = true;
                 let length = text()?;
                 let digits = length.bytes().all(|byte| byte.is_ascii_digit()) && !length.is_empty();
                 let number = length.parse().ok().filter(|_| digits && length.len() < 10);
@@ -222,7 +230,13 @@ impl Gate {
             return order(body).map(Answer::Order).map_err(|reason| Rejection::new(400, reason));
         }
         if STREAMS.contains(&head.path.as_str()) {
-            return Ok(Answer::Events { policy: head.path == STREAMS[1] });
+            let given = head.query.split('&').find_map(|part| part.strip_prefix("key="));
+            let keyed = self
+                .key
+                .as_deref()
+                .zip(given)
+                .is_some_and(|(key, given)| same(given.as_bytes(), key.as_bytes()));
+            return Ok(Answer::Events { policy: head.path == STREAMS[1], keyed });
         }
         asset(&head.path).map(Answer::Asset).ok_or_else(|| Rejection::new(404, "there is no such path"))
     }
@@ -353,10 +367,30 @@ mod tests {
             ("Content-Length: 17", "Transfer-Encoding: chunked", 411),
             ("POST", "GET", 405),
             ("Origin: http://localhost:8427", "Host: localhost:8427", 400),
+            ("Content-Length: 17", "Content-Length: 17\nContent-Length: 17", 400),
+            ("Content-Length: 17", "Content-Length: 0\ncontent-length: 17", 400),
+            ("Content-Length: 17", "Content-Length: 17, 17", 413),
         ] {
             assert_eq!(status(&gate, &ORDER.replace(what, with), PAUSE), need, "{with}");
         }
         assert_eq!(status(&gate, ORDER, "not an order"), 400);
+    }
+
+    #[test]
+    fn a_stream_with_the_key_is_told_from_one_without() {
+        let keyed = |gate: &Gate, query: &str| {
+            let head = format!("GET /events{query} HTTP/1.1\nHost: localhost:8427");
+            let Ok(Answer::Events { policy: false, keyed }) = ask(gate, &head, "") else {
+                panic!("no stream")
+            };
+            keyed
+        };
+        let with_key = gate("127.0.0.1:8427", Some(KEY));
+        assert!(keyed(&with_key, &format!("?key={KEY}")) && keyed(&with_key, &format!("?x&key={KEY}")));
+        for query in ["", "?key=", "?key=0", "?0123456789abcdef"] {
+            assert!(!keyed(&with_key, query), "{query}");
+        }
+        assert!(!keyed(&gate("127.0.0.1:8427", None), &format!("?key={KEY}")));
     }
 
     #[test]

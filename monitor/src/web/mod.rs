@@ -11,4 +11,4 @@ pub mod order;
 pub mod shell;
 
 pub use gate::{Answer, Gate, Rejection};
-pub use shell::Page;
+pub use shell::{HISTORIES_MAX, POLICIES_MAX, Page};

@@ -14,11 +14,21 @@ use super::gate::{Answer, Gate, HEAD_BYTES_MAX, HEADERS, Head, Rejection};
 use crate::history::{Cursor, Frame};
 use crate::{History, Screen, Wish};
 
-/// Most connections served at once; more get status 503.
-pub const CONNECTIONS_MAX: usize = 32;
+/// Most requests read or answered at once; more get status 503. A stream of events is none: whatever streams are
+/// open, there is room for files and orders.
+pub const REQUESTS_MAX: usize = 32;
+
+/// Most streams of the history at once, without and with those that have the key; more get status 503. The operator's page
+/// has a place that no other reader can take.
+pub const HISTORIES_MAX: usize = 24;
+const KEYED_HISTORIES_MAX: usize = HISTORIES_MAX + 4;
+
+/// Most streams of policies at once, without and with those that have the key; more get status 503.
+pub const POLICIES_MAX: usize = 8;
+const KEYED_POLICIES_MAX: usize = POLICIES_MAX + 4;
 
 /// Most connections at once including those that get status 503; more are closed without an answer.
-const THREADS_MAX: usize = 2 * CONNECTIONS_MAX;
+const THREADS_MAX: usize = 2 * REQUESTS_MAX + KEYED_HISTORIES_MAX + KEYED_POLICIES_MAX;
 
 /// Most orders that wait for the next turn of the work loop.
 const ORDERS_MAX: usize = 16;
@@ -42,6 +52,7 @@ const CLOSE_NS: u64 = 400_000_000;
 #[derive(Debug)]
 pub struct Page {
     address: SocketAddr,
+    url: String,
     shared: Arc<Shared>,
 }
 
@@ -53,6 +64,9 @@ struct Shared {
     changed: Condvar,
     orders: Mutex<VecDeque<Order>>,
     connections: AtomicUsize,
+    /// Connections that are not streams.
+    requests: AtomicUsize,
+    histories: AtomicUsize,
     policies: AtomicUsize,
     closing: AtomicBool,
 }
@@ -61,9 +75,10 @@ struct Shared {
 struct CountGuard<'a>(&'a AtomicUsize);
 
 impl<'a> CountGuard<'a> {
-    fn new(counter: &'a AtomicUsize) -> Self {
-        counter.fetch_add(1, Ordering::SeqCst);
-        Self(counter)
+    /// A guard, unless as many as `most` count already.
+    fn within(counter: &'a AtomicUsize, most: usize) -> Option<Self> {
+        let guard = Self(counter);
+        (counter.fetch_add(1, Ordering::SeqCst) < most).then_some(guard)
     }
 }
 
@@ -105,7 +120,8 @@ impl Page {
         let address = listener.local_addr().map_err(unavailable)?;
         let key = control.then(|| node::random_run().map(|nonce| nonce.to_string())).transpose()?;
         let fragment = key.as_ref().map_or(String::new(), |key| format!("#key={key}"));
-        tracing::info!("page at http://{address}/{fragment}");
+        let url = format!("http://{address}/{fragment}");
+        tracing::info!("page at {url}");
         if !address.ip().is_loopback() {
             tracing::warn!("anyone who can reach {address} can read the page: nothing on it is encrypted");
         }
@@ -115,13 +131,21 @@ impl Page {
             changed: Condvar::new(),
             orders: Mutex::default(),
             connections: AtomicUsize::new(0),
+            requests: AtomicUsize::new(0),
+            histories: AtomicUsize::new(0),
             policies: AtomicUsize::new(0),
             closing: AtomicBool::new(false),
         });
         let served = Arc::clone(&shared);
         let accept = move || accept(&listener, &served);
         std::thread::Builder::new().name("page".into()).spawn(accept).map_err(unavailable)?;
-        Ok(Self { address, shared })
+        Ok(Self { address, url, shared })
+    }
+
+    /// The page's address as the log shows it, with the key of orders if they are allowed.
+    #[must_use]
+    pub fn url(&self) -> &str {
+        &self.url
     }
 
     /// Address it is served at, with the actual port.
@@ -227,7 +251,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
             continue;
         }
         let serve = move || {
-            if let Err(error) = connection(&stream, &slot.0, number > CONNECTIONS_MAX) {
+            if let Err(error) = connection(&stream, &slot.0) {
                 tracing::debug!("a client of the page disconnected: {error}");
             }
         };
@@ -237,22 +261,38 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     }
 }
 
-/// Serves a client; if the server is `full`, with status 503.
-fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::Result<()> {
+/// What a client gets.
+enum Served<'a> {
+    /// Status, content type and text.
+    Text(&'static str, &'static str, &'static str),
+    /// Policies or the history, and the place among the streams.
+    Stream(bool, CountGuard<'a>),
+}
+
+/// Serves a client; with status 503 if there is no room for what it asks for.
+fn connection(mut stream: &TcpStream, shared: &Shared) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(STALL))?;
-    let answer = match full {
-        true => Err(Rejection(503, format!("{CONNECTIONS_MAX} connections are open already"))),
-        false => request(stream, &shared.gate),
+    let counted = CountGuard::within(&shared.requests, REQUESTS_MAX);
+    let answer = match &counted {
+        None => Err(Rejection(503, format!("{REQUESTS_MAX} requests are open already"))),
+        Some(_) => request(stream, &shared.gate),
     };
-    let answer = answer.and_then(|answer| match answer {
-        Answer::Order(order) => shared.order(order).map(|()| Answer::Order(order)),
-        other => Ok(other),
+    let served = answer.and_then(|answer| match answer {
+        Answer::Asset(asset) => Ok(Served::Text("200 OK", asset.kind, asset.text)),
+        Answer::Order(order) => {
+            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "told\n"))
+        }
+        Answer::Events { policy, keyed } => {
+            stream_slot(shared, policy, keyed).map(|slot| Served::Stream(policy, slot))
+        }
     });
-    match answer {
-        Ok(Answer::Asset(asset)) => respond(stream, "200 OK", asset.kind, asset.text),
-        Ok(Answer::Order(_)) => respond(stream, "202 Accepted", "text/plain", "told\n"),
-        Ok(Answer::Events { policy }) => events(stream, shared, policy),
+    match served {
+        Ok(Served::Text(status, kind, text)) => respond(stream, status, kind, text),
+        Ok(Served::Stream(policy, slot)) => {
+            drop(counted);
+            events(stream, shared, policy, slot)
+        }
         Err(rejection) => {
             let status = format!("{} {}", rejection.0, rejection.phrase());
             tracing::debug!(status, "refused a request: {}", rejection.1);
@@ -264,6 +304,18 @@ fn connection(mut stream: &TcpStream, shared: &Shared, full: bool) -> std::io::R
             (0..16).try_for_each(|_| stream.read(&mut rest).map(drop)).or(Ok(()))
         }
     }
+}
+
+/// A place among the streams, or why there is none.
+fn stream_slot(shared: &Shared, policy: bool, keyed: bool) -> Result<CountGuard<'_>, Rejection> {
+    let (counter, most) = match (policy, keyed) {
+        (false, false) => (&shared.histories, HISTORIES_MAX),
+        (false, true) => (&shared.histories, KEYED_HISTORIES_MAX),
+        (true, false) => (&shared.policies, POLICIES_MAX),
+        (true, true) => (&shared.policies, KEYED_POLICIES_MAX),
+    };
+    CountGuard::within(counter, most)
+        .ok_or_else(|| Rejection(503, format!("{most} such streams are open already")))
 }
 
 /// Reads one request and decides how to answer it.
@@ -321,8 +373,12 @@ fn respond(mut stream: &TcpStream, status: &str, kind: &str, text: &str) -> std:
 }
 
 /// Sends the history from its beginning as server-sent events, as fast as the client reads.
-fn events(mut stream: &TcpStream, shared: &Shared, policy: bool) -> std::io::Result<()> {
-    let counted = policy.then(|| CountGuard::new(&shared.policies));
+fn events(
+    mut stream: &TcpStream,
+    shared: &Shared,
+    policy: bool,
+    slot: CountGuard<'_>,
+) -> std::io::Result<()> {
     let head = format!(
         "HTTP/1.1 200 OK\r\n{HEADERS}Content-Type: text/event-stream\r\nConnection: close\r\n\r\nretry: 1000\n\n"
     );
@@ -332,7 +388,7 @@ fn events(mut stream: &TcpStream, shared: &Shared, policy: bool) -> std::io::Res
         let text = frames(shared, &mut cursor);
         stream.write_all(text.as_bytes())?;
         if text.is_empty() && shared.is_closing() {
-            drop(counted);
+            drop(slot);
             return stream.write_all(b"event: bye\ndata: {}\n\n");
         }
         if text.is_empty() && !wait(shared, &mut cursor) {

@@ -6,7 +6,7 @@ use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use ::campaign::row::TrialResult;
-use ::campaign::{Campaign, Plan, Row, Shard, Trial, paper};
+use ::campaign::{BUILT_IN, Campaign, Plan, Row, Shard, Trial, paper};
 use contract::{Action, Brief, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node, ShutdownSignal};
@@ -32,8 +32,8 @@ const TICK: Duration = Duration::from_millis(50);
 /// Arguments of `hopper campaign run`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// The campaign, a TOML file; see campaigns/ for examples.
-    #[arg(value_name = "FILE")]
+    /// The campaign: a TOML file, or the name of a built-in one; see `hopper campaign list`.
+    #[arg(value_name = "NAME|FILE")]
     file: PathBuf,
     /// Threads to fly on [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
@@ -69,7 +69,7 @@ pub struct Run {
     pub wall_s: f64,
     /// Trials flown per second.
     pub episodes_per_s: f64,
-    /// Time the paper reports for as many trials of the kinds it timed, seconds.
+    /// Time the paper reports for the same trials, seconds; 0 for a campaign with cells that the paper does not have.
     pub paper_s: f64,
     /// How many times faster than the paper: `paper_s` over `wall_s`.
     pub paper_ratio: Option<f64>,
@@ -171,6 +171,9 @@ fn fly_all(
     let (shard, plan) = (manifest.shard, Arc::new(manifest.plan.clone()));
     let worlds: Arc<[ResolvedScenario]> = worlds.into();
     let due = shard.len(plan.trials());
+    // Of a campaign of one's own the paper says nothing.
+    let paper_s_of: Vec<f64> =
+        plan.cells.iter().map(paper::cell_episode_s).collect::<Option<_>>().unwrap_or_default();
     let mut progress = Progress::begin(due, store.done(), Node::now());
     if store.done() < due {
         tracing::info!(
@@ -198,7 +201,7 @@ fn fly_all(
         }
         while let Some(row) = early.remove(&store.done()) {
             let (row, times) = row?;
-            paper_s += paper::episode_s(&row.scenario, &row.planner).unwrap_or(0.0);
+            paper_s += usize::try_from(row.cell).ok().and_then(|cell| paper_s_of.get(cell)).unwrap_or(&0.0);
             store.append(&row, &times)?;
         }
         let now = Node::now();
@@ -217,9 +220,20 @@ fn fly_all(
     Ok(Some(paper_s))
 }
 
-/// The plan of a campaign file, planners checked.
+/// The plan of a built-in campaign or a campaign file, planners checked.
 fn plan(file: &Path) -> Result<Plan, Failure> {
-    let text = text::read(file, TEXT_BYTES_MAX).map_err(Failure::usage)?;
+    let built_in = BUILT_IN.into_iter().find(|(name, _)| Path::new(name) == file);
+    let text = match built_in {
+        Some((_, text)) => text.to_owned(),
+        None if !file.exists() => {
+            let names = BUILT_IN.map(|(name, _)| name).join(", ");
+            let file = file.display();
+            return Err(Failure::usage(format!(
+                "{file} cannot be read: need a campaign file or one of {names}, got no such file"
+            )));
+        }
+        None => text::read(file, TEXT_BYTES_MAX).map_err(Failure::usage)?,
+    };
     let at = |error: &dyn std::fmt::Display| Failure::usage(format!("{}: {error}", file.display()));
     let campaign = Campaign::parse(&text, &file.display().to_string()).map_err(|error| match error {
         error @ ::campaign::CampaignError::Toml { .. } => Failure::usage(error),

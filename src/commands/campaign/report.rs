@@ -157,7 +157,7 @@ impl Speed {
             .iter()
             .map(|cell| CellSpeed {
                 name: cell.to_string(),
-                paper_s: paper::episode_s(&cell.scenario, &cell.planner),
+                paper_s: paper::cell_episode_s(cell),
                 ..CellSpeed::default()
             })
             .collect();

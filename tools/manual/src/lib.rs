@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{CommandFactory, Subcommand};
 use clap_complete::Shell;
 use hopper::stdout::print;
@@ -43,11 +44,13 @@ pub struct Man {
 /// # Errors
 /// Exit code 2 if the folder cannot be written; 1 if standard output cannot.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
-    let mut hopper = hopper_command();
+    let hopper = hopper_command();
     let mut text = Vec::new();
     match command {
         Command::Completions(Completions { shell }) => {
+            let mut hopper = completed(hopper);
             clap_complete::generate(*shell, &mut hopper, "hopper", &mut text);
+            text = with_files(&String::from_utf8_lossy(&text)).into_bytes();
         }
         Command::Man(Man { out: None }) => clap_mangen::Man::new(hopper).render(&mut text)?,
         Command::Man(Man { out: Some(dir) }) => {
@@ -86,4 +89,44 @@ pub fn hopper_command() -> clap::Command {
         }
     }
     hopper
+}
+
+/// The names of built-in scenarios.
+fn scenarios() -> Vec<&'static str> {
+    scenario::BUILT_IN.into_iter().map(|(name, _)| name).collect()
+}
+
+/// The names of built-in campaigns.
+fn campaigns() -> Vec<&'static str> {
+    campaign::BUILT_IN.into_iter().map(|(name, _)| name).collect()
+}
+
+/// The command line with the values that its arguments know, for shells to offer. It is for completions only: what the
+/// arguments accept is wider.
+fn completed(command: clap::Command) -> clap::Command {
+    let name = command.get_name().to_owned();
+    let command = command.mut_args(|argument| {
+        let values = match (name.as_str(), argument.get_id().as_str()) {
+            (_, "scenario") => scenarios(),
+            ("run", "file") => campaigns(),
+            (_, "planner") => planner::ALGORITHMS.iter().copied().chain([planner::CLAIRVOYANT]).collect(),
+            (_, "algorithm") => planner::ALGORITHMS.to_vec(),
+            (_, "profile") => vec!["paper-2023", "hopper"],
+            (_, "pace") => vec!["max", "real"],
+            (_, "topic") => hopper::commands::topic::names(),
+            _ => return argument,
+        };
+        argument.value_parser(PossibleValuesParser::new(values))
+    });
+    command.mut_subcommands(completed)
+}
+
+/// The completions with files beside the names where an argument takes either.
+fn with_files(completions: &str) -> String {
+    [scenarios(), campaigns()].iter().fold(completions.to_owned(), |text, names| {
+        let (list, first) = (names.join(" "), names[0]);
+        text.replace(&format!("compgen -W \"{list}\""), &format!("compgen -f -W \"{list}\""))
+            .replace(&format!(":({list})"), &format!(":{{_files; compadd {list}}}"))
+            .replace(&format!(" -r -f -a \"{first}\\t"), &format!(" -r -F -a \"{first}\\t"))
+    })
 }

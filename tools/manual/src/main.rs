@@ -12,6 +12,6 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli: Cli = hopper::command_line::parse();
     hopper::tool::main("hopper", || hopper_manual::run(&cli.command))
 }

@@ -72,3 +72,30 @@ fn completions_and_manual_pages_know_every_command() {
         assert!(own.contains(&format!("\n.TH hopper-{command} 1")), "{command}: {own}");
     }
 }
+
+/// P-COMPLETE: shells offer the names of scenarios, planners, campaigns and topics, and files where those are taken too.
+#[test]
+fn shells_offer_the_names_that_arguments_know() {
+    let bash = manual(&["completions", "bash"]);
+    let scenarios = scenario::BUILT_IN.map(|(name, _)| name).join(" ");
+    let planners = planner::ALGORITHMS.join(" ");
+    assert!(bash.contains(&format!("compgen -f -W \"{scenarios}\"")), "scenarios");
+    for (what, names) in [("planners", planners), ("topics", "state".to_owned())] {
+        let offered = |line: &str| line.contains("-W \"") && line.contains(&names);
+        assert!(bash.lines().any(offered), "{what}: {names}");
+    }
+    let fish = manual(&["completions", "fish"]);
+    assert!(fish.contains(" -r -F -a \"hard\\t") && !fish.contains(" -r -f -a \"hard\\t"));
+    let zsh = manual(&["completions", "zsh"]);
+    assert!(zsh.contains(&format!(":{{_files; compadd {scenarios}}}")));
+    assert!(zsh.contains("{_files; compadd p23-tables "), "campaigns");
+    // The script is one that bash runs, and it completes.
+    let dir = tempfile::tempdir().unwrap();
+    let script = dir.path().join("hopper.bash");
+    std::fs::write(&script, &bash).unwrap();
+    let ask = "source $0; COMP_WORDS=(hopper run --scenario sa); COMP_CWORD=3; _hopper hopper sa --scenario; \
+               echo ${COMPREPLY[@]}";
+    let output =
+        Command::new("bash").args(["-c", ask]).arg(&script).current_dir(dir.path()).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "sandy", "{output:?}");
+}

@@ -13,7 +13,7 @@ enum Cli {
 }
 
 fn main() -> ExitCode {
-    let Cli::Monitor(args) = Cli::parse();
+    let Cli::Monitor(args) = hopper::command_line::parse();
     let extensions = Extensions { terminal: Some(terminal::open), recorder: Some(recorder::open) };
     hopper::tool::main("monitor", || monitor::shell::run(&args, &extensions))
 }

@@ -89,7 +89,10 @@ fn degrees_are_told_from_their_size_and_from_a_prj_file() {
     std::fs::write(folder.path().join("dem.prj"), "PROJCS[\"Mars eqc\",GEOGCS[\"Mars 2000\"]]").unwrap();
     assert_eq!(system().unwrap().coordinate_system, "Mars eqc");
     std::fs::write(folder.path().join("dem.prj"), "GEOGCS[\"Mars 2000\"]").unwrap();
-    says(&system().unwrap_err().to_string(), &["degrees", "Mars 2000"]);
+    says(&system().unwrap_err().to_string(), &["degrees", "Mars 2000", "+R=RADIUS"]);
+    let text = "GEOGCS[\"Moon\",DATUM[\"D\",SPHEROID[\"Moon\",1737400.0,0.0]],UNIT[\"Degree\",0.017]]";
+    std::fs::write(folder.path().join("dem.prj"), text).unwrap();
+    says(&system().unwrap_err().to_string(), &["Moon", "+R=1737400 +units=m"]);
 }
 
 #[test]

@@ -168,7 +168,10 @@ fn a_rotated_or_flipped_transform_is_refused() {
 fn degrees_are_refused_with_the_way_to_reproject() {
     let mut file = GeoTiff::new(4, 4, vec![1.0; 16]);
     file.keys = Some(vec![(1024, 2), (2048, 4326)]);
-    says(&error(&file.bytes()), &["metres", "degrees", "EPSG:4326", "reproject", "gdalwarp"]);
+    let earth = "gdalwarp -t_srs '+proj=laea +lat_0=46.9996 +lon_0=11.0004 +ellps=WGS84 +units=m'";
+    file.scale = Some(vec![0.000_2, 0.000_2, 0.0]);
+    file.tiepoint = Some(vec![0.0, 0.0, 0.0, 11.0, 47.0, 0.0]);
+    says(&error(&file.bytes()), &["metres", "degrees", "EPSG:4326", "reproject", earth]);
     // Without keys the numbers tell.
     file.keys = None;
     file.scale = Some(vec![0.000_277, 0.000_277, 0.0]);

@@ -10,6 +10,8 @@ const by = (id) => document.getElementById(id);
 const history = new MissionHistory();
 const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, connected: "connecting", retry: 0 };
 const key = new URLSearchParams(location.hash.slice(1)).get("key");
+/** A stream with the key has a place that no reader without it can take. */
+const keyed = (path) => key ? `${path}?key=${encodeURIComponent(key)}` : path;
 const map = new MapView(by("map"), history, () => { view.dirty = true; });
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
@@ -46,7 +48,7 @@ function connect() {
   clearTimeout(retry);
   source?.close();
   if (document.hidden) return;
-  source = new EventSource("/events");
+  source = new EventSource(keyed("/events"));
   const on = (event, take) => source.addEventListener(event, ({ data }) => {
     take(JSON.parse(data));
     view.dirty = true;
@@ -83,10 +85,16 @@ function followPolicies() {
   const wanted = !document.hidden && (map.options.policy || map.options.values);
   if (wanted === Boolean(policies)) return;
   policies?.close();
-  policies = wanted ? new EventSource("/policy") : null;
+  policies = wanted ? new EventSource(keyed("/policy")) : null;
   policies?.addEventListener("policy", ({ data }) => {
     history.addPolicy(JSON.parse(data));
     view.dirty = true;
+  });
+  policies?.addEventListener("error", ({ target }) => {
+    // Refused, since all places are taken: a browser does not ask again by itself.
+    if (target !== policies || target.readyState !== EventSource.CLOSED) return;
+    policies = null;
+    setTimeout(followPolicies, 5000);
   });
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 
 use contract::Stage;
-use hopper::commands::topic::summary;
+use hopper::commands::topic::{summary, unit};
 use node::{Exit, Failure};
 use recording::{Channel, RecordedMessage, RecordedRun, Recording, RecordingError, last_run};
 use report::DecisionTiming;
@@ -190,7 +190,8 @@ fn as_json(mut out: impl Write, rows: impl Iterator<Item = Row>) -> Result<(), U
 }
 
 /// Nested fields become columns joined by points, in the order of their names but for the decision, which comes
-/// first; lists become their length. The rows are made twice, first for the names of the columns.
+/// first; lists become their length. A column whose field is not named after its unit gets it. The rows are made twice,
+/// first for the names of the columns.
 fn as_csv<R: Iterator<Item = Row>>(out: impl Write, rows: impl Fn() -> R) -> Result<(), Unwritten> {
     let mut columns = BTreeSet::new();
     for row in rows() {
@@ -199,12 +200,18 @@ fn as_csv<R: Iterator<Item = Row>>(out: impl Write, rows: impl Fn() -> R) -> Res
     let mut columns: Vec<String> = columns.into_iter().collect();
     columns.sort_by_key(|name| *name != "decision");
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(&columns)?;
+    writer.write_record(columns.iter().map(|column| heading(column)))?;
     for row in rows() {
         let row = flat(&row.map_err(Unwritten::Recording)?);
         writer.write_record(columns.iter().map(|name| row.get(name).map_or_else(String::new, plain)))?;
     }
     Ok(writer.flush()?)
+}
+
+/// The name of a column, with its unit.
+fn heading(column: &str) -> String {
+    let field = column.rsplit('.').next().unwrap_or(column);
+    unit(field).map_or_else(|| column.to_owned(), |unit| format!("{column}_{unit}"))
 }
 
 fn plain(value: &Value) -> String {
@@ -292,7 +299,13 @@ mod tests {
             let mut lines = Vec::new();
             as_json(&mut lines, rows.iter().cloned().map(Ok)).unwrap();
             assert_eq!(lines.iter().filter(|byte| **byte == b'\n').count(), rows.len());
-            assert_eq!(csv_of(&rows).lines().count(), 1 + rows.len(), "{topic:?}");
+            let table = csv_of(&rows);
+            assert_eq!(table.lines().count(), 1 + rows.len(), "{topic:?}");
+            let headings: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+            assert!(headings.contains(&"logged_ns"), "{headings:?}");
+            let bare =
+                |heading: &&&str| heading.rsplit('.').next().is_some_and(|field| unit(field).is_some());
+            assert_eq!(headings.iter().find(bare), None, "{topic:?}: a heading without its unit");
         }
     }
 }

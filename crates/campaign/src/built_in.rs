@@ -1,0 +1,9 @@
+//! The campaigns that `hopper` carries with it.
+
+/// Built-in campaigns: name and TOML text. The texts are the files of `campaigns/`.
+pub const BUILT_IN: [(&str, &str); 4] = [
+    ("p23-tables", include_str!("../../../campaigns/p23-tables.toml")),
+    ("p23-tables-1000", include_str!("../../../campaigns/p23-tables-1000.toml")),
+    ("hopper-tables-1000", include_str!("../../../campaigns/hopper-tables-1000.toml")),
+    ("hopper-mdp-10000", include_str!("../../../campaigns/hopper-mdp-10000.toml")),
+];

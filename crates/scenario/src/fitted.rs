@@ -1,0 +1,263 @@
+//! A scenario fitted to an elevation model, for a first mission over ground that nobody has described.
+//!
+//! Crop, hop, start, goal, sensor and step limit follow from the model, and from nothing else: the same file always gives
+//! the same mission.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::path::Path;
+
+use contract::limits::GRID_SIDE_MAX;
+use contract::name::Name;
+use contract::{Cell, Direction, Grid};
+use terrain::{RasterFile, Relief, Sand, Terrain, Window, fitting_hop_m, hop_cells};
+
+use crate::{Robot, Scenario, ScenarioError};
+
+/// Most hops along a side of the part that is flown: room for a way around, and a mission of a minute.
+const HOPS_ACROSS_MAX: u32 = 128;
+
+/// Most cells that one hop spans; smaller cells get shorter hops than the default of a metre.
+const HOP_CELLS_MAX: u32 = 8;
+
+/// Hops of passable ground around start and goal, so that no single slip there ends the mission, where there is room.
+const CLEARANCE_HOPS: i32 = 4;
+
+/// Steps allowed for each hop of the shortest way: slopes make hops fail, and the way is not known beforehand.
+const STEPS_PER_HOP: u64 = 10;
+
+/// Least step limit, that of the paper.
+const STEPS_MIN: u64 = 150;
+
+/// The sensor sees this many hops far at the mean height of the map, half as many metres more for each metre above it,
+/// and at most twice as far.
+const SEEN_HOPS: f64 = 6.0;
+
+/// A scenario for an elevation model. Displayed, it is what was chosen, in one phrase.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// The scenario; it names the model by its absolute path.
+    pub scenario: Scenario,
+    window: Window,
+    source_cells: (u32, u32),
+    hop_distance_m: f64,
+    start: Cell,
+    goal: Cell,
+    hops_min: u32,
+}
+
+impl fmt::Display for Fitted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { window, source_cells: (width, height), hop_distance_m, start, goal, hops_min, .. } = self;
+        if (window.width, window.height) == (*width, *height) {
+            write!(f, "all {width} x {height} cells")?;
+        } else {
+            write!(f, "the middle {} x {} of {width} x {height} cells", window.width, window.height)?;
+        }
+        write!(f, ", hops of {hop_distance_m} m, from {start} to {goal}, {hops_min} hops at least")
+    }
+}
+
+/// The scenario for the elevation model at `dem`: its middle, crossed from the south-west to the north-east in profile
+/// hopper.
+///
+/// # Errors
+/// If the file is no usable elevation model, or holds no ground that could be crossed.
+pub fn fitted(dem: &Path) -> Result<Fitted, ScenarioError> {
+    let path = dem.canonicalize().map_err(|_| ScenarioError::FileMissing {
+        field: "--dem",
+        path: std::path::absolute(dem).unwrap_or_else(|_| dem.into()),
+    })?;
+    let raster = RasterFile::open(&path)?;
+    let source_cells = (raster.header().width, raster.header().height);
+    let of_file = |error: terrain::TerrainError| error.of(&path);
+    let cell_size_m = raster.georeference().map_err(of_file)?.cell_size_m;
+    let hop_distance_m = fitting_hop_m(Robot::default().hop_distance_m, cell_size_m);
+    let hop_distance_m =
+        hop_distance_m.min(fitting_hop_m(f64::from(HOP_CELLS_MAX) * cell_size_m, cell_size_m));
+    let hop_cells = hop_cells(hop_distance_m, cell_size_m).map_err(of_file)?;
+    let window = middle(source_cells, (HOPS_ACROSS_MAX * hop_cells).min(GRID_SIDE_MAX));
+    let elevation = raster.elevation(window).map_err(of_file)?;
+    let relief = Relief::of_elevation(&elevation, 1.0, hop_cells).map_err(of_file)?;
+    let slope_limit_rad = Robot::default().slope_limit_deg.to_radians();
+    let terrain = Terrain::new(&relief, relief.mean_height_m(), slope_limit_rad, &Sand::default());
+    let way = longest_region(&terrain).and_then(|region| way(&terrain, &region));
+    let Some((start, goal)) = way else {
+        let passable = terrain.cells.iter().filter(|ground| ground.passable).count();
+        return Err(ScenarioError::NoWay { path, passable, width: window.width, height: window.height });
+    };
+    let hops_min = terrain.hops_between(start, goal).unwrap_or_default();
+    let text = text(&path, window, (start, goal), hop_distance_m, hops_min);
+    let scenario = Scenario::parse(&text, &path.display().to_string())?;
+    Ok(Fitted { scenario, window, source_cells, hop_distance_m, start, goal, hops_min })
+}
+
+fn text(path: &Path, window: Window, way: (Cell, Cell), hop_distance_m: f64, hops_min: u32) -> String {
+    let Window { x, y, width, height } = window;
+    let (start, goal) = way;
+    let file = toml::Value::String(path.to_string_lossy().into_owned());
+    let far_m = 2.0 * SEEN_HOPS * hop_distance_m;
+    let steps_max = STEPS_MIN.max(STEPS_PER_HOP * u64::from(hops_min));
+    format!(
+        "[truth.terrain.elevation_file]\n\
+         file = {file}\n\
+         crop_cells = {{ x = {x}, y = {y}, width = {width}, height = {height} }}\n\
+         [brief]\n\
+         name = \"{}\"\n\
+         profile = \"hopper\"\n\
+         start = [{}, {}]\n\
+         goal = [{}, {}]\n\
+         datum_m = \"survey\"\n\
+         [robot]\n\
+         hop_distance_m = {hop_distance_m:?}\n\
+         sensor = {{ gain = 0.5, offset_m = {far_m:?}, radius_max_m = {far_m:?} }}\n\
+         [limits]\n\
+         steps_max = {steps_max}\n",
+        name(path),
+        start.x,
+        start.y,
+        goal.x,
+        goal.y
+    )
+}
+
+/// The name of the file, as far as a scenario may have it.
+fn name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let allowed = |c: char| if c.is_ascii_alphanumeric() || "._-+".contains(c) { c } else { '-' };
+    let name: String = stem.trim_start_matches('.').chars().map(allowed).take(Name::BYTES - 1).collect();
+    if name.is_empty() { "dem".into() } else { name }
+}
+
+/// The middle of a raster, at most `side_max` cells a side.
+fn middle((width, height): (u32, u32), side_max: u32) -> Window {
+    let along = |side: u32| ((side - side.min(side_max)) / 2, side.min(side_max));
+    let ((x, width), (y, height)) = (along(width), along(height));
+    Window { x, y, width, height }
+}
+
+/// The most landing cells that hops over passable ground connect, of those reached from the south-western corner's
+/// lattice; `None` if nothing is passable.
+fn longest_region(terrain: &Terrain) -> Option<Vec<Cell>> {
+    let grid = &terrain.grid;
+    let is_free = |cell: Cell| terrain.ground(cell).is_some_and(|ground| ground.passable);
+    let mut seen = vec![false; grid.cells()];
+    let mut longest: Option<Vec<Cell>> = None;
+    for first in grid.iter().filter(|&cell| grid.on_same_lattice(Cell::new(0, 0), cell) && is_free(cell)) {
+        if mark(grid, &mut seen, first) {
+            let mut region = Vec::new();
+            let mut queue = VecDeque::from([first]);
+            while let Some(cell) = queue.pop_front() {
+                region.push(cell);
+                let next = Direction::ALL.map(|direction| grid.hop(cell, direction));
+                queue.extend(next.into_iter().filter(|&next| is_free(next) && mark(grid, &mut seen, next)));
+            }
+            if longest.as_ref().is_none_or(|longest| region.len() > longest.len()) {
+                longest = Some(region);
+            }
+        }
+    }
+    longest
+}
+
+/// Marks `cell`; whether it was not marked before.
+fn mark(grid: &Grid, seen: &mut [bool], cell: Cell) -> bool {
+    grid.index(cell).is_some_and(|index| !std::mem::replace(&mut seen[index], true))
+}
+
+/// The cells of `region` furthest to the south-west and to the north-east, as clear of edges and steep ground as can be
+/// had without halving the way; `None` if the region is a single cell.
+fn way(terrain: &Terrain, region: &[Cell]) -> Option<(Cell, Cell)> {
+    let grid = &terrain.grid;
+    let hop = grid.hop_cells as i32;
+    let is_clear = |cell: Cell, hops: i32| {
+        let offsets = || (-hops..=hops).map(|offset| offset * hop);
+        offsets().all(|dy| {
+            offsets().all(|dx| {
+                terrain.ground(Cell::new(cell.x + dx, cell.y + dy)).is_some_and(|ground| ground.passable)
+            })
+        })
+    };
+    let ends = |hops: i32| {
+        let clear = || region.iter().copied().filter(|&cell| is_clear(cell, hops));
+        let along = |cell: &Cell| (cell.x + cell.y, cell.x);
+        clear().min_by_key(along).zip(clear().max_by_key(along))
+    };
+    let length = |(start, goal): (Cell, Cell)| goal.x + goal.y - start.x - start.y;
+    let longest = length(ends(0)?);
+    let clearest = (0..=CLEARANCE_HOPS).rev().filter_map(ends).find(|&way| 2 * length(way) >= longest);
+    clearest.filter(|(start, goal)| start != goal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid_file(cell_size_m: f64, rows: &[String]) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my dem.asc");
+        let columns = rows[0].split_whitespace().count();
+        let header = format!(
+            "ncols {columns}\nnrows {}\nxllcorner 5e5\nyllcorner 4e6\ncellsize {cell_size_m}\nNODATA_value -9\n",
+            rows.len()
+        );
+        std::fs::write(&path, header + &rows.join("\n") + "\n").unwrap();
+        (folder, path)
+    }
+
+    fn plain(side: usize, height_m: &str) -> Vec<String> {
+        vec![vec![height_m; side].join(" "); side]
+    }
+
+    #[test]
+    fn any_cell_size_gets_hops_of_whole_cells() {
+        for (cell_size_m, hop_m) in
+            [(0.25, 1.0), (0.3, 0.9), (1.0, 1.0), (4.98, 4.98), (30.0, 30.0), (0.01, 0.08)]
+        {
+            let (_folder, path) = grid_file(cell_size_m, &plain(60, "7"));
+            let fitted = fitted(&path).unwrap();
+            let world = fitted.scenario.resolve().unwrap();
+            assert!((world.brief.grid.hop_distance_m() - hop_m).abs() < 1e-12, "{cell_size_m}");
+            assert_eq!(world.brief.scenario.as_str(), "my-dem");
+            assert!(world.warnings.is_empty(), "{:?}", world.warnings);
+            assert!(
+                fitted.to_string().contains(&format!("all 60 x 60 cells, hops of {hop_m} m")),
+                "{fitted}"
+            );
+        }
+    }
+
+    #[test]
+    fn of_a_large_model_the_middle_is_flown() {
+        let (_folder, path) = grid_file(2.0, &plain(300, "7"));
+        let fitted = fitted(&path).unwrap();
+        assert_eq!(fitted.window, Window { x: 86, y: 86, width: 128, height: 128 });
+        assert_eq!((fitted.start, fitted.goal), (Cell::new(4, 4), Cell::new(123, 123)));
+        assert!(fitted.to_string().starts_with("the middle 128 x 128 of 300 x 300 cells"), "{fitted}");
+    }
+
+    #[test]
+    fn start_and_goal_are_on_the_largest_ground_that_hops_connect() {
+        // A gap one column wide cuts twenty columns off forty.
+        let row = |x: usize| if x == 20 { "-9" } else { "7" };
+        let row = (0..61).map(row).collect::<Vec<_>>().join(" ");
+        let (_folder, path) = grid_file(1.0, &vec![row; 30]);
+        let fitted = fitted(&path).unwrap();
+        assert!(fitted.start.x > 20 && fitted.goal.x > fitted.start.x, "{fitted}");
+        assert!(fitted.scenario.resolve().unwrap().warnings.is_empty());
+    }
+
+    #[test]
+    fn ground_that_nobody_can_cross_is_refused() {
+        for rows in [plain(1, "7"), vec!["0 90 0 90".into(), "90 0 90 0".into()]] {
+            let (_folder, path) = grid_file(1.0, &rows);
+            let refused = fitted(&path).unwrap_err().to_string();
+            assert!(
+                refused.contains("need ground that hops can cross") && refused.contains("my dem.asc"),
+                "{refused}"
+            );
+        }
+        let missing = fitted(Path::new("no/such.tif")).unwrap_err().to_string();
+        assert!(missing.contains("no/such.tif"), "{missing}");
+    }
+}

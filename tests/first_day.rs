@@ -1,0 +1,207 @@
+//! What a new user types on the first day works, or is answered with what does.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use harness::{Mission, Process, hopper, json, stderr};
+use rustix::process::Signal;
+
+/// Standard error of `hopper WORDS`, which must fail with `code`.
+fn refused(words: &[&str], code: i32) -> String {
+    let output = hopper(words).output().unwrap();
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{words:?}: {text}");
+    text
+}
+
+/// Standard output of `hopper WORDS`, which must succeed.
+fn answer(words: &[&str]) -> String {
+    let output = hopper(words).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// P-TYPO: a mistyped command is answered with the one it resembles, a bad number in plain words.
+#[test]
+fn a_mistyped_command_is_answered_with_the_one_meant() {
+    for (words, meant) in [
+        (&["rnu"][..], "'run'"),
+        (&["smi"], "'sim'"),
+        (&["doctr"], "'doctor'"),
+        (&["campaign", "rnu"], "'run'"),
+        (&["topic", "ecoh"], "'echo'"),
+    ] {
+        let text = refused(words, 2);
+        assert!(text.contains(&format!("a similar subcommand exists: {meant}")), "{words:?}: {text}");
+    }
+    assert!(!refused(&["xyzzy"], 2).contains("similar"), "nothing resembles it");
+    for (words, plain) in [
+        (&["run", "--seed", "-1"][..], "'--seed <SEED>': need a whole number without sign or fraction"),
+        (&["sim", "--seed", "1.5"], "need a whole number without sign or fraction"),
+        (&["run", "--seed", "99999999999999999999"], "the number is too large"),
+        (&["topic", "echo", "state", "--count", "x"], "need a whole number"),
+        (&["sim", "--wait", "soon"], "need a duration such as 30s"),
+    ] {
+        let text = refused(words, 2);
+        assert!(text.contains(plain) && !text.contains("digit"), "{words:?}: {text}");
+    }
+}
+
+/// P-LISTS: built-in scenarios and campaigns are listed with a line each, and flown by name.
+#[test]
+fn built_in_scenarios_and_campaigns_are_listed_and_flown_by_name() {
+    let scenarios = answer(&["scenario", "list"]);
+    assert_eq!(scenarios.lines().count(), 1 + scenario::BUILT_IN.len(), "{scenarios}");
+    assert!(scenarios.contains("sandy          The paper's sandy ground"), "{scenarios}");
+    let listed: serde_json::Value =
+        serde_json::from_str(&answer(&["scenario", "list", "--format", "json"])).unwrap();
+    assert_eq!(listed.as_array().unwrap().len(), scenario::BUILT_IN.len());
+    assert!(answer(&["run", "--help"]).contains("hopper scenario list"));
+
+    let campaigns = answer(&["campaign", "list"]);
+    let dir = tempfile::tempdir().unwrap();
+    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/campaigns")).unwrap();
+    let mut count = 0;
+    for file in files {
+        let path = file.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(campaigns.lines().any(|line| line.starts_with(&format!("{name} "))), "{name}: {campaigns}");
+        count += 1;
+    }
+    assert_eq!(campaigns.lines().count(), 1 + count, "{campaigns}");
+    // One trial of so many shards is enough to know; it is the very trial of the file.
+    let trial = |campaign: &str, out: &str| {
+        let words = ["campaign", "run", campaign, "--shard", "3000/3000", "--out", out];
+        let output = hopper(&words).current_dir(dir.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        std::fs::read(dir.path().join(out).join("trials.jsonl")).unwrap()
+    };
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/campaigns/p23-tables.toml");
+    assert_eq!(trial("p23-tables", "by-name"), trial(file, "by-file"));
+    let unknown = refused(&["campaign", "run", "p23-table"], 2);
+    assert!(unknown.contains("need a campaign file or one of p23-tables, "), "{unknown}");
+}
+
+/// P-PAPER-SPEED: only campaigns of the paper's own cells are timed beside the paper's machine.
+#[test]
+fn a_campaign_of_ones_own_is_not_timed_beside_the_papers_machine() {
+    const MINE: &str =
+        "name = \"mine\"\nseed = 1\nrepetitions = 2\nscenarios = [\"hard\"]\nplanners = [\"mdp\"]\n";
+    let dir = tempfile::tempdir().unwrap();
+    let fly = |file: &str, text: &str| {
+        std::fs::write(dir.path().join(file), text).unwrap();
+        let fly = ["campaign", "run", file, "--out", file.trim_end_matches(".toml")];
+        let output = hopper(&fly).current_dir(dir.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let report = ["campaign", "report", file.trim_end_matches(".toml")];
+        let report = hopper(&report).current_dir(dir.path()).output().unwrap();
+        let told = String::from_utf8(output.stdout).unwrap().contains("paper's machine");
+        (told, String::from_utf8(report.stdout).unwrap().contains("| 44300 |"))
+    };
+    assert_eq!(fly("papers.toml", MINE), (true, true));
+    assert_eq!(fly("profile.toml", &format!("{MINE}profiles = [\"hopper\"]\n")), (false, false));
+    let weights = "weights = [{ safety = 0.3, information = 0.7 }]\n";
+    assert_eq!(fly("weights.toml", &format!("{MINE}{weights}")), (false, false));
+    let both = MINE.replace("[\"hard\"]", "[\"hard\", \"hills\"]");
+    assert_eq!(
+        fly("ground.toml", &both),
+        (false, true),
+        "the paper's own cell of it stays beside the paper's"
+    );
+}
+
+/// P-FIELDS-NAMED: what is wrong in a scenario is named by a field that exists, and by its file.
+#[test]
+fn an_impossible_scatter_is_named_by_its_section_and_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("mine.toml");
+    let text = include_str!("../scenarios/hard.toml");
+    for (from, to, says) in [
+        (
+            "intended = 0.9,",
+            "intended = 0.99,",
+            "robot.hard: need intended + stuck + 2 x sideways = 1, got 0.99 + 0 + 2 x 0.05 = 1.09",
+        ),
+        ("intended = 0.7,", "intended = 0.6,", "robot.sand: need intended + stuck + 2 x sideways = 1"),
+        ("offset_m = 1.0", "radius_min_m = 0.1", "robot.sensor.radius_min_m: need at least one hop"),
+    ] {
+        assert!(text.contains(from));
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        let file = path.to_str().unwrap();
+        for words in [&["scenario", "check", file][..], &["run", "--lockstep", "--scenario", file]] {
+            let refused = refused(words, 2);
+            assert!(refused.contains(&format!("mine.toml: {says}")), "{refused}");
+        }
+    }
+}
+
+/// P-STEP-LIMIT: a mission that ran out of steps says so, and which limit it reached.
+#[test]
+fn running_out_of_steps_is_called_so() {
+    let mission = Mission::new("out-of-steps");
+    let text = include_str!("../scenarios/hard.toml").replace("steps_max = 150", "steps_max = 9");
+    std::fs::write(mission.path("short.toml"), text).unwrap();
+    let output =
+        mission.hopper(&["run", "--lockstep", "--scenario", "short.toml", "--out", "out"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        summary.contains("Out of steps at (") && summary.contains("5 hops, 10 steps, limit 9."),
+        "{summary}"
+    );
+    assert!(!summary.contains("Deadlock") && !summary.contains("10 of 9"), "{summary}");
+}
+
+/// P-JOURNAL-OF-RUN: the output folder of a run stands for the journal in it.
+#[test]
+fn the_folder_of_a_run_stands_for_its_journal() {
+    let mission = Mission::new("folder-of-run");
+    let flown = mission.hopper(&["run", "--lockstep", "--out", "out", "--format", "json"]).output().unwrap();
+    let digest = &json(&flown)["digest"];
+    for folder in ["out", "out/journal"] {
+        let verified = mission.hopper(&["journal", "verify", folder, "--format", "json"]).output().unwrap();
+        assert_eq!(&json(&verified)["digest"], digest, "{folder}");
+        let shown = mission.hopper(&["journal", "show", folder]).output().unwrap();
+        assert_eq!(shown.status.code(), Some(0), "{}", stderr(&shown));
+        let again = ["run", "--lockstep", "--planners-from", folder, "--format", "json"];
+        assert_eq!(&json(&mission.hopper(&again).output().unwrap())["digest"], digest, "{folder}");
+    }
+    let empty = mission.hopper(&["journal", "verify", "."]).output().unwrap();
+    assert_eq!(empty.status.code(), Some(2), "{}", stderr(&empty));
+}
+
+/// P-TWO-RUNS: a second run in the instance of another is refused before it makes a folder, with a name that is free;
+/// an interrupted run says how to resume it, and `--control` needs no page.
+#[test]
+fn a_second_run_is_told_of_instances_and_an_interrupted_one_how_to_resume() {
+    let mission = Mission::new("two-runs");
+    let words = ["run", "--instance", &mission.name, "--pace", "0.5", "--control", "--out", "first"];
+    let mut first = Process::spawn("run", mission.hopper(&words), &mission.path(""));
+    first.await_log(&format!("hopper monitor --tui --control --instance {}", mission.name));
+    harness::eventually("a first decision", || {
+        let verified = mission.hopper(&["journal", "verify", "first", "--format", "json"]).output().unwrap();
+        let verified = serde_json::from_slice::<serde_json::Value>(&verified.stdout).unwrap_or_default();
+        verified["decisions"].as_u64().is_some_and(|decisions| decisions > 0)
+    });
+
+    let second = mission.hopper(&["run", "--instance", &mission.name]).output().unwrap();
+    assert_eq!(second.status.code(), Some(4), "{}", stderr(&second));
+    let hint = format!("--instance {}-2", mission.name);
+    assert!(stderr(&second).contains(&hint), "{}", stderr(&second));
+    assert!(!mission.path("out").exists(), "it left a folder");
+
+    first.signal(Signal::INT);
+    assert_eq!(first.code(), 130, "{}", first.log());
+    first.await_log("the same command with --out first resumes the mission");
+}
+
+/// P-DOCTOR-NEXT: advice about an instance names that instance, in every command.
+#[test]
+fn the_doctors_advice_names_the_instance() {
+    let name = format!("advised-{}", std::process::id());
+    let told = answer(&["doctor", "--instance", &name]);
+    for command in ["hopper sim", "hopper run"] {
+        assert!(told.contains(&format!("`{command} --instance {name}`")), "{told}");
+    }
+}
