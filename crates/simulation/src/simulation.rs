@@ -148,6 +148,8 @@ struct Simulation<'a> {
     begun: usize,
     missions: u64,
     power_lost: bool,
+    /// Whether a journal was replaced while peers lived.
+    replaced: bool,
     ended_ns: Option<u64>,
     events: u64,
 }
@@ -172,6 +174,7 @@ impl<'a> Simulation<'a> {
             begun: 0,
             missions: 0,
             power_lost: false,
+            replaced: false,
             ended_ns: None,
             events: 0,
         }
@@ -372,6 +375,10 @@ impl<'a> Simulation<'a> {
             if life.role == Role::HopperSim {
                 let pace = world.setup.pace;
                 world.checker.sim_started(life.incarnation, pace);
+                if self.replaced {
+                    // What peers hold is told anew.
+                    world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
+                }
             }
         }
         self.slots[slot].process = Some(Running { life, work });
@@ -638,6 +645,7 @@ impl<'a> Simulation<'a> {
         world.coverage.count("journal", relation);
         world.note(|| format!("the journal held {} records, and now holds {}", held.len(), kept.len()));
         world.checker.replaced(&kept);
+        self.replaced = true;
         world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
     }
 
