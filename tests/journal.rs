@@ -148,3 +148,34 @@ fn another_missions_folder_is_left_as_it_was() {
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(std::fs::read_to_string(mission.path("scenario.toml")).unwrap(), before);
 }
+
+/// P-LOCKSTEP-MAPS.
+#[test]
+fn a_decision_on_a_wrong_map_is_found_though_the_digest_is_right() {
+    let mission = Mission::new("maps");
+    flown(&mission, "31");
+    mission.assert_as_lockstep("journal");
+    let history = hopper_sim::JournalReader::open(&mission.journal()).unwrap();
+    let mut forged =
+        hopper_sim::Journal::create(&mission.path("forged"), &history.header().clone(), false).unwrap();
+    for record in history.records() {
+        let record = record.unwrap();
+        let observation = record.observation ^ u64::from(record.decision.0 == 5);
+        forged.append(&contract::Record { observation, ..record }).unwrap();
+    }
+    drop(forged);
+    let verify = |words: &[&str]| {
+        let output = mission.hopper(&[&["journal", "verify", "forged"], words].concat()).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    assert_eq!(verify(&[]).0, Some(0), "the chain is sound");
+    let (code, text) = verify(&["--against-lockstep"]);
+    assert!(code == Some(1) && text.contains("decision 5") && text.contains("wrong map"), "{text}");
+    let (code, text) = verify(&["--against-lockstep", "--format", "json"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((code, &answer["difference"]["decision"]), (Some(1), &5.into()), "{text}");
+    let words = ["run", "--lockstep", "--planners-from", "forged", "--out", "again"];
+    let output = mission.hopper(&words).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("wrong map"), "{}", stderr(&output));
+}

@@ -159,7 +159,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Format::Json => serde_json::to_string(&answer).map_err(Failure::run)? + "\n",
         Format::Text => answer.text(),
     })?;
-    Ok(if campaign.failure.is_some() { Exit::Failed } else { Exit::Done })
+    let never = campaign.coverage.never(campaign.seeds).next().is_some();
+    Ok(if campaign.failure.is_some() || never { Exit::Failed } else { Exit::Done })
 }
 
 impl Answer<'_> {
@@ -177,6 +178,11 @@ impl Answer<'_> {
              {wall_s:.1} s on {jobs} {}: {events_per_s:.0} events/s",
             if *jobs == 1 { "thread" } else { "threads" }
         );
+        let never: Vec<String> =
+            coverage.never(*seeds).map(|event| format!("{} {}", event.group, event.name)).collect();
+        if !never.is_empty() {
+            let _ = writeln!(text, "never came up, and should have: {}", never.join(", "));
+        }
         match failure {
             None => {
                 let bound = 3.0 / *seeds as f64;

@@ -44,6 +44,9 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
                 "new_run",
                 "forge",
                 "foreign_build",
+                "lose_tail",
+                "elsewhere",
+                "slow",
             ],
         ),
         ("killed", &["hopper-sim", "perception", "planner", "monitor"]),
@@ -85,6 +88,8 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
     let missing: Vec<_> =
         expected.iter().filter(|(group, name)| campaign.coverage.of(group, name) == 0).collect();
     assert!(missing.is_empty(), "never came up: {missing:?} of {:#?}", campaign.coverage);
+    let never: Vec<_> = campaign.coverage.never(campaign.seeds).collect();
+    assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
 }
 
 /// P-SIMULATED-TWICE.
@@ -116,5 +121,30 @@ fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
     for nonsense in ["5", "5..5", "7..3", "a..b", "-1..3"] {
         let refused = hopper(&["--seeds", nonsense]);
         assert_eq!(refused.status.code(), Some(2), "{nonsense}");
+    }
+}
+
+/// P-SIMULATED-APART: the checker's map and digest are its own.
+#[test]
+fn the_checker_computes_map_and_digest_without_the_products_code() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/simulation/src/");
+    for file in ["checker.rs", "expected.rs", "reservation.rs"] {
+        let source = std::fs::read_to_string(format!("{folder}{file}")).unwrap();
+        for of_the_product in [
+            "perception::",
+            "Observation",
+            "ObservedMap",
+            "Cartographer",
+            "Replica",
+            ".chain(",
+            "genesis",
+            "differences(",
+            "learn(",
+            "reach_cells",
+            "radius_m(",
+            "Timeline",
+        ] {
+            assert!(!source.contains(of_the_product), "{file} uses {of_the_product}");
+        }
     }
 }

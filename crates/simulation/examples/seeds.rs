@@ -3,12 +3,16 @@
 //!
 //! `cargo run --release -p simulation --example seeds -- 0..5000`
 //!
-//! The last line is for programs too: `seed N breaks: PROMISE: DETAIL` with exit code 1, or anything with exit code 0.
+//! The last line is for programs too: `seed N breaks: PROMISE: DETAIL` with exit code 1, or anything with exit code 0; with
+//! exit code 3 no promise was broken, but a rare event never came up that should have.
 
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
+use simulation::Sometimes;
+use simulation::coverage::{Coverage, SOMETIMES};
 use simulation::fault::Plan;
 use simulation::simulate;
 
@@ -22,6 +26,7 @@ fn main() -> ExitCode {
     };
     let traced = std::env::args().nth(2).is_some_and(|word| word == "--trace");
     let (next, failing) = (AtomicU64::new(from), AtomicU64::new(u64::MAX));
+    let coverage = Mutex::new(Coverage::default());
     std::thread::scope(|scope| {
         for _ in 0..THREADS {
             scope.spawn(|| {
@@ -30,7 +35,9 @@ fn main() -> ExitCode {
                     if seed >= to.min(failing.load(Ordering::Relaxed)) {
                         return;
                     }
-                    if simulate(&Plan::of(seed), false).violation.is_some() {
+                    let report = simulate(&Plan::of(seed), false);
+                    coverage.lock().unwrap_or_else(PoisonError::into_inner).add(&report.coverage);
+                    if report.violation.is_some() {
                         failing.fetch_min(seed, Ordering::Relaxed);
                     }
                 }
@@ -39,7 +46,7 @@ fn main() -> ExitCode {
     });
     let seed = failing.into_inner();
     if seed == u64::MAX {
-        return say(0, &format!("{} seeds, no promise was broken", to - from));
+        return conclude(&coverage.into_inner().unwrap_or_else(PoisonError::into_inner), to - from);
     }
     let report = simulate(&Plan::of(seed), traced);
     for line in &report.trace {
@@ -52,6 +59,19 @@ fn main() -> ExitCode {
         );
     };
     say(1, &format!("seed {seed} breaks: {}: {}", violation.rule, violation.detail))
+}
+
+/// Prints how often each rare event came up; exit code 3 if one did not that should have.
+fn conclude(coverage: &Coverage, seeds: u64) -> ExitCode {
+    for Sometimes { group, name, .. } in SOMETIMES {
+        say(0, &format!("{:>9} times {group} {name}", coverage.of(group, name)));
+    }
+    let never: Vec<String> =
+        coverage.never(seeds).map(|event| format!("{} {}", event.group, event.name)).collect();
+    if never.is_empty() {
+        return say(0, &format!("{seeds} seeds, no promise was broken"));
+    }
+    say(3, &format!("{seeds} seeds, no promise was broken, but this never came up: {}", never.join(", ")))
 }
 
 fn say(exit: u8, text: &str) -> ExitCode {

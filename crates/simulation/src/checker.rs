@@ -7,19 +7,20 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::peer_table::SILENCE_NS;
 use contract::{
-    Action, Branch, Cell, Command, Control, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage,
-    MapPatch, MonotonicNs, Name, Order, Pace, PastPage, Pose, Record, Role, RunId, SeenCell, State, Status,
-    Term, Vetoed,
+    Action, Branch, Cell, Command, Control, Decision, Digest, Ground, Heartbeat, Incarnation, Leader,
+    MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, Role, RunId,
+    SeenCell, State, Status, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
-use hopper_sim::{Arbiter, Mission, ROBOT};
-use perception::Observation;
+use hopper_sim::{Arbiter, Mission};
 use planner::Situation;
 use planner::pilot::DEATH_SILENCE_NS;
 use report::Tally;
 use serde::Serialize;
 
+use crate::expected::{Expected, first_digest, next_digest};
 use crate::life::Life;
+use crate::reservation::{Reservations, Standing};
 use crate::setup::{self, Setup};
 
 /// A promise that did not hold.
@@ -47,6 +48,10 @@ struct Pacing {
     landings: u64,
     /// The last decision whose state was published by this life of hopper-sim.
     published: Option<Decision>,
+    /// That decision with its landing.
+    landed: Option<(Decision, MonotonicNs)>,
+    /// When that state was first published.
+    told: MonotonicNs,
 }
 
 /// Sees everything.
@@ -58,7 +63,11 @@ pub struct Checker {
     /// Who led in each term of the run.
     terms: BTreeMap<Term, Incarnation>,
     sent: BTreeSet<Sent>,
-    observation: Observation,
+    expected: Expected,
+    /// The cells and treasures that the map of each state holds.
+    contents: BTreeMap<Digest, (Vec<Option<Ground>>, Vec<Cell>)>,
+    /// Records that the journal held once: after the digest of each, what a reader may still take for true.
+    lost: BTreeMap<Digest, (Decision, Pose, u64)>,
     /// Cells that some pose so far could see.
     visible: Vec<bool>,
     /// Fingerprint of the map that belongs to each state.
@@ -75,8 +84,9 @@ pub struct Checker {
     foreign: BTreeSet<Incarnation>,
     /// Which life has received a heartbeat of which life of another build.
     recognised: BTreeSet<(Incarnation, Incarnation)>,
-    /// Commands that a life of another build sent before hopper-sim had received a heartbeat of it.
-    unrecognised: BTreeSet<Sent>,
+    reservations: Reservations,
+    /// The last policy that hopper-sim has received.
+    policy: Option<(RunId, Name, Decision)>,
     /// The present life of hopper-sim.
     sim: Incarnation,
     pacing: Pacing,
@@ -94,18 +104,23 @@ impl Checker {
             steps: 0,
             landings: 0,
             published: None,
+            landed: None,
+            told: MonotonicNs(0),
         };
         Self::of(&setup.mission, pacing)
     }
 
     fn of(mission: &Mission, pacing: Pacing) -> Self {
-        let opening = *Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(0)).state();
+        let start = *Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(0)).state();
+        let opening = State { digest: first_digest(&mission.brief, mission.seed), ..start };
         let mut checker = Self {
             opening,
             records: Vec::new(),
             terms: BTreeMap::new(),
             sent: BTreeSet::new(),
-            observation: Observation::unseen(&mission.brief, ROBOT),
+            expected: Expected::unseen(&mission.brief),
+            contents: BTreeMap::new(),
+            lost: BTreeMap::new(),
             visible: vec![false; mission.brief.grid.cells()],
             prints: BTreeMap::new(),
             maps: BTreeSet::new(),
@@ -114,7 +129,8 @@ impl Checker {
             handed_over: BTreeSet::new(),
             foreign: BTreeSet::new(),
             recognised: BTreeSet::new(),
-            unrecognised: BTreeSet::new(),
+            reservations: Reservations::default(),
+            policy: None,
             sim: Incarnation(0),
             pacing,
             violation: None,
@@ -131,11 +147,12 @@ impl Checker {
         self.sent = old.sent;
         self.prints.extend(old.prints);
         self.maps.extend(old.maps);
+        self.contents.extend(old.contents);
         self.heard = old.heard;
         self.handed_over = old.handed_over;
         self.foreign = old.foreign;
         self.recognised = old.recognised;
-        self.unrecognised = old.unrecognised;
+        self.reservations = old.reservations;
         self.sim = old.sim;
         self.violation = old.violation;
     }
@@ -197,18 +214,13 @@ impl Checker {
     /// A pose was taken up: more can be seen.
     fn see(&mut self, pose: Pose, decision: Decision, digest: Digest) {
         let Mission { brief, terrain, .. } = &self.mission;
-        let sensor = &brief.sensor;
-        let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
-            .max(sensor.radius_min_m)
-            .min(sensor.radius_max_m);
-        if brief.grid.contains(pose.cell) {
-            for (index, cell) in brief.grid.iter().enumerate() {
-                self.visible[index] |=
-                    cell.distance_cells(pose.cell) * brief.grid.cell_size_m <= radius_m * (1.0 + 1e-12);
-            }
+        self.expected.land(brief, terrain, pose);
+        for (index, visible) in self.visible.iter_mut().enumerate() {
+            *visible |= self.expected.is_seen(index);
         }
-        self.observation.fold(brief, terrain, pose, decision);
-        let print = self.observation.map().observation();
+        let print = self.expected.fingerprint();
+        let (cells, treasures) = (self.expected.cells().to_vec(), self.expected.treasures().to_vec());
+        self.contents.insert(digest, (cells, treasures));
         self.prints.insert(digest, print);
         self.maps.insert((brief.run, decision, print));
     }
@@ -224,7 +236,7 @@ impl Checker {
             format!("decision {due} was committed after {}", before.status)
         });
         let previous = self.digest();
-        let chained = record.previous == previous && record.digest == previous.chain(record);
+        let chained = record.previous == previous && record.digest == next_digest(previous, record);
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = execute(&self.mission, &before, record.action);
@@ -256,23 +268,36 @@ impl Checker {
     pub(crate) fn executed(&mut self, record: &Record) {
         let leader = record.leader.incarnation;
         // The fallback leaves the command with whom it was.
-        let refused = !record.origin.is_fallback()
-            && self.foreign.contains(&leader)
-            && !self.unrecognised.contains(&signature(record, self.mission.brief.run));
+        let refused = !record.origin.is_fallback() && self.foreign.contains(&leader);
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
+        if record.origin == Origin::Policy {
+            // The decision after that which reached the last goal.
+            let visits = self.records.last().map_or(0, |last| last.visits);
+            let leg_began = self.records.iter().position(|record| record.visits == visits);
+            let leg_began = if visits == 0 { 0 } else { leg_began.map_or(0, |index| index as u64 + 1) };
+            let policy = self.policy;
+            let run = self.mission.brief.run;
+            let leads_here = policy.is_some_and(|(of, planner, decision)| {
+                of == run && planner == record.leader.planner && decision.0 >= leg_began
+            });
+            self.require(leads_here, "the fallback follows a policy for the goal in force", || {
+                format!("decision {} followed {policy:?}; its leg began at {leg_began}", record.decision)
+            });
+        }
     }
 
     /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
     /// map alone: what anybody could know who has seen what the hopper has.
     fn hazard(&self, from: Cell, action: Action) -> f64 {
-        let (brief, map) = (&self.mission.brief, self.observation.map());
-        let (Action::Hop(direction), Some(ground)) = (action, map.ground(from)) else { return 0.0 };
+        let brief = &self.mission.brief;
+        let known = |cell: Cell| self.expected.cells()[brief.grid.index(cell)?].as_ref();
+        let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
         let scatter = motion::transition(&brief.motion, ground, direction);
         let ruins = |branch: &Branch| {
             let to = motion::landing(&brief.grid, from, direction, *branch);
-            !brief.grid.contains(to) || map.ground(to).is_some_and(|ground| !ground.passable)
+            !brief.grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
         };
         Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
     }
@@ -353,8 +378,32 @@ impl Checker {
         }
     }
 
-    /// hopper-sim publishes a state.
-    pub fn published(&mut self, state: &State) {
+    /// The journal was replaced by one that holds `records`: an earlier state of itself, perhaps flown on elsewhere. What
+    /// was told of the hops that are gone may still be heard.
+    pub(crate) fn replaced(&mut self, records: &[Record]) {
+        let run = self.mission.brief.run;
+        let (visible, mut lost) = (self.visible.clone(), std::mem::take(&mut self.lost));
+        lost.extend(
+            self.records
+                .iter()
+                .map(|record| (record.digest, (record.decision.next(), record.pose, record.steps))),
+        );
+        self.sent.extend(records.iter().map(|record| signature(record, run)));
+        let mission = self.mission.clone();
+        self.begin(&mission);
+        records.iter().for_each(|record| self.committed(record));
+        self.lost = lost;
+        for (index, was_visible) in visible.into_iter().enumerate() {
+            self.visible[index] |= was_visible;
+        }
+    }
+
+    /// hopper-sim publishes a state at `now`.
+    pub fn published(&mut self, state: &State, now: MonotonicNs) {
+        self.require(state.landed <= now, "no state is published before its landing", || {
+            format!("state {} was published {} ns before", state.decision, state.landed.since_ns(now))
+        });
+        self.spaced(state);
         let Some(held) = self.state_at(state.decision).filter(|held| held.run == state.run) else {
             return self.violate("nothing is published that the journal does not hold", || {
                 format!("state {} of run {}", state.decision, state.run)
@@ -383,10 +432,29 @@ impl Checker {
         self.landed(state);
     }
 
+    /// Landings follow each other no faster than the pace, where no order changes it.
+    fn spaced(&mut self, state: &State) {
+        let Pacing { control, landed, .. } = self.pacing;
+        if self.records.len() as u64 > state.decision.0 {
+            // What is told again while the next hop is in the air has landed before.
+            return;
+        }
+        let Some((decision, last)) = self.pacing.landed.replace((state.decision, state.landed)) else {
+            return;
+        };
+        let (false, Some(Pace::Hertz(hertz))) = (control, self.pacing.paces.first().copied()) else { return };
+        let period_ns = (1e9 / hertz) as u64 - 1;
+        let apart_ns = state.landed.since_ns(last);
+        self.require(state.decision == decision || apart_ns >= period_ns, "landings keep the pace", || {
+            format!("state {} landed {apart_ns} ns after {landed:?} at {hertz} Hz", state.decision)
+        });
+    }
+
     /// Landings wait while hopper-sim is paused.
     fn landed(&mut self, state: &State) {
         let pacing = &mut self.pacing;
         let last = pacing.published.replace(state.decision);
+        pacing.told = state.published;
         if pacing.paused && last.is_some_and(|last| state.decision > last) {
             pacing.landings += 1;
         }
@@ -400,8 +468,18 @@ impl Checker {
     pub(crate) fn sim_started(&mut self, incarnation: Incarnation, pace: Pace) {
         self.sim = incarnation;
         let control = self.pacing.control;
-        let (paused, steps, landings, published) = (false, 0, 0, None);
-        self.pacing = Pacing { control, paces: vec![pace], paused, steps, landings, published };
+        self.reservations = Reservations::default();
+        self.policy = None;
+        self.pacing = Pacing {
+            control,
+            paces: vec![pace],
+            paused: false,
+            steps: 0,
+            landings: 0,
+            published: None,
+            landed: None,
+            told: MonotonicNs(0),
+        };
     }
 
     /// A process of another build begins to live.
@@ -459,13 +537,13 @@ impl Checker {
     pub(crate) fn recorded(
         &mut self,
         monitor: Incarnation,
-        decisions: &BTreeSet<Decision>,
+        recorded: &BTreeSet<(Decision, Digest)>,
         now: MonotonicNs,
     ) {
         let asked =
             self.heard.get(&(monitor, self.sim)).is_some_and(|&(_, at)| now.since_ns(at) < SILENCE_NS);
-        let missing =
-            (0..self.records.len() as u64).map(Decision).find(|decision| !decisions.contains(decision));
+        let is_missing = |record: &&Record| !recorded.contains(&(record.decision, record.digest));
+        let missing = self.records.iter().find(is_missing).map(|record| record.decision);
         let held = self.records.len();
         self.require(
             !asked || missing.is_none(),
@@ -478,7 +556,9 @@ impl Checker {
     pub fn served(&mut self, page: &PastPage) {
         let from = page.from.0 as usize;
         let held = self.records.get(from..from + page.records.len());
-        let right = page.run == self.mission.brief.run && held == Some(&page.records[..]);
+        // Whoever was told of a journal that is gone asks beyond the end of this one.
+        let is_beyond = page.records.is_empty() && from >= self.records.len();
+        let right = page.run == self.mission.brief.run && (is_beyond || held == Some(&page.records[..]));
         self.require(right, "nothing is published that the journal does not hold", || {
             format!("the past from decision {from} is not that of the journal")
         });
@@ -510,8 +590,9 @@ impl Checker {
         }
         let grid = self.mission.brief.grid;
         let treasures = treasures.iter().filter_map(|cell| grid.index(*cell));
-        let mut told = cells.iter().map(|cell| cell.index as usize).chain(treasures);
-        let unseen = told.find(|&index| !self.visible[index]);
+        let mut told: Vec<usize> = cells.iter().map(|cell| cell.index as usize).collect();
+        told.extend(treasures);
+        let unseen = told.into_iter().find(|&index| !self.visible[index]);
         self.require(unseen.is_none(), "the planner never knows an unseen cell", || {
             format!("cell {unseen:?} is on the map through decision {through}")
         });
@@ -533,6 +614,65 @@ impl Checker {
         self.require(covered, "nobody decides before the map covers the decision", || {
             format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
         });
+        let is_right = self.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
+            cells == situation.map.cells() && treasures == situation.map.treasures()
+        });
+        self.require(is_right, "every plan is made on the map of its own past", || {
+            format!("at decision {} a cell or a treasure of the map is another", state.decision)
+        });
+    }
+
+    /// hopper-sim receives a command, and judges it before anything else happens.
+    pub(crate) fn judged(&mut self, command: &Command, now: MonotonicNs) {
+        let Some(due) = self.pacing.published.or(Some(Decision(self.records.len() as u64))) else { return };
+        if self.recognised.contains(&(self.sim, command.incarnation)) {
+            return;
+        }
+        let is_known = self.heard.contains_key(&(self.sim, command.incarnation));
+        let in_the_air = self.records.len() as u64 > due.0;
+        let before = self.state_at(due).map_or(Status::Underway, |state| state.status);
+        let at = Standing {
+            due,
+            in_the_air,
+            is_over: before.is_over(),
+            leader: self.leader(),
+            published: self.pacing.told,
+        };
+        self.reservations.judge(&self.mission.brief, command, is_known, &at, now);
+    }
+
+    /// A turn of hopper-sim ends, after `yielded` refusals in favour of a takeover in its life.
+    pub(crate) fn yielded(&mut self, yielded: u64) {
+        let need = self.reservations;
+        self.require(
+            need.unsure || need.yielded == yielded,
+            "a decision is kept for a late takeover, and no other",
+            || format!("{yielded} commands were refused in favour of a takeover, {} had to be", need.yielded),
+        );
+    }
+
+    /// hopper-sim could not write down what it had accepted.
+    pub(crate) fn append_failed(&mut self) {
+        self.reservations.unsure = true;
+    }
+
+    /// What decisions were kept for in this life of hopper-sim.
+    pub(crate) fn reservations(&self) -> Reservations {
+        self.reservations
+    }
+
+    /// hopper-sim receives a policy.
+    pub(crate) fn advised(&mut self, policy: &Policy) {
+        // One that does not fit is not kept.
+        let due = self.pacing.published.unwrap_or(Decision(self.records.len() as u64));
+        if policy.run == self.mission.brief.run && policy.decision <= due.next() {
+            self.policy = Some((policy.run, policy.planner, policy.decision));
+        }
+    }
+
+    /// The number of cells in view from each pose.
+    pub(crate) fn disc_cells(&self) -> &[usize] {
+        &self.expected.disc_cells
     }
 
     /// A planner sends a command, knowing `leader` as the one in command. Says what it takes over for, if
@@ -542,17 +682,18 @@ impl Checker {
         command: &Command,
         life: &Life,
         leader: Leader,
+        leader_is_gone: bool,
         now: MonotonicNs,
     ) -> Option<&'static str> {
         let Command { run, incarnation, decision, term, action, .. } = *command;
         self.sent.insert((run, incarnation, decision, term, action.code()));
-        if !self.recognised.contains(&(self.sim, incarnation)) {
-            self.unrecognised.insert((run, incarnation, decision, term, action.code()));
-        }
         if leader.incarnation == incarnation && term == leader.term {
             return None;
         }
-        let silent_since = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
+        let heard = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
+        // Silence counts only while somebody listens, and from when it knows who leads.
+        let silent_since = heard.max(life.leader_seen.get().1.0).max(life.listening_since.get().0);
+        let limit_ns = if leader_is_gone { DEATH_SILENCE_NS } else { SILENCE_NS };
         // What it asks for may be what it got, and has not heard of yet.
         let led = run == self.mission.brief.run
             && self.commanders.contains(&incarnation)
@@ -564,7 +705,7 @@ impl Checker {
             Some("order")
         } else if life.succeeds_pid == Some(leader.pid) {
             Some("succession")
-        } else if now.0.saturating_sub(silent_since) > DEATH_SILENCE_NS {
+        } else if now.0.saturating_sub(silent_since) > limit_ns {
             Some("silence")
         } else {
             None
@@ -591,13 +732,19 @@ impl Checker {
     }
 
     /// The watcher has taken account of everything up to `tally`.
-    pub fn watched(&mut self, tally: &Tally, run: RunId) {
+    pub fn watched(&mut self, tally: &Tally, run: RunId, is_final: bool) {
         if run != self.mission.brief.run || self.violation.is_some() {
             return;
         }
         let due = tally.due();
         let need = self.state_at(due).map(|state| (state.digest, state.pose, state.steps));
         let got = tally.last.map(|last| (last.digest, last.pose, last.steps));
+        // Who has not heard yet that the journal was replaced holds what it held before.
+        let is_lost =
+            tally.last.is_some_and(|last| self.lost.get(&last.digest) == Some(&(due, last.pose, last.steps)));
+        if is_lost && !is_final {
+            return;
+        }
         let route = &tally.route;
         let whole = route.hops() + route.held == due.0 && (due == Decision(0) || need == got);
         self.require(whole, "the monitor knows what the journal holds", || {

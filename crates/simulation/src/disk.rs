@@ -47,6 +47,14 @@ impl Disk {
         platter.durable = 0;
     }
 
+    /// Holds what `other` holds, durably: a backup is restored.
+    pub(crate) fn restore(&self, other: &Disk) {
+        let bytes = other.0.borrow().bytes.clone();
+        let mut platter = self.0.borrow_mut();
+        platter.durable = bytes.len();
+        platter.bytes = bytes;
+    }
+
     /// Fills up: `room` more bytes can be written; if `stubborn`, none can be cut off either.
     pub fn fill(&self, room: u64, stubborn: bool) {
         let mut platter = self.0.borrow_mut();

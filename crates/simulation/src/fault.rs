@@ -149,6 +149,33 @@ pub enum Kind {
         /// Until it starts, nanoseconds.
         restart_ns: u64,
     },
+    /// hopper-sim is killed, and its journal loses its last records; all others live on.
+    LoseTail {
+        /// How many.
+        records: u64,
+        /// Until a supervisor starts it again, nanoseconds.
+        restart_ns: u64,
+    },
+    /// hopper-sim is killed, its journal restored to an earlier decision and flown on elsewhere; all others live on.
+    Elsewhere {
+        /// How many records are lost.
+        records: u64,
+        /// Who commands elsewhere.
+        planner: Name,
+        /// How many decisions are executed there at most.
+        hops: u64,
+        /// Until hopper-sim is started again here, nanoseconds.
+        restart_ns: u64,
+    },
+    /// The next plans of a planner take long.
+    Slow {
+        /// Whose.
+        victim: Victim,
+        /// How many.
+        plans: u64,
+        /// For how long, nanoseconds.
+        ns: u64,
+    },
     /// A planner of another build comes, and means to take over.
     ForeignBuild {
         /// Its algorithm.
@@ -228,6 +255,9 @@ impl Plan {
         let mut chance = Chance::new(seed, "faults");
         let count = chance.between(1, FAULTS_MAX);
         let mut faults: Vec<Fault> = (0..count).map(|_| fault(&mut chance)).collect();
+        let mut follow = Chance::new(seed, "follow");
+        let after: Vec<Fault> = faults.iter().filter_map(|fault| follow_up(&mut follow, fault)).collect();
+        faults.extend(after);
         faults.sort_by_key(|fault| fault.decision);
         Self { seed, faults }
     }
@@ -249,6 +279,19 @@ fn fault(chance: &mut Chance) -> Fault {
     Fault { decision: chance.below(DECISIONS), after_ns, kind: kind(chance) }
 }
 
+/// What follows a fault now and then: two that matter together hardly ever meet by chance.
+fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
+    match fault.kind {
+        // A record that is on the disk, but not durable, is told again by the next life; then the power goes.
+        Kind::Tear { restart_ns, .. } if chance.one_in(2) => Some(Fault {
+            decision: fault.decision,
+            after_ns: fault.after_ns + restart_ns + chance.duration_ns(MS, 30 * MS),
+            kind: Kind::PowerLoss { thousandths: 0, restart_ns: chance.duration_ns(MS, 100 * MS) },
+        }),
+        _ => None,
+    }
+}
+
 fn kind(chance: &mut Chance) -> Kind {
     let topic = chance.pick(&Topic::all());
     let messages = chance.between(1, 12);
@@ -264,7 +307,7 @@ fn kind(chance: &mut Chance) -> Kind {
         Victim::Leader,
         Victim::Rival,
     ]);
-    match chance.below(33) {
+    match chance.below(39) {
         0..4 => Kind::Lose { topic, messages },
         4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
         6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
@@ -273,7 +316,7 @@ fn kind(chance: &mut Chance) -> Kind {
         14..17 => Kind::KillAt { point, restart_ns },
         17..19 => Kind::Stop { victim, ns },
         19..21 => Kind::StopAt { point, ns },
-        21 => Kind::Tear { thousandths: chance.between(0, 1000), restart_ns },
+        21 => Kind::Tear { thousandths: chance.between(0, 1250).min(1000), restart_ns },
         22 => Kind::Full { room: chance.below(600), stubborn: chance.one_in(2), ns },
         23..27 => Kind::Rival {
             planner: setup::algorithm(chance),
@@ -284,6 +327,18 @@ fn kind(chance: &mut Chance) -> Kind {
         28 => Kind::PowerLoss { thousandths: chance.between(0, 1000), restart_ns },
         29 => Kind::NewRun { restart_ns },
         30 => Kind::ForeignBuild { planner: setup::algorithm(chance) },
+        33 | 34 => Kind::LoseTail { records: chance.between(1, 6), restart_ns },
+        35 | 36 => Kind::Elsewhere {
+            records: chance.between(1, 6),
+            planner: setup::algorithm(chance),
+            hops: chance.between(1, 8),
+            restart_ns,
+        },
+        37 | 38 => Kind::Slow {
+            victim: chance.pick(&[Victim::Leader, Victim::Rival]),
+            plans: chance.between(1, 3),
+            ns: chance.between(300 * MS, 1800 * MS),
+        },
         _ => Kind::Forge { forgery: chance.pick(&Forgery::ALL) },
     }
 }
@@ -309,6 +364,9 @@ impl Kind {
             Kind::NewRun { .. } => "new_run",
             Kind::Forge { .. } => "forge",
             Kind::ForeignBuild { .. } => "foreign_build",
+            Kind::LoseTail { .. } => "lose_tail",
+            Kind::Elsewhere { .. } => "elsewhere",
+            Kind::Slow { .. } => "slow",
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use contract::{Command, Decision, Incarnation, Leader, MapPatch, Name, Role, RunId, State};
+use contract::{Command, Decision, Incarnation, Leader, MapPatch, MonotonicNs, Name, Role, RunId, State};
 
 use crate::observed::Seen;
 use crate::topic::Topic;
@@ -31,8 +31,6 @@ pub(crate) struct Life {
     pub stopped_until: Cell<Option<u64>>,
     /// Set by a fault that kills it where it is: until it is started again, nanoseconds.
     pub dies: Cell<Option<u64>>,
-    /// Of a planner: who commanded at the decision it planned last.
-    pub known_leader: Cell<(RunId, Decision, Leader)>,
     /// Of a planner: what it was last given to plan for.
     pub situation: Seen,
     /// Of a monitor that records: the recording so far.
@@ -43,6 +41,20 @@ pub(crate) struct Life {
     pub map_whole: Cell<Option<RunId>>,
     /// Of a planner: whether a patch reached it late, twice, out of order or not at all, or a landing was in no patch.
     pub map_disturbed: Cell<bool>,
+    /// When that was last the case, since the simulation began, nanoseconds.
+    pub disturbed_ns: Cell<u64>,
+    /// Of a planner that asks for the map: the pass over its pages, from the first to the last.
+    pub pass: Cell<Pass>,
+    /// Of a planner: the state it knows, as (run, decision, published), and who leads there since when.
+    pub state_seen: Cell<Option<(RunId, Decision, MonotonicNs)>>,
+    pub leader_seen: Cell<(Leader, MonotonicNs)>,
+    /// Since when it has listened without a break, and when it began its last turn.
+    pub listening_since: Cell<MonotonicNs>,
+    pub turned_at: Cell<MonotonicNs>,
+    /// Of a planner: plans that take longer than usual, and how long, nanoseconds.
+    pub slow: Cell<(u64, u64)>,
+    /// Of a process that stays: the runs it has seen the state of.
+    pub runs: RefCell<Vec<RunId>>,
     /// When the message came that ends the present sleep.
     pub message_since: Cell<Option<u64>>,
     /// Sleeps during which a message came that the process waits for, and how many of them went on.
@@ -51,7 +63,28 @@ pub(crate) struct Life {
     pub commands: Cell<(u64, u64)>,
 }
 
+/// How far a planner has come over the pages of the map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Pass {
+    /// It has no page, or has begun again.
+    #[default]
+    None,
+    /// It has received pages, but not the last; whether nothing was disturbed shortly before or since.
+    Under { is_clean: bool },
+    /// It has received the last page.
+    Over,
+}
+
 impl Life {
+    /// A message about the map was or may have been lost, repeated or late.
+    pub fn disturb_map(&self, now_ns: u64) {
+        self.map_disturbed.set(true);
+        self.disturbed_ns.set(now_ns);
+        if let Pass::Under { .. } = self.pass.get() {
+            self.pass.set(Pass::Under { is_clean: false });
+        }
+    }
+
     /// Whether a message of `topic` is to wake this process: the pipeline from state to map to command.
     pub fn waits_for(&self, topic: Topic) -> bool {
         match self.role {

@@ -8,15 +8,15 @@ use std::sync::PoisonError;
 use std::task::Poll;
 
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message,
-    MonotonicNs, Name, Order, Pacing, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State,
-    TruthPage, TruthRequest,
+    Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message, MonotonicNs,
+    Name, Order, Pacing, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State, TruthPage,
+    TruthRequest,
 };
 use hopper_sim::crash;
 use planner::Situation;
 use process::{Failure, Ports};
 
-use crate::life::Life;
+use crate::life::{Life, Pass};
 use crate::recorded::decisions_recorded;
 use crate::topic::{Answered, Asked, Topic};
 use crate::world::{Event, MS, ProcessFault, Queue, Shared, World};
@@ -169,6 +169,7 @@ impl Ports for SimulatedPorts {
             let torn = world.disk.take_torn().then_some(world.torn_restart_ns);
             if point == crash::APPEND_FAILED && torn.is_none() {
                 world.coverage.count("journal", "append_failed");
+                world.checker.append_failed();
             }
             (torn, world.pass(point))
         };
@@ -203,7 +204,11 @@ impl Ports for SimulatedPorts {
                 world.plans(&self.life, &Situation { brief: &brief, map: &map, state: &state });
             }
             let slow = world.chance.one_in(60);
-            let ns = if slow {
+            let (plans, slow_ns) = self.life.slow.get();
+            self.life.slow.set((plans.saturating_sub(1), slow_ns));
+            let ns = if plans > 0 {
+                slow_ns
+            } else if slow {
                 world.chance.duration_ns(MS, 1500 * MS)
             } else {
                 world.chance.between(10_000, 900_000)
@@ -266,6 +271,12 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
                 // An answer to a request that was given up is not received.
                 Ok(answer) if self.waits && answer.number == self.asked => {
                     self.waits = false;
+                    let response = &answer.response as &dyn Any;
+                    if let Some(page) = response.downcast_ref::<MapPage>()
+                        && self.ports.life.role == Role::Planner
+                    {
+                        self.ports.world.borrow_mut().paged(&self.ports.life, page);
+                    }
                     return Some(Ok(answer.response));
                 }
                 Ok(_) => {}
@@ -312,7 +323,7 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
 /// Shortens a page: a real one holds the whole of these small worlds, and what takes one page tests nothing.
 fn shorten<R: 'static>(response: &mut R, world: &World) {
     let records = world.setup.page_records;
-    let cells = 8 * records;
+    let cells = world.setup.page_cells;
     let response = response as &mut dyn Any;
     if let Some(page) = response.downcast_mut::<PastPage>() {
         page.records.truncate(records);
@@ -355,7 +366,8 @@ impl World {
         let message = message as &dyn Any;
         let now = self.monotonic();
         if let Some(state) = message.downcast_ref::<State>() {
-            self.checker.published(state);
+            self.checker.published(state, now);
+            self.count_state(state);
             self.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
         } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
             self.checker.mapped(patch);
@@ -363,7 +375,7 @@ impl World {
             let follows = self.patched.is_none_or(|last| (last..=last + 1).contains(&patch.sequence));
             self.patched = Some(patch.sequence);
             if !follows {
-                self.lives.iter().for_each(|life| life.map_disturbed.set(true));
+                self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
             }
             self.coverage.count("map", if patch.more > 0 { "part" } else { "landing" });
             self.note(|| {
@@ -400,10 +412,20 @@ impl World {
     }
 
     fn sent(&mut self, life: &Life, command: &Command, now: MonotonicNs) {
-        let (run, decision, leader) = life.known_leader.get();
-        let leader =
-            if (run, decision) == (command.run, command.decision) { leader } else { Default::default() };
-        if let Some(cause) = self.checker.sent(command, life, leader, now) {
+        let known = life.state_seen.get().map(|(run, decision, _)| (run, decision));
+        let is_known = known == Some((command.run, command.decision));
+        // Of several states that came at once the last counts, which need not be the newest: a command for the decision
+        // before is refused as one that is repeated.
+        let is_behind = known.is_some_and(|(run, due)| run == command.run && command.decision < due);
+        let itself =
+            contract::Leader { term: command.term, incarnation: command.incarnation, ..Default::default() };
+        let leader = match (is_known, is_behind) {
+            (true, _) => life.leader_seen.get().0,
+            (false, true) => itself,
+            (false, false) => contract::Leader::default(),
+        };
+        let leader_lives = self.lives.iter().any(|life| life.pid == leader.pid);
+        if let Some(cause) = self.checker.sent(command, life, leader, life.blind || !leader_lives, now) {
             self.coverage.count("takeover_asked", cause);
         }
         self.note(|| {
@@ -419,9 +441,22 @@ impl World {
     fn received<M: Message>(&mut self, life: &Life, message: &M) {
         let message = message as &dyn Any;
         let now = self.monotonic();
-        if message.is::<Command>() && life.role == Role::HopperSim {
+        if let Some(command) = message.downcast_ref::<Command>()
+            && life.role == Role::HopperSim
+        {
             let (received, executed) = life.commands.get();
             life.commands.set((received + 1, executed));
+            self.checker.judged(command, now);
+        } else if let Some(policy) = message.downcast_ref::<Policy>()
+            && life.role == Role::HopperSim
+        {
+            self.checker.advised(policy);
+        } else if let Some(state) = message.downcast_ref::<State>() {
+            self.knows(life, state, now);
+        } else if message.is::<MapPatch>() && life.role == Role::Planner {
+            if let Pass::Under { .. } = life.pass.get() {
+                self.coverage.count("map", "patch_between_pages");
+            }
         } else if let Some(beat) = message.downcast_ref::<Heartbeat>() {
             if beat.incarnation != life.incarnation {
                 self.checker.heard(life, beat, now);
@@ -443,8 +478,69 @@ impl World {
         }
     }
 
+    /// What a process knows of the mission from now on.
+    fn knows(&mut self, life: &Life, state: &State, now: contract::MonotonicNs) {
+        let known = life.state_seen.get().filter(|(run, ..)| *run == state.run);
+        let is_old = known.is_some_and(|(_, decision, published)| {
+            state.decision < decision && state.published <= published
+        });
+        if is_old {
+            return;
+        }
+        life.state_seen.set(Some((state.run, state.decision, state.published)));
+        if life.leader_seen.get().0 != state.leader || known.is_none() {
+            life.leader_seen.set((state.leader, now));
+        }
+        let mut runs = life.runs.borrow_mut();
+        if !runs.contains(&state.run) {
+            runs.push(state.run);
+            if runs.len() > 1 {
+                self.coverage.count("stayed", life.role.as_str());
+            }
+        }
+    }
+
+    /// Rare events that a published state shows.
+    fn count_state(&mut self, state: &State) {
+        if let [.., before, last] = self.checker.disc_cells()
+            && before != last
+            && state.decision.0 > 0
+        {
+            self.coverage.count("map", "discs_differ");
+        }
+    }
+
+    /// A planner receives a page of the map.
+    fn paged(&mut self, life: &Life, page: &MapPage) {
+        // What was disturbed may be under way for half a second, and lie unread for another half.
+        const UNDISTURBED_NS: u64 = 1_100 * MS;
+        let awake_ns = self.monotonic().since_ns(life.listening_since.get());
+        let quiet = self.time_ns > life.disturbed_ns.get() + UNDISTURBED_NS && awake_ns > UNDISTURBED_NS;
+        let is_clean = match life.pass.get() {
+            Pass::Under { is_clean } => is_clean && page.from > 0,
+            Pass::None | Pass::Over => quiet && page.from == 0,
+        };
+        if (page.next as usize) < page.grid.cells() {
+            return life.pass.set(Pass::Under { is_clean: is_clean || quiet && page.from == 0 });
+        }
+        life.pass.set(Pass::Over);
+        self.coverage.count("map", if is_clean { "pass_undisturbed" } else { "pass_disturbed" });
+        if is_clean {
+            // The map is whole now, whatever was disturbed before: nothing may be asked for any more.
+            life.map_whole.set(Some(page.run));
+            life.map_disturbed.set(false);
+        }
+    }
+
     /// The checker looks at what is asked.
     fn asked<Q: 'static>(&mut self, life: &Life, request: &Q) {
+        if let Some(request) = (request as &dyn Any).downcast_ref::<MapRequest>()
+            && life.role == Role::Planner
+            && request.from == 0
+            && life.pass.replace(Pass::None) == Pass::Over
+        {
+            self.coverage.count("map", "asked_again");
+        }
         if let Some(request) = (request as &dyn Any).downcast_ref::<MapRequest>()
             && life.role == Role::Planner
             && life.map_whole.get() == Some(request.run)
@@ -476,14 +572,6 @@ impl World {
     pub fn plans(&mut self, life: &Life, situation: &Situation<'_>) {
         self.checker.plans(situation);
         let state = situation.state;
-        life.known_leader.set((state.run, state.decision, state.leader));
         life.map_whole.set(Some(state.run));
     }
 }
-
-/// What a life knows before it has planned.
-pub(crate) const NOTHING_KNOWN: (contract::RunId, Decision, contract::Leader) = (
-    contract::RunId(0),
-    Decision(u64::MAX),
-    contract::Leader { term: contract::Term(0), incarnation: Incarnation(0), pid: 0, planner: Name::NONE },
-);

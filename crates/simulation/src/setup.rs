@@ -36,6 +36,8 @@ pub struct Setup {
     pub sync: bool,
     /// Records in a page of the past: small ones make many pages of a short mission.
     pub page_records: usize,
+    /// Cells in a page of the map: small ones make many pages, between which the map grows.
+    pub page_cells: usize,
     /// Whether peers stay for the next mission.
     pub stay: bool,
     /// Reads on CLOCK_MONOTONIC when it begins, nanoseconds.
@@ -68,6 +70,7 @@ impl Setup {
             records: watch.one_in(4),
             sync: chance.one_in(2),
             page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
+            page_cells: watch.pick(&[2, 4, 8, 16, 512]),
             stay: chance.one_in(2),
             uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
             patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
@@ -105,7 +108,7 @@ pub fn mission(seed: u64, number: u64) -> Mission {
         Cell::new(along(chance, grid.width), along(chance, grid.height))
     };
     let (start, goal) = (corner(&mut chance, false), corner(&mut chance, true));
-    let heights: Vec<f64> = grid.iter().map(|_| 0.4 * chance.unit() - 0.1).collect();
+    let heights = heights(&mut Chance::new(seed ^ number.rotate_left(32), "heights"), grid);
     let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, [start, goal])).collect();
     let treasures =
         grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
@@ -129,9 +132,24 @@ pub fn mission(seed: u64, number: u64) -> Mission {
     } else {
         contract::GradientSource::Measured
     };
-    brief.sensor.gain = 1.0;
+    // Radii of 1 to 4 m, so that discs differ from landing to landing.
+    (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[2.0, 2.5]), 0.4);
+    (brief.sensor.radius_min_m, brief.sensor.radius_max_m) = (1.0, 4.0);
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
     Mission { brief, terrain: Terrain { grid, cells, treasures }, seed: chance.bits() }
+}
+
+/// Heights over a range of at least one metre: a slope across the map, and roughness.
+fn heights(chance: &mut Chance, grid: Grid) -> Vec<f64> {
+    let range_m = 1.0 + 0.5 * chance.unit();
+    let (along, up) = (chance.unit(), chance.below(2) == 0);
+    let place = |cell: Cell| {
+        let x = f64::from(cell.x) / f64::from(grid.width - 1);
+        let y = f64::from(cell.y) / f64::from(grid.height - 1);
+        let share = along * x + (1.0 - along) * y;
+        if up { share } else { 1.0 - share }
+    };
+    grid.iter().map(|cell| range_m * place(cell) + 0.3 * chance.unit() - 0.1).collect()
 }
 
 /// Now and then a patrol there and back.

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Command, Decision, Incarnation, MonotonicNs, Name, Refusal, RobotId, Role, RunId, Status, Term,
+    Command, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId, Status,
+    Term,
 };
 use hopper_sim::{Journal, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
@@ -22,7 +23,7 @@ use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
 use crate::life::Life;
-use crate::ports::{NOTHING_KNOWN, SimulatedPorts};
+use crate::ports::SimulatedPorts;
 use crate::setup::{self, Setup};
 use crate::work_loops;
 use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
@@ -35,6 +36,9 @@ const AFTERMATH_NS: u64 = 300 * MS;
 
 /// Most events of a simulation.
 const EVENTS_MAX: u64 = 1_000_000;
+
+/// Lives of other instances have numbers from here on.
+const ELSEWHERE: u64 = 1 << 40;
 
 /// hopper-sim that could not open its journal is started again after this long, nanoseconds.
 const RETRY_NS: u64 = 100 * MS;
@@ -80,6 +84,31 @@ pub fn simulate(plan: &Plan, traced: bool) -> Report {
     simulation.report()
 }
 
+/// The hops that `planner` flies on from the journal that holds `kept`, as some other hopper-sim would have written them down.
+fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -> Vec<Record> {
+    let held = kept.last().map(|record| record.leader).unwrap_or_default();
+    let from = Decision(kept.len() as u64);
+    let leader = Leader {
+        term: held.term.next(),
+        incarnation: Incarnation(ELSEWHERE + held.term.0),
+        pid: u32::MAX,
+        planner,
+    };
+    let Some(template) = kept.last() else { return Vec::new() };
+    let next = Record { decision: from, leader, origin: contract::Origin::Planner, ..*template };
+    let schedule =
+        PlannerSchedule::from_records(kept.iter().chain([&next]).map(|record| Ok::<_, ()>(*record)))
+            .expect("no record is an error");
+    let mut flown = Vec::new();
+    // What comes after the hops asked for is flown for nothing: missions are short.
+    let ended = lockstep::fly(mission.clone(), &schedule, &mut || MonotonicNs(0), &mut |record| {
+        if record.decision >= from && flown.len() < hops as usize && !record.status.is_over() {
+            flown.push(Record { leader, ..*record });
+        }
+    });
+    ended.map_or_else(|_| Vec::new(), |_| flown)
+}
+
 /// A place for one process, whichever life it is in.
 struct Slot {
     role: Role,
@@ -119,6 +148,8 @@ struct Simulation<'a> {
     begun: usize,
     missions: u64,
     power_lost: bool,
+    /// Whether a journal was replaced while peers lived.
+    replaced: bool,
     ended_ns: Option<u64>,
     events: u64,
 }
@@ -143,6 +174,7 @@ impl<'a> Simulation<'a> {
             begun: 0,
             missions: 0,
             power_lost: false,
+            replaced: false,
             ended_ns: None,
             events: 0,
         }
@@ -343,6 +375,10 @@ impl<'a> Simulation<'a> {
             if life.role == Role::HopperSim {
                 let pace = world.setup.pace;
                 world.checker.sim_started(life.incarnation, pace);
+                if self.replaced {
+                    // What peers hold is told anew.
+                    world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
+                }
             }
         }
         self.slots[slot].process = Some(Running { life, work });
@@ -369,12 +405,19 @@ impl<'a> Simulation<'a> {
             computed: Cell::new(false),
             stopped_until: Cell::new(None),
             dies: Cell::new(None),
-            known_leader: Cell::new(NOTHING_KNOWN),
             situation: Arc::new(Mutex::new(None)),
             recording: RefCell::new(None),
             turns: Cell::new(0),
             map_whole: Cell::new(None),
             map_disturbed: Cell::new(false),
+            disturbed_ns: Cell::new(0),
+            pass: Cell::default(),
+            state_seen: Cell::new(None),
+            leader_seen: Cell::default(),
+            listening_since: Cell::default(),
+            turned_at: Cell::default(),
+            slow: Cell::new((0, 0)),
+            runs: RefCell::default(),
             message_since: Cell::new(None),
             sleeps: Cell::new((0, 0)),
             commands: Cell::new((0, 0)),
@@ -398,8 +441,11 @@ impl<'a> Simulation<'a> {
         match opened {
             Ok(journal) => {
                 if fresh {
-                    // Losing power before a header is durable loses the run, which nobody has flown yet.
-                    let _ = hopper_sim::Storage::sync(&disk);
+                    world.coverage.count("journal", "begun");
+                    if !sync {
+                        // Losing power before a header is durable loses the run, which nobody has flown yet.
+                        let _ = hopper_sim::Storage::sync(&disk);
+                    }
                 } else {
                     let over = world.checker.status().is_over();
                     world.coverage.count("journal", if over { "resumed_at_the_end" } else { "resumed" });
@@ -470,6 +516,17 @@ impl<'a> Simulation<'a> {
             }
             Kind::PowerLoss { thousandths, restart_ns } => self.lose_power(thousandths, restart_ns),
             Kind::NewRun { restart_ns } => self.begin_run(restart_ns),
+            Kind::LoseTail { records, restart_ns } => self.replace_journal(records, None, restart_ns),
+            Kind::Elsewhere { records, planner, hops, restart_ns } => {
+                self.replace_journal(records, Some((planner, hops)), restart_ns);
+            }
+            Kind::Slow { victim, plans, ns } => {
+                if let Some(process) = self.find(victim).and_then(|slot| self.slots[slot].process.as_ref()) {
+                    process.life.slow.set((plans, ns));
+                    let world = &mut *shared.borrow_mut();
+                    world.stirred_ns = world.stirred_ns.max(world.time_ns + plans * ns);
+                }
+            }
             Kind::Forge { forgery } => self.forge(forgery),
             Kind::Tear { .. } | Kind::Full { .. } | Kind::WallClock { .. } => {
                 self.disturb_machine(kind);
@@ -549,6 +606,49 @@ impl<'a> Simulation<'a> {
         world.coverage.count("run", "new");
     }
 
+    /// hopper-sim ends, and its journal loses the last `records`; or those, and is flown on elsewhere by another planner for
+    /// some hops. All other processes live on.
+    fn replace_journal(&mut self, records: u64, elsewhere: Option<(Name, u64)>, restart_ns: u64) {
+        let can = |world: &World| !world.checker.status().is_over() && !world.disk.is_full();
+        if !can(&self.world.borrow()) {
+            return;
+        }
+        self.kill(0, Some(restart_ns), false);
+        let Some(journal) = self.open_journal() else { return };
+        drop(journal);
+        let world = &mut *self.world.borrow_mut();
+        if !can(world) || world.checker.records().is_empty() {
+            return;
+        }
+        let held = world.checker.records().to_vec();
+        let mut kept = held[..held.len().saturating_sub(records as usize)].to_vec();
+        let prefix = kept.len();
+        if let Some((planner, hops)) = elsewhere {
+            kept.extend(fly_elsewhere(world.checker.mission(), &kept, planner, hops));
+            // A command that is sent again for a decision of the past that is gone would be taken for one of this past,
+            // were that decision due: commands name a decision, and no digest.
+            let known = |life: &Rc<Life>| life.state_seen.get().map(|(_, decision, _)| decision.0);
+            let due: Vec<u64> = world.lives.iter().filter_map(known).chain([held.len() as u64]).collect();
+            while kept.len() > prefix && due.contains(&(kept.len() as u64)) {
+                kept.pop();
+            }
+        }
+        let Mission { brief, seed, .. } = world.checker.mission();
+        let header = JournalHeader { brief: *brief, seed: *seed, resolved: String::new() };
+        let elsewhere = Disk::default();
+        let written = Journal::create_on(elsewhere.clone(), &header, true)
+            .and_then(|mut journal| kept.iter().try_for_each(|record| journal.append(record)));
+        written.expect("a disk that is not full takes everything");
+        world.disk.restore(&elsewhere);
+        world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
+        let relation = if kept.len() > held.len() { "replaced_after" } else { "replaced_before" };
+        world.coverage.count("journal", relation);
+        world.note(|| format!("the journal held {} records, and now holds {}", held.len(), kept.len()));
+        world.checker.replaced(&kept);
+        self.replaced = true;
+        world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
+    }
+
     fn forge(&mut self, forgery: Forgery) {
         let world = &mut *self.world.borrow_mut();
         let Some(command) = world.commanded else { return };
@@ -576,6 +676,22 @@ impl<'a> Simulation<'a> {
             Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
         };
         world.coverage.count("forged", forgery.as_str());
+        // It beats, or nobody would obey it.
+        let beat = contract::Heartbeat {
+            role: Role::Planner,
+            incarnation: rogue,
+            pid: 1,
+            version: setup::version(),
+            planner: command.planner,
+            counter: 1,
+            run,
+            decision: Decision(due),
+            status: Status::Underway,
+        };
+        let hears = world.listening::<contract::Heartbeat>();
+        if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {
+            world.send(rogue, &sim, wakes, &queue, Ok(beat));
+        }
         world.send(rogue, &sim, wakes, &queue, message);
     }
 
@@ -609,6 +725,13 @@ impl<'a> Simulation<'a> {
                 let (got, need) = (last.map(|last| last.0), need.map(|need| need.0));
                 let differs = records.iter().zip(&undisturbed).find(|(is, due)| is.digest != due.digest);
                 format!("it ended at {got:?}, undisturbed at {need:?}; first, with its undisturbed record: {differs:?}")
+            });
+        }
+        let differs = records.iter().zip(&undisturbed).find(|(is, due)| is.observation != due.observation);
+        if let Some((record, _)) = differs.filter(|_| last == need) {
+            let decision = record.decision;
+            checker.violate("every decision was taken on the map of the undisturbed mission", || {
+                format!("decision {decision} was taken on another")
             });
         }
         let status = checker.status().as_str();

@@ -43,11 +43,12 @@ pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>)
         life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
     };
     let sim = HopperSim::join(&mut ports, mission, (journal, last), executed, terms).await?;
-    process::run(&mut Judged { sim, refused: RefusalCounts::default() }, &mut ports).await
+    let mut judged = Judged { sim, refused: RefusalCounts::default(), kept: 0, slow: 0 };
+    process::run(&mut judged, &mut ports).await
 }
 
 /// Reasons for which hopper-sim refuses.
-pub const REASONS: [&str; 12] = [
+pub const REASONS: [&str; 13] = [
     "wrong_run",
     "wrong_robot",
     "repeated_decision",
@@ -55,6 +56,7 @@ pub const REASONS: [&str; 12] = [
     "stale_term",
     "future_term",
     "not_leader",
+    "unknown_life",
     "yielding",
     "mission_over",
     "busy",
@@ -67,6 +69,9 @@ struct Judged<O: FnMut(&Record)> {
     sim: HopperSim<SimulatedPorts, Journal<Disk>, O>,
     /// Refusals up to the last turn.
     refused: RefusalCounts,
+    /// Takeovers for which a decision was kept until then, and those that had let one pass.
+    kept: u64,
+    slow: u64,
 }
 
 impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
@@ -80,6 +85,14 @@ impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
         }
         if self.refused != *refused {
             self.refused = refused.clone();
+        }
+        world.checker.yielded(refused.of("yielding"));
+        let kept = world.checker.reservations();
+        for (name, count, before) in
+            [("kept", kept.kept, &mut self.kept), ("slow_bidder", kept.slow, &mut self.slow)]
+        {
+            (*before..count).for_each(|_| world.coverage.count("reservation", name));
+            *before = count;
         }
         let (received, executed) = ports.life.commands.get();
         let judged = executed + refused.0.values().sum::<u64>();
@@ -176,20 +189,20 @@ struct Checked {
 }
 
 impl Checked {
-    fn check(&self, watcher: &Watcher) {
+    fn check(&self, watcher: &Watcher, is_final: bool) {
         if let Some(tally) = watcher.tally() {
-            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0);
+            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0, is_final);
         }
     }
 }
 
 impl Display for Checked {
     fn show(&mut self, _progress: &Progress, watcher: &Watcher, _now: MonotonicNs) {
-        self.check(watcher);
+        self.check(watcher, false);
     }
 
     fn finished(&mut self, watcher: &Watcher, _now: MonotonicNs) -> Result<(), Failure> {
-        self.check(watcher);
+        self.check(watcher, true);
         Ok(())
     }
 }

@@ -6,6 +6,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
+use contract::peer_table::SILENCE_NS;
 use contract::{Command, Incarnation, MapPatch, MonotonicNs, Refusal, Role};
 use serde::Serialize;
 
@@ -271,7 +272,7 @@ impl World {
     /// A process comes or goes: another perception may begin anew in the midst of a landing.
     fn change(&self, life: &Life) {
         if life.role == Role::Perception {
-            self.lives.iter().for_each(|life| life.map_disturbed.set(true));
+            self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
         }
     }
 
@@ -293,6 +294,10 @@ impl World {
 
     /// A sleep of a process ends.
     pub fn woke(&mut self, life: &Life) {
+        let now = self.monotonic();
+        if now.since_ns(life.turned_at.replace(now)) > SILENCE_NS / 2 {
+            life.listening_since.set(now);
+        }
         let Some(since_ns) = life.message_since.take() else { return };
         let (count, late) = life.sleeps.get();
         let (count, late) = (count + 1, late + u64::from(self.time_ns - since_ns > MS));
@@ -396,7 +401,9 @@ impl World {
     fn arrivals(&mut self, topic: Topic, reader: &Life) -> Vec<u64> {
         let mut arrivals = vec![self.time_ns + TRANSPORT_NS];
         if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == topic) {
-            reader.map_disturbed.set(reader.map_disturbed.get() || topic == Topic::of::<MapPatch>());
+            if topic == Topic::of::<MapPatch>() {
+                reader.disturb_map(self.time_ns);
+            }
             let (kind, _, left) = &mut self.link_faults[index];
             *left -= 1;
             let (name, left) = (kind.as_str(), *left);
@@ -431,7 +438,9 @@ impl World {
         *highest = number.max(*highest);
         if deliver() && topic.buffer() > 1 {
             self.coverage.count("overflow", topic.as_str());
-            reader.map_disturbed.set(reader.map_disturbed.get() || topic == Topic::of::<MapPatch>());
+            if topic == Topic::of::<MapPatch>() {
+                reader.disturb_map(self.time_ns);
+            }
         }
         let idle = reader.sleeping.get() && reader.stopped_until.get().is_none();
         if idle && reader.message_since.get().is_none() && reader.waits_for(topic) {

@@ -1,0 +1,168 @@
+//! The map and the digest as they should be, computed by code that shares nothing with the product's: what a sensor sees,
+//! what gradients follow from it, the fingerprint of a map, and the digest chain.
+
+use contract::{Brief, Cell, Digest, GradientSource, Ground, Pose, Profile, Record, Soil};
+use sha2::{Digest as _, Sha256};
+use terrain::Terrain;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// What has been seen from the poses so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Expected {
+    seen: Vec<bool>,
+    /// Cells with treasures that were seen and not landed on, in index order.
+    treasures: Vec<Cell>,
+    /// What is known of each cell, in index order.
+    cells: Vec<Option<Ground>>,
+    /// Cells that each pose so far revealed or held in view.
+    pub disc_cells: Vec<usize>,
+}
+
+impl Expected {
+    pub fn unseen(brief: &Brief) -> Self {
+        let count = brief.grid.cells();
+        Self {
+            seen: vec![false; count],
+            treasures: Vec::new(),
+            cells: vec![None; count],
+            disc_cells: Vec::new(),
+        }
+    }
+
+    pub fn cells(&self) -> &[Option<Ground>] {
+        &self.cells
+    }
+
+    pub fn treasures(&self) -> &[Cell] {
+        &self.treasures
+    }
+
+    pub fn is_seen(&self, index: usize) -> bool {
+        self.seen[index]
+    }
+
+    /// The robot has landed at `pose`.
+    pub fn land(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose) {
+        let (grid, sensor) = (brief.grid, brief.sensor);
+        let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
+            .max(sensor.radius_min_m)
+            .min(sensor.radius_max_m)
+            .max(f64::from(grid.hop_cells) * grid.cell_size_m);
+        let is_in_view = |cell: Cell| {
+            let (x_m, y_m) = (
+                f64::from(cell.x - pose.cell.x) * grid.cell_size_m,
+                f64::from(cell.y - pose.cell.y) * grid.cell_size_m,
+            );
+            is_inside(brief, pose.cell) && x_m * x_m + y_m * y_m <= radius_m * radius_m * (1.0 + 1e-12)
+        };
+        let mut in_view = 0;
+        for (index, cell) in cells_of(brief).enumerate() {
+            if is_in_view(cell) {
+                in_view += 1;
+                if !self.seen[index] && terrain.treasures.contains(&cell) {
+                    self.treasures.push(cell);
+                }
+                self.seen[index] = true;
+            }
+        }
+        self.disc_cells.push(in_view);
+        self.treasures.retain(|cell| *cell != pose.cell);
+        self.treasures.sort_by_key(|cell| (cell.y, cell.x));
+        self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
+    }
+
+    /// What is known of a cell.
+    fn ground(&self, brief: &Brief, terrain: &Terrain, cell: Cell) -> Option<Ground> {
+        let known = |x: i32, y: i32| {
+            let at = Cell::new(cell.x + x, cell.y + y);
+            let index = is_inside(brief, at).then(|| index_of(brief, at))?;
+            self.seen[index].then(|| terrain.cells[index])
+        };
+        let here = known(0, 0)?;
+        if brief.sensor.gradient == GradientSource::Measured {
+            return Some(here);
+        }
+        let slope = |x: i32, y: i32| {
+            let (ahead, behind) = (known(x, y), known(-x, -y));
+            let spacing = f64::from(u8::from(ahead.is_some()) + u8::from(behind.is_some()));
+            let rise_m = ahead.unwrap_or(here).height_m - behind.unwrap_or(here).height_m;
+            if spacing > 0.0 { rise_m / (spacing * brief.grid.cell_size_m) } else { 0.0 }
+        };
+        Some(Ground { gradient: [slope(1, 0), slope(0, 1)], ..here })
+    }
+
+    /// The fingerprint that a map of these cells and treasures has.
+    pub fn fingerprint(&self) -> u64 {
+        let mut sum = 0_u64;
+        for (index, ground) in self.cells.iter().enumerate() {
+            let Some(ground) = ground else { continue };
+            let mut bytes = (index as u32).to_le_bytes().to_vec();
+            for value in [ground.height_m, ground.gradient[0], ground.gradient[1]] {
+                bytes.extend(value.to_bits().to_le_bytes());
+            }
+            bytes.extend([u8::from(ground.soil == Soil::Sand), u8::from(ground.passable)]);
+            sum = sum.wrapping_add(xxh3_64(&bytes));
+        }
+        for cell in &self.treasures {
+            sum = sum.wrapping_add(xxh3_64(&[cell.x.to_le_bytes(), cell.y.to_le_bytes()].concat()));
+        }
+        sum
+    }
+}
+
+fn cells_of(brief: &Brief) -> impl Iterator<Item = Cell> {
+    let (width, height) = (brief.grid.width as i32, brief.grid.height as i32);
+    (0..height).flat_map(move |y| (0..width).map(move |x| Cell::new(x, y)))
+}
+
+fn is_inside(brief: &Brief, cell: Cell) -> bool {
+    (0..brief.grid.width as i32).contains(&cell.x) && (0..brief.grid.height as i32).contains(&cell.y)
+}
+
+fn index_of(brief: &Brief, cell: Cell) -> usize {
+    (cell.y * brief.grid.width as i32 + cell.x) as usize
+}
+
+/// The digest before the first decision.
+pub(crate) fn first_digest(brief: &Brief, seed: u64) -> Digest {
+    let profile: u32 = match brief.profile {
+        Profile::Paper2023 => 1,
+        Profile::Hopper => 2,
+    };
+    let mut bytes = b"hopper chain v2".to_vec();
+    bytes.extend(brief.scenario_hash);
+    bytes.extend(seed.to_le_bytes());
+    bytes.extend(profile.to_le_bytes());
+    bytes.extend(0_u16.to_le_bytes());
+    Digest(Sha256::digest(bytes).into())
+}
+
+/// The digest after `record`, from the one before it: everything that was executed, and nothing else.
+pub(crate) fn next_digest(before: Digest, record: &Record) -> Digest {
+    let (outcome, flight) = (&record.outcome, &record.outcome.flight);
+    let mut bytes = before.0.to_vec();
+    bytes.extend(record.decision.0.to_le_bytes());
+    bytes.extend(record.action.code().to_le_bytes());
+    bytes.extend(outcome.branch.code().to_le_bytes());
+    for coordinate in
+        [outcome.from.x, outcome.from.y, outcome.to.x, outcome.to.y, record.pose.cell.x, record.pose.cell.y]
+    {
+        bytes.extend(coordinate.to_le_bytes());
+    }
+    for value in [
+        flight.launch_speed_mps,
+        flight.launch_angle_rad,
+        flight.range_m,
+        flight.rise_m,
+        flight.apex_height_m,
+        flight.flight_time_s,
+        record.pose.height_m,
+    ] {
+        bytes.extend(value.to_bits().to_le_bytes());
+    }
+    bytes.extend(flight.flights.to_le_bytes());
+    bytes.extend(record.steps.to_le_bytes());
+    bytes.extend(record.status.code().to_le_bytes());
+    bytes.extend(record.collected.0.to_le_bytes());
+    Digest(Sha256::digest(bytes).into())
+}
