@@ -533,7 +533,7 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         (
             "[brief]",
             "[robot.hard]\nintended = 0.9\nstuck = 0\nsideways = 0.2\nflights = 1\n[brief]",
-            ["motion.sum", "1.3"],
+            ["robot.hard: need intended + stuck + 2 x sideways = 1", "1.3"],
         ),
         (
             "[brief]",
