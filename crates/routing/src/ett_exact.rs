@@ -353,6 +353,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
+        /// P-ROUTE-EXACT.
         #[test]
         fn the_search_agrees_with_bellman_ford_and_pulling_never_costs_more(
             seed in any::<u64>(), flat in any::<bool>(), radius_m in 0.0..3.0_f64,

@@ -97,6 +97,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// P-PRINTED-SENSOR.
     #[test]
     fn the_printed_equations_give_twice_the_bayesian_variance() {
         let (satellite, helicopter) =

@@ -128,6 +128,7 @@ mod tests {
     }
 
     proptest! {
+        /// P-TRAVERSE.
         #[test]
         fn traversal_lengths_sum_to_the_segments_length_over_touching_cells(
             from in (0.0..=40.0_f64, 0.0..=30.0_f64), to in (0.0..=40.0_f64, 0.0..=30.0_f64),
