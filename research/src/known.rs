@@ -4,10 +4,6 @@ pub mod findings;
 pub mod plan;
 pub mod search;
 
-use std::fmt;
-use std::fs;
-use std::path::Path;
-
 use node::{Exit, Failure};
 
 /// Planning on fully known ground.
@@ -21,28 +17,6 @@ pub enum Command {
     Search(search::Args),
 }
 
-/// Format of an answer.
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Form {
-    /// Text for a terminal.
-    #[default]
-    Text,
-    /// One JSON object.
-    Json,
-    /// A Markdown document.
-    Markdown,
-}
-
-impl fmt::Display for Form {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Form::Text => "text",
-            Form::Json => "json",
-            Form::Markdown => "markdown",
-        })
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -53,32 +27,4 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Plan(args) => plan::run(args),
         Command::Search(args) => search::run(args),
     }
-}
-
-/// A table in the format asked for.
-fn table<const COLUMNS: usize>(form: Form, headings: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
-    match form {
-        Form::Markdown => ::campaign::markdown::table(headings, rows),
-        Form::Text | Form::Json => report::table(headings, rows) + "\n",
-    }
-}
-
-/// A heading in the format asked for.
-fn heading(form: Form, words: &str) -> String {
-    match form {
-        Form::Markdown => format!("## {words}\n\n"),
-        Form::Text | Form::Json => format!("{words}\n"),
-    }
-}
-
-/// Writes `files` into `dir`, which is created if it does not exist.
-fn write_out<'a>(dir: &Path, files: impl IntoIterator<Item = (String, &'a str)>) -> Result<(), Failure> {
-    fs::create_dir_all(dir)
-        .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
-    for (name, text) in files {
-        let path = dir.join(name);
-        fs::write(&path, text)
-            .map_err(|error| Failure::run(format!("{} cannot be written: {error}", path.display())))?;
-    }
-    Ok(())
 }

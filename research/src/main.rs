@@ -1,4 +1,4 @@
-//! `hopper-research`: serves `hopper known` and `hopper gallery`.
+//! `hopper-research`: serves `hopper coverage`, `hopper gallery` and `hopper known`.
 
 use std::process::ExitCode;
 
