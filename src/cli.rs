@@ -99,6 +99,9 @@ enum Command {
     /// [hopper-recordings] Report where the time of decisions went, and why the longest took so long.
     #[command(disable_help_flag = true)]
     Latency(Passed),
+    /// [hopper-research] Cover unknown ground with rovers that see their neighbouring cells.
+    #[command(disable_help_flag = true)]
+    Coverage(Passed),
     /// [hopper-research] Plan on fully known ground, as the predecessor paper did.
     #[command(disable_help_flag = true)]
     Known(Passed),
@@ -159,6 +162,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Doctor(args) => doctor::run(args),
         Command::Bag(passed) => tool::run("bag", passed),
         Command::Latency(passed) => tool::run("latency", passed),
+        Command::Coverage(passed) => tool::run("coverage", passed),
         Command::Known(passed) => tool::run("known", passed),
         Command::Gallery(passed) => tool::run("gallery", passed),
         Command::Scouting(passed) => tool::run("scouting", passed),

@@ -14,7 +14,7 @@ use node::{Exit, Failure};
 /// Programs and the commands they serve. A program has the name of its package.
 pub const TOOLS: [(&str, &[&str]); 5] = [
     ("hopper-recordings", &["bag", "latency"]),
-    ("hopper-research", &["gallery", "known", "scouting"]),
+    ("hopper-research", &["coverage", "gallery", "known", "scouting"]),
     ("hopper-qa", &["chaos", "endure", "simulate"]),
     // `hopper monitor` runs it itself, for --tui and --record.
     ("hopper-view", &[]),

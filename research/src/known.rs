@@ -4,10 +4,6 @@ pub mod findings;
 pub mod plan;
 pub mod search;
 
-use std::fmt;
-use std::fs;
-use std::path::Path;
-
 use node::{Exit, Failure};
 
 /// Planning on fully known ground.
@@ -19,28 +15,6 @@ pub enum Command {
     Plan(plan::Args),
     /// Search for the reading of what the paper leaves open that reproduces most of it; takes minutes.
     Search(search::Args),
-}
-
-/// Format of an answer.
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Form {
-    /// Text for a terminal.
-    #[default]
-    Text,
-    /// One JSON object.
-    Json,
-    /// A Markdown document.
-    Markdown,
-}
-
-impl fmt::Display for Form {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Form::Text => "text",
-            Form::Json => "json",
-            Form::Markdown => "markdown",
-        })
-    }
 }
 
 /// Runs the command.

@@ -1,5 +1,7 @@
 //! Commands that reproduce published results: what the papers report, and their figures.
 
+pub mod coverage;
+mod form;
 pub mod gallery;
 pub mod known;
 pub mod scouting;
@@ -10,6 +12,9 @@ use node::{Exit, Failure};
 /// The commands of `hopper` that this package serves.
 #[derive(Subcommand, Clone, Debug)]
 pub enum Command {
+    /// Cover unknown ground with rovers that see their neighbouring cells, and check the paper's claims.
+    #[command(after_help = "Examples:\n  hopper coverage --runs 300\n  hopper coverage --out out/coverage")]
+    Coverage(coverage::Args),
     /// Draw the figures of docs/gallery.md again.
     #[command(after_help = "Examples:\n  hopper gallery")]
     Gallery(gallery::Args),
@@ -30,6 +35,7 @@ pub enum Command {
 /// Those of the command.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
+        Command::Coverage(args) => coverage::run(args),
         Command::Gallery(args) => gallery::run(args),
         Command::Known(command) => known::run(command),
         Command::Scouting(args) => scouting::run(args),

@@ -1,4 +1,4 @@
-//! `hopper-research`: serves `hopper known`, `hopper gallery` and `hopper scouting`.
+//! `hopper-research`: serves `hopper coverage`, `hopper gallery`, `hopper known` and `hopper scouting`.
 
 use std::process::ExitCode;
 

@@ -200,15 +200,15 @@ impl<'a> Mission<'a> {
 /// What has to be covered: all that can be reached from any start, or, in a region, from its start without leaving it.
 fn tasks(world: &World, setup: &Setup, rovers: &[Rover]) -> Vec<Task> {
     let task = |cells| Task::new(cells, setup.percent, 0);
+    let starts = || rovers.iter().map(|rover| rover.start.cell);
     match setup.mode {
         Mode::Overlap => {
-            let starts = rovers.iter().map(|rover| rover.start.cell);
-            vec![task(reachable(world.grid(), starts, |cell| world.is_free(cell)))]
+            vec![task(reachable(world.grid(), starts(), |cell| world.is_free(cell)))]
         }
         Mode::Voronoi => {
             let region = |robot: usize| {
                 let open =
-                    move |cell: Cell| world.is_free(cell) && region::nearest_start(rovers, cell) == robot;
+                    move |cell: Cell| world.is_free(cell) && region::nearest_start(starts(), cell) == robot;
                 task(reachable(world.grid(), [rovers[robot].start.cell], open))
             };
             (0..rovers.len()).map(region).collect()

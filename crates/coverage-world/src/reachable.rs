@@ -1,10 +1,6 @@
 //! Which cells a rover can drive to.
 
-use std::collections::{BTreeSet, VecDeque};
-
 use contract::{Cell, Direction, Grid};
-
-use crate::World;
 
 /// Whether each cell, by index, can be reached from `starts` in steps to one of four neighbours over cells that are
 /// `open`. A start is reached whether it is open or not.
@@ -32,33 +28,58 @@ pub fn reachable(
     reached
 }
 
-/// Whether the free cells of `world`, which are connected, stay so without `cell`.
-pub(crate) fn is_removable(world: &World, cell: Cell) -> bool {
-    let is_free = |at: Cell| at != cell && world.is_free(at);
-    let sides: Vec<Cell> = neighbours(cell).into_iter().filter(|side| is_free(*side)).collect();
-    // Two sides in turn are connected by the corner between them. Mostly that connects all of them.
-    let corner = |one: Cell, other: Cell| Cell::new(one.x + other.x - cell.x, one.y + other.y - cell.y);
-    let gaps = |(n, side): (usize, &Cell)| {
-        let next = sides[(n + 1) % sides.len()];
-        let opposite = next.x == side.x || next.y == side.y;
-        opposite || !is_free(corner(*side, next))
-    };
-    sides.iter().enumerate().filter(|side| gaps(*side)).count() <= 1 || connects(&sides, is_free)
+/// Finds out whether cells are needed to connect others; keeps its memory.
+#[derive(Default)]
+pub(crate) struct Connections {
+    /// By cell index; false between searches.
+    reached: Vec<bool>,
+    queue: Vec<Cell>,
 }
 
-/// Whether ways over open cells connect all of `cells`.
-fn connects(cells: &[Cell], open: impl Fn(Cell) -> bool) -> bool {
-    let mut missing: BTreeSet<Cell> = cells.iter().skip(1).copied().collect();
-    let mut reached: BTreeSet<Cell> = cells.iter().take(1).copied().collect();
-    let mut to_visit: VecDeque<Cell> = reached.iter().copied().collect();
-    while let Some(cell) = to_visit.pop_front() {
-        missing.remove(&cell);
-        if missing.is_empty() {
-            return true;
-        }
-        to_visit.extend(neighbours(cell).into_iter().filter(|next| open(*next) && reached.insert(*next)));
+impl Connections {
+    /// Whether the free cells of a grid, which are connected, stay so without `cell`.
+    pub(crate) fn hold_without(&mut self, grid: &Grid, cell: Cell, free: impl Fn(Cell) -> bool) -> bool {
+        let is_free = |at: Cell| at != cell && free(at);
+        let sides: Vec<Cell> = neighbours(cell).into_iter().filter(|side| is_free(*side)).collect();
+        // Two sides in turn are connected by the corner between them. Mostly that connects all of them.
+        let corner = |one: Cell, other: Cell| Cell::new(one.x + other.x - cell.x, one.y + other.y - cell.y);
+        let gap = |(n, side): (usize, &Cell)| {
+            let next = sides[(n + 1) % sides.len()];
+            let opposite = next.x == side.x || next.y == side.y;
+            opposite || !is_free(corner(*side, next))
+        };
+        sides.iter().enumerate().filter(|side| gap(*side)).count() <= 1 || self.connect(grid, &sides, is_free)
     }
-    missing.is_empty()
+
+    /// Whether ways over open cells connect all of `cells`.
+    fn connect(&mut self, grid: &Grid, cells: &[Cell], open: impl Fn(Cell) -> bool) -> bool {
+        self.reached.resize(grid.cells(), false);
+        for first in cells.iter().take(1) {
+            self.queue.push(*first);
+            grid.index(*first).into_iter().for_each(|index| self.reached[index] = true);
+        }
+        let mut reached = 0;
+        let mut next = 0;
+        while let Some(&cell) = self.queue.get(next)
+            && reached < cells.len()
+        {
+            next += 1;
+            reached += usize::from(cells.contains(&cell));
+            for beside in neighbours(cell) {
+                if open(beside)
+                    && let Some(index) = grid.index(beside)
+                    && !self.reached[index]
+                {
+                    self.reached[index] = true;
+                    self.queue.push(beside);
+                }
+            }
+        }
+        for index in self.queue.drain(..).filter_map(|cell| grid.index(cell)) {
+            self.reached[index] = false;
+        }
+        reached == cells.len()
+    }
 }
 
 /// The four cells beside `cell`, some of them possibly off the grid.

@@ -5,7 +5,7 @@ use coverage::Pose;
 
 use crate::draw::{Draw, Purpose};
 use crate::error::{SetupError, WorldError};
-use crate::reachable::is_removable;
+use crate::reachable::Connections;
 
 /// Which cells of a grid are obstacles.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +42,7 @@ impl World {
         let mut world = Self { grid, obstacles: vec![false; grid.cells()] };
         let mut draw = Draw::new(seed, Purpose::Obstacles);
         let mut order: Vec<usize> = (0..grid.cells()).collect();
+        let mut connections = Connections::default();
         let mut got = 0;
         for drawn in 0..order.len() {
             if got == need {
@@ -49,7 +50,7 @@ impl World {
             }
             let other = drawn + draw.below(order.len() - drawn);
             order.swap(drawn, other);
-            if is_removable(&world, grid.cell(order[drawn])) {
+            if connections.hold_without(&grid, grid.cell(order[drawn]), |cell| world.is_free(cell)) {
                 world.obstacles[order[drawn]] = true;
                 got += 1;
             }

@@ -85,6 +85,7 @@ impl Situation<'_> {
 
     /// Whether the mode lets this rover drive on `place`.
     fn is_own(&self, place: Place) -> bool {
-        self.mode == Mode::Overlap || region::nearest_start(self.rovers, self.map.cell(place)) == self.robot
+        let starts = self.rovers.iter().map(|rover| rover.start.cell);
+        self.mode == Mode::Overlap || region::nearest_start(starts, self.map.cell(place)) == self.robot
     }
 }

@@ -10,7 +10,7 @@ use node::{Exit, Failure};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Form, heading, table, write_out};
+use crate::form::{Form, heading, table, write_out};
 
 /// Arguments of `hopper known findings`.
 #[derive(clap::Args, Clone, Debug)]

@@ -8,7 +8,7 @@ use hopper::stdout::print;
 use node::{Exit, Failure};
 use serde::Serialize;
 
-use super::{Form, heading, table, write_out};
+use crate::form::{Form, heading, table, write_out};
 
 /// Arguments of `hopper known plan`.
 #[derive(clap::Args, Clone, Debug)]

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use node::{Exit, Failure};
 use rayon::prelude::*;
 
-use super::{Form, heading, table};
+use crate::form::{Form, heading, table};
 
 /// Arguments of `hopper known search`.
 #[derive(clap::Args, Clone, Debug)]
