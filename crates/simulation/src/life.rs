@@ -48,6 +48,8 @@ pub(crate) struct Life {
     /// Of a planner: the state it knows, as (run, decision, published), and who leads there since when.
     pub state_seen: Cell<Option<(RunId, Decision, MonotonicNs)>>,
     pub leader_seen: Cell<(Leader, MonotonicNs)>,
+    /// That when its present turn began, with the number of the turn: of several states only the last counts.
+    pub leader_at_turn: Cell<(u64, (Leader, MonotonicNs))>,
     /// Since when it has listened without a break, and when it began its last turn.
     pub listening_since: Cell<MonotonicNs>,
     pub turned_at: Cell<MonotonicNs>,

@@ -488,7 +488,14 @@ impl World {
             return;
         }
         life.state_seen.set(Some((state.run, state.decision, state.published)));
-        if life.leader_seen.get().0 != state.leader || known.is_none() {
+        let turn = life.turns.get() + 1;
+        if life.leader_at_turn.get().0 != turn {
+            life.leader_at_turn.set((turn, life.leader_seen.get()));
+        }
+        let (_, before) = life.leader_at_turn.get();
+        if known.is_some() && before.0 == state.leader {
+            life.leader_seen.set(before);
+        } else if life.leader_seen.get().0 != state.leader || known.is_none() {
             life.leader_seen.set((state.leader, now));
         }
         let mut runs = life.runs.borrow_mut();

@@ -414,6 +414,7 @@ impl<'a> Simulation<'a> {
             pass: Cell::default(),
             state_seen: Cell::new(None),
             leader_seen: Cell::default(),
+            leader_at_turn: Cell::default(),
             listening_since: Cell::default(),
             turned_at: Cell::default(),
             slow: Cell::new((0, 0)),
