@@ -213,6 +213,7 @@ impl Arbiter {
     ///
     /// # Panics
     /// If the host reports an append that it was not asked for.
+    // Long: an arm for each event.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
         // Most events ask for nothing; these two for one effect or two, and room for four would be slow to get.
         let mut effects = match event {

@@ -28,35 +28,3 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Search(args) => search::run(args),
     }
 }
-
-/// A table in the format asked for.
-pub(crate) fn table<const COLUMNS: usize>(
-    form: Form,
-    headings: [&str; COLUMNS],
-    rows: &[[String; COLUMNS]],
-) -> String {
-    match form {
-        Form::Markdown => ::campaign::markdown::table(headings, rows),
-        Form::Text | Form::Json => report::table(headings, rows) + "\n",
-    }
-}
-
-/// A heading in the format asked for.
-fn heading(form: Form, words: &str) -> String {
-    match form {
-        Form::Markdown => format!("## {words}\n\n"),
-        Form::Text | Form::Json => format!("{words}\n"),
-    }
-}
-
-/// Writes `files` into `dir`, which is created if it does not exist.
-fn write_out<'a>(dir: &Path, files: impl IntoIterator<Item = (String, &'a str)>) -> Result<(), Failure> {
-    fs::create_dir_all(dir)
-        .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
-    for (name, text) in files {
-        let path = dir.join(name);
-        fs::write(&path, text)
-            .map_err(|error| Failure::run(format!("{} cannot be written: {error}", path.display())))?;
-    }
-    Ok(())
-}

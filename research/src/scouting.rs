@@ -8,7 +8,7 @@ use node::{Exit, Failure};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::known::Form;
+use crate::form::{Form, table};
 use claims::Claim;
 
 /// Arguments of `hopper scouting`.
@@ -130,13 +130,13 @@ impl Account {
             self.claims.len(),
             self.runs
         );
-        text += &crate::known::table(
+        text += &table(
             form,
             ["arm", "stuck", "median, Sol", "SD, Sol", "median saving", "mean paired saving"],
             &self.rows.iter().map(Row::cells).collect::<Vec<_>>(),
         );
         text += "\n";
-        text += &crate::known::table(
+        text += &table(
             form,
             ["claim", "paper", "band, 100 runs", "ours", "verdict"],
             &self.claims.iter().map(Claim::cells).collect::<Vec<_>>(),
