@@ -37,12 +37,13 @@ fn a_journal_is_locked_from_its_creation_on() {
 }
 
 type Displace = fn(&Path, &Path);
+type Expect = fn(&Displacement) -> bool;
 
 /// P-DISPLACED: a journal that was deleted, moved, replaced or resized takes no record until it is back.
 #[test]
 fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
     let all = undisturbed();
-    let displace: [(Displace, fn(&Displacement) -> bool); 5] = [
+    let displace: [(Displace, Expect); 5] = [
         (|path, aside| fs::rename(path, aside).unwrap(), |got| *got == Displacement::Gone),
         (
             |path, aside| {
