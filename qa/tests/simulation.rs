@@ -12,6 +12,7 @@ pub const SEEDS: std::ops::Range<u64> = 0..2000;
 
 /// P-SIMULATED: no promise is broken.
 /// P-SIMULATED-ALL: nothing is left out.
+/// P-SIMULATED-RARE: rare events come up.
 // Long: a list of what the seeds must have covered.
 #[test]
 fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {

@@ -145,8 +145,8 @@ impl OpenPoints {
         if let Some(leaving) = self.leaving.filter(|leaving| leaving.is_nan() || *leaving >= 0.0) {
             return refuse("brief.reading.leaving", "a payoff below 0", leaving);
         }
-        if let Some(scale) = self.distance_scale_cells.filter(|scale| scale.is_nan() || *scale <= 0.0) {
-            return refuse("brief.reading.distance_scale_cells", "a distance above 0", scale);
+        if let Some(scale) = self.distance_scale_cells.filter(|scale| scale.is_nan() || *scale < 1e-3) {
+            return refuse("brief.reading.distance_scale_cells", "a distance of at least 0.001", scale);
         }
         let Self { leaving, distance, distance_scale_cells, opening_steps } = *self;
         Ok(Reading { leaving, distance, distance_scale_cells, opening_steps })

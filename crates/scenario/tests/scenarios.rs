@@ -257,7 +257,7 @@ fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
     assert_eq!(Scenario::parse(&other.resolved, "hard").unwrap().resolve().unwrap(), other);
     let refused = |section: &str, words: &[&str]| says(&read(section).unwrap_err().to_string(), words);
     refused("leaving = 5.0", &["brief.reading.leaving", "below 0", "5"]);
-    refused("distance_scale_cells = 0.0", &["brief.reading.distance_scale_cells", "above 0"]);
+    refused("distance_scale_cells = 0.0", &["brief.reading.distance_scale_cells", "at least 0.001"]);
     refused("opening_steps = 150", &["brief.reading.opening_steps", "150"]);
     let ours = text.replace("paper-2023", "hopper");
     let ours = Scenario::parse(&format!("{ours}\n[brief.reading]\nopening_steps = 1\n"), "hard").unwrap();

@@ -302,10 +302,18 @@ impl TryFrom<&BriefV4> for Brief {
     }
 }
 
+/// Smallest distance at which D may be −1, cells: the payoff stays within bounds.
+const SCALE_MIN_CELLS: f64 = 1e-3;
+
 fn reading_from_wire(wire: &BriefV4) -> Result<Reading, Refusal> {
     let given = |value: f64| (value != 0.0).then_some(value);
     let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
-    let scale = float("brief.reading.distance_scale_cells", wire.distance_scale_cells, 0.0, LENGTH_MAX_M)?;
+    let scale = match given(wire.distance_scale_cells) {
+        Some(scale) => {
+            Some(float("brief.reading.distance_scale_cells", scale, SCALE_MIN_CELLS, LENGTH_MAX_M)?)
+        }
+        None => None,
+    };
     if wire.opening_steps >= wire.steps_max {
         let need = format!("less than the {} steps of the mission", wire.steps_max);
         return Err(Refusal::malformed("brief.reading.opening_steps", &need, wire.opening_steps));
@@ -317,7 +325,7 @@ fn reading_from_wire(wire: &BriefV4) -> Result<Reading, Refusal> {
             1 => Some(DistanceNorm::Manhattan),
             _ => None,
         })?,
-        distance_scale_cells: given(scale),
+        distance_scale_cells: scale,
         opening_steps: wire.opening_steps,
     })
 }
