@@ -147,7 +147,7 @@ impl Cartographer {
             map.sensed = sensed;
         }
         let map = observation.map();
-        let patch = MapPatch {
+        let reminder = MapPatch {
             run: map.run,
             robot: map.robot,
             through: map.through.expect("a map is published only once it exists"),
@@ -162,11 +162,10 @@ impl Cartographer {
             treasures: map.treasures().to_vec(),
             cells: Vec::new(),
         };
-        let mut patches = vec![patch];
-        if news {
+        let mut patches: Vec<MapPatch> = if news {
             let parts = observation.parts();
             let count = parts.len();
-            patches = parts
+            parts
                 .enumerate()
                 .map(|(part, ([before, after], seen_cells, indices))| {
                     let more = (count - 1 - part) as u32;
@@ -175,10 +174,12 @@ impl Cartographer {
                     cells.extend(indices.iter().filter_map(|&index| seen_cell(map, index as usize)));
                     let treasures = if more == 0 { map.treasures() } else { observation.treasures_before() };
                     let treasures = treasures.to_vec();
-                    MapPatch { more, sequence, before, after, seen_cells, treasures, cells, ..patches[0] }
+                    MapPatch { more, sequence, before, after, seen_cells, treasures, cells, ..reminder }
                 })
-                .collect();
-        }
+                .collect()
+        } else {
+            vec![reminder]
+        };
         let published = clock();
         observation.map_mut().published = published;
         patches.iter_mut().for_each(|patch| patch.published = published);
