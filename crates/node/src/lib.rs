@@ -24,7 +24,7 @@
 //!
 //! The processes that live clean up after those that died, and the last to leave removes everything.
 //!
-//! Modules import only from those before them, in the order that `tests/layers.rs` states.
+//! No modules import each other in a circle (`tests/structure.rs`).
 
 mod cleanup;
 mod clock;
