@@ -39,6 +39,7 @@ fn main() {
             pose: Pose { cell: brief.start, height_m },
             collected: contract::Collected::default(),
             last: None,
+            previous: Digest::default(),
             digest: Digest::default(),
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
@@ -48,7 +49,7 @@ fn main() {
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
-        let situation = Situation { brief, map: &map, state: &state };
+        let situation = Situation { brief, map: &map, state: &state, team: None, scouting: None };
         for (name, paper_s) in PUBLISHED_S {
             let mut work = 0;
             let mut times_us: Vec<f64> = (0..ROUNDS)

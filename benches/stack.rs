@@ -77,7 +77,7 @@ fn patch_cells() -> usize {
     let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
-        let mission = Mission { brief, terrain: terrain.clone(), seed };
+        let mission = Mission { brief, terrain: terrain.clone(), seed, fleet: None };
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
         cartographer.on(Event::Brief(brief), MonotonicNs(0));
         cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));
@@ -153,8 +153,12 @@ fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
     let mut planning_us = Vec::new();
     let started = Instant::now();
     for episode in 0..EPISODES {
-        let mission =
-            Mission { brief: world.brief, terrain: world.terrain.clone(), seed: round * EPISODES + episode };
+        let mission = Mission {
+            brief: world.brief,
+            terrain: world.terrain.clone(),
+            seed: round * EPISODES + episode,
+            fleet: None,
+        };
         let mut clock = || -> MonotonicNs { Node::now() };
         lockstep::fly(mission, &schedule, &mut clock, &mut |record| {
             let Timing { planning_started, planning_ended, .. } = record.timing;

@@ -64,7 +64,7 @@ fn fly(round: u64, with_page: bool) -> Vec<Timing> {
     let mut clients = Vec::new();
     if with_page {
         let recording = dir.path().join("watched.mcap");
-        let words = ["monitor", "--web", "0", "--record", &recording.to_string_lossy()];
+        let words = ["monitor", "--web", "0", "--web-exit", "--record", &recording.to_string_lossy()];
         let mut monitor = start(&words, Stdio::piped());
         clients = read_everything(&address(&mut monitor));
         peers.push(monitor);

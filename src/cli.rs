@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 use node::{Exit, Failure};
 
 use crate::command_line;
-use crate::commands::{campaign, doctor, journal, run, scenario, terrain, topic};
+use crate::commands::{campaign, doctor, journal, run, scenario, terrain, topic, view};
 use crate::tool::{self, Passed};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -29,6 +29,7 @@ Examples:
   hopper run --lockstep --format json           the same mission in one thread
   hopper planner --algorithm greedy --takeover  replace the planner of a running mission
   hopper run --web --control --pace 2           watch and control it in a browser: the log shows the address
+  hopper view out/hard-1 --open                 look at a past mission in a browser
   hopper monitor --tui                          watch a running mission in this terminal
   hopper campaign run p23-tables                the paper's tables, 3,000 missions
   hopper run --record hard.mcap                 record every message; see hopper bag, hopper latency
@@ -64,25 +65,30 @@ enum Command {
         after_help = "Examples:\n  hopper monitor --web\n  hopper monitor --web 127.0.0.1:9000 --control\n  hopper monitor --tui"
     )]
     Monitor(monitor::shell::Args),
+    /// Show a past mission in a browser: a journal, the output folder of a run, or a recording.
+    #[command(after_help = "Examples:\n  hopper view out/hard-1 --open\n  hopper view hard.mcap --web 9000")]
+    View(view::Args),
     /// Fly a grid of missions on all cores, and report the results.
     #[command(subcommand)]
     #[command(
         after_help = "Examples:\n  hopper campaign list\n  hopper campaign run p23-tables\n  hopper campaign report out/p23-tables --against paper"
     )]
     Campaign(campaign::Command),
-    /// List the built-in scenarios, check one, or print the schema of scenarios.
+    /// List the built-in scenarios, make or check one, or print the schema of scenarios.
     #[command(subcommand)]
     #[command(
-        after_help = "Examples:\n  hopper scenario list\n  hopper scenario check my.toml\n  hopper scenario schema"
+        after_help = "Examples:\n  hopper scenario list\n  hopper scenario new --dem dem.tif --out my.toml\n  hopper scenario check my.toml\n  hopper scenario schema"
     )]
     Scenario(scenario::Command),
     /// Check an elevation model.
     #[command(subcommand)]
     #[command(after_help = "Examples:\n  hopper terrain check dem.tif")]
     Terrain(terrain::Command),
-    /// Verify or show a journal.
+    /// Verify, show or draw a journal.
     #[command(subcommand)]
-    #[command(after_help = "Examples:\n  hopper journal verify out/hard-1\n  hopper journal show out/hard-1")]
+    #[command(
+        after_help = "Examples:\n  hopper journal verify out/hard-1\n  hopper journal show out/hard-1\n  hopper journal draw out/hard-1 --picture paper --out hard.pdf"
+    )]
     Journal(journal::Command),
     /// List, echo or measure the messages of a running instance.
     #[command(subcommand)]
@@ -93,6 +99,9 @@ enum Command {
     /// Show what runs, what is missing or left over, and what to do next.
     #[command(after_help = "Examples:\n  hopper doctor\n  hopper doctor --clean")]
     Doctor(doctor::Args),
+    /// [hopper-figures] Write an animation of a mission.
+    #[command(disable_help_flag = true)]
+    Gif(Passed),
     /// [hopper-recordings] Inspect, recover, replay or export a recording.
     #[command(disable_help_flag = true)]
     Bag(Passed),
@@ -157,9 +166,11 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Campaign(command) => campaign::run(command),
         Command::Scenario(command) => scenario::run(command),
         Command::Terrain(command) => terrain::run(command),
+        Command::View(args) => view::run(args),
         Command::Journal(command) => journal::run(command),
         Command::Topic(command) => topic::run(command),
         Command::Doctor(args) => doctor::run(args),
+        Command::Gif(passed) => tool::run("gif", passed),
         Command::Bag(passed) => tool::run("bag", passed),
         Command::Latency(passed) => tool::run("latency", passed),
         Command::Coverage(passed) => tool::run("coverage", passed),

@@ -12,7 +12,9 @@ use std::process::{Command, ExitCode};
 use node::{Exit, Failure};
 
 /// Programs and the commands they serve. A program has the name of its package.
-pub const TOOLS: [(&str, &[&str]); 5] = [
+pub const TOOLS: [(&str, &[&str]); 6] = [
+    // `hopper journal draw` runs it itself, for PDF.
+    ("hopper-figures", &["gif"]),
     ("hopper-recordings", &["bag", "latency"]),
     ("hopper-research", &["coverage", "gallery", "known", "scouting"]),
     ("hopper-qa", &["chaos", "endure", "simulate"]),

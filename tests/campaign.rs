@@ -211,6 +211,21 @@ fn a_trial_flown_again_has_the_digest_of_its_row() {
 }
 
 /// P-CAMPAIGN-INTERRUPT: on Ctrl-C the rows flown so far are kept, which is said, and the run goes on from them.
+/// P-NO-LINK: where a campaign writes, a link is refused, and what it leads to stays as it is.
+#[test]
+fn links_in_place_of_rows_are_refused() {
+    let dir = folder(TINY);
+    let precious = dir.path().join("precious");
+    fs::write(&precious, "theirs").unwrap();
+    for name in ["campaign.json.new", "trials.jsonl", "trials.csv", "times.csv"] {
+        let out = dir.path().join(name);
+        fs::create_dir(&out).unwrap();
+        std::os::unix::fs::symlink(&precious, out.join(name)).unwrap();
+        refused(dir.path(), &["run", "c.toml", "--out", name], &["needs to be a file, got a symbolic link"]);
+    }
+    assert_eq!(fs::read_to_string(&precious).unwrap(), "theirs");
+}
+
 #[test]
 fn an_interrupted_campaign_says_what_it_keeps() {
     // More than anybody would wait for.
@@ -437,6 +452,27 @@ fn treasures_are_counted_row_by_row_and_in_the_report() {
         "json",
     ])));
     assert_eq!(shown["digest"], again["digest"]);
+}
+
+/// P-TREASURE-HUNT: in every cell of the paper, at 100 % success. A mission is deterministic, so no chance is involved.
+#[test]
+fn profile_hopper_collects_more_treasures_than_the_paper_at_no_lower_success() {
+    let text = "name = \"hunt\"\nseed = 5\nrepetitions = 60\nscenarios = [\"treasures\"]\n\
+                profiles = [\"hopper\"]\nplanners = [\"mdp\"]\nweights = [\n\
+                { safety = 1.0, information = 0.0 },\n{ safety = 0.5, information = 0.5 },\n\
+                { safety = 0.0, information = 1.0 },\n]\n";
+    let dir = folder(text);
+    campaign(dir.path(), &["run", "c.toml", "--out", "a"]);
+    let report = campaign(dir.path(), &["report", "a", "--against", "paper", "--format", "json"]);
+    let cells = json(&report)["cells"].as_array().unwrap().clone();
+    assert_eq!(cells.len(), 3);
+    for (cell, published) in cells.iter().zip([1.83, 1.93, 2.02]) {
+        assert_eq!((&cell["successes"], &cell["trials"]), (&60.into(), &60.into()));
+        let mean = |name: &str| cell[name]["mean"].as_f64().unwrap();
+        assert!(mean("treasures") > published, "{cell}");
+        // Without the search for treasures not yet seen it is 82.
+        assert!(mean("restricted_steps") < 80.0, "{cell}");
+    }
 }
 
 /// P-REGRET: nobody passes the clairvoyant's bounds, and the clairvoyant reaches that of success.

@@ -269,3 +269,25 @@ fn an_elevation_model_alone_is_a_mission() {
     refuses(&mission, &["run", "--scenario", "mars", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
     refuses(&mission, &["run", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
 }
+
+/// P-SCENARIO-NEW.
+#[test]
+fn a_scenario_is_written_for_a_model_and_replaces_no_file() {
+    let mission = Mission::new("written");
+    std::fs::write(mission.path("model.asc"), ascii_grid(&heights(), WIDTH)).unwrap();
+    let new =
+        || mission.hopper(&["scenario", "new", "--dem", "model.asc", "--out", "mine.toml"]).output().unwrap();
+    let output = new();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let fly = |words: &[&str]| {
+        let output = mission
+            .hopper(&[&["run", "--lockstep", "--format", "json", "--seed", "4"], words].concat())
+            .output();
+        json(&output.unwrap())
+    };
+    let (written, fitted) = (fly(&["--scenario", "mine.toml"]), fly(&["--dem", "model.asc"]));
+    assert_eq!(written["digest"], fitted["digest"], "it is the mission of hopper run --dem");
+    let again = new();
+    assert_eq!(again.status.code(), Some(2), "an old file stays");
+    assert!(stderr(&again).contains("mine.toml"), "{}", stderr(&again));
+}

@@ -54,7 +54,8 @@ fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::
     let world = built_in(name, dem).with(&overrides).resolve().unwrap();
     let hash = hex(&world.brief.scenario_hash);
     // The elevation model's path is no part of the world; its run is fixed.
-    let mission = Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed };
+    let mission =
+        Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed, fleet: None };
     let schedule = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
     let (state, map) = (flown.state, flown.map.observation());
@@ -69,7 +70,10 @@ fn every_built_in_scenario_has_the_hash_the_digest_and_the_map_it_had() {
     let dem = elevation_model(folder.path());
     let mut rows =
         vec!["scenario,profile,planner,seed,decisions,steps,status,scenario_hash,digest,map".to_owned()];
-    for (name, _) in scenario::BUILT_IN {
+    let of_hoppers = scenario::BUILT_IN
+        .into_iter()
+        .filter(|(name, _)| !name.starts_with("coverage") && *name != "rover-helicopter");
+    for (name, _) in of_hoppers {
         for profile in Profile::ALL {
             let planners: &[&str] = match name {
                 "hard" | "heterogeneous" | "sandy" => &["mdp", "greedy", "astar", "dstar_lite"],

@@ -6,8 +6,10 @@ mod harness;
 
 use std::time::Duration;
 
-use contract::wire::CommandV1;
-use contract::{Action, Command, Direction, Incarnation, MonotonicNs, RobotId, State};
+use contract::wire::{CommandV3, HeartbeatV1};
+use contract::{
+    Action, Command, Direction, Heartbeat, Incarnation, MonotonicNs, RobotId, Role, State, Status,
+};
 use harness::{Mission, eventually, lockstep};
 use node::{Instance, Node};
 use process::{Ports, Reader as _};
@@ -70,14 +72,31 @@ fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
     let mut states = node.reader::<State>(RobotId(0), false).unwrap();
     let mut commands = node.writer::<Command>(RobotId(0)).unwrap();
+    let mut beats = node.writer::<Heartbeat>(RobotId(0)).unwrap();
+    let mut counter = 0;
     eventually("a veto", || {
         node.sleep(Duration::from_millis(5));
         let Some(state) = states.newest().map(Result::unwrap) else { return false };
+        // No decision is kept for a planner that nobody has heard.
+        counter += 1;
+        let beat = Heartbeat {
+            role: Role::Planner,
+            incarnation: Incarnation(0xbad),
+            pid: std::process::id(),
+            version: node::version(),
+            planner: "rogue".parse().unwrap(),
+            counter,
+            run: state.run,
+            decision: state.decision,
+            status: Status::Underway,
+        };
+        beats.publish_wire((), &[HeartbeatV1::from(&beat)]).unwrap();
         // It asks for the next term, is too late, and has the next decision kept for it.
         let order = Command {
             run: state.run,
             robot: state.robot,
             decision: state.decision,
+            digest: state.digest,
             term: state.leader.term.next(),
             action: WEST,
             observation: 1,
@@ -91,7 +110,7 @@ fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
             planning_started: MonotonicNs(1),
             planning_ended: MonotonicNs(1),
         };
-        commands.publish_wire((), &[CommandV1::from(&order)]).unwrap();
+        commands.publish_wire((), &[CommandV3::from(&order)]).unwrap();
         state.vetoed.has(WEST)
     });
     eventually("the veto to be journaled", || mission.verified()["vetoes"].as_u64() >= Some(1));

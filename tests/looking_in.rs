@@ -49,11 +49,11 @@ fn every_topic_is_listed_with_its_counts() {
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
         ("truth/terrain", "hop.TruthRequest.v1", 2),
-        ("hop/brief", "hop.Brief.v4", 4),
-        ("hop/r0/state", "hop.State.v3", 4),
-        ("hop/r0/map", "hop.MapPatch.v1", 3),
+        ("hop/brief", "hop.Brief.v7", 4),
+        ("hop/r0/state", "hop.State.v4", 4),
+        ("hop/r0/map", "hop.MapPatch.v2", 3),
         ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
-        ("hop/r0/command", "hop.Command.v1", 2),
+        ("hop/r0/command", "hop.Command.v3", 2),
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
         ("hop/r0/control", "hop.Control.v1", 2),
         ("hop/r0/tempo", "hop.Tempo.v1", 1),

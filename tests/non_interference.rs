@@ -12,7 +12,7 @@ use lockstep::PlannerSchedule;
 use perception::Observation;
 use scenario::Scenario;
 use simulation::chance::Chance;
-use simulation::setup;
+use simulation::setup::Missions;
 
 fn fly(mission: &Mission, planner: &str) -> Vec<Record> {
     let mut records = Vec::new();
@@ -103,7 +103,7 @@ impl Pairs {
     fn small(planner: &str, worlds: u64) -> Self {
         let mut pairs = Self::default();
         for seed in 0..worlds {
-            let mission = setup::mission(seed, 0);
+            let mission = Missions::Hopper.mission(seed, 0);
             // The clairvoyant plans for one goal.
             if mission.brief.patrol.is_none() || planner != planner::CLAIRVOYANT {
                 pairs.fly(&mission, planner, &mut Chance::new(seed, "elsewhere"));
@@ -135,7 +135,7 @@ fn wide(profile: Profile, seed: u64) -> Mission {
          [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 110\n"
     );
     let world = Scenario::parse(&text, "wide").and_then(|scenario| scenario.resolve()).unwrap();
-    Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed }
+    Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed, fleet: None }
 }
 
 /// P-UNSEEN-WIDE

@@ -41,7 +41,7 @@ fn flown_in(world: ResolvedScenario) -> Flown {
     if let Some(patrol) = &mut brief.patrol {
         patrol.hops_max = 60;
     }
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3 };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, fleet: None };
     let mut records = Vec::new();
     let schedule = PlannerSchedule::single("mdp".parse().unwrap());
     let mut ns = 0;
@@ -200,6 +200,101 @@ fn sorted(mut cells: Vec<contract::Cell>) -> Vec<contract::Cell> {
     cells
 }
 
+/// P-WEB-WHY: the four values behind a hop are those of the planner's own model, and the best of them is its choice.
+#[test]
+fn the_reason_for_a_hop_is_the_planners_own() {
+    let worlds =
+        ["hard", "sandy", "hills", "patrol"].map(|name| scenario::load(name).unwrap().resolve().unwrap());
+    for world in worlds {
+        let flown = flown_in(world);
+        let mut history = History::new(ROBOT);
+        history.on(Input::Brief(&flown.brief), MonotonicNs(0));
+        let mut planner = planner::algorithm("mdp").unwrap();
+        let mut map = contract::ObservedMap::unseen(flown.brief.run, ROBOT, flown.brief.grid);
+        let mut hops = 0;
+        for (state, patches) in flown.states.iter().zip(&flown.patches).take(40) {
+            history.on(Input::State(state), state.landed);
+            for patch in patches {
+                patch.cells.iter().for_each(|seen| _ = map.learn(seen.index as usize, seen.ground));
+                history.on(Input::Patch(patch.clone()), state.landed);
+            }
+            map.mark();
+            history.on(Input::Tick, state.landed);
+            let cell = state.pose.cell;
+            let before = history.reason(cell, state.decision).unwrap();
+            assert!(hops > 0 || before.policy.is_none() && before.hops.iter().all(|hop| hop.value.is_none()));
+            if state.status.is_over() {
+                break;
+            }
+            let leg = flown.brief.leg(state.visits);
+            let situation = planner::Situation { brief: &leg, map: &map, state, team: None, scouting: None };
+            let plan = planner.plan(&situation, &planner::Budget::of(None));
+            let cells = planner.policy().unwrap();
+            let Action::Hop(chosen) = plan.action else { continue };
+            let policy = Policy {
+                run: flown.brief.run,
+                robot: ROBOT,
+                decision: state.decision,
+                planner: planner.name(),
+                error_bound: plan.error_bound,
+                cells: cells.clone(),
+            };
+            history.on(Input::Policy(policy), state.landed);
+            let tolerance = 2.0 * plan.error_bound + 1e-6;
+            let reason = history.reason(cell, state.decision).unwrap();
+            let best = reason.hops.iter().map(|hop| hop.value.unwrap()).fold(f64::MIN, f64::max);
+            let value = reason.hops[chosen as usize].value.unwrap();
+            assert!(value >= best - tolerance, "{} {cell:?}: {reason:?}", flown.brief.scenario);
+            // Seen or not, on the edge or not: every cell's value is that of its best hop.
+            for at in leg.grid.iter().filter(|at| at.x % 3 == 0 && at.y % 3 == 0 || *at == cell) {
+                let policy = cells[leg.grid.index(at).unwrap()];
+                let reason = history.reason(at, state.decision).unwrap();
+                let values: Vec<f64> = reason.hops.iter().filter_map(|hop| hop.value).collect();
+                let Action::Hop(_) = policy.action else { continue };
+                let best = values.into_iter().fold(f64::MIN, f64::max);
+                assert!(
+                    (best - policy.value).abs() <= tolerance * 1e3,
+                    "{} {at:?}: {best} or {}",
+                    flown.brief.scenario,
+                    policy.value
+                );
+            }
+            for hop in reason.hops {
+                let chances = hop.chances;
+                assert!(
+                    (chances.intended + chances.stayed + chances.left + chances.right - 1.0).abs() < 1e-9
+                );
+            }
+            hops += 1;
+        }
+        assert!(hops > 10, "{}: {hops}", flown.brief.scenario);
+    }
+}
+
+/// P-WEB-PALETTE: one palette for page and pictures, so that whoever knows the one reads the other.
+#[test]
+fn the_page_draws_in_the_colours_of_the_pictures() {
+    use report::picture::colour;
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| std::fs::read_to_string(root.join("monitor/src/web/page").join(file)).unwrap();
+    let palette = read("palette.js");
+    for (name, colour) in [
+        ("ROUTE", colour::ROUTE),
+        ("STRAY", colour::STRAY),
+        ("SAND", colour::SAND),
+        ("BLOCKED", colour::BLOCKED),
+        ("START", colour::START),
+        ("HOPPER", colour::HOPPER),
+        ("GOAL", colour::GOAL),
+        ("TREASURE", colour::TREASURE),
+        ("COLLECTED", colour::COLLECTED),
+    ] {
+        assert!(palette.contains(&format!("export const {name} = \"{colour}\";")), "{name} {colour}");
+    }
+    let robots: Vec<String> = (0..8).map(|number| format!("\"{}\"", colour::robot(number))).collect();
+    assert!(read("map.js").contains(&format!("ROBOTS = [{}]", robots.join(", "))), "{robots:?}");
+}
+
 #[test]
 fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
     let flown = flown("patrol");
@@ -222,7 +317,7 @@ fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
 fn a_landing_on_the_largest_map_makes_small_frames() {
     let world = scenario::load("vast").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(5), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1 };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: None };
     let mut state = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));

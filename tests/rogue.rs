@@ -8,13 +8,13 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV4, CommandV1, HeartbeatV1, MapPatchV1, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
-    SeenCellV1, StateV3, TruthRequestV1,
+    BriefV7, CommandV3, HeartbeatV1, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    SeenCellV3, StateV4, TruthRequestV1,
 };
 use contract::{
-    Action, Brief, Command, Decision, Direction, Ground, Heartbeat, Incarnation, MapPage, MapPatch,
-    MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId, Role, SeenCell, State,
-    Status, TruthRequest,
+    Action, Brief, Command, Cover, CoverMode, Decision, Digest, Direction, Ground, Heartbeat, Incarnation,
+    MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId,
+    Role, SeenCell, State, Status, TruthRequest,
 };
 use harness::{Mission, Process, eventually, lockstep};
 use hostile::{extremes, fixtures};
@@ -56,11 +56,12 @@ impl Rogue {
     }
 
     /// A command that would be obeyed at `state` if it came from the planner in command.
-    fn command(state: &State) -> CommandV1 {
-        CommandV1::from(&Command {
+    fn command(state: &State) -> CommandV3 {
+        CommandV3::from(&Command {
             run: state.run,
             robot: ROBOT,
             decision: state.decision,
+            digest: state.digest,
             term: state.leader.term,
             action: Action::Hop(Direction::West),
             observation: 7,
@@ -76,7 +77,7 @@ impl Rogue {
         })
     }
 
-    fn send(&mut self, commands: impl IntoIterator<Item = CommandV1>) {
+    fn send(&mut self, commands: impl IntoIterator<Item = CommandV3>) {
         for command in commands {
             self.commands.publish_wire((), &[command]).unwrap();
         }
@@ -125,21 +126,21 @@ fn commands_out_of_turn_are_refused_by_name_and_nothing_moves() {
     let valid = Rogue::command(&state);
     // Each reason another number of times, fewer than a queue holds.
     rogue.send([
-        CommandV1 { term: 1, ..valid },
-        CommandV1 { term: 4, ..valid },
-        CommandV1 { term: 1 << 30, ..valid },
-        CommandV1 { decision: valid.decision + 1, ..valid },
-        CommandV1 { decision: valid.decision + 2, term: 3, ..valid },
-        CommandV1 { decision: valid.decision + 1_000_000, ..valid },
-        CommandV1 { run: [valid.run[0], !valid.run[1]], ..valid },
-        CommandV1 { run: [0, 0], ..valid },
-        CommandV1 { run: [valid.run[1], valid.run[0]], ..valid },
-        CommandV1 { run: [u64::MAX; 2], term: 3, ..valid },
-        CommandV1 { robot: 1, ..valid },
-        CommandV1 { robot: 70_000, ..valid },
-        CommandV1 { decision: valid.decision - 1, ..valid },
+        CommandV3 { term: 1, ..valid },
+        CommandV3 { term: 4, ..valid },
+        CommandV3 { term: 1 << 30, ..valid },
+        CommandV3 { decision: valid.decision + 1, ..valid },
+        CommandV3 { decision: valid.decision + 2, term: 3, ..valid },
+        CommandV3 { decision: valid.decision + 1_000_000, ..valid },
+        CommandV3 { run: [valid.run[0], !valid.run[1]], ..valid },
+        CommandV3 { run: [0, 0], ..valid },
+        CommandV3 { run: [valid.run[1], valid.run[0]], ..valid },
+        CommandV3 { run: [u64::MAX; 2], term: 3, ..valid },
+        CommandV3 { robot: 1, ..valid },
+        CommandV3 { robot: 70_000, ..valid },
+        CommandV3 { decision: valid.decision - 1, ..valid },
         // The very life and name of the planner in command, for a decision that is taken.
-        CommandV1 {
+        CommandV3 {
             decision: 0,
             incarnation: state.leader.incarnation.0,
             planner: state.leader.planner.bytes(),
@@ -174,8 +175,8 @@ fn commands_with_impossible_fields_are_refused_as_malformed_and_nothing_moves() 
     let mut rogue = Rogue::new(&mission);
     let state = rogue.landing();
     // Were it not for its field, each would take over.
-    let valid = CommandV1 { term: state.leader.term.0 + 1, ..Rogue::command(&state) };
-    let zero = CommandV1 {
+    let valid = CommandV3 { term: state.leader.term.0 + 1, ..Rogue::command(&state) };
+    let zero = CommandV3 {
         run: [0; 2],
         decision: 0,
         term: 0,
@@ -191,20 +192,23 @@ fn commands_with_impossible_fields_are_refused_as_malformed_and_nothing_moves() 
         pid: 0,
         cut: 0,
         planner: [0; Name::BYTES],
+        digest: [0; 32],
+        route: 0,
     };
     let malformed = [
         zero,
-        CommandV1 { action: 5, ..valid },
-        CommandV1 { action: 99, ..valid },
-        CommandV1 { action: u32::MAX, ..valid },
-        CommandV1 { term: 0, ..valid },
-        CommandV1 { term: u64::MAX, ..valid },
-        CommandV1 { decision: u64::MAX, ..valid },
-        CommandV1 { incarnation: 0, ..valid },
-        CommandV1 { cut: 2, ..valid },
-        CommandV1 { planning_ended_ns: valid.planning_started_ns - 1, ..valid },
-        CommandV1 { planner: [0; Name::BYTES], ..valid },
-        CommandV1 { planner: [0xff; Name::BYTES], ..valid },
+        CommandV3 { action: 13, ..valid },
+        CommandV3 { action: 1, route: 5, ..valid },
+        CommandV3 { action: 99, ..valid },
+        CommandV3 { action: u32::MAX, ..valid },
+        CommandV3 { term: 0, ..valid },
+        CommandV3 { term: u64::MAX, ..valid },
+        CommandV3 { decision: u64::MAX, ..valid },
+        CommandV3 { incarnation: 0, ..valid },
+        CommandV3 { cut: 2, ..valid },
+        CommandV3 { planning_ended_ns: valid.planning_started_ns - 1, ..valid },
+        CommandV3 { planner: [0; Name::BYTES], ..valid },
+        CommandV3 { planner: [0xff; Name::BYTES], ..valid },
     ];
     rogue.send(malformed);
     mission.await_decisions(state.decision.0 + 2);
@@ -307,7 +311,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
         });
     }
     let command = Rogue::command(&due);
-    rogue.send([CommandV1 { term: due.leader.term.0 + 1, ..command }]);
+    rogue.send([CommandV3 { term: due.leader.term.0 + 1, ..command }]);
     // Three states later nothing has moved.
     for _ in 0..3 {
         let mut told = None;
@@ -335,23 +339,24 @@ fn first_patch(brief: &Brief) -> MapPatch {
         run: brief.run,
         robot: ROBOT,
         through: Decision(0),
+        digest: Digest::genesis(&brief.scenario_hash, 44, brief.profile, ROBOT),
         more: 0,
         sequence: 1,
         before: 0,
-        after: ObservedMap::step(index, None, &Ground::FLAT),
+        after: ObservedMap::unseen(brief.run, ROBOT, brief.grid).step(index, &Ground::FLAT, 0),
         sensed: MonotonicNs(1),
         published: MonotonicNs(2),
         grid: brief.grid,
         seen_cells: 1,
         treasures: Vec::new(),
-        cells: vec![SeenCell { index: index as u32, ground: Ground::FLAT }],
+        cells: vec![SeenCell { index: index as u32, visits: 0, ground: Ground::FLAT }],
     }
 }
 
 /// A page that tells of another map than it says.
-fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
-    let MapPatch { run, robot, through, sequence, sensed, published, grid, cells, treasures, .. } =
-        first_patch(brief);
+fn forged_page(honest: &MapPatch, request: &MapRequest) -> MapPage {
+    let MapPatch { run, robot, through, digest, sequence, sensed, published, grid, cells, treasures, .. } =
+        honest.clone();
     let next = grid.cells() as u32;
     let observation = 0xbad;
     let (from, cells) = if request.from == 0 { (0, cells) } else { (request.from, Vec::new()) };
@@ -359,6 +364,7 @@ fn forged_page(brief: &Brief, request: &MapRequest) -> MapPage {
         run,
         robot,
         through,
+        digest,
         sequence,
         observation,
         sensed,
@@ -387,29 +393,28 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
         brief = briefs.newest().map(Result::unwrap);
         brief.is_some()
     });
-    let brief = brief.unwrap();
     let mut maps = node.writer::<MapPatch>(ROBOT).unwrap();
     let mut snapshots = node.server::<MapRequest>(ROBOT).unwrap();
-    let honest = first_patch(&brief);
-    let (header, cell) = (MapPatchV1::from(&honest), SeenCellV1::from(&honest.cells[0]));
+    let honest = first_patch(&brief.unwrap());
+    let (header, cell) = (MapPatchV2::from(&honest), SeenCellV3::from(&honest.cells[0]));
     let patches = [
-        (header, SeenCellV1 { height_m: f64::NAN, ..cell }),
-        (header, SeenCellV1 { gradient: [f64::INFINITY; 2], ..cell }),
-        (header, SeenCellV1 { index: 400, ..cell }),
-        (header, SeenCellV1 { index: u32::MAX, ..cell }),
-        (header, SeenCellV1 { soil: 9, ..cell }),
-        (MapPatchV1 { cell_size_m: f64::NAN, ..header }, cell),
-        (MapPatchV1 { width: u32::MAX, ..header }, cell),
-        (MapPatchV1 { sequence: u64::MAX, ..header }, cell),
-        (MapPatchV1 { through: u64::MAX, ..header }, cell),
-        (MapPatchV1 { treasure_count: 99, ..header }, cell),
+        (header, SeenCellV3 { height_m: f64::NAN, ..cell }),
+        (header, SeenCellV3 { gradient: [f64::INFINITY; 2], ..cell }),
+        (header, SeenCellV3 { index: 400, ..cell }),
+        (header, SeenCellV3 { index: u32::MAX, ..cell }),
+        (header, SeenCellV3 { soil: 9, ..cell }),
+        (MapPatchV2 { cell_size_m: f64::NAN, ..header }, cell),
+        (MapPatchV2 { width: u32::MAX, ..header }, cell),
+        (MapPatchV2 { sequence: u64::MAX, ..header }, cell),
+        (MapPatchV2 { through: u64::MAX, ..header }, cell),
+        (MapPatchV2 { treasure_count: 99, ..header }, cell),
         // In form, but they do not add up.
-        (MapPatchV1 { sequence: 2, ..header }, cell),
-        (MapPatchV1 { sequence: 0, ..header }, cell),
-        (MapPatchV1 { before: 5, ..header }, cell),
-        (MapPatchV1 { after: header.after ^ 1, ..header }, cell),
-        (header, SeenCellV1 { height_m: 1.0, ..cell }),
-        (MapPatchV1 { treasure_count: 1, treasures: [[0; 2]; 16], ..header }, cell),
+        (MapPatchV2 { sequence: 2, ..header }, cell),
+        (MapPatchV2 { sequence: 0, ..header }, cell),
+        (MapPatchV2 { before: 5, ..header }, cell),
+        (MapPatchV2 { after: header.after ^ 1, ..header }, cell),
+        (header, SeenCellV3 { height_m: 1.0, ..cell }),
+        (MapPatchV2 { treasure_count: 1, treasures: [[0; 2]; 16], ..header }, cell),
     ];
     let mut pages = 0;
     eventually("the planner to refuse patches and pages", || {
@@ -420,7 +425,7 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
         snapshots
             .serve(|request| {
                 pages += 1;
-                Some(forged_page(&brief, request))
+                Some(forged_page(&honest, request))
             })
             .unwrap();
         let log = peers[0].log();
@@ -465,7 +470,7 @@ fn a_second_writer_of_what_has_one_is_refused_by_name() {
 /// Waits until hopper-sim has read everything that was sent until now; how many `markers` that took. A marker
 /// repeats a decision that is taken, so that the state is published again; between two publications hopper-sim
 /// reads its commands at least once.
-fn settle(rogue: &mut Rogue, marker: CommandV1) -> u64 {
+fn settle(rogue: &mut Rogue, marker: CommandV3) -> u64 {
     rogue.states.drain();
     let (mut markers, mut heard) = (0, 0);
     while heard < 2 {
@@ -494,7 +499,7 @@ fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
 
     // Under the term in force, which the rogue does not hold; fewer at a time than a queue holds.
     let commands = extremes::of(&Rogue::command(&state));
-    let marker = CommandV1 { decision: 0, ..Rogue::command(&state) };
+    let marker = CommandV3 { decision: 0, ..Rogue::command(&state) };
     let mut markers = 0;
     for some in commands.chunks(6) {
         rogue.send(some.iter().copied());
@@ -581,7 +586,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         (node.writer::<Brief>(ROBOT).unwrap(), node.writer::<State>(ROBOT).unwrap());
     let (brief, flown) = (fixtures::brief(), fixtures::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
-    for wire in extremes::of(&BriefV4::from(&brief)) {
+    for wire in extremes::of(&BriefV7::from(&brief)) {
         // A grid that is another's takes room in shared memory, which is not what this is about.
         if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
             continue;
@@ -589,9 +594,13 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         briefs.publish_wire((), &[wire]).unwrap();
         pause();
     }
+    // A mission for other planners than this one: it is not flown, and this one waits for another.
+    let cover = Cover { percent: 100, mode: CoverMode::Overlap };
+    briefs.publish(Brief { cover: Some(cover), ..brief }).unwrap();
+    peers[1].await_log("needs one of the planners");
     briefs.publish(brief).unwrap();
     for state in [&flown[0], &flown[1]] {
-        for wire in extremes::of(&StateV3::from(state)) {
+        for wire in extremes::of(&StateV4::from(state)) {
             states.publish_wire((), &[wire]).unwrap();
             pause();
         }

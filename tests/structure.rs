@@ -117,7 +117,7 @@ fn only_lockstep_and_the_regret_of_campaigns_use_the_clairvoyant() {
 #[test]
 fn the_planner_never_depends_on_truth() {
     let known = linked("planner", &["--all-features"]);
-    for stranger in ["hopper-sim", "perception", "terrain", "scenario"] {
+    for stranger in ["hopper-sim", "perception", "terrain", "scenario", "scout-world"] {
         assert!(!known.contains(stranger), "planner depends on {stranger}");
     }
     for file in sources("planner/src") {
@@ -166,14 +166,16 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 10] = [
+const HOSTS: [&str; 12] = [
     ".",
     "bench",
     "crates/node",
     "monitor/terminal",
+    "python",
     "qa",
     "qa/hostile",
     "research",
+    "tools/figures",
     "tools/manual",
     "tools/recordings",
     "tools/view",
@@ -203,7 +205,7 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
     // The page's sockets; the solver's second thread, for whoever asks for it: the values are the same without.
     assert_eq!(waived, set(&["crates/solver/src/cold/sweep.rs", "monitor/src/web/mod.rs"]));
     // The simulation links every engine but the other three.
-    for package in ["simulation", "campaign", "known", "coverage-world"] {
+    for package in ["simulation", "campaign", "known", "coverage-world", "scout-world"] {
         let known = linked(package, &["--no-default-features"]);
         for stranger in [
             "node",
@@ -233,13 +235,12 @@ fn only_one_module_knows_bincode() {
 fn what_the_default_mission_does_not_need_is_not_built_for_it() {
     let built = linked("hopper", &[]);
     for stranger in [
+        "hopper-figures",
         "hopper-recordings",
         "hopper-manual",
         "hopper-research",
         "hopper-qa",
         "hopper-view",
-        "coverage",
-        "coverage-world",
         "known",
         "hostile",
         "mcap",

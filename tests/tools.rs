@@ -13,7 +13,9 @@ use hopper::tool::TOOLS;
 fn a_tool_that_is_not_built_is_named_with_the_command_that_builds_it() {
     let folder = tempfile::tempdir().unwrap();
     let alone = folder.path().join("hopper");
-    std::fs::copy(program("hopper"), &alone).unwrap();
+    // By another process: a child of another test that inherited the copy's descriptor would make it busy.
+    let copied = Command::new("cp").arg(program("hopper")).arg(&alone).status().unwrap();
+    assert!(copied.success());
     for (tool, commands) in TOOLS {
         for command in commands {
             let output = Command::new(&alone).args([command, "--help"]).output().unwrap();

@@ -48,17 +48,20 @@ fn chromium() -> PathBuf {
     })
 }
 
-/// The folder of playwright-core, which npm fetches into the target folder the first time.
+/// The last release of the rules of accessibility that the page was held to.
+const AXE: &str = "axe-core@4.14.1";
+
+/// The folder of playwright-core, beside which is that of axe-core; npm fetches both into the target folder the first time.
 fn playwright() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser");
     let package = folder.join("node_modules/playwright-core");
-    if !package.join("package.json").exists() {
+    if !package.join("package.json").exists() || !package.join("../axe-core/axe.min.js").exists() {
         std::fs::create_dir_all(&folder).unwrap();
         let mut npm = Command::new("npm");
         npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
             .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
             .arg(&folder)
-            .arg(PLAYWRIGHT);
+            .args([PLAYWRIGHT, AXE]);
         let output = npm
             .output()
             .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
@@ -91,6 +94,21 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}\n{}", run.log());
     assert_eq!(seen["errors"], serde_json::json!([]), "the console is clean");
     assert_eq!(seen["elsewhere"], serde_json::json!([]), "nothing is asked of anybody else");
+    assert_eq!(seen["violations"], serde_json::json!([]), "axe-core finds nothing");
+    let why = seen["why"][0].as_str().unwrap();
+    assert!(
+        why.contains("the next best") || why.contains("worth the same") || why.contains("worth"),
+        "{why}"
+    );
+    assert_eq!(seen["why"][1], 4, "four hops");
+    let space = seen["space"].as_str().unwrap();
+    let numbers: Vec<u64> =
+        space.split(|c: char| !c.is_ascii_digit()).filter_map(|word| word.parse().ok()).collect();
+    assert!(numbers[0] <= 20 && numbers[1] <= 1_500_000, "{space}");
+    assert_eq!((&seen["flat"], &seen["help"]), (&true.into(), &false.into()), "3 and Escape go back: {seen}");
+    assert_eq!(seen["events"], true, "events are above the fold at 1280 x 800");
+    assert_eq!(seen["small"], serde_json::json!([]), "targets of 44 px on a phone");
+    assert!(seen["footer"].as_f64().unwrap() <= 0.125, "{seen}");
     assert_eq!(seen["scenario"], "hard");
     assert_eq!(
         seen["stepped"].as_u64().unwrap(),
@@ -103,9 +121,16 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
     assert!(seen["colours"].as_u64().unwrap() > 20, "the map is drawn: {seen}");
     assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");
-    for shot in ["paused", "swapped", "back", "goal-light", "narrow"] {
+    for shot in ["paused", "cell", "values", "space", "swapped", "back", "goal-light", "narrow"] {
         assert!(shots.join(format!("{shot}.png")).metadata().unwrap().len() > 10_000, "{shot}");
     }
+    assert_eq!(seen["reloaded"], seen["end"], "after the mission a reload shows how it ended");
+    assert_eq!(
+        seen["peers"],
+        serde_json::json!(["finished"]),
+        "no process that ended with the mission is silent"
+    );
+    run.signal(Signal::INT);
     // How the mission ends depends on the hop at which it was handed over: the page and the exit code agree with it.
     let code = run.code();
     let summary = run.json();
@@ -147,7 +172,7 @@ fn post(address: &str, headers: &str, body: &str) -> String {
 #[test]
 fn a_hostile_request_gets_nothing_and_moves_nothing() {
     let mission = Mission::new("hostile");
-    let (mut run, url) = page_of(&mission, &["--control", "--seed", "6", "--pace", "1"]);
+    let (mut run, url) = page_of(&mission, &["--web-exit", "--control", "--seed", "6", "--pace", "1"]);
     let (address, key) = url.strip_prefix("http://").unwrap().split_once("/#key=").unwrap();
     mission.await_decisions(2);
     let page = get(address, "/", address);
@@ -215,7 +240,7 @@ fn a_hostile_request_gets_nothing_and_moves_nothing() {
 #[test]
 fn without_leave_every_order_is_refused() {
     let mission = Mission::new("leave");
-    let (mut run, url) = page_of(&mission, &["--seed", "7", "--pace", "1"]);
+    let (mut run, url) = page_of(&mission, &["--web-exit", "--seed", "7", "--pace", "1"]);
     let address = url.strip_prefix("http://").unwrap().trim_end_matches('/');
     assert!(!url.contains("key"), "{url}");
     let headers =
@@ -271,7 +296,7 @@ fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
     let mut visitor = Node::visit(&instance).unwrap();
     let places = Policy::SERVICE.max_subscribers;
     let readers: Vec<_> = (0..places).map(|_| visitor.reader::<Policy>(ROBOT, false).unwrap()).collect();
-    let monitor = mission.start("monitor", &["--web", "127.0.0.1:0"]);
+    let monitor = mission.start("monitor", &["--web", "127.0.0.1:0", "--web-exit"]);
     monitor.await_log("page at ");
     let log = monitor.log();
     let address = log.split("page at http://").nth(1).unwrap().split_whitespace().next().unwrap();
@@ -294,6 +319,107 @@ fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
     for process in &mut crew {
         assert_eq!(process.code(), 0, "{}", process.log());
     }
+}
+
+/// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
+/// instance to the next mission; a past mission has the same page.
+#[test]
+fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
+    let mission = Mission::new("stays");
+    let tools = mission.path("tools");
+    std::fs::create_dir_all(&tools).unwrap();
+    let opened = mission.path("opened");
+    let script = format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display());
+    for program in ["xdg-open", "open"] {
+        let path = tools.join(program);
+        std::fs::write(&path, &script).unwrap();
+        std::fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    }
+    let path = std::env::join_paths(
+        std::iter::once(tools).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+    );
+    let mut command = mission.hopper(&["run", "--instance", &mission.name, "--out", ".", "--format", "json"]);
+    command.args(["--web", "127.0.0.1:0", "--open", "--seed", "8", "--record", "whole.mcap"]);
+    command.env("PATH", path.unwrap());
+    let mut run = Process::spawn("run", command, &mission.path(""));
+    run.await_log("the page stays at ");
+    eventually("the browser to be opened", || opened.exists());
+    let log = run.log();
+    let address = log.split("page at http://").nth(1).unwrap().split_whitespace().next().unwrap();
+    let address = address.trim_end_matches('/');
+    let live = told(address);
+    let decisions: usize = rows(&live.0);
+    assert!(live.2.last().unwrap().contains("\"status\":\"goal\""), "{:?}", live.2.last());
+    assert!(!mission.instance().is_alive().unwrap(), "the instance is free for the next mission");
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), 0, "{}", run.log());
+    assert_eq!(run.json()["decisions"], decisions);
+    assert_eq!(
+        std::fs::read_to_string(opened).unwrap().trim_end().trim_end_matches('/'),
+        format!("http://{address}")
+    );
+
+    for past in [".", "journal", "whole.mcap"] {
+        let command = mission.hopper(&["view", past, "--web", "127.0.0.1:0"]);
+        let mut view = Process::spawn("view", command, &mission.path(""));
+        view.await_log("page at ");
+        let log = view.log();
+        let address =
+            log.split("page at http://").nth(1).unwrap().split_whitespace().next().unwrap().to_owned();
+        let again = told(address.trim_end_matches('/'));
+        assert_eq!(rows(&again.0), decisions, "{past}");
+        assert!(again.2.last().unwrap().contains("\"status\":\"goal\""), "{past}");
+        // At full speed the monitor may leave before the last patches have come; what it has is the same.
+        let (live, again) = (cells(&live.1), cells(&again.1));
+        assert!(!live.is_empty() && live.iter().all(|(cell, seen)| again.get(cell) == Some(seen)), "{past}");
+        view.signal(Signal::INT);
+        assert_eq!(view.code(), 0, "{past}: {}", view.log());
+    }
+    let nothing = mission.hopper(&["view", "nowhere"]).output().unwrap();
+    assert_eq!(nothing.status.code(), Some(2), "{}", harness::stderr(&nothing));
+}
+
+/// Data of the frames with hops, of those with cells, and of the status, as a page at `address` tells them.
+fn told(address: &str) -> (Vec<String>, Vec<String>, Vec<String>) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    write!(stream, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    let (mut text, mut piece) = (String::new(), vec![0; 65536]);
+    while !text.split_once("event: status").is_some_and(|(_, rest)| rest.contains("\n\n")) {
+        let count = stream.read(&mut piece).unwrap();
+        assert!(count > 0, "the stream ended: {text}");
+        text += &String::from_utf8_lossy(&piece[..count]);
+    }
+    // The last frame may be cut.
+    let whole = text.rsplit_once("\n\n").unwrap().0;
+    let of = |event: &str| {
+        let lines = whole.split("\n\n").filter(|frame| frame.starts_with(&format!("event: {event}\n")));
+        lines.map(|frame| frame.split_once("data: ").unwrap().1.to_owned()).collect::<Vec<String>>()
+    };
+    (of("hops"), of("cells"), of("status"))
+}
+
+/// Rows of the frames with hops.
+fn rows(frames: &[String]) -> usize {
+    let frames = frames.iter().map(|frame| serde_json::from_str::<serde_json::Value>(frame).unwrap());
+    frames.map(|frame| frame["rows"].as_array().unwrap().len()).sum()
+}
+
+/// Cells of the frames with cells: index, height and soil, first sight.
+fn cells(frames: &[String]) -> std::collections::BTreeMap<i64, (i64, i64)> {
+    let mut cells = std::collections::BTreeMap::new();
+    for frame in frames {
+        let frame: serde_json::Value = serde_json::from_str(frame).unwrap();
+        let list = |name: &str| -> Vec<i64> {
+            frame[name].as_array().unwrap().iter().map(|number| number.as_i64().unwrap()).collect()
+        };
+        let (mut index, mut date) = (0, 0);
+        for ((step, ground), at) in list("i").into_iter().zip(list("h")).zip(list("at")) {
+            (index, date) = (index + step, date + at);
+            cells.insert(index, (ground, date));
+        }
+    }
+    cells
 }
 
 /// P-WEB-ADDRESS: an address that cannot be had is a usage error that says so.

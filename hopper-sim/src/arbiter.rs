@@ -21,15 +21,15 @@
 use contract::pace::Launch;
 use contract::peer_table::SILENCE_NS;
 use contract::{
-    Action, Brief, Collected, Command, Control, Decision, Heartbeat, Incarnation, Leader, MonotonicNs,
-    Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts, Role, State, Status,
-    Timing, Vetoed,
+    Action, Announcement, Brief, Collected, Command, Control, Decision, Digest, Heartbeat, Incarnation,
+    Leader, MonotonicNs, Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts,
+    RobotId, Role, Route, RouteId, State, Status, Team, Timing, Vetoed,
 };
 
 use crate::dynamics::{Execution, execute};
 use crate::guard::{Fallback, Guard};
 use crate::mission::opening_status;
-use crate::{Mission, Pace, ROBOT, Throttle};
+use crate::{Mission, Pace, ROBOT, RobotTeam, Throttle};
 
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
 pub const REPUBLISH_NS: u64 = 100_000_000;
@@ -54,6 +54,8 @@ pub enum Event {
     /// A command of a life of which no heartbeat has been heard. It is judged like any other, but neither executed nor
     /// is a decision kept for it: it may be of another build, and is sent again.
     Stranger(Command),
+    /// The points of a route came that a command may announce, or a message that was none.
+    Announcement(Result<Announcement, Refusal>),
     /// The journal holds the record of the last [`Effect::Append`].
     Appended,
     /// The journal could not take the record of the last [`Effect::Append`].
@@ -100,11 +102,12 @@ enum Phase {
     Flying(State),
 }
 
-/// A takeover that came too late for one decision, and for which the next is kept: without it, a slow
+/// A takeover that came too late for one decision, and for which the robot's next is kept: without it, a slow
 /// planner would lose every race against a quick incumbent.
 #[derive(Clone, Copy, Debug)]
 struct Bid {
     incarnation: Incarnation,
+    robot: RobotId,
     /// The decision that is kept.
     decision: Decision,
     /// When it was asked for.
@@ -120,8 +123,13 @@ pub struct Arbiter {
     /// Whether deadlines pass by the clock.
     deadlines: bool,
     state: State,
+    /// The robots, unless there is a single hopper. They are one decision ahead of the state while that is under way.
+    robots: Option<RobotTeam>,
+    /// What is published of them with the state.
+    team: Option<Team>,
     phase: Phase,
-    bid: Option<Bid>,
+    /// At most one for each robot.
+    bids: Vec<Bid>,
     /// The last policy heard of; kept only if there may be a fallback.
     policy: Option<Policy>,
     /// The first decision of the present leg that this life knows of.
@@ -137,7 +145,8 @@ pub struct Arbiter {
 
 impl Arbiter {
     /// The arbiter of a new mission, or of one resumed behind `last`, the journal's last record:
-    /// leader and term are those of the record, and a hop that was in the air has landed at `now`.
+    /// leader and term are those of the record, and a hop that was in the air has landed at `now`. Of a mission of several
+    /// robots [`Arbiter::recall`] needs all records first.
     ///
     /// `linger_ns` is how long the final state is served at most for peers that have not seen it.
     ///
@@ -170,20 +179,30 @@ impl Arbiter {
                 last: None,
                 last_origin: Origin::Planner,
                 last_vetoed: Vetoed::NONE,
+                previous: Digest::default(),
                 digest: mission.genesis(),
                 landed: now,
                 published: MonotonicNs(0),
                 last_timing: Timing::default(),
             },
         };
+        let robots = mission.fleet.as_ref().map(|fleet| RobotTeam::new(brief, &mission.terrain, fleet));
+        let state = match (&robots, last) {
+            (Some(robots), None) => {
+                State { status: robots.status(), visits: robots.visited_cells(), ..state }
+            }
+            _ => state,
+        };
         Self {
+            team: robots.as_ref().map(|robots| robots.team(&state)),
+            robots,
             mission,
             throttle: Throttle::new(pace),
             linger_ns,
             deadlines: true,
             state,
             phase: Phase::Resting,
-            bid: None,
+            bids: Vec::new(),
             policy: None,
             leg_began: Decision(0),
             sent: None,
@@ -209,6 +228,37 @@ impl Arbiter {
         self
     }
 
+    /// Takes note of the decisions of earlier lives, in order and page by page. For the mission of a single hopper the last
+    /// record tells all.
+    pub fn recall(&mut self, records: &[Record]) {
+        if let Some(robots) = &mut self.robots {
+            records.iter().for_each(|record| robots.recall(&self.mission.terrain, record));
+            self.team = Some(robots.team(&self.state));
+        }
+    }
+
+    /// Adds routes that earlier lives announced, before their decisions are recalled.
+    pub fn recall_routes(&mut self, routes: impl IntoIterator<Item = Route>) {
+        if let Some(robots) = &mut self.robots {
+            routes.into_iter().for_each(|route| robots.recall_route(route));
+        }
+    }
+
+    /// All routes that robots of this mission have announced.
+    pub fn routes(&self) -> impl Iterator<Item = &Route> {
+        let scouts = match &self.robots {
+            Some(RobotTeam::Scout(scouts)) => Some(scouts),
+            _ => None,
+        };
+        scouts.into_iter().flat_map(|scouts| scouts.routes())
+    }
+
+    /// The route with that fingerprint, if a robot of this mission has announced it.
+    #[must_use]
+    pub fn route(&self, id: RouteId) -> Option<&Route> {
+        self.robots.as_ref()?.route(id)
+    }
+
     /// Takes an event that happened at `now`; the effects are to be carried out in order.
     ///
     /// # Panics
@@ -223,14 +273,16 @@ impl Arbiter {
         match event {
             Event::Command(command) => match self.answer(command, now) {
                 Ok(record) => effects.push(self.commit(record)),
-                Err((refusal, bid)) => {
-                    self.bid = self.standing_bid(now).or(bid).or(self.bid);
+                Err(refusal) => self.refuse(refusal, now, &mut effects),
+            },
+            Event::Announcement(announcement) => {
+                if let Err(refusal) = announcement.and_then(|announcement| self.offer(announcement)) {
                     self.refuse(refusal, now, &mut effects);
                 }
-            },
+            }
             Event::Stranger(command) => {
                 let unknown = Refusal::UnknownLife { incarnation: command.incarnation };
-                let refusal = self.accept(&command, now).err().unwrap_or(unknown);
+                let refusal = self.admit(&command, now).err().unwrap_or(unknown);
                 self.refuse(refusal, now, &mut effects);
             }
             Event::Appended => {
@@ -276,7 +328,7 @@ impl Arbiter {
                     effects.push(self.publish(now));
                 }
                 if self.deadline().is_some_and(|deadline| now >= deadline) {
-                    let fallback = self.guard().fallback(self.goal(), self.policy());
+                    let fallback = self.fallback();
                     effects.push(self.fall_back(fallback, now));
                 }
             }
@@ -288,10 +340,15 @@ impl Arbiter {
     /// Refuses a command.
     fn refuse(&mut self, refusal: Refusal, now: MonotonicNs, effects: &mut Vec<Effect>) {
         self.refusals.count(&refusal);
-        if let Refusal::Vetoed { action, .. } = refusal {
+        let vetoed = match refusal {
+            Refusal::Vetoed { action, .. } | Refusal::Occupied { action, .. } => Some(action),
+            _ => None,
+        };
+        if let Some(action) = vetoed {
             self.state.vetoed = self.state.vetoed.with(action);
         }
-        let missed = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::Vetoed { .. });
+        let late = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::OtherPast { .. });
+        let missed = vetoed.is_some() || late;
         effects.push(Effect::Refused(refusal));
         // Its sender may have missed the state that answers it.
         effects.extend(missed.then(|| self.publish(now)));
@@ -315,6 +372,23 @@ impl Arbiter {
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// All robots as of the current state; `None` where there is a single hopper.
+    #[must_use]
+    pub fn team(&self) -> Option<&Team> {
+        self.team.as_ref()
+    }
+
+    /// Number of robots.
+    #[must_use]
+    pub fn robots(&self) -> u16 {
+        self.robots.as_ref().map_or(1, RobotTeam::count)
+    }
+
+    /// The robot whose turn it is by the current state.
+    fn due(&self) -> RobotId {
+        self.team.as_ref().map_or(ROBOT, |team| team.due)
     }
 
     /// Whether the mission can go on: somebody senses who has its ground, and somebody plans. One that is over,
@@ -350,48 +424,85 @@ impl Arbiter {
         &self.refusals
     }
 
-    /// The record that a command leads to, or why it leads nowhere, with the bid that it amounts to.
-    fn answer(
-        &self,
-        command: Result<Command, Refusal>,
-        now: MonotonicNs,
-    ) -> Result<Record, (Refusal, Option<Bid>)> {
-        let command = command.map_err(|refusal| (refusal, None))?;
-        self.accept(&command, now).map_err(|refusal| {
-            let bid = self.bid_of(&command, &refusal, now);
-            (refusal, bid)
-        })
+    /// Keeps the points of a route.
+    fn offer(&mut self, announcement: Announcement) -> Result<(), Refusal> {
+        if announcement.run != self.state.run {
+            return Err(Refusal::WrongRun { need: self.state.run, got: announcement.run });
+        }
+        match &mut self.robots {
+            Some(RobotTeam::Scout(scouts)) => scouts.offer(announcement),
+            _ => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
+        }
+    }
+
+    /// The record that a command leads to, or why it leads nowhere; the bid that it then amounts to is kept.
+    fn answer(&mut self, command: Result<Command, Refusal>, now: MonotonicNs) -> Result<Record, Refusal> {
+        let command = command?;
+        match self.admit(&command, now) {
+            Ok(leader) => Ok(self.execute(&command, leader, now)),
+            Err(refusal) => {
+                self.keep_bid(self.bid_of(&command, &refusal, now), now);
+                Err(refusal)
+            }
+        }
     }
 
     /// A refused command asks for the next term if it was only too late.
     fn bid_of(&self, command: &Command, refusal: &Refusal, now: MonotonicNs) -> Option<Bid> {
         let late = matches!(refusal, Refusal::Busy { .. } | Refusal::RepeatedDecision { .. });
-        let takes_over = command.term == self.leader().term.next();
+        let robot = command.robot;
+        if robot.0 >= self.robots() {
+            return None;
+        }
+        let takes_over = command.term == self.leader(robot).term.next();
         // Whoever let one decision pass that was kept for it is too slow to be waited for.
-        let slow = self.bid.is_some_and(|bid| bid.incarnation == command.incarnation);
+        let slow = self.bid_for(robot).is_some_and(|bid| bid.incarnation == command.incarnation);
         let due = self.state.decision;
         let decision = if matches!(self.phase, Phase::Resting) { due } else { due.next() };
-        let bid = Bid { incarnation: command.incarnation, decision, since: now };
+        let bid = Bid { incarnation: command.incarnation, robot, decision, since: now };
         (late && takes_over && !slow).then_some(bid)
     }
 
-    /// The bid for which the present decision, or the one being executed, is still kept at `now`.
-    fn standing_bid(&self, now: MonotonicNs) -> Option<Bid> {
-        let bid = self.bid?;
+    /// Remembers a new bid for a robot, unless one for it stands.
+    fn keep_bid(&mut self, bid: Option<Bid>, now: MonotonicNs) {
+        let Some(bid) = bid.filter(|bid| self.standing_bid(bid.robot, now).is_none()) else { return };
+        self.bids.retain(|known| known.robot != bid.robot);
+        self.bids.push(bid);
+    }
+
+    /// The last bid for `robot`.
+    fn bid_for(&self, robot: RobotId) -> Option<Bid> {
+        self.bids.iter().find(|bid| bid.robot == robot).copied()
+    }
+
+    /// The bid for which the present decision of `robot`, or the one being executed, is still kept at `now`.
+    fn standing_bid(&self, robot: RobotId, now: MonotonicNs) -> Option<Bid> {
+        let bid = self.bid_for(robot)?;
         let grace_ns = BID_GRACE_NS.max(self.mission.brief.limits.decision_budget_ns.saturating_mul(2));
         let kept_since = bid.since.max(self.state.published);
         let open = bid.decision == self.state.decision && now.since_ns(kept_since) < grace_ns;
         (open || bid.decision > self.state.decision).then_some(bid)
     }
 
-    /// The record that `command` leads to, outcome drawn, if the command stands up to every check.
-    fn accept(&self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
+    /// Who leads once `command` is executed, if the command stands up to every check.
+    fn admit(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
         let leader = self.judge(command, now)?;
-        let state = &self.state;
         let action = command.action;
+        if let Some(robots) = &self.robots {
+            return robots.refusal(&self.mission.terrain, action).map_or(Ok(leader), Err);
+        }
+        if !matches!(action, Action::Hold | Action::Hop(_)) {
+            return Err(Refusal::malformed("command.action", "a hop or hold: the robot is a hopper", action));
+        }
         if let Some(hazard) = self.guard().veto(action) {
             return Err(Refusal::Vetoed { action, need: self.mission.brief.guard.hazard_max, got: hazard });
         }
+        Ok(leader)
+    }
+
+    /// The record that an admitted command leads to, outcome drawn.
+    fn execute(&mut self, command: &Command, leader: Leader, now: MonotonicNs) -> Record {
+        let state = &self.state;
         let timing = Timing {
             landed: state.landed,
             state_published: state.published,
@@ -402,18 +513,21 @@ impl Arbiter {
             accepted: now,
             committed: now,
         };
-        let record = self.record(leader, action, Origin::Planner, timing);
+        let record = self.record(leader, command.action, Origin::Planner, timing);
         let Command { observation, work, cut, .. } = *command;
-        Ok(Record { observation, work, cut, ..record })
+        Record { observation, work, cut, ..record }
     }
 
     /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
-    fn record(&self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
+    fn record(&mut self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
-        let Execution { outcome, pose, collected, steps, visits, status } =
-            execute(&self.mission, state, action);
+        let (robot, execution) = match &mut self.robots {
+            Some(robots) => robots.execute(&self.mission.terrain, state.decision, leader, action),
+            None => (ROBOT, execute(&self.mission, state, action)),
+        };
+        let Execution { outcome, pose, collected, steps, visits, status } = execution;
         let mut record = Record {
-            robot: state.robot,
+            robot,
             decision: state.decision,
             leader,
             action,
@@ -441,6 +555,14 @@ impl Arbiter {
         Guard::new(&self.mission.brief, &self.mission.terrain, self.state.pose)
     }
 
+    /// What is done at the deadline.
+    fn fallback(&self) -> Fallback {
+        match &self.robots {
+            Some(robots) => robots.fallback(),
+            None => self.guard().fallback(self.goal(), self.policy()),
+        }
+    }
+
     /// When the fallback acts, unless a command is accepted before; `None` if it does not.
     fn deadline(&self) -> Option<MonotonicNs> {
         let deadline_ns = self.mission.brief.guard.deadline_ns;
@@ -451,10 +573,12 @@ impl Arbiter {
 
     /// Acts in the planner's stead. Who commands goes on commanding: the term stays.
     fn fall_back(&mut self, Fallback { action, origin }: Fallback, now: MonotonicNs) -> Effect {
-        let State { landed, published, leader, .. } = self.state;
+        let State { landed, published, .. } = self.state;
+        let leader = self.leader(self.due());
         let timing =
             Timing { landed, state_published: published, accepted: now, committed: now, ..Timing::default() };
-        self.commit(self.record(leader, action, origin, timing))
+        let record = self.record(leader, action, origin, timing);
+        self.commit(record)
     }
 
     fn keep(&mut self, policy: Policy) {
@@ -467,7 +591,7 @@ impl Arbiter {
 
     /// The goal in force.
     fn goal(&self) -> contract::Cell {
-        self.mission.brief.leg(self.state.visits).goal
+        self.mission.brief.goal_after(self.state.visits)
     }
 
     /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
@@ -483,8 +607,8 @@ impl Arbiter {
         if run != self.state.run {
             return Err(Refusal::WrongRun { need: self.state.run, got: run });
         }
-        if robot != ROBOT {
-            return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
+        if robot.0 >= self.robots() {
+            return Err(Refusal::WrongRobot { robots: self.robots(), got: robot.0.into() });
         }
         if decision < need {
             return Err(Refusal::RepeatedDecision { need, got: decision });
@@ -492,21 +616,31 @@ impl Arbiter {
         if decision > need {
             return Err(Refusal::FutureDecision { need, got: decision });
         }
+        if command.digest != self.state.digest {
+            let (need, got) = (self.state.digest, command.digest);
+            return Err(Refusal::OtherPast { decision, need, got });
+        }
         if self.state.status.is_over() {
             return Err(Refusal::MissionOver);
+        }
+        if robot != self.due() {
+            return Err(Refusal::NotDue { need: self.due(), got: robot });
         }
         let leader = self.succession(command)?;
         if !matches!(self.phase, Phase::Resting) {
             return Err(Refusal::Busy { decision: need });
         }
-        match self.standing_bid(now) {
+        match self.standing_bid(robot, now) {
             Some(bid) if bid.incarnation != incarnation => Err(Refusal::Yielding { decision: need }),
             _ => Ok(leader),
         }
     }
 
-    /// Who leads, counting a command that is being executed.
-    fn leader(&self) -> Leader {
+    /// Who leads `robot`, counting a command that is being executed.
+    fn leader(&self, robot: RobotId) -> Leader {
+        if let Some(robots) = &self.robots {
+            return robots.leader(robot);
+        }
         match &self.phase {
             Phase::Resting => self.state.leader,
             Phase::Committing(record) | Phase::Unwritten(record) => record.leader,
@@ -517,7 +651,7 @@ impl Arbiter {
     /// Compare-and-swap of the term: its holder goes on, or the next one begins, whoever asks first.
     /// A term counts as begun from the acceptance of its first command, before that is committed.
     fn succession(&self, command: &Command) -> Result<Leader, Refusal> {
-        let held = self.leader();
+        let held = self.leader(command.robot);
         let (need, got) = (held.term, command.term);
         let Command { incarnation, pid, planner, .. } = *command;
         if got == need.next() {
@@ -550,16 +684,25 @@ impl Arbiter {
 
     /// Takes up the next state and publishes it, if its landing has come.
     fn land(&mut self, now: MonotonicNs) -> Option<Effect> {
-        let Phase::Flying(next) = self.phase else { return None };
+        let Phase::Flying(next) = &self.phase else { return None };
         if now < next.landed || self.throttle.holds() {
             return None;
         }
+        let next = *next;
         self.throttle.landed();
         self.phase = Phase::Resting;
         if next.visits != self.state.visits {
             self.leg_began = next.decision;
         }
         self.state = next;
+        if let Some(robots) = &self.robots {
+            self.team = Some(robots.team(&self.state));
+            let due = self.due();
+            for bid in self.bids.iter_mut().filter(|bid| bid.robot != due && bid.decision == next.decision) {
+                // It is not that robot's turn: the one to come is kept.
+                bid.decision = next.decision.next();
+            }
+        }
         self.sent = None;
         Some(self.publish(now))
     }

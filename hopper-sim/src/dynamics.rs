@@ -32,11 +32,10 @@ pub struct Execution {
 /// If `state` stands outside the terrain, as only a mission that is over can.
 #[must_use]
 pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
-    let Mission { brief, terrain, seed } = mission;
+    let Mission { brief, terrain, seed, .. } = mission;
     let from = state.pose.cell;
     let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
     let outcome = match action {
-        Action::Hold => Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() },
         Action::Hop(direction) => {
             let uniform = Draw::new(*seed, Domain::Motion, state.robot, state.decision).uniform();
             let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
@@ -49,6 +48,8 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
                 flight: motion::flight(&brief.motion, &brief.grid, ground.soil, rise_m),
             }
         }
+        // The arbiter refuses all others: a hopper cannot drive.
+        _ => Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() },
     };
     let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
     let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);

@@ -15,15 +15,25 @@ pub mod journal;
 pub mod mission;
 pub mod private_file;
 pub mod process;
+pub mod robot_team;
+pub mod robots;
+pub mod scouts;
 #[cfg(feature = "shell")]
 pub mod shell;
 pub mod throttle;
 mod trouble;
+pub mod turn_order;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use contract::Pace;
 pub use crash::CRASH_POINTS;
 pub use guard::{Fallback, Guard};
-pub use journal::{Journal, JournalError, JournalHeader, JournalReader, Storage, Verification, verify};
+pub use journal::{
+    Journal, JournalError, JournalHeader, JournalReader, Located, Storage, Verification, verify,
+};
 pub use mission::{Mission, ROBOT};
+pub use robot_team::RobotTeam;
+pub use robots::Robots;
+pub use scouts::Scouts;
 pub use throttle::Throttle;
+pub use turn_order::TurnOrder;

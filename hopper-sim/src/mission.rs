@@ -1,9 +1,10 @@
 //! What the arbiter executes: a brief, the true terrain under it, the seed of its draws.
 
-use contract::{Brief, Digest, RobotId, Status, TruthPage, TruthRequest};
+use contract::{Brief, Digest, PriorPage, PriorRequest, RobotId, Status, Task, TruthPage, TruthRequest};
+use scenario::Fleet;
 use terrain::Terrain;
 
-/// The only robot of a hopper mission.
+/// The only robot of a hopper mission; whose name the services of a mission carry that are not a robot's own.
 pub const ROBOT: RobotId = RobotId(0);
 
 /// One mission in full, the truth included.
@@ -15,6 +16,8 @@ pub struct Mission {
     pub terrain: Terrain,
     /// Seed of the keyed draws; never leaves hopper-sim but for the journal's header.
     pub seed: u64,
+    /// The robots, if the mission is not a single hopper's.
+    pub fleet: Option<Fleet>,
 }
 
 impl Mission {
@@ -29,16 +32,28 @@ impl Mission {
     #[must_use]
     pub fn truth_page(&self, request: &TruthRequest, cells_max: usize) -> Option<TruthPage> {
         let (run, terrain) = (self.brief.run, &self.terrain);
-        let from = (request.from as usize).min(terrain.cells.len());
-        let until = (from + cells_max).min(terrain.cells.len());
-        (request.run == run).then(|| TruthPage {
-            run,
-            grid: terrain.grid,
-            from: from as u32,
-            cells: terrain.cells[from..until].to_vec(),
-            treasures: terrain.treasures.clone(),
+        (request.run == run).then(|| {
+            let (from, cells) = page_of(&terrain.cells, request.from, cells_max);
+            TruthPage { run, grid: terrain.grid, from, cells, treasures: terrain.treasures.clone() }
         })
     }
+
+    /// The page of the prior that answers `request`, of at most `cells_max` cells; `None` if another run's is asked for.
+    #[must_use]
+    pub fn prior_page(&self, request: &PriorRequest, cells_max: usize) -> Option<PriorPage> {
+        let (run, terrain) = (self.brief.run, &self.terrain);
+        (request.run == run).then(|| {
+            let (from, cells) = page_of(&terrain.prior, request.from, cells_max);
+            PriorPage { run, grid: terrain.grid, from, cells }
+        })
+    }
+}
+
+/// A page of at most `cells_max` of `cells`.
+fn page_of<T: Clone>(cells: &[T], from: u32, cells_max: usize) -> (u32, Vec<T>) {
+    let from = (from as usize).min(cells.len());
+    let until = (from + cells_max).min(cells.len());
+    (from as u32, cells[from..until].to_vec())
 }
 
 /// Start of the digest chain of `brief` flown with `seed`.
@@ -50,5 +65,5 @@ pub fn genesis(brief: &Brief, seed: u64) -> Digest {
 /// How a mission stands before its first command: there already, if it starts at its goal.
 #[must_use]
 pub fn opening_status(brief: &Brief) -> Status {
-    if brief.start == brief.goal && brief.patrol.is_none() { Status::Goal } else { Status::Underway }
+    if brief.start == brief.goal && brief.task() == Task::Reach { Status::Goal } else { Status::Underway }
 }

@@ -1,11 +1,12 @@
-//! Files that only their owner reads and writes: how they are opened, and which ones are refused.
+//! Files that only their owner writes: how they are opened, and which ones are refused. Those of a mission only their owner
+//! reads, too.
 //!
 //! Whoever can place a file or a symbolic link where this process writes next decides what is read back, or which of
 //! the owner's other files is overwritten. So no symbolic link is followed, and neither a file nor a folder of another
 //! user is used.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::io;
+use std::io::{self, Write as _};
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
@@ -57,12 +58,24 @@ pub enum FileError {
 /// # Errors
 /// If it is a symbolic link, no regular file, or another user's; or cannot be opened.
 pub fn open(path: &Path, create: bool) -> Result<File, FileError> {
+    open_with(path, create, 0o600)
+}
+
+/// As [`open`], but a file that is made can be read by whomever the umask allows: results to share.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_shared(path: &Path) -> Result<File, FileError> {
+    open_with(path, true, 0o666)
+}
+
+fn open_with(path: &Path, create: bool, mode: u32) -> Result<File, FileError> {
     let opened = OpenOptions::new()
         .read(true)
         .write(true)
         .create(create)
         .truncate(false)
-        .mode(0o600)
+        .mode(mode)
         .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32)
         .open(path);
     let checked = opened.and_then(|file| Ok((file.metadata()?, file)));
@@ -86,8 +99,21 @@ pub fn open(path: &Path, create: bool) -> Result<File, FileError> {
 /// # Errors
 /// As [`open`].
 pub fn create(path: &Path) -> Result<File, FileError> {
-    let file = open(path, true)?;
-    // Not by a flag: what is refused stays as it is.
+    empty(path, open(path, true)?)
+}
+
+/// Writes `text` to `path` in place of what was there; a file that is made can be read by whomever the umask allows.
+///
+/// # Errors
+/// As [`open`], or if it cannot be written.
+pub fn write_shared(path: &Path, text: &str) -> Result<(), FileError> {
+    let mut file = empty(path, open_shared(path)?)?;
+    let written = file.write_all(text.as_bytes());
+    written.map_err(|source| FileError::Io { action: "write", path: path.into(), source })
+}
+
+/// Not by a flag when it is opened: what is refused stays as it is.
+fn empty(path: &Path, file: File) -> Result<File, FileError> {
     file.set_len(0).map_err(|source| FileError::Io { action: "empty", path: path.into(), source })?;
     Ok(file)
 }

@@ -1,12 +1,13 @@
 //! The hopper-sim process: ports and the journal around the [`Arbiter`].
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-use contract::limits::TRUTH_PAGE_CELLS;
+use contract::limits::{PRIOR_PAGE_CELLS, TRUTH_PAGE_CELLS};
 use contract::{
-    Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name, Pacing, PastPage,
-    PastRequest, Policy, Record, Refusal, Role, RunId, State, Status, TruthRequest,
+    Action, Announcement, Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name,
+    Pacing, PastPage, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role, Route, RoutePage,
+    RouteRequest, RunId, State, Status, Team, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
@@ -39,6 +40,22 @@ pub trait RecordStore {
     /// If it could not be written whole. What was written of it is cut off again.
     fn append(&mut self, record: &Record) -> Result<(), JournalError>;
 
+    /// As [`RecordStore::append`], with the route that the record announces.
+    ///
+    /// # Errors
+    /// As [`RecordStore::append`].
+    fn append_announced(&mut self, record: &Record, _route: &Route) -> Result<(), JournalError> {
+        self.append(record)
+    }
+
+    /// All routes that records announce.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    fn routes(&self) -> Result<Vec<Route>, JournalError> {
+        Ok(Vec::new())
+    }
+
     /// The records from a decision on, at most [`contract::limits::PAST_PAGE_RECORDS`].
     ///
     /// # Errors
@@ -61,6 +78,14 @@ impl<S: Storage> RecordStore for Journal<S> {
 
     fn append(&mut self, record: &Record) -> Result<(), JournalError> {
         Journal::append(self, record)
+    }
+
+    fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
+        Journal::append_announced(self, record, route)
+    }
+
+    fn routes(&self) -> Result<Vec<Route>, JournalError> {
+        Ok(Journal::routes(self).to_vec())
     }
 
     fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
@@ -98,7 +123,15 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     states: P::Writer<State>,
     briefs: P::Writer<Brief>,
     truths: P::Server<TruthRequest>,
-    commands: P::Reader<Command>,
+    /// Only where there is not a single hopper.
+    teams: Option<P::Writer<Team>>,
+    /// One for each robot.
+    commands: Vec<P::Reader<Command>>,
+    /// One for each robot where robots have routes.
+    announcements: Vec<P::Reader<Announcement>>,
+    /// Where robots have routes; so is the next.
+    routes: Option<P::Server<RouteRequest>>,
+    priors: Option<P::Server<PriorRequest>>,
     controls: P::Reader<Control>,
     pacings: P::Writer<Pacing>,
     /// The pacing published last, and when.
@@ -124,15 +157,14 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     /// Joins the instance with `records` open, whose last is `last`, and publishes the brief.
     ///
     /// # Errors
-    /// If a port cannot be had, or there is no room for the brief.
+    /// If a port cannot be had, there is no room for the brief, or the records of several robots cannot be read back.
     pub async fn join(
         ports: &mut P,
         mission: Mission,
         (records, last): (R, Option<Record>),
         executed: O,
         terms: SimTerms,
-    ) -> Result<Self, P::Error> {
-        let may_fall_back = mission.brief.guard.deadline_ns > 0;
+    ) -> Result<Self, Failure> {
         let mut arbiter = Arbiter::new(mission, last.as_ref(), terms.pace, terms.linger_ns, ports.now());
         if terms.control {
             arbiter = arbiter.obeying_orders();
@@ -140,12 +172,33 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         if !terms.deadlines {
             arbiter = arbiter.without_deadlines();
         }
+        recall(&mut arbiter, &records, last.as_ref()).map_err(Failure::run)?;
+        Self::open(ports, arbiter, records, executed, terms.terms).await.map_err(Into::into)
+    }
+
+    async fn open(
+        ports: &mut P,
+        arbiter: Arbiter,
+        records: R,
+        executed: O,
+        terms: Terms,
+    ) -> Result<Self, P::Error> {
+        let may_fall_back = arbiter.mission().brief.guard.deadline_ns > 0;
+        let robots = (0..arbiter.robots()).map(RobotId);
+        let has_routes = arbiter.mission().brief.scout.is_some();
         let mut sim = Self {
-            membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms.terms)?,
+            membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms)?,
             briefs: ports.writer(ROBOT)?,
             truths: ports.server(ROBOT)?,
             states: ports.writer(ROBOT)?,
-            commands: ports.reader(ROBOT, true)?,
+            teams: arbiter.team().map(|_| ports.writer(ROBOT)).transpose()?,
+            commands: robots.clone().map(|robot| ports.reader(robot, true)).collect::<Result<_, _>>()?,
+            announcements: robots
+                .filter(|_| has_routes)
+                .map(|robot| ports.reader(robot, false))
+                .collect::<Result<_, _>>()?,
+            routes: has_routes.then(|| ports.server(ROBOT)).transpose()?,
+            priors: has_routes.then(|| ports.server(ROBOT)).transpose()?,
             controls: ports.reader(ROBOT, false)?,
             pacings: ports.writer(ROBOT)?,
             pacing_sent: None,
@@ -212,16 +265,9 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
                 Err(refusal) => self.refused(refusal, ports).await?,
             }
         }
-        for _ in 0..self.commands.depth() {
-            let Some(command) = self.commands.receive() else { break };
-            let builds = self.membership.builds();
-            let command =
-                command.and_then(|command| builds.refuse(command.incarnation).map_or(Ok(command), Err));
-            let event = match command {
-                Ok(command) if !builds.knows(command.incarnation) => Event::Stranger(command),
-                command => Event::Command(command),
-            };
-            self.feed(event, ports).await?;
+        for robot in 0..self.commands.len() {
+            self.receive_announcements(robot, ports).await?;
+            self.receive_commands(robot, ports).await?;
         }
         for _ in 0..self.controls.depth() {
             let Some(control) = self.controls.receive() else { break };
@@ -238,7 +284,33 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         Ok(())
     }
 
-    /// Answers the requests for the past and the truth.
+    /// The commands of one robot's service. Which robot a command is for it says itself, and the arbiter judges that.
+    async fn receive_commands(&mut self, robot: usize, ports: &mut P) -> Result<(), P::Error> {
+        for _ in 0..self.commands[robot].depth() {
+            let Some(command) = self.commands[robot].receive() else { break };
+            let builds = self.membership.builds();
+            let command =
+                command.and_then(|command| builds.refuse(command.incarnation).map_or(Ok(command), Err));
+            let event = match command {
+                Ok(command) if !builds.knows(command.incarnation) => Event::Stranger(command),
+                command => Event::Command(command),
+            };
+            self.feed(event, ports).await?;
+        }
+        Ok(())
+    }
+
+    /// The routes that planners are about to announce for one robot: before the commands that name them.
+    async fn receive_announcements(&mut self, robot: usize, ports: &mut P) -> Result<(), P::Error> {
+        let Some(depth) = self.announcements.get(robot).map(Reader::depth) else { return Ok(()) };
+        for _ in 0..depth {
+            let Some(announcement) = self.announcements[robot].receive() else { break };
+            self.feed(Event::Announcement(announcement), ports).await?;
+        }
+        Ok(())
+    }
+
+    /// Answers the requests for the past and the truth, and where robots have routes those for routes and the prior.
     async fn serve(&mut self, ports: &mut P) -> Result<(), P::Error> {
         let (due, now) = (self.arbiter.state().decision, ports.now());
         let Self { past, records, unreadable, .. } = self;
@@ -263,6 +335,19 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         let Self { truths, arbiter, .. } = self;
         let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
         refusals.extend(truths.serve(page)?);
+        let Self { routes, priors, arbiter, .. } = self;
+        if let Some(routes) = routes {
+            let run = arbiter.state().run;
+            let page = |request: &RouteRequest| {
+                let route = arbiter.route(request.id).filter(|_| request.run == run)?;
+                Some(RoutePage { run, route: route.clone() })
+            };
+            refusals.extend(routes.serve(page)?);
+        }
+        if let Some(priors) = priors {
+            let page = |request: &PriorRequest| arbiter.mission().prior_page(request, PRIOR_PAGE_CELLS);
+            refusals.extend(priors.serve(page)?);
+        }
         for refusal in refusals {
             self.refused(refusal, ports).await?;
         }
@@ -294,22 +379,26 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     }
 
     /// Carries out what the arbiter wants, in order.
-    async fn carry_out(&mut self, effects: Vec<Effect>, ports: &mut P) -> Result<(), P::Error> {
-        let mut effects = VecDeque::from(effects);
-        while let Some(effect) = effects.pop_front() {
+    async fn carry_out(&mut self, mut effects: Vec<Effect>, ports: &mut P) -> Result<(), P::Error> {
+        let mut next = 0;
+        while let Some(effect) = effects.get(next) {
+            next += 1;
             match effect {
                 Effect::Append(record) => {
-                    let more = self.append(&record, ports).await;
+                    let more = self.append(record, ports).await;
                     // An append is the last thing asked for: the list is taken as it is.
-                    if effects.is_empty() { effects = more.into() } else { effects.extend(more) }
+                    if next == effects.len() { (effects, next) = (more, 0) } else { effects.extend(more) }
                 }
                 Effect::Announce => self.announce()?,
                 Effect::Publish(state) => {
-                    self.states.publish(state)?;
+                    if let (Some(teams), Some(team)) = (&mut self.teams, self.arbiter.team()) {
+                        teams.publish(team.clone())?;
+                    }
+                    self.states.publish(*state)?;
                     ports.pass(crash::PUBLISHED).await;
                 }
                 Effect::Refused(refusal) => tracing::debug!(reason = refusal.reason(), "refused: {refusal}"),
-                Effect::Finished(status) => self.finished = Some(status),
+                Effect::Finished(status) => self.finished = Some(*status),
             }
         }
         Ok(())
@@ -318,7 +407,15 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     /// The commit point.
     async fn append(&mut self, record: &Record, ports: &mut P) -> Vec<Effect> {
         ports.pass(crash::BEFORE_APPEND).await;
-        match self.records.append(record) {
+        let announced = match record.action {
+            Action::Announce(id) => self.arbiter.route(id),
+            _ => None,
+        };
+        let appended = match announced {
+            Some(route) => self.records.append_announced(record, route),
+            None => self.records.append(record),
+        };
+        match appended {
             Ok(()) => {
                 ports.pass(crash::APPENDED).await;
                 let now = ports.now();
@@ -428,11 +525,35 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     }
 }
 
+/// Tells the arbiter of several robots what they did in earlier lives.
+///
+/// # Errors
+/// If a record cannot be read back.
+fn recall<R: RecordStore>(
+    arbiter: &mut Arbiter,
+    records: &R,
+    last: Option<&Record>,
+) -> Result<(), JournalError> {
+    let Some(last) = last.filter(|_| arbiter.team().is_some()) else { return Ok(()) };
+    arbiter.recall_routes(records.routes()?);
+    let mut due = Decision(0);
+    while due <= last.decision {
+        let page = records.page(due)?;
+        arbiter.recall(&page.records);
+        let Some(read) = page.records.last() else {
+            return Err(JournalError::OutOfOrder { need: due, got: last.decision });
+        };
+        due = read.decision.next();
+    }
+    Ok(())
+}
+
 impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R, O> {
     async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
         self.receive(ports).await.map_err(Into::into)?;
         self.serve(ports).await.map_err(Into::into)?;
         self.states.idle();
+        self.teams.iter_mut().for_each(Writer::idle);
         self.briefs.idle();
         self.publish_pacing(ports.now()).map_err(Into::into)?;
         let State { run, decision, status, .. } = *self.arbiter.state();

@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {
         node.pass(crash::JOURNAL_OPENED).await;
-        let mission = Mission { brief, terrain: world.terrain, seed };
+        let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
         let last = journal.last().copied();
         let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
         let sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;
@@ -182,6 +182,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Ok::<_, Failure>((exit, sum_up(&summary_so_far.borrow(), &sim, node.pid())))
     })?;
     print_summary(&summary, args.format)?;
+    // A child of `hopper run` leaves that word to its parent.
+    if exit == Exit::Interrupted && !args.lifeline {
+        let journal = args.journal.display();
+        tracing::warn!("interrupted: the same command with --journal {journal} resumes the mission");
+    }
     Ok(exit)
 }
 

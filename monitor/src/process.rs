@@ -5,6 +5,7 @@
 
 use contract::{
     Brief, Decision, MapPatch, MonotonicNs, Name, PastRequest, Refusal, RobotId, Role, RunId, State, Status,
+    Team,
 };
 use process::{Client, Exit, Failure, Membership, Ports, Process, Reader, TICK_NS, Terms, Turn};
 
@@ -58,6 +59,7 @@ pub struct Monitor<P: Ports, D: Display> {
     recorder: Option<Box<dyn Recorder<P>>>,
     briefs: P::Reader<Brief>,
     states: P::Reader<State>,
+    teams: P::Reader<Team>,
     maps: P::Reader<MapPatch>,
     past: P::Client<PastRequest>,
     /// The end of the mission, while the last records are waited for.
@@ -85,6 +87,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
             recorder,
             briefs: ports.reader(robot, false)?,
             states: ports.reader(robot, false)?,
+            teams: ports.reader(robot, false)?,
             maps: ports.reader(robot, false)?,
             past: ports.client(robot)?,
             over: None,
@@ -115,6 +118,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
             events.push(event(beat, Event::Heartbeat));
         }
         events.extend(self.briefs.newest().map(|brief| event(brief, Event::Brief)));
+        events.extend(self.teams.newest().map(|team| event(team, Event::Team)));
         // The maps first: the mission may end with the last of these states.
         events.extend(self.maps.drain().into_iter().map(|map| event(map, Event::Map)));
         for state in self.states.drain() {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::peer_table::SILENCE_NS;
-use contract::{Decision, Name, RefusalCounts, Role, RunId, Status};
+use contract::{Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
@@ -46,6 +46,9 @@ pub struct Progress {
     pub latency: Pulse,
     /// Who commanded what; the last is in force.
     pub planners: Vec<Leadership>,
+    /// All robots, in the order of their numbers; empty where there is a single hopper.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<Member>,
     /// Each role.
     pub health: Vec<Health>,
     /// Malformed messages refused.
@@ -146,6 +149,10 @@ impl fmt::Display for Progress {
         }
         let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
         match self.hops_max {
+            None if !self.robots.is_empty() => {
+                write!(f, "decision {decision}, step {steps}/{steps_max}, {} cells covered", self.visits)?;
+                self.write_robots(f)?;
+            }
             None => write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?,
             Some(hops_max) => write!(
                 f,
@@ -186,6 +193,22 @@ impl fmt::Display for Progress {
         let refused: u64 = self.refusals.0.values().sum();
         if refused > 0 {
             write!(f, ", {refused} refused")?;
+        }
+        Ok(())
+    }
+}
+
+impl Progress {
+    /// The numbers of the robots of each standing.
+    fn write_robots(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for standing in Standing::ALL {
+            let numbered = self.robots.iter().enumerate();
+            let of_standing = numbered.filter(|(_, member)| member.standing == standing);
+            let numbers: Vec<String> = of_standing.map(|(number, _)| number.to_string()).collect();
+            if !numbers.is_empty() {
+                let noun = if numbers.len() == 1 { "robot" } else { "robots" };
+                write!(f, ", {noun} {} {standing}", numbers.join(" "))?;
+            }
         }
         Ok(())
     }
@@ -239,7 +262,9 @@ pub(crate) mod tests {
                 term: Term(1),
                 from_decision: Decision(0),
                 to_decision: Decision(16),
+                robot: contract::RobotId(0),
             }],
+            robots: Vec::new(),
             health: Role::ALL.map(health).into(),
             refusals: RefusalCounts::default(),
         }

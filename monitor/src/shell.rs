@@ -2,10 +2,11 @@
 
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use contract::{MonotonicNs, Role};
 use node::peer::PeerArgs;
-use node::{Exit, Failure, Instance, Node};
+use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use process::block_on;
 
 use crate::bar::Bar;
@@ -17,12 +18,21 @@ use crate::{History, Progress, Screen, View, Watcher};
 /// Where the page is served unless an address is given.
 pub const PAGE_ADDRESS: &str = "127.0.0.1:8427";
 
+/// Pause between two looks for a reason to end, while a page is all that is left.
+const LOOK: Duration = Duration::from_secs(1);
+
 /// What there is to see, beside a line a second.
 #[derive(clap::Args, Clone, Debug)]
 pub struct ViewArgs {
     /// Serve the mission as a page at this address or port; port 0 picks a free one, which the log names.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = PAGE_ADDRESS, value_parser = address)]
     pub web: Option<SocketAddr>,
+    /// End with the mission instead of serving the page until Ctrl-C.
+    #[arg(long, requires = "web")]
+    pub web_exit: bool,
+    /// Open the page in the browser of this desktop.
+    #[arg(long, requires = "web")]
+    pub open: bool,
     /// Let page or terminal pause, step, change the pace, and hand over to a stand-by planner.
     #[arg(long)]
     pub control: bool,
@@ -59,6 +69,14 @@ pub struct Extensions {
         Option<fn(&RecordArgs, &RecordNotes, &mut Node, bool) -> Result<Box<dyn Recorder<Node>>, Failure>>,
 }
 
+impl ViewArgs {
+    /// Whether there is a page that outlives the mission.
+    #[must_use]
+    pub fn serves_on(&self) -> bool {
+        self.web.is_some() && !self.web_exit
+    }
+}
+
 impl Args {
     /// Whether the arguments ask for more than the page and the log.
     #[must_use]
@@ -68,7 +86,10 @@ impl Args {
 }
 
 /// An address with its port, or a port of this machine's loopback.
-fn address(text: &str) -> Result<SocketAddr, String> {
+///
+/// # Errors
+/// What was needed and what was got, in a sentence.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
     let port = text.parse().ok().map(|port: u16| SocketAddr::from(([127, 0, 0, 1], port)));
     let need = || format!("an address is e.g. {PAGE_ADDRESS}, [::1]:8427, or a port alone; got {text:?}");
     port.or_else(|| text.parse().ok()).ok_or_else(need)
@@ -85,36 +106,80 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
     if args.peer.lifeline {
         node.hold_lifeline();
     }
-    let view = view(args, extensions, &mut node)?;
+    let (view, page) = view(args, extensions, &mut node)?;
     let recorder = recorder(args, extensions, &mut node)?;
     let show = Show { bar: if args.tui { Bar::default() } else { Bar::on_stderr() }, format: args.format };
-    block_on(async {
+    let exit = block_on(async {
         let mut monitor = Monitor::join(&mut node, show, view, recorder, args.peer.terms()).await?;
         tracing::info!("joined instance {:?}", args.peer.instance);
         let watched = process::run(&mut monitor, &mut node).await;
         // Whatever ended the watch, what was recorded has an end.
         let recorded = monitor.finish(&mut node);
         watched.and_then(|exit| recorded.map(|()| exit))
-    })
+    })?;
+    // Whoever looks at the page needs no port: the instance is free for the next mission.
+    drop(node);
+    if let Some(page) = page.filter(|_| args.view.serves_on() && !args.tui && exit != Exit::Interrupted) {
+        serve_on(&page, args.peer.lifeline)?;
+    }
+    Ok(exit)
 }
 
-fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Option<View<Node>>, Failure> {
-    let ViewArgs { web, control } = args.view;
+/// Serves the page of a mission that is over until a signal, or until the parent that holds the lifeline lets go.
+///
+/// # Errors
+/// If signals cannot be watched, or the parent cannot be told.
+pub fn serve_on(page: &Page, lifeline: bool) -> Result<(), Failure> {
+    use std::io::Write;
+    let shutdown = ShutdownSignal::new()?;
+    if lifeline {
+        shutdown.hold_lifeline();
+        // The parent takes any output for the word that everything else is done.
+        writeln!(std::io::stdout(), "serving").map_err(Failure::run)?;
+        std::io::stdout().flush().map_err(Failure::run)?;
+    }
+    tracing::info!("the page stays at {} until Ctrl-C; --web-exit ends it with the mission", page.url());
+    while shutdown.stop_reason().is_none() {
+        shutdown.wait(LOOK);
+    }
+    Ok(())
+}
+
+/// Opens `url` in the browser of this desktop; that it cannot be opened is a warning.
+pub fn open_in_browser(url: &str) {
+    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let quiet = || std::process::Stdio::null();
+    let started =
+        std::process::Command::new(program).arg(url).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
+    if let Err(error) = started {
+        tracing::warn!("--open: {program} cannot be started: {error}; open {url} yourself");
+    }
+}
+
+type Opened = (Option<View<Node>>, Option<Arc<Page>>);
+
+fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Opened, Failure> {
+    let ViewArgs { web, control, open, .. } = args.view;
     if web.is_none() && !args.tui {
         let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
-        return if control { Err(alone()) } else { Ok(None) };
+        return if control { Err(alone()) } else { Ok((None, None)) };
     }
     let account = Arc::new(Mutex::new(History::new(contract::RobotId(0))));
     let mut screens: Vec<Box<dyn Screen>> = Vec::new();
-    if let Some(address) = web {
-        screens.push(Box::new(Page::open(address, control, Arc::clone(&account))?));
+    let page =
+        web.map(|address| Page::open(address, control, Arc::clone(&account)).map(Arc::new)).transpose()?;
+    if let Some(page) = &page {
+        screens.push(Box::new(Arc::clone(page)));
+        if open {
+            open_in_browser(page.url());
+        }
     }
     let mut view = View::open(node, account, screens, control)?;
     if args.tui {
         let open = extensions.terminal.ok_or_else(|| lacks("--tui"))?;
         view.add(open(control)?);
     }
-    Ok(Some(view))
+    Ok((Some(view), page))
 }
 
 fn recorder(

@@ -115,7 +115,7 @@ impl<P: Ports> View<P> {
                 Event::Past(page) => add(Input::Past(page)),
                 Event::Map(patch) => add(Input::Patch(patch.clone())),
                 Event::Heartbeat(beat) => add(Input::Heartbeat(beat)),
-                Event::Refused(_) | Event::Tick => {}
+                Event::Team(_) | Event::Refused(_) | Event::Tick => {}
             }
         }
         let (page, pacing) = (early.page.as_ref().map(Input::Page), early.pacing.map(Input::Pacing));

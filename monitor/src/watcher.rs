@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use contract::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MapPatch, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, Refusal,
-    RefusalCounts, RobotId, Role, RunId, State, Status, Timeline,
+    Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable,
+    Refusal, RefusalCounts, RobotId, Role, RunId, State, Status, Team, Timeline,
 };
 use report::{Executed, LatencyReport, Tally};
 
@@ -32,6 +32,8 @@ pub enum Event {
     Brief(Brief),
     /// The state.
     State(State),
+    /// All robots of a mission that is not a single hopper's.
+    Team(Team),
     /// What a landing changed in the observed map; of it the monitor needs the counts alone.
     Map(MapPatch),
     /// A heartbeat.
@@ -78,6 +80,8 @@ struct Mission {
     /// Whether a record came that does not continue the tally.
     doubted: bool,
     state: Option<State>,
+    /// As last told of; empty where there is a single hopper.
+    robots: Vec<Member>,
     /// The records that are missing.
     past: PageCursor,
     coverage: Option<f64>,
@@ -111,6 +115,10 @@ impl Watcher {
         match event {
             Event::Brief(brief) => self.brief(brief),
             Event::State(state) => return self.state(state, now),
+            Event::Team(team) => {
+                let mission = self.mission.as_mut().filter(|mission| mission.brief.run == team.run);
+                mission.into_iter().for_each(|mission| mission.robots.clone_from(&team.members));
+            }
             Event::Map(map) => self.map(&map),
             Event::Heartbeat(beat) => self.heartbeat(beat, now),
             Event::Past(page) => return self.past(&page, now),
@@ -156,6 +164,7 @@ impl Watcher {
                 misses: tally.latency.misses(),
             },
             planners: tally.planners.clone(),
+            robots: mission.robots.clone(),
             health: OTHERS.map(|role| self.health(mission, role, now)).into(),
             refusals: refusals.clone(),
         })
@@ -212,6 +221,7 @@ impl Watcher {
             timeline: Timeline::default(),
             doubted: false,
             state: None,
+            robots: Vec::new(),
             past: PageCursor::default(),
             coverage: None,
             mapped: None,
@@ -235,7 +245,9 @@ impl Watcher {
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == state.run) else {
             return Vec::new();
         };
-        if state.robot != robot || mission.state.is_some_and(|known| state.is_older_than(&known)) {
+        if state.robot.0 >= mission.brief.robots
+            || mission.state.is_some_and(|known| state.is_older_than(&known))
+        {
             return Vec::new();
         }
         let was_whole = mission.missing() == 0;
@@ -257,11 +269,11 @@ impl Watcher {
     }
 
     fn map(&mut self, patch: &MapPatch) {
-        let robot = self.robot;
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == patch.run) else {
             return;
         };
-        let whole = patch.more == 0 && patch.robot == robot && patch.grid == mission.brief.grid;
+        let whole =
+            patch.more == 0 && patch.robot.0 < mission.brief.robots && patch.grid == mission.brief.grid;
         if whole && mission.mapped.is_none_or(|mapped| patch.through >= mapped) {
             mission.mapped = Some(patch.through);
             mission.coverage = Some(f64::from(patch.seen_cells) / patch.grid.cells() as f64);
@@ -277,7 +289,8 @@ impl Watcher {
             return Vec::new();
         }
         let due = mission.tally.due();
-        for record in page.records.iter().filter(|record| record.robot == robot) {
+        let robots = mission.brief.robots;
+        for record in page.records.iter().filter(|record| record.robot.0 < robots) {
             let is_last = mission.tally.last.is_some_and(|last| last.decision == record.decision);
             if mission.doubted && is_last && mission.timeline.is_not_after(record) {
                 // The journal was flown on elsewhere.
@@ -414,7 +427,7 @@ impl Mission {
         let state = self.state.filter(|state| state.decision >= self.tally.due());
         let cell = state.map_or(self.tally.cell(), |state| state.pose.cell);
         let visits = state.map_or(self.tally.visits(), |state| state.visits);
-        cell.distance_cells(self.brief.leg(visits).goal) * self.brief.grid.cell_size_m
+        cell.distance_cells(self.brief.goal_after(visits)) * self.brief.grid.cell_size_m
     }
 
     fn request(&mut self, robot: RobotId, now: MonotonicNs) -> Option<Effect> {

@@ -118,6 +118,7 @@ fn landing(brief: &Brief, decision: u64, seen_cells: usize) -> MapPatch {
         run: brief.run,
         robot: RobotId(0),
         through: Decision(decision),
+        digest: Digest::default(),
         more: 0,
         sequence: decision + 1,
         before: 1,

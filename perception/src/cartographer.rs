@@ -10,13 +10,13 @@
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Decision, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
-    PastPage, PastRequest, Pose, Refusal, RobotId, RunId, SeenCell, State, Status, Timeline, TruthPage,
-    TruthRequest,
+    Brief, Decision, Digest, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
+    PastPage, PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell,
+    State, Status, Team, Timeline, TruthPage, TruthRequest,
 };
 use terrain::Terrain;
 
-use crate::Observation;
+use crate::{Observation, Tracks};
 
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
 pub const REPUBLISH_NS: u64 = 100_000_000;
@@ -33,8 +33,12 @@ pub enum Event {
     Truth(TruthPage),
     /// The state.
     State(State),
+    /// The robots of a mission that is not a single hopper's.
+    Team(Team),
     /// Records that were asked for.
     Past(PastPage),
+    /// A route that was asked for.
+    Route(RoutePage),
     /// Time passes.
     Tick,
 }
@@ -46,6 +50,8 @@ pub enum Effect {
     RequestPast(PastRequest),
     /// Ask for the terrain.
     RequestTruth(TruthRequest),
+    /// Ask for the points of a route.
+    RequestRoute(RouteRequest),
     /// Publish [`Cartographer::patches`].
     PublishMap,
     /// A message was refused.
@@ -54,17 +60,23 @@ pub enum Effect {
     Finished(Status),
 }
 
-/// Folds poses into the observed map of one robot.
+/// Folds poses into the observed map of a mission.
 #[derive(Debug)]
 pub struct Cartographer {
     robot: RobotId,
     /// Most cells of a patch.
     patch_cells: usize,
     brief: Option<Brief>,
+    /// The robots of a run that is not a single hopper's.
+    robots: Option<(RunId, Vec<Robot>)>,
+    /// The robot whose pose was folded in last.
+    actor: RobotId,
     terrain: Option<(RunId, Terrain)>,
     gathering: Gathering,
     state: Option<State>,
     observation: Option<Observation>,
+    /// Where robots are that go from point to point.
+    tracks: Tracks,
     /// Poses 0..folded are in the map.
     folded: u64,
     /// Where the last of those poses stands in the digest chain.
@@ -85,10 +97,13 @@ impl Cartographer {
             robot,
             patch_cells: MAP_PATCH_CELLS,
             brief: None,
+            robots: None,
+            actor: robot,
             terrain: None,
             gathering: Gathering::default(),
             state: None,
             observation: None,
+            tracks: Tracks::default(),
             folded: 0,
             timeline: Timeline::default(),
             past: PageCursor::default(),
@@ -121,12 +136,23 @@ impl Cartographer {
                 self.gathering = Gathering::default();
             }
             Event::State(state) => {
-                if state.robot != self.robot || self.state.is_some_and(|known| state.is_older_than(&known)) {
+                let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
+                if state.robot.0 >= robots
+                    || self.state.as_ref().is_some_and(|known| state.is_older_than(known))
+                {
                     return Vec::new();
                 }
                 self.state = Some(state);
             }
+            Event::Team(team) => self.team(&team),
             Event::Past(page) => return self.past(&page, now),
+            Event::Route(page) => {
+                if !self.tracks.routes().page(page) {
+                    return Vec::new();
+                }
+                // The record that needs it may be asked for at once.
+                self.past = PageCursor::default();
+            }
             Event::Truth(page) => return self.truth(&page, now),
             Event::Tick => return self.tick(now),
         }
@@ -149,8 +175,9 @@ impl Cartographer {
         let map = observation.map();
         let reminder = MapPatch {
             run: map.run,
-            robot: map.robot,
+            robot: self.actor,
             through: map.through.expect("a map is published only once it exists"),
+            digest: map.digest,
             more: 0,
             sequence: map.sequence,
             before: map.observation(),
@@ -211,6 +238,7 @@ impl Cartographer {
             run: map.run,
             robot: map.robot,
             through,
+            digest: map.digest,
             sequence: map.sequence,
             observation: map.observation(),
             sensed: map.sensed,
@@ -245,6 +273,8 @@ impl Cartographer {
             Some("hopper-sim: no brief yet")
         } else if self.terrain.is_none() {
             Some("hopper-sim: no terrain yet")
+        } else if !self.knows_robots() {
+            Some("hopper-sim: no robots yet")
         } else if self.state.is_none() {
             Some("hopper-sim: no state yet")
         } else if !self.current() {
@@ -268,11 +298,28 @@ impl Cartographer {
         }
     }
 
+    /// What the robots are is told again and again, and never changes.
+    fn team(&mut self, team: &Team) {
+        if self.robots.as_ref().is_none_or(|(run, _)| *run != team.run) {
+            self.robots = Some((team.run, team.members.iter().map(|member| member.robot).collect()));
+        }
+    }
+
+    /// Whether the robots of the brief's run are known, if it needs any.
+    fn knows_robots(&self) -> bool {
+        self.brief.as_ref().is_some_and(|brief| {
+            let of_brief = |(run, robots): &(RunId, Vec<Robot>)| {
+                *run == brief.run && robots.len() == usize::from(brief.robots)
+            };
+            brief.is_of_hopper() || self.robots.as_ref().is_some_and(of_brief)
+        })
+    }
+
     fn truth(&mut self, page: &TruthPage, now: MonotonicNs) -> Vec<Effect> {
         match self.gathering.page(page) {
             Ok(Some(truth)) => {
                 let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
-                let terrain = Terrain { grid, cells, treasures };
+                let terrain = Terrain { grid, cells, treasures, prior: Vec::new() };
                 self.terrain = Some((truth.run, terrain));
                 self.advance(now)
             }
@@ -285,6 +332,7 @@ impl Cartographer {
     fn forget(&mut self) {
         let unseen = |brief| Observation::unseen(&brief, self.robot).cut_to(self.patch_cells);
         self.observation = self.brief.map(unseen);
+        self.tracks.forget();
         self.folded = 0;
         self.timeline = Timeline::default();
         self.past = PageCursor::default();
@@ -299,40 +347,116 @@ impl Cartographer {
         (brief.run == *run && terrain.grid == brief.grid).then_some(*run)
     }
 
-    /// Whether brief, terrain and state belong to one run.
+    /// Whether brief, terrain and state belong to one run, whose robots are known.
     fn current(&self) -> bool {
-        self.state.is_some_and(|state| self.grounded() == Some(state.run))
+        self.knows_robots() && self.state.as_ref().is_some_and(|state| self.grounded() == Some(state.run))
     }
 
     /// Whether the map covers the state's pose.
     fn caught_up(&self) -> bool {
-        self.current() && self.state.is_some_and(|state| self.folded == state.decision.0 + 1)
+        self.current() && self.state.as_ref().is_some_and(|state| self.folded == state.decision.0 + 1)
     }
 
-    fn fold(&mut self, pose: Pose) {
+    /// Folds in what `robot` sees once it is at `pose`; at first, what all see from their starts. Of robots other than the
+    /// hopper that `has_moved` counts too: it is a visit.
+    fn fold(&mut self, robot: RobotId, pose: Pose, has_moved: bool, digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
             (&self.brief, &self.terrain, &mut self.observation)
         else {
             return;
         };
-        observation.fold(brief, terrain, pose, Decision(self.folded));
+        let decision = Decision(self.folded);
+        match &self.robots {
+            Some((_, robots)) if !brief.is_of_hopper() => {
+                let starts: Vec<_> = robots.iter().map(|robot| (robot.sensor, robot.start.cell)).collect();
+                let moved = robots.get(usize::from(robot.0)).filter(|_| has_moved);
+                let moved: Vec<_> = moved.iter().map(|robot| (robot.sensor, pose.cell)).collect();
+                observation.enter(terrain, if self.folded == 0 { &starts } else { &moved }, decision);
+            }
+            _ => observation.fold(brief, terrain, pose, decision),
+        }
+        observation.map_mut().digest = digest;
+        self.actor = robot;
         self.folded += 1;
+    }
+
+    /// Whether robots go from point to point. What they see then follows from the points, which only records have: the map is
+    /// a fold over records alone.
+    fn has_tracks(&self) -> bool {
+        self.brief.is_some_and(|brief| brief.scout.is_some())
+    }
+
+    /// Folds in what all see from their starts.
+    fn fold_track_starts(&mut self, digest: Digest) {
+        let (Some(brief), Some((_, terrain)), Some((_, robots)), Some(observation)) =
+            (&self.brief, &self.terrain, &self.robots, &mut self.observation)
+        else {
+            return;
+        };
+        let seen = self.tracks.begin(brief, terrain, robots);
+        observation.see(terrain, &seen, Decision(0));
+        observation.map_mut().digest = digest;
+        self.folded = 1;
+    }
+
+    /// Folds in a record; false if the points of a route are missing, which is then asked for.
+    fn fold_track(&mut self, record: &Record) -> bool {
+        let (Some((_, terrain)), Some(observation)) = (&self.terrain, &mut self.observation) else {
+            return false;
+        };
+        let Some(seen) = self.tracks.fold(record) else { return false };
+        observation.see(terrain, &seen, record.decision.next());
+        observation.map_mut().digest = record.digest;
+        self.actor = record.robot;
+        self.folded += 1;
+        true
+    }
+
+    /// As [`Cartographer::advance`] where robots go from point to point.
+    fn advance_tracks(&mut self, state: &State, now: MonotonicNs) -> Vec<Effect> {
+        if self.folded == 0 {
+            let is_start = state.decision == Decision(0);
+            self.fold_track_starts(if is_start { state.digest } else { Digest::default() });
+            if is_start {
+                self.timeline = Timeline::through(state);
+            }
+        }
+        if self.folded == state.decision.0 + 1 {
+            return self.publish_tracks(state, now);
+        }
+        if let Some(request) = self.tracks.routes().ask(now) {
+            return vec![Effect::RequestRoute(request)];
+        }
+        self.request(state.run, now).into_iter().collect()
+    }
+
+    fn publish_tracks(&mut self, state: &State, now: MonotonicNs) -> Vec<Effect> {
+        self.published = Some(now);
+        let mut effects = vec![Effect::PublishMap];
+        effects.extend(self.finish(*state));
+        effects
     }
 
     fn advance(&mut self, now: MonotonicNs) -> Vec<Effect> {
         let Some(state) = self.state.filter(|_| self.current()) else { return Vec::new() };
-        if self.folded > 0 && self.timeline.is_contradicted_by(&state) {
+        // A start that was folded for a later state has no digest yet, and this state may be its own.
+        let is_start_without_digest = self.timeline == Timeline::default() && state.decision == Decision(0);
+        if self.folded > 0 && (self.timeline.is_contradicted_by(&state) || is_start_without_digest) {
             // The journal has lost its tail, or was flown on elsewhere.
             self.forget();
         }
         if self.folded > state.decision.0 {
             return self.finish(state);
         }
+        if self.has_tracks() {
+            return self.advance_tracks(&state, now);
+        }
         if self.folded < state.decision.0 {
             self.fold_start();
         }
         if self.folded == state.decision.0 {
-            self.fold(state.pose);
+            let has_moved = state.last.is_some_and(|outcome| outcome.from != outcome.to);
+            self.fold(state.robot, state.pose, has_moved, state.digest);
             self.timeline = Timeline::through(&state);
             self.published = Some(now);
             let mut effects = vec![Effect::PublishMap];
@@ -349,7 +473,8 @@ impl Cartographer {
         }
         let (Some(brief), Some((_, terrain))) = (&self.brief, &self.terrain) else { return };
         let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-        self.fold(Pose { cell: brief.start, height_m });
+        // The start's digest comes with a state only, and no map of it is published before.
+        self.fold(self.robot, Pose { cell: brief.start, height_m }, false, Digest::default());
     }
 
     /// Asks for the records whose poses are missing: record k leads to pose k + 1, and the brief has pose 0.
@@ -368,8 +493,9 @@ impl Cartographer {
         }
         let folded = self.folded;
         for record in &page.records {
-            // Record k leads to pose k + 1; the state brings its own pose.
-            if record.decision.0 + 1 != self.folded || self.folded >= state.decision.0 {
+            // Record k leads to pose k + 1; the state brings its own pose, but not the points of a way.
+            let last = if self.has_tracks() { state.decision.0 } else { state.decision.0.saturating_sub(1) };
+            if record.decision.0 + 1 != self.folded || self.folded > last {
                 continue;
             }
             if self.timeline.is_broken_by(record) {
@@ -378,8 +504,19 @@ impl Cartographer {
                 self.past.restart(now);
                 return Vec::new();
             }
-            self.fold(record.pose);
+            if self.has_tracks() {
+                if !self.fold_track(record) {
+                    return self.advance(now);
+                }
+                self.timeline.fold(record);
+                continue;
+            }
+            let Record { robot, pose, outcome, digest, .. } = *record;
+            self.fold(robot, pose, outcome.from != outcome.to, digest);
             self.timeline.fold(record);
+        }
+        if self.has_tracks() && self.caught_up() && !self.timeline.is_contradicted_by(&state) {
+            return self.publish_tracks(&state, now);
         }
         // What an answer without news left open is asked for again later, not at once.
         if self.folded > folded { self.advance(now) } else { Vec::new() }
@@ -410,5 +547,5 @@ impl Cartographer {
 
 /// A cell of the map, if it is seen.
 fn seen_cell(map: &ObservedMap, index: usize) -> Option<SeenCell> {
-    map.cells()[index].map(|ground| SeenCell { index: index as u32, ground })
+    map.cells()[index].map(|ground| SeenCell { index: index as u32, visits: map.visits(index), ground })
 }

@@ -15,7 +15,9 @@ pub mod process;
 pub mod sensing;
 #[cfg(feature = "shell")]
 pub mod shell;
+mod tracks;
 
 pub use cartographer::{Cartographer, Effect, Event};
 pub use observation::Observation;
 pub use sensing::disc;
+use tracks::Tracks;

@@ -3,10 +3,10 @@
 //! A landing costs what its disc holds, never what the map holds.
 
 use contract::limits::MAP_PATCH_CELLS;
-use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId};
+use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId, Sensor};
 use terrain::{Terrain, differences};
 
-use crate::sensing::disc;
+use crate::sensing::{disc, square};
 
 /// The observed map under construction.
 #[derive(Clone, Debug)]
@@ -109,7 +109,7 @@ impl Observation {
         let treasures = self.treasures_after(terrain, pose.cell);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
-            GradientSource::Measured => self.learn(|index| terrain.cells[index]),
+            GradientSource::Measured => self.learn(|index| (terrain.cells[index], 0)),
             GradientSource::SeenDifferences => {
                 self.add_rim();
                 let known = std::mem::take(&mut self.known);
@@ -117,14 +117,69 @@ impl Observation {
                     let index = grid.index(cell).filter(|&index| known.has(index))?;
                     Some(terrain.cells[index].height_m)
                 };
-                self.learn(|index| Ground {
-                    gradient: differences(grid.cell(index), grid.cell_size_m, height),
-                    ..terrain.cells[index]
+                self.learn(|index| {
+                    let gradient = differences(grid.cell(index), grid.cell_size_m, height);
+                    (Ground { gradient, ..terrain.cells[index] }, 0)
                 });
                 self.known = known;
             }
         }
         self.map.set_treasures(&treasures);
+        self.close_landing(decision);
+    }
+
+    /// Folds in that robots with these sensors have entered these cells, each another, and what they see from there. If
+    /// there is none, nothing changes but the decision.
+    ///
+    /// # Panics
+    /// If the terrain is not on the brief's grid, or a cell lies outside.
+    pub fn enter(&mut self, terrain: &Terrain, entered: &[(Sensor, Cell)], decision: Decision) {
+        let grid = self.map.grid;
+        assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
+        self.landing.clear();
+        self.links.clear();
+        self.seen.clear();
+        for (sensor, cell) in entered {
+            let here = grid.index(*cell).expect("robots enter cells of the grid");
+            let seen = square(grid, *sensor, *cell).filter_map(|cell| grid.index(cell));
+            self.landing.extend(
+                seen.filter(|&index| index == here || !self.known.has(index)).map(|index| index as u32),
+            );
+        }
+        self.landing.sort_unstable();
+        self.landing.dedup();
+        self.landing.iter().for_each(|&index| self.known.add(index as usize));
+        let visits: Vec<(usize, u16)> = entered
+            .iter()
+            .filter_map(|(_, cell)| grid.index(*cell))
+            .map(|index| (index, self.map.visits(index).saturating_add(1)))
+            .collect();
+        self.learn(|index| {
+            let visits = visits.iter().find(|(entered, _)| *entered == index);
+            (terrain.cells[index], visits.map_or(0, |(_, visits)| *visits))
+        });
+        self.close_landing(decision);
+    }
+
+    /// Folds in that robots have seen these cells on their way. If there is none, nothing changes but the decision.
+    ///
+    /// # Panics
+    /// If the terrain is not on the brief's grid, or a cell lies outside.
+    pub fn see(&mut self, terrain: &Terrain, seen: &[usize], decision: Decision) {
+        assert!(terrain.grid == self.map.grid, "terrain and brief disagree on the grid");
+        self.landing.clear();
+        self.links.clear();
+        self.seen.clear();
+        let news = seen.iter().filter(|index| !self.known.has(**index));
+        self.landing.extend(news.map(|&index| index as u32));
+        self.landing.sort_unstable();
+        self.landing.dedup();
+        self.landing.iter().for_each(|&index| self.known.add(index as usize));
+        self.learn(|index| (terrain.cells[index], 0));
+        self.close_landing(decision);
+    }
+
+    fn close_landing(&mut self, decision: Decision) {
         *self.links.last_mut().expect("a landing has an end") = self.map.observation();
         self.map.through = Some(decision);
         self.map.sequence += self.links.len() as u64 - 1;
@@ -157,14 +212,15 @@ impl Observation {
         self.landing.dedup();
     }
 
-    /// Writes the landing's cells down as `ground` tells them, and takes note of the chain of patches.
+    /// Writes the landing's cells down as `ground` tells them, with their visits, and takes note of the chain of patches.
     /// What turns out to be no news is left out of the landing.
-    fn learn(&mut self, ground: impl Fn(usize) -> Ground) {
+    fn learn(&mut self, ground: impl Fn(usize) -> (Ground, u16)) {
         let Self { map, patch_cells, landing, links, seen, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
-            let news = map.learn(index as usize, ground(index as usize));
+            let (ground, visits) = ground(index as usize);
+            let news = map.learn_visited(index as usize, ground, visits);
             changed += usize::from(news);
             if news && changed.is_multiple_of(*patch_cells) {
                 links.push(map.observation());

@@ -1,6 +1,8 @@
 //! The perception process: ports around the [`Cartographer`].
 
-use contract::{Brief, MapPatch, MapRequest, Name, PastRequest, RobotId, Role, State, TruthRequest};
+use contract::{
+    Brief, MapPatch, MapRequest, Name, PastRequest, RobotId, Role, RouteRequest, State, Team, TruthRequest,
+};
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Server, Terms, Turn, Writer, accept, log_refusal,
 };
@@ -23,7 +25,10 @@ pub struct Perception<P: Ports> {
     briefs: P::Reader<Brief>,
     truths: P::Client<TruthRequest>,
     states: P::Reader<State>,
+    teams: P::Reader<Team>,
     past: P::Client<PastRequest>,
+    /// Opened in a mission whose robots have routes.
+    routes: Option<P::Client<RouteRequest>>,
     maps: P::Writer<MapPatch>,
     snapshots: P::Server<MapRequest>,
 }
@@ -38,9 +43,11 @@ impl<P: Ports> Perception<P> {
         let perception = Self {
             membership: Membership::join(ports, Role::Perception, Name::NONE, terms)?,
             states: ports.reader(robot, true)?,
+            teams: ports.reader(robot, false)?,
             briefs: ports.reader(robot, false)?,
             truths: ports.client(robot)?,
             past: ports.client(robot)?,
+            routes: None,
             maps: ports.writer(robot)?,
             snapshots: ports.server(robot)?,
             cartographer,
@@ -66,12 +73,18 @@ impl<P: Ports> Perception<P> {
         if let Some(brief) = accept(self.briefs.newest()) {
             append(&mut effects, self.cartographer.on(Event::Brief(brief), ports.now()));
         }
+        if let Some(team) = accept(self.teams.newest()) {
+            append(&mut effects, self.cartographer.on(Event::Team(team), ports.now()));
+        }
         if let Some(page) = accept(self.truths.receive()) {
             append(&mut effects, self.cartographer.on(Event::Truth(page), ports.now()));
         }
         if let Some(state) = accept(self.states.newest()) {
             ports.pass("perception.state_received").await;
             append(&mut effects, self.cartographer.on(Event::State(state), ports.now()));
+        }
+        if let Some(page) = self.routes.as_mut().and_then(|routes| accept(routes.receive())) {
+            append(&mut effects, self.cartographer.on(Event::Route(page), ports.now()));
         }
         if let Some(page) = accept(self.past.receive()) {
             append(&mut effects, self.cartographer.on(Event::Past(page), ports.now()));
@@ -83,6 +96,13 @@ impl<P: Ports> Perception<P> {
     async fn carry_out(&mut self, effect: Effect, ports: &mut P) -> Result<(), P::Error> {
         match effect {
             Effect::RequestPast(request) => self.past.request(request)?,
+            Effect::RequestRoute(request) => {
+                let routes = match &mut self.routes {
+                    Some(routes) => routes,
+                    closed => closed.insert(ports.client(RobotId(0))?),
+                };
+                routes.request(request)?;
+            }
             Effect::RequestTruth(request) => self.truths.request(request)?,
             Effect::PublishMap => {
                 let sensed = ports.now();

@@ -1,6 +1,6 @@
-//! Which cells a sensor sees: the closed disc of [`SensorParameters::reach_cells`].
+//! Which cells a sensor sees: the closed disc of [`SensorParameters::reach_cells`], or a square of cells.
 
-use contract::{Cell, Grid, Pose, SensorParameters};
+use contract::{Cell, Grid, Pose, Sensor, SensorParameters};
 
 /// The cells of `grid` whose centres lie within the closed disc around `pose`, in index order. A pose
 /// outside the grid sees nothing.
@@ -15,6 +15,18 @@ pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<
     let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));
     rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
         .filter(move |cell| cell.distance_cells(centre) <= reach_cells)
+}
+
+/// The cells of `grid` that a robot on `centre` sees, in index order.
+pub fn square(grid: Grid, sensor: Sensor, centre: Cell) -> impl Iterator<Item = Cell> {
+    let range = match sensor {
+        Sensor::Square { range_cells } => range_cells as i32,
+        // Those see along their way, not around a cell.
+        Sensor::Track | Sensor::Camera { .. } => 0,
+    };
+    let clip = |at: i32, side: u32| (at - range).max(0)..=(at + range).min(side as i32 - 1);
+    let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));
+    rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
 }
 
 #[cfg(test)]
@@ -73,5 +85,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_square_of_one_cell_has_nine_cells_and_is_clipped_at_the_border() {
+        let grid = Grid::new(5, 4, 1.0, 1).unwrap();
+        let cells = |range_cells, x, y| {
+            square(grid, Sensor::Square { range_cells }, Cell::new(x, y)).collect::<Vec<_>>()
+        };
+        assert_eq!(cells(1, 2, 2).len(), 9);
+        assert_eq!(cells(1, 0, 0), [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| Cell::new(x, y)));
+        assert_eq!(cells(2, 4, 3).len(), 9);
+        assert_eq!(cells(64, 2, 2).len(), 20);
     }
 }

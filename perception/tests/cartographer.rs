@@ -338,6 +338,18 @@ fn a_map_of_a_past_that_is_no_longer_the_journals_is_built_anew() {
     }
 }
 
+/// P-TIMELINE: only the start is folded, for want of the past, when the journal turns out to hold nothing.
+#[test]
+fn a_start_folded_for_a_later_state_gets_the_digest_of_its_own() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    assert_eq!(cartographer.on(Event::State(world.state(2)), NOW), [request(0)]);
+    let start = State { digest: Digest([7; 32]), published: NOW.plus_ns(1), ..world.state(0) };
+    assert_eq!(cartographer.on(Event::State(start), NOW.plus_ns(2)), [Effect::PublishMap]);
+    let patches = cartographer.patches(NOW, &mut || NOW);
+    assert_eq!(patches.iter().map(|patch| patch.digest).collect::<Vec<_>>(), [Digest([7; 32])]);
+}
+
 /// P-TIMELINE.
 #[test]
 fn a_late_page_of_a_past_that_is_gone_is_not_kept() {

@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell as Counter;
 
 use contract::{
-    Action, Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
+    Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
     MonotonicNs, Outcome, Pose, Replica, RobotId, RunId, State, Status, Timing,
 };
 use perception::{Cartographer, Effect, Event};
@@ -51,7 +51,7 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     let grid = Grid::new(side, side, 1.0, 1).unwrap();
     let ground = |cell: Cell| Ground { height_m: (f64::from(cell.x * 7 + cell.y)).sin(), ..Ground::FLAT };
     let cells = grid.iter().map(ground).collect();
-    let terrain = Terrain { grid, cells, treasures: Vec::new() };
+    let terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
     let mut brief = Brief {
         run: RUN,
         grid,
@@ -64,12 +64,12 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     cartographer.on(Event::Brief(brief), NOW);
     cartographer.on(Event::Terrain(RUN, terrain.clone()), NOW);
     let mut replica = Replica::new(ROBOT);
-    replica.begin(RUN, grid);
+    replica.begin(&brief);
     let mut costs = Vec::new();
-    let mut digest = Digest::default();
+    let mut previous = Digest::default();
     for decision in 0..24 {
         let cell = Cell::new(20 + decision as i32, 20);
-        let mut state = State {
+        let state = State {
             run: RUN,
             robot: ROBOT,
             decision: Decision(decision),
@@ -79,7 +79,8 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
             pose: Pose { cell, height_m: terrain.ground(cell).unwrap().height_m },
             collected: Collected::default(),
             last: Some(held(cell)),
-            digest,
+            previous,
+            digest: Digest([decision as u8; 32]),
             landed: NOW,
             published: NOW,
             visits: 0,
@@ -88,10 +89,7 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
-        if decision > 0 {
-            state.digest = state.digest_after(digest, Action::Hold).unwrap();
-        }
-        digest = state.digest;
+        previous = state.digest;
         let before = BYTES.get();
         let known = replica.map().map(|map| map.observation());
         assert_eq!(cartographer.on(Event::State(state), NOW), [Effect::PublishMap]);

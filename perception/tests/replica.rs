@@ -50,7 +50,7 @@ impl Source {
         };
         let treasures = vec![Cell::new(5, 3), Cell::new(8, 8), Cell::new(12, 15)];
         let cells = (0..grid.cells()).map(ground).collect();
-        let terrain = Terrain { grid, cells, treasures };
+        let terrain = Terrain { grid, cells, treasures, prior: Vec::new() };
         let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
         let sensor = SensorParameters {
             gain: 0.0,
@@ -97,6 +97,7 @@ impl Source {
             collected: Collected::default(),
             pose: Pose { cell, height_m: self.terrain.ground(cell).unwrap().height_m },
             last: Some(held(cell)),
+            previous: Digest::default(),
             digest: Digest::default(),
             landed: at(self.epoch + decision),
             published: at(self.epoch + decision),
@@ -108,13 +109,13 @@ impl Source {
         };
         let mut digests = self.digests.borrow_mut();
         for known in digests.len() as u64..=decision {
-            let before = digests.last().copied();
-            let state = State { decision: Decision(known), ..state };
-            digests.push(
-                before.map_or(state.digest, |before| state.digest_after(before, Action::Hold).unwrap()),
-            );
+            let mut digest = Digest::default();
+            digest.0[..8].copy_from_slice(&known.to_le_bytes());
+            digest.0[8..12].copy_from_slice(&cell.x.to_le_bytes());
+            digests.push(digest);
         }
         state.digest = digests[decision as usize];
+        state.previous = decision.checked_sub(1).map_or(Digest::default(), |before| digests[before as usize]);
         state
     }
 
@@ -188,7 +189,7 @@ impl Source {
 
 fn reader(source: &Source) -> Replica {
     let mut replica = Replica::new(ROBOT);
-    replica.begin(RUN, source.brief.grid);
+    replica.begin(&source.brief);
     replica
 }
 
@@ -606,6 +607,7 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
             run: RUN,
             robot: ROBOT,
             through: whole.through.unwrap(),
+            digest: whole.digest,
             sequence: whole.sequence,
             observation: whole.observation(),
             sensed: whole.sensed,
@@ -644,7 +646,7 @@ fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {
 
 fn source_cells(map: &ObservedMap) -> Vec<contract::SeenCell> {
     let seen = |(index, ground): (usize, &Option<Ground>)| {
-        ground.map(|ground| contract::SeenCell { index: index as u32, ground })
+        ground.map(|ground| contract::SeenCell { index: index as u32, visits: 0, ground })
     };
     map.cells().iter().enumerate().filter_map(seen).collect()
 }
@@ -670,4 +672,104 @@ fn forged_pages(source: &Source) -> Vec<(&'static str, MapPage, Option<&'static 
         ("a foreign robot", MapPage { robot: RobotId(1), ..honest.clone() }, Some("malformed")),
         ("another stretch", MapPage { from: 7, ..honest }, None),
     ]
+}
+
+#[test]
+fn the_brief_told_again_changes_nothing_and_another_one_begins_an_empty_map() {
+    let mut source = Source::new(12, 3.0);
+    let mut replica = reader(&source);
+    source.land().into_iter().for_each(|patch| assert_eq!(replica.patch(patch, at(0)), None));
+    replica.begin(&source.brief);
+    assert_whole(&replica, &source);
+    let others = [
+        Brief { run: RunId(8), ..source.brief },
+        Brief { grid: Grid::new(11, 12, 1.0, 1).unwrap(), ..source.brief },
+    ];
+    for other in others {
+        let mut replica = replica.clone();
+        replica.begin(&other);
+        assert!(replica.map().is_none());
+        let asked = replica.ask(at(0)).unwrap();
+        assert_eq!((asked.run, asked.from, asked.observation), (other.run, 0, 0));
+    }
+}
+
+#[test]
+fn a_map_begun_anew_is_asked_for_from_the_first_cell() {
+    let mut source = Source::new(12, 3.0);
+    let mut replica = reader(&source);
+    source.land().into_iter().for_each(|patch| assert_eq!(replica.patch(patch, at(0)), None));
+    replica.begin_anew();
+    assert!(replica.map().is_none());
+    let asked = replica.ask(at(0)).unwrap();
+    assert_eq!((asked.from, asked.observation), (0, 0));
+    replica.page(&source.cartographer.page(&asked).unwrap(), at(0));
+    assert_whole(&replica, &source);
+}
+
+#[test]
+fn what_a_reader_refuses_is_counted() {
+    let mut replica = reader(&Source::new(12, 3.0));
+    replica.refuse(&contract::Refusal::malformed("map.grid", "another", "none"));
+    assert_eq!(replica.refusals().of("malformed"), 1);
+}
+
+#[test]
+fn as_many_patches_are_kept_for_a_missing_one_as_the_limit_says() {
+    let mut source = Source::new(60, 2.0);
+    let patches: Vec<MapPatch> = (0..PATCHES_BUFFERED + 3).flat_map(|_| source.land()).collect();
+    for (kept, is_whole) in [(PATCHES_BUFFERED, true), (PATCHES_BUFFERED + 1, false)] {
+        let mut replica = reader(&source);
+        replica.patch(patches[0].clone(), at(0));
+        patches[2..2 + kept].iter().for_each(|patch| _ = replica.patch(patch.clone(), at(0)));
+        replica.patch(patches[1].clone(), at(0));
+        assert_eq!(replica.map().is_some(), is_whole, "{kept} were kept");
+    }
+}
+
+/// The patch that says nothing but that the map is still that of `patch`.
+fn reminder(patch: &MapPatch, published: u64) -> MapPatch {
+    let (after, cells) = (patch.after, Vec::new());
+    MapPatch { before: after, after, cells, published: at(published), ..patch.clone() }
+}
+
+#[test]
+fn a_reminder_does_not_drop_the_patch_that_it_reminds_of() {
+    let mut source = Source::new(12, 3.0);
+    let patches: Vec<MapPatch> = (0..3).flat_map(|_| source.land()).collect();
+    let mut replica = reader(&source);
+    replica.patch(patches[0].clone(), at(0));
+    replica.patch(patches[2].clone(), at(0));
+    replica.patch(reminder(&patches[2], 1_000), at(0));
+    replica.patch(patches[1].clone(), at(0));
+    assert_eq!(replica.map().map(ObservedMap::observation), Some(source.map().observation()));
+}
+
+#[test]
+fn patches_of_lost_hops_are_dropped_by_a_later_one_with_a_lower_number() {
+    let mut source = Source::new(12, 3.0);
+    let patches: Vec<MapPatch> = (0..4).flat_map(|_| source.land()).collect();
+    let mut replica = reader(&source);
+    replica.patch(patches[0].clone(), at(0));
+    replica.patch(patches[2].clone(), at(0));
+    replica.patch(patches[3].clone(), at(0));
+    // The journal has lost its tail, and the hop after that reveals nothing.
+    let anew = MapPatch { sequence: patches[1].sequence, ..reminder(&patches[0], 1_000) };
+    replica.patch(anew, at(0));
+    assert!(replica.map().is_some(), "what was kept stands in nobody's way");
+}
+
+#[test]
+fn a_patch_with_the_number_of_the_last_one_that_changes_treasures_alone_is_not_taken_for_a_reminder() {
+    let mut source = Source::new(12, 8.0);
+    let last = source.land().pop().unwrap();
+    let mut replica = reader(&source);
+    replica.patch(last.clone(), at(0));
+    assert_whole(&replica, &source);
+    let step = ObservedMap::treasures_step(&last.treasures, &[]);
+    let other =
+        MapPatch { treasures: Vec::new(), after: last.after.wrapping_add(step), ..reminder(&last, 1) };
+    assert_ne!(other.after, other.before, "there is a treasure in view");
+    replica.patch(other, at(0));
+    assert!(replica.map().is_none());
 }

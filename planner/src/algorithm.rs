@@ -1,6 +1,11 @@
 //! The registry of algorithms.
 
+use coverage::UnknownAlgorithm;
+
+use crate::cover::Cover;
+use crate::drive::{Drive, RouteSearch};
 use crate::error::PlannerError;
+use crate::fly::{FlightSearch, Fly};
 use crate::greedy::Greedy;
 use crate::hold::Hold;
 use crate::mdp::Mdp;
@@ -21,7 +26,16 @@ pub fn algorithm(name: &str) -> Result<Box<dyn Planner>, PlannerError> {
         names::ASTAR => Ok(Box::new(AStar)),
         names::DSTAR_LITE => Ok(Box::<DStarLite>::default()),
         names::HOLD => Ok(Box::new(Hold)),
+        names::RRT_STAR => Ok(Box::new(Drive::new(RouteSearch::Shortest))),
+        names::RRT_STAR_ETT => Ok(Box::new(Drive::new(RouteSearch::ExpectedTime))),
+        names::ETT_EXACT => Ok(Box::new(Drive::new(RouteSearch::Exact))),
+        names::SCOUT_ROUTE => Ok(Box::new(Fly::new(FlightSearch::Route))),
+        names::RRT_STAR_IT => Ok(Box::new(Fly::new(FlightSearch::Spread))),
+        names::SCOUT_VALUE => Ok(Box::new(Fly::new(FlightSearch::Value))),
         names::CLAIRVOYANT => Err(PlannerError::LockstepOnly),
-        _ => Err(PlannerError::UnknownAlgorithm { got: name.into() }),
+        _ => match name.parse() {
+            Ok(algorithm) => Ok(Box::new(Cover::new(algorithm))),
+            Err(UnknownAlgorithm { got }) => Err(PlannerError::UnknownAlgorithm { got }),
+        },
     }
 }

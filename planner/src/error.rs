@@ -1,12 +1,17 @@
 //! Why there is no planner for a mission.
 
-use crate::names::ALGORITHMS;
+use crate::names::{ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS};
 
 /// A request for a planner that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlannerError {
     /// No algorithm has this name.
-    #[error("a planner needs one of the algorithms {known}, got {got:?}", known = ALGORITHMS.join(", "))]
+    #[error(
+        "a planner needs one of the algorithms {known}, or for rovers {cover}, or for a rover that is scouted for {drive}, \
+         or for its helicopter {fly}, got {got:?}",
+        known = ALGORITHMS.join(", "), cover = COVER_ALGORITHMS.join(", "),
+        drive = DRIVE_ALGORITHMS.join(", "), fly = FLY_ALGORITHMS.join(", ")
+    )]
     UnknownAlgorithm {
         /// The name asked for.
         got: String,

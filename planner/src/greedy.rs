@@ -24,7 +24,7 @@ impl Planner for Greedy {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, map, state } = *situation;
+        let Situation { brief, map, state, .. } = *situation;
         let here = state.pose.cell;
         if here == brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);

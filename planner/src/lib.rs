@@ -2,17 +2,43 @@
 //!
 //! All algorithms implement one trait, [`Planner`], and its law: a decision depends on the situation alone. A planner
 //! knows the brief and the observed map, never the ground itself.
+//!
+//! A program of one's own becomes a planner process by one line, and [`conformance::check`] holds its planner to the law:
+//!
+//! ```no_run
+//! use planner::contract::{Action, Name};
+//! use planner::{Budget, Plan, PlanStatus, Planner, Situation};
+//!
+//! #[derive(Default)]
+//! struct Patient;
+//!
+//! impl Planner for Patient {
+//!     fn name(&self) -> Name {
+//!         "patient".parse().expect("a short and printable name")
+//!     }
+//!
+//!     fn plan(&mut self, _: &Situation<'_>, _: &Budget) -> Plan {
+//!         Plan::at_once(Action::Hold, PlanStatus::Solved)
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     planner::main(Patient::default)
+//! }
+//! ```
 
 #![warn(clippy::disallowed_methods)]
 
 pub mod algorithm;
-pub mod belief;
+pub mod conformance;
+pub mod cover;
+pub mod drive;
 pub mod error;
+pub mod fly;
 pub mod greedy;
 pub mod hold;
 pub mod mdp;
 mod names;
-pub mod payoff;
 pub mod pilot;
 pub mod plan;
 pub mod process;
@@ -20,8 +46,14 @@ pub mod route;
 #[cfg(feature = "shell")]
 pub mod shell;
 mod tie;
+mod uncertain;
+
+pub use contract;
 
 pub use algorithm::algorithm;
+pub use contract::{belief, payoff};
 pub use error::PlannerError;
-pub use names::{ALGORITHMS, CLAIRVOYANT};
-pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
+pub use names::{ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed};
+pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};
+#[cfg(feature = "shell")]
+pub use shell::main;

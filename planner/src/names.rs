@@ -1,10 +1,34 @@
 //! The names that algorithms are asked for by.
 
 use contract::Name;
+use coverage::Algorithm;
 
-/// Every algorithm that a planner process can run.
+/// Every algorithm that a planner process can run for a hopper.
 pub const ALGORITHMS: &[&str] = &[MDP, GREEDY, ASTAR, DSTAR_LITE, HOLD];
 
+/// Every algorithm that a planner process can run for rovers that cover ground.
+pub const COVER_ALGORITHMS: &[&str] = &{
+    let mut names = [""; Algorithm::ALL.len()];
+    let mut index = 0;
+    while index < names.len() {
+        names[index] = Algorithm::ALL[index].name();
+        index += 1;
+    }
+    names
+};
+
+/// Every algorithm that a planner process can run for a rover that drives to a goal over uncertain ground.
+pub const DRIVE_ALGORITHMS: &[&str] = &[RRT_STAR, RRT_STAR_ETT, ETT_EXACT];
+
+/// Every algorithm that a planner process can run for a helicopter that looks ahead for a rover.
+pub const FLY_ALGORITHMS: &[&str] = &[SCOUT_ROUTE, RRT_STAR_IT, SCOUT_VALUE];
+
+pub(crate) const RRT_STAR: &str = "rrt_star";
+pub(crate) const RRT_STAR_ETT: &str = "rrt_star_ett";
+pub(crate) const ETT_EXACT: &str = "ett_exact";
+pub(crate) const SCOUT_ROUTE: &str = "scout_route";
+pub(crate) const RRT_STAR_IT: &str = "rrt_star_it";
+pub(crate) const SCOUT_VALUE: &str = "scout_value";
 pub(crate) const MDP: &str = "mdp";
 pub(crate) const GREEDY: &str = "greedy";
 pub(crate) const ASTAR: &str = "astar";
@@ -13,6 +37,18 @@ pub(crate) const HOLD: &str = "hold";
 
 /// The planner that sees the whole ground. No process can run it, so it is not one of [`ALGORITHMS`].
 pub const CLAIRVOYANT: &str = "clairvoyant";
+
+/// All algorithms that a planner process can run, with what each is for: for help texts.
+#[must_use]
+pub fn listed() -> String {
+    format!(
+        "{}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
+        ALGORITHMS.join(", "),
+        COVER_ALGORITHMS.join(", "),
+        DRIVE_ALGORITHMS.join(", "),
+        FLY_ALGORITHMS.join(", ")
+    )
+}
 
 /// One of the names above as a [`Name`].
 pub(crate) fn name(text: &'static str) -> Name {

@@ -3,7 +3,8 @@
 //! A pilot answers a state only when state and map are of one run and one decision. It speaks for the
 //! term in force if it leads, and for the next term if it may take over: nobody leads yet, it was told
 //! to (once), its predecessor is known to be dead, or the leader's heartbeat stands still. hopper-sim
-//! decides; a pilot that lost the race reads so from the next state.
+//! decides; a pilot that lost the race reads so from the next state. It may command several robots, each under a term of its
+//! own: one robot is due at a time, and only for it there is something to plan.
 //!
 //! If hopper-sim's guard vetoes its command, the same state comes again with the veto, and the pilot plans
 //! anew. A planner that insists on what is vetoed stands still.
@@ -11,9 +12,11 @@
 use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
-    MonotonicNs, Name, PeerTable, Refusal, Replica, RobotId, RunId, State, Status, Term, Timeline, Vetoed,
+    Member, MonotonicNs, Name, PeerTable, PriorGathering, PriorPage, PriorRequest, Refusal, Replica, RobotId,
+    RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vetoed,
 };
 
+use crate::plan::Scouting;
 use crate::{Plan, PlanStatus, Situation};
 
 /// An unanswered command is sent again after this long.
@@ -26,8 +29,8 @@ pub const DEATH_SILENCE_NS: u64 = SILENCE_NS / 5;
 /// Who this planner is, and what it may presume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PilotConfig {
-    /// The robot.
-    pub robot: RobotId,
+    /// The robots that it may command.
+    pub robots: RobotSet,
     /// This life.
     pub incarnation: Incarnation,
     /// This process; 0 in lockstep.
@@ -48,18 +51,24 @@ pub enum Event {
     Brief(Brief),
     /// The state.
     State(State),
+    /// All robots as of a state.
+    Team(Team),
     /// What a landing changed in the observed map.
     Patch(MapPatch),
     /// A page of the observed map that was asked for; after all patches that were there when it came.
     Page(MapPage),
+    /// A page of the prior that was asked for.
+    Prior(PriorPage),
+    /// A route that was asked for.
+    Route(RoutePage),
     /// A message about the map was malformed.
     Refused(Refusal),
     /// A sign of life.
     Heartbeat(Heartbeat),
     /// The operating system knows of no process with this number.
     Gone(u32),
-    /// This planner shall claim the next term, once, as if it had been told so at its start.
-    HandOver,
+    /// This planner shall claim the next term of the robot, once, as if it had been told so at its start.
+    HandOver(RobotId),
     /// The plan that was asked for, with the moments at which planning began and ended.
     Planned(Plan, MonotonicNs, MonotonicNs),
     /// Time passes.
@@ -71,6 +80,10 @@ pub enum Event {
 pub enum Effect {
     /// Ask for the observed map.
     RequestMap(MapRequest),
+    /// Ask for the prior.
+    RequestPrior(PriorRequest),
+    /// Ask for the points of a route.
+    RequestRoute(RouteRequest),
     /// Plan for [`Pilot::situation`], then report [`Event::Planned`]; unless the plan was reported meanwhile
     /// ([`Pilot::awaits_plan`]).
     Plan,
@@ -97,7 +110,27 @@ struct Planned {
 /// What is planned for: a decision, on the timeline of a digest, and what the guard has vetoed there.
 type Due = (RunId, Decision, Digest, Vetoed);
 
-/// Commands one robot, or stands by.
+/// What the pilot knows of who leads one robot, and what it has asked for.
+#[derive(Clone, Copy, Debug)]
+struct RobotView {
+    /// Who led it when it was last heard of, and in which run.
+    leader: Option<(RunId, Leader)>,
+    /// When that leader was first heard of as such.
+    leader_since: MonotonicNs,
+    takeover: bool,
+    leads: bool,
+    /// The term last asked for in this run.
+    asked: Option<Term>,
+}
+
+/// Whose turn it is, and who leads that robot.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    robot: RobotId,
+    leader: Leader,
+}
+
+/// Commands robots, or stands by.
 #[derive(Debug)]
 pub struct Pilot {
     config: PilotConfig,
@@ -105,18 +138,19 @@ pub struct Pilot {
     /// The brief of the leg of the present state.
     leg: Option<Brief>,
     state: Option<State>,
+    /// The robots as last told of; those of the present state only if [`Team::is_of`] says so.
+    team: Option<Team>,
     map: Replica,
+    /// What is known beforehand of uncertain ground; so are the next of routes.
+    prior: PriorGathering,
+    routes: Routes,
     peer_table: PeerTable,
-    /// When the present leader was first heard of as such.
-    leader_since: MonotonicNs,
+    /// One for each robot, up to the last that it may command.
+    views: Vec<RobotView>,
     /// A process that no longer exists.
     gone: Option<u32>,
     /// When time last passed: a pilot that was stopped itself has missed the leader's beats.
     ticked: MonotonicNs,
-    takeover: bool,
-    leads: bool,
-    /// The term last asked for in this run.
-    asked: Option<Term>,
     /// The decision for which a plan was asked and has not been reported.
     planning: Option<Due>,
     planned: Option<Planned>,
@@ -127,19 +161,26 @@ impl Pilot {
     /// A pilot who knows nothing yet.
     #[must_use]
     pub fn new(config: PilotConfig) -> Self {
+        let view = RobotView {
+            leader: None,
+            leader_since: MonotonicNs(0),
+            takeover: config.takeover,
+            leads: false,
+            asked: None,
+        };
         Self {
             config,
             brief: None,
             leg: None,
             state: None,
-            map: Replica::new(config.robot),
+            team: None,
+            map: Replica::new(RobotId(0)),
+            prior: PriorGathering::default(),
+            routes: Routes::default(),
             peer_table: PeerTable::default(),
-            leader_since: MonotonicNs(0),
+            views: vec![view; config.robots.iter().last().map_or(0, |last| usize::from(last.0) + 1)],
             gone: None,
             ticked: MonotonicNs(0),
-            takeover: config.takeover,
-            leads: false,
-            asked: None,
             planning: None,
             planned: None,
             finished: false,
@@ -149,24 +190,72 @@ impl Pilot {
     /// Takes note of `event` at `now` and says what is to be done.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
         let mut effects = Vec::new();
-        let leg_may_change = matches!(event, Event::Brief(_) | Event::State(_));
+        let leg_may_change = match &event {
+            Event::Brief(_) => true,
+            Event::State(state) => {
+                let known = self.state.as_ref();
+                known.is_none_or(|known| (known.run, known.visits) != (state.run, state.visits))
+            }
+            _ => false,
+        };
         match event {
             Event::Brief(brief) => self.brief(brief),
             Event::State(state) => self.state(state, now, &mut effects),
+            Event::Team(team) => {
+                self.team = Some(team);
+                self.note_leaders(now, &mut effects);
+            }
             Event::Patch(patch) => effects.extend(self.map.patch(patch, now).map(Effect::RequestMap)),
             Event::Page(page) => effects.extend(self.map.page(&page, now).map(Effect::RequestMap)),
+            Event::Prior(page) => {
+                if let Err(refusal) = self.prior.page(&page) {
+                    self.map.refuse(&refusal);
+                }
+            }
+            Event::Route(page) => {
+                self.routes.page(page);
+            }
             Event::Refused(refusal) => self.map.refuse(&refusal),
             Event::Heartbeat(beat) => self.peer_table.observe(beat, now),
             Event::Gone(pid) => self.gone = Some(pid),
-            Event::HandOver => self.hand_over(),
+            Event::HandOver(robot) => self.hand_over(robot),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
         if leg_may_change {
-            self.leg = self.brief.as_ref().zip(self.state).map(|(brief, state)| brief.leg(state.visits));
+            let known = self.brief.as_ref().zip(self.state.as_ref());
+            self.leg = known.map(|(brief, state)| brief.leg(state.visits));
         }
+        self.gather(now, &mut effects);
         self.plan(now, &mut effects);
         effects
+    }
+
+    /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.
+    fn gather(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        if self.brief.is_none_or(|brief| brief.scout.is_none()) {
+            return;
+        }
+        effects.extend(self.prior.ask(now).map(Effect::RequestPrior));
+        if let Some(id) = self.unknown_route() {
+            self.routes.want(id);
+        }
+        effects.extend(self.routes.ask(now).map(Effect::RequestRoute));
+    }
+
+    /// A route that a robot follows and whose points are not known.
+    fn unknown_route(&self) -> Option<contract::RouteId> {
+        let route = |member: &Member| member.travel.and_then(|travel| travel.route);
+        let mut routes = self.team.iter().flat_map(|team| team.members.iter().filter_map(route));
+        routes.find(|id| self.routes.get(*id).is_none())
+    }
+
+    /// The prior and all announced routes; `None` while something is missing.
+    fn scouting(&self) -> Option<Scouting<'_>> {
+        if self.unknown_route().is_some() {
+            return None;
+        }
+        Some(Scouting { prior: self.prior.prior()?, routes: &self.routes })
     }
 
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
@@ -174,12 +263,18 @@ impl Pilot {
     pub fn situation(&self) -> Option<Situation<'_>> {
         match (&self.leg, &self.state, self.map.map()) {
             (Some(brief), Some(state), Some(map))
-                if brief.run == state.run
-                    && map.run == state.run
-                    && map.through == Some(state.decision)
-                    && !state.status.is_over() =>
+                if brief.run == state.run && map.is_of(state) && !state.status.is_over() =>
             {
-                Some(Situation { brief, map, state })
+                let team = self.team.as_ref().filter(|team| team.is_of(state));
+                let is_mine = match team {
+                    Some(team) => self.config.robots.has(team.due),
+                    None => brief.is_of_hopper(),
+                };
+                let scouting = match brief.scout {
+                    Some(_) => Some(self.scouting()?),
+                    None => None,
+                };
+                is_mine.then_some(Situation { brief, map, state, team, scouting })
             }
             _ => None,
         }
@@ -204,14 +299,20 @@ impl Pilot {
     /// The process of the planner in command, if it is another one.
     #[must_use]
     pub fn rival_pid(&self) -> Option<u32> {
-        let leader = self.state?.leader;
+        let leader = self.turn()?.leader;
         (leader.term > Term(0) && leader.incarnation != self.config.incarnation).then_some(leader.pid)
     }
 
-    /// Whether this planner is in command.
+    /// Whether this planner is in command, of one robot at least.
     #[must_use]
     pub fn leads(&self) -> bool {
-        self.leads
+        self.views.iter().any(|view| view.leads)
+    }
+
+    /// The brief that was heard last.
+    #[must_use]
+    pub fn known_brief(&self) -> Option<&Brief> {
+        self.brief.as_ref()
     }
 
     /// What this planner holds of the observed map, and how it came by it.
@@ -229,15 +330,79 @@ impl Pilot {
         if brief.run != state.run {
             return Some("hopper-sim: brief and state of one run");
         }
-        let current =
-            |map: &contract::ObservedMap| map.run == state.run && map.through == Some(state.decision);
-        let behind = !self.map.map().is_some_and(current);
+        if self.turn().is_none() {
+            return Some("hopper-sim: the robots of this decision");
+        }
+        if brief.scout.is_some() && self.scouting().is_none() {
+            return Some("hopper-sim: the prior, or the routes of this decision");
+        }
+        let behind = !self.map.map().is_some_and(|map| map.is_of(state));
         (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")
     }
 
-    fn hand_over(&mut self) {
-        if !self.leads {
-            (self.takeover, self.asked) = (true, None);
+    fn hand_over(&mut self, robot: RobotId) {
+        let view = self.views.get_mut(usize::from(robot.0)).filter(|_| self.config.robots.has(robot));
+        if let Some(view) = view.filter(|view| !view.leads) {
+            (view.takeover, view.asked) = (true, None);
+        }
+    }
+
+    /// Whose turn it is by the present state. Where there is a single hopper, its own.
+    fn turn(&self) -> Option<Turn> {
+        let state = self.state.as_ref()?;
+        if self.brief.as_ref().is_none_or(Brief::is_of_hopper) {
+            return Some(Turn { robot: state.robot, leader: state.leader });
+        }
+        let team = self.team.as_ref().filter(|team| team.is_of(state))?;
+        Some(Turn { robot: team.due, leader: team.member(team.due)?.leader })
+    }
+
+    /// Whose turn it is, if that robot may be commanded.
+    fn own_turn(&self) -> Option<Turn> {
+        self.turn().filter(|turn| self.config.robots.has(turn.robot))
+    }
+
+    /// Who leads `robot` by the present state.
+    fn leader_of(&self, robot: RobotId) -> Option<Leader> {
+        let state = self.state.as_ref()?;
+        if self.brief.as_ref().is_none_or(Brief::is_of_hopper) {
+            return (robot == state.robot).then_some(state.leader);
+        }
+        let team = self.team.as_ref().filter(|team| team.is_of(state))?;
+        Some(team.member(robot)?.leader)
+    }
+
+    /// Takes note of who leads the robots that this pilot may command.
+    fn note_leaders(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        for robot in self.config.robots.iter() {
+            if let Some(leader) = self.leader_of(robot) {
+                self.note_leader(robot, leader, now, effects);
+            }
+        }
+    }
+
+    fn note_leader(&mut self, robot: RobotId, leader: Leader, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let Some(&State { run, status, .. }) = self.state.as_ref() else { return };
+        let view = &mut self.views[usize::from(robot.0)];
+        let news = view.leader != Some((run, leader));
+        if news {
+            (view.leader, view.leader_since) = (Some((run, leader)), now);
+        }
+        let led = view.leads;
+        view.leads = leader.incarnation == self.config.incarnation;
+        if view.asked.is_some_and(|asked| asked < leader.term) {
+            // That term has come and gone, and may have been ours: what fires once is not tried again.
+            view.takeover = false;
+        }
+        let leads = view.leads;
+        if leads && !led {
+            view.takeover = false;
+            effects.push(Effect::Leads(leader.term));
+        }
+        if led && !leads {
+            effects.push(Effect::StepsBack(leader.term));
+        } else if news && !status.is_over() && self.term_for(robot, leader, now).is_none() {
+            effects.push(Effect::StandsBy(leader));
         }
     }
 
@@ -245,46 +410,33 @@ impl Pilot {
         if self.brief.is_none_or(|known| known.run != brief.run) {
             self.planned = None;
             self.finished = false;
-            self.leads = false;
-            self.asked = None;
+            for view in &mut self.views {
+                (view.leads, view.asked) = (false, None);
+            }
         }
         self.brief = Some(brief);
-        self.map.begin(brief.run, brief.grid);
+        if brief.scout.is_some() {
+            self.prior.begin(brief.run);
+            self.routes.begin(brief.run);
+        }
+        self.map.begin(&brief);
     }
 
-    fn state(&mut self, state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let known = self.state.filter(|known| known.run == state.run);
-        if state.robot != self.config.robot || known.is_some_and(|known| state.is_older_than(&known)) {
+    fn state(&mut self, mut state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let known = self.state.as_ref().filter(|known| known.run == state.run);
+        let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
+        if state.robot.0 >= robots || known.is_some_and(|known| state.is_older_than(known)) {
             return;
         }
-        if known.is_some_and(|known| Timeline::through(&known).is_contradicted_by(&state)) {
+        if known.is_some_and(|known| Timeline::through(known).is_contradicted_by(&state)) {
             // The map may hold cells that were seen on hops which never were.
             self.map.begin_anew();
         }
         let same = known.filter(|known| (known.decision, known.digest) == (state.decision, state.digest));
         // A veto stands, though an older copy of the state or another life of hopper-sim may not tell of it.
-        let vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
-        let state = State { vetoed, ..state };
-        let news = known.is_none_or(|known| known.leader != state.leader);
-        if news {
-            self.leader_since = now;
-        }
+        state.vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
         self.state = Some(state);
-        let led = self.leads;
-        self.leads = state.leader.incarnation == self.config.incarnation;
-        if self.asked.is_some_and(|asked| asked < state.leader.term) {
-            // That term has come and gone, and may have been ours: what fires once is not tried again.
-            self.takeover = false;
-        }
-        if self.leads && !led {
-            self.takeover = false;
-            effects.push(Effect::Leads(state.leader.term));
-        }
-        if led && !self.leads {
-            effects.push(Effect::StepsBack(state.leader.term));
-        } else if news && !state.status.is_over() && self.term(now).is_none() {
-            effects.push(Effect::StandsBy(state.leader));
-        }
+        self.note_leaders(now, effects);
         if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run)
         {
             self.finished = true;
@@ -294,34 +446,39 @@ impl Pilot {
 
     /// The term this pilot may speak for at `now`; `None` while it stands by.
     fn term(&self, now: MonotonicNs) -> Option<Term> {
-        let leader = self.state?.leader;
+        let Turn { robot, leader } = self.own_turn()?;
+        self.term_for(robot, leader, now)
+    }
+
+    /// The same for any robot that it may command.
+    fn term_for(&self, robot: RobotId, leader: Leader, now: MonotonicNs) -> Option<Term> {
+        let view = self.views.get(usize::from(robot.0))?;
         if leader.incarnation == self.config.incarnation {
             return Some(leader.term);
         }
         let vacant = leader.term == Term(0);
         let bereft = self.config.succeeds_pid.is_some_and(|pid| pid == leader.pid);
-        (vacant || self.takeover || bereft || self.leader_is_silent(now)).then(|| leader.term.next())
+        (vacant || view.takeover || bereft || self.leader_is_silent(leader, view, now))
+            .then(|| leader.term.next())
     }
 
-    fn leader_is_silent(&self, now: MonotonicNs) -> bool {
-        let leader = self.state.map_or_else(Leader::default, |state| state.leader);
-        let heard = self.peer_table.peer(leader.incarnation).map_or(self.leader_since, |peer| peer.advanced);
+    fn leader_is_silent(&self, leader: Leader, view: &RobotView, now: MonotonicNs) -> bool {
+        let heard = self.peer_table.peer(leader.incarnation).map_or(view.leader_since, |peer| peer.advanced);
         let limit_ns = if self.gone == Some(leader.pid) { DEATH_SILENCE_NS } else { SILENCE_NS };
-        now.since_ns(heard.max(self.leader_since)) > limit_ns
+        now.since_ns(heard.max(view.leader_since)) > limit_ns
     }
 
     fn planned_for(&self) -> Option<Due> {
-        self.planned.map(|planned| planned.due)
+        self.planned.as_ref().map(|planned| planned.due)
     }
 
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let Some(state) = self.situation().map(|situation| *situation.state) else {
+        let Some(due) = self.situation().map(|situation| due(situation.state)) else {
             // Whoever was asked for a plan may have found nothing to plan for.
             self.planning = None;
             return;
         };
-        let due = due(&state);
         if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
             return;
         }
@@ -345,8 +502,9 @@ impl Pilot {
         }
         let command = Command {
             run: situation.state.run,
-            robot: self.config.robot,
+            robot: situation.team.map_or(RobotId(0), |team| team.due),
             decision: situation.state.decision,
+            digest: situation.state.digest,
             term: Term(0),
             action: if vetoed.has(plan.action) { Action::Hold } else { plan.action },
             observation: situation.map.observation(),
@@ -367,12 +525,13 @@ impl Pilot {
     /// Sends what was planned for the decision that is due, under the term that may be spoken for.
     fn send(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let Some(term) = self.term(now) else { return };
-        let Some(state) = self.situation().map(|situation| *situation.state) else { return };
-        if self.planned_for() != Some(due(&state)) {
+        let Some(due) = self.situation().map(|situation| due(situation.state)) else { return };
+        let Some(Turn { robot, leader }) = self.own_turn() else { return };
+        if self.planned_for() != Some(due) {
             return;
         }
-        if term > state.leader.term {
-            self.asked = Some(term);
+        if term > leader.term {
+            self.views[usize::from(robot.0)].asked = Some(term);
         }
         let Some(planned) = &mut self.planned else { return };
         planned.sent = now;
@@ -381,7 +540,7 @@ impl Pilot {
 
     fn tick(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
         if now.since_ns(self.ticked) > SILENCE_NS / 2 {
-            self.leader_since = now;
+            self.views.iter_mut().for_each(|view| view.leader_since = now);
         }
         self.ticked = now;
         effects.extend(self.map.ask(now).map(Effect::RequestMap));
@@ -389,7 +548,7 @@ impl Pilot {
     }
 
     fn resend(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        if self.planned.is_some_and(|planned| now.since_ns(planned.sent) >= RESEND_NS) {
+        if self.planned.as_ref().is_some_and(|planned| now.since_ns(planned.sent) >= RESEND_NS) {
             self.send(now, effects);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use contract::{Action, Brief, Name, ObservedMap, PolicyCell, State};
+use contract::{Action, Brief, Name, ObservedMap, PolicyCell, Prior, Route, Routes, State, Task, Team};
 
 /// Everything a decision may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +14,19 @@ pub struct Situation<'a> {
     pub map: &'a ObservedMap,
     /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]).
     pub state: &'a State,
+    /// All robots, the one that decides being [`Team::due`]; `None` where there is a single hopper.
+    pub team: Option<&'a Team>,
+    /// The prior and the announced routes, where robots go from point to point.
+    pub scouting: Option<Scouting<'a>>,
+}
+
+/// What a decision of a robot that goes from point to point may depend on beside brief, map and team.
+#[derive(Clone, Copy, Debug)]
+pub struct Scouting<'a> {
+    /// The speeds as everyone knows them before the mission.
+    pub prior: &'a Prior,
+    /// The routes that robots have announced: those that [`contract::Travel`] names are among them.
+    pub routes: &'a Routes,
 }
 
 /// How much work a plan may take. Work is counted, not timed, so that a plan cut short is reproducible.
@@ -109,14 +122,47 @@ impl Plan {
 /// save time, but never changes an answer: a planner restarted with nothing decides as the one that died would have.
 /// Only [`Plan::work`] may differ, where a search continues from the last one and the budget sets no bound.
 pub trait Planner: Send {
-    /// The name it is asked for by, one of [`crate::ALGORITHMS`].
+    /// The name it is asked for by, one of [`crate::ALGORITHMS`], [`crate::COVER_ALGORITHMS`],
+    /// [`crate::DRIVE_ALGORITHMS`] or [`crate::FLY_ALGORITHMS`].
     fn name(&self) -> Name;
+
+    /// Whether it can plan for that task; by default for those of a hopper.
+    fn suits(&self, task: Task) -> bool {
+        matches!(task, Task::Reach | Task::Patrol)
+    }
 
     /// Decides what to do.
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan;
 
+    /// The route of the last plan, if its action announces one.
+    fn announced(&self) -> Option<&Route> {
+        None
+    }
+
     /// The policy behind the last plan, if the algorithm has one: cells in index order. It may take long to compute.
     fn policy(&mut self) -> Option<Vec<PolicyCell>> {
         None
+    }
+}
+
+impl<P: Planner + ?Sized> Planner for Box<P> {
+    fn name(&self) -> Name {
+        (**self).name()
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        (**self).suits(task)
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
+        (**self).plan(situation, budget)
+    }
+
+    fn announced(&self) -> Option<&Route> {
+        (**self).announced()
+    }
+
+    fn policy(&mut self) -> Option<Vec<PolicyCell>> {
+        (**self).policy()
     }
 }

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 
 use contract::{
-    Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy, Refusal, RobotId, Role, RunId,
-    State,
+    Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
+    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, Scout, State, Task, Team,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
@@ -18,33 +18,59 @@ use crate::{Budget, Planner, Pulse};
 pub const CRASH_POINTS: &[&str] =
     &["planner.joined", "planner.map_received", "planner.planned", "planner.sent"];
 
-/// How a planner takes command.
+/// Which robots a planner commands, and how it takes command.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Claim {
+    /// The robots.
+    pub robots: RobotSet,
     /// Take the next term from a living leader, once.
     pub takeover: bool,
     /// A process known to be dead: its term may be taken at once.
     pub succeeds_pid: Option<u32>,
 }
 
-/// Commands one robot, or stands by.
+/// By which a planner of routes is told: it suits such a mission, whatever its numbers.
+const ANY_SCOUT: Scout = Scout { seed: 0, rover_samples: 1, helicopter_samples: 1 };
+
+/// The ports of a planner of routes.
+struct RoutePorts<P: Ports> {
+    priors: P::Client<PriorRequest>,
+    routes: P::Client<RouteRequest>,
+    /// For each robot that it may command.
+    announcements: Vec<(RobotId, P::Writer<Announcement>)>,
+}
+
+impl<P: Ports> RoutePorts<P> {
+    fn open(ports: &mut P, robots: RobotSet) -> Result<Self, P::Error> {
+        let announcement = |robot| Ok((robot, ports.writer(robot)?));
+        let announcements = robots.iter().map(announcement).collect::<Result<_, _>>()?;
+        Ok(Self { announcements, priors: ports.client(RobotId(0))?, routes: ports.client(RobotId(0))? })
+    }
+}
+
+/// Commands robots, or stands by.
 pub struct PlannerProcess<P: Ports> {
     membership: Membership<P>,
     pilot: Pilot,
     planner: Box<dyn Planner>,
-    robot: RobotId,
     briefs: P::Reader<Brief>,
     states: P::Reader<State>,
+    teams: P::Reader<Team>,
     maps: P::Reader<MapPatch>,
     snapshots: P::Client<MapRequest>,
     controls: P::Reader<Control>,
-    commands: P::Writer<Command>,
+    /// For each robot that it may command.
+    commands: Vec<(RobotId, P::Writer<Command>)>,
+    /// Only of a planner of routes.
+    routes: Option<RoutePorts<P>>,
     policies: P::Writer<Policy>,
     policy_sent: PolicySent,
     /// Of the last plan: see [`crate::Plan::error_bound`].
     error_bound: f64,
     /// Malformed messages about the map that the log has mentioned.
     refusals_logged: u64,
+    /// Why the mission that was heard of last is none for this planner.
+    unfit: Option<String>,
 }
 
 impl<P: Ports> PlannerProcess<P> {
@@ -58,11 +84,15 @@ impl<P: Ports> PlannerProcess<P> {
         claim: Claim,
         terms: Terms,
     ) -> Result<Self, P::Error> {
+        // What is not a robot's own goes by the name of the first.
         let robot = RobotId(0);
+        let plans_routes = planner.suits(Task::Scout(ANY_SCOUT));
+        let command = |robot| Ok((robot, ports.writer(robot)?));
+        let commands = claim.robots.iter().map(command).collect::<Result<_, _>>()?;
         let process = Self {
             membership: Membership::join(ports, Role::Planner, planner.name(), terms)?,
             pilot: Pilot::new(PilotConfig {
-                robot,
+                robots: claim.robots,
                 incarnation: ports.incarnation(),
                 pid: ports.pid(),
                 planner: planner.name(),
@@ -70,17 +100,19 @@ impl<P: Ports> PlannerProcess<P> {
                 succeeds_pid: claim.succeeds_pid,
             }),
             planner,
-            robot,
             maps: ports.reader(robot, true)?,
             briefs: ports.reader(robot, false)?,
             states: ports.reader(robot, false)?,
+            teams: ports.reader(robot, false)?,
             snapshots: ports.client(robot)?,
             controls: ports.reader(robot, false)?,
-            commands: ports.writer(robot)?,
+            routes: plans_routes.then(|| RoutePorts::open(ports, claim.robots)).transpose()?,
+            commands,
             policies: ports.writer(robot)?,
             policy_sent: PolicySent::default(),
             error_bound: 0.0,
             refusals_logged: 0,
+            unfit: None,
         };
         ports.pass("planner.joined").await;
         Ok(process)
@@ -100,13 +132,18 @@ impl<P: Ports> PlannerProcess<P> {
                 append(&mut effects, self.pilot.on(Event::Heartbeat(beat), ports.now()));
             }
         }
-        if let Some(brief) = accept(self.briefs.newest()) {
+        if let Some(brief) = accept(self.briefs.newest()).filter(|brief| self.can_plan_for(brief)) {
             append(&mut effects, self.pilot.on(Event::Brief(brief), ports.now()));
         }
         if let Some(state) = accept(self.states.newest()) {
             append(&mut effects, self.pilot.on(Event::State(state), ports.now()));
         }
+        // After the state, so that it is no older.
+        if let Some(team) = accept(self.teams.newest()) {
+            append(&mut effects, self.pilot.on(Event::Team(team), ports.now()));
+        }
         self.receive_map(&mut effects, ports).await;
+        self.receive_routes(&mut effects, ports);
         self.receive_orders(&mut effects, ports);
         if let Some(gone) = self.pilot.rival_pid().filter(|&pid| !ports.process_exists(pid)) {
             append(&mut effects, self.pilot.on(Event::Gone(gone), ports.now()));
@@ -129,13 +166,24 @@ impl<P: Ports> PlannerProcess<P> {
         }
     }
 
+    /// Pages of the prior, and announced routes.
+    fn receive_routes(&mut self, effects: &mut VecDeque<Effect>, ports: &mut P) {
+        let Some(RoutePorts { priors, routes, .. }) = &mut self.routes else { return };
+        if let Some(page) = accept(priors.receive()) {
+            append(effects, self.pilot.on(Event::Prior(page), ports.now()));
+        }
+        if let Some(page) = accept(routes.receive()) {
+            append(effects, self.pilot.on(Event::Route(page), ports.now()));
+        }
+    }
+
     fn receive_orders(&mut self, effects: &mut VecDeque<Effect>, ports: &mut P) {
         for _ in 0..self.controls.depth() {
             let Some(control) = self.controls.receive() else { break };
             let Some(control) = accept(Some(control)) else { continue };
-            let addressed = control.run == self.pilot.seen().0 && control.robot == self.robot;
+            let addressed = control.run == self.pilot.seen().0;
             if addressed && control.order == Order::HandOver(ports.incarnation()) {
-                append(effects, self.pilot.on(Event::HandOver, ports.now()));
+                append(effects, self.pilot.on(Event::HandOver(control.robot), ports.now()));
             }
         }
     }
@@ -143,12 +191,27 @@ impl<P: Ports> PlannerProcess<P> {
     async fn carry_out(&mut self, effect: Effect, ports: &mut P) -> Result<Vec<Effect>, P::Error> {
         match effect {
             Effect::RequestMap(request) => self.snapshots.request(request)?,
+            Effect::RequestPrior(request) => {
+                if let Some(routes) = &mut self.routes {
+                    routes.priors.request(request)?;
+                }
+            }
+            Effect::RequestRoute(request) => {
+                if let Some(routes) = &mut self.routes {
+                    routes.routes.request(request)?;
+                }
+            }
             Effect::Plan => return Ok(self.plan(ports).await),
             Effect::Send(command) => {
                 let (run, decision) = (command.run, command.decision);
                 // hopper-sim obeys nobody whom it has not heard.
                 self.membership.beat(self.pilot.seen(), ports.now())?;
-                self.commands.publish(command)?;
+                self.announce(&command)?;
+                if let Some((_, commands)) =
+                    self.commands.iter_mut().find(|(robot, _)| *robot == command.robot)
+                {
+                    commands.publish(command)?;
+                }
                 ports.pass("planner.sent").await;
                 self.publish_policy(run, decision);
             }
@@ -193,6 +256,19 @@ impl<P: Ports> PlannerProcess<P> {
         self.pilot.on(Event::Planned(plan, started, ended), ended)
     }
 
+    /// Sends the points of a route before the command that announces it.
+    fn announce(&mut self, command: &Command) -> Result<(), P::Error> {
+        let (Action::Announce(id), Some(ports)) = (command.action, &mut self.routes) else { return Ok(()) };
+        let Some(route) = self.planner.announced().filter(|route| route.id() == id) else { return Ok(()) };
+        let (run, robot) = (command.run, command.robot);
+        match ports.announcements.iter_mut().find(|(known, _)| *known == robot) {
+            Some((_, announcements)) => {
+                announcements.publish(Announcement { run, robot, route: route.clone() })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// For display and for hopper-sim's fallback, and after the command: it may take long, and its failure must not
     /// end the mission.
     fn publish_policy(&mut self, run: RunId, decision: Decision) {
@@ -206,6 +282,40 @@ impl<P: Ports> PlannerProcess<P> {
         let policy = Policy { run, robot, decision, planner, error_bound, cells };
         if let Err(error) = self.policies.publish(policy) {
             tracing::warn!("the policy of decision {decision} is not published: {error}");
+        }
+    }
+
+    /// Whether the algorithm can plan for that mission, and the mission has all robots that are to be commanded.
+    /// Otherwise the log says so once, and the brief is as good as not heard: a brief by mistake ends no planner.
+    fn can_plan_for(&mut self, brief: &Brief) -> bool {
+        let scenario = brief.scenario;
+        let missing = self.commands.iter().map(|(robot, _)| robot).find(|robot| robot.0 >= brief.robots);
+        let error = if let Some(robot) = missing {
+            format!("scenario {scenario} has robots 0 to {}, got robot {robot}", brief.robots - 1)
+        } else if self.planner.suits(brief.task()) {
+            self.unfit = None;
+            return true;
+        } else {
+            let need = match brief.task() {
+                Task::Reach | Task::Patrol => crate::ALGORITHMS.to_vec(),
+                Task::Cover(_) => crate::COVER_ALGORITHMS.to_vec(),
+                Task::Scout(_) => [crate::DRIVE_ALGORITHMS, crate::FLY_ALGORITHMS].concat(),
+            };
+            let (need, got) = (need.join(", "), self.planner.name());
+            format!("scenario {scenario} needs one of the planners {need}, got {got}")
+        };
+        if self.unfit.as_ref() != Some(&error) {
+            tracing::warn!("{error}; waiting for another mission");
+        }
+        self.unfit = Some(error);
+        false
+    }
+
+    /// What is missing, if anything.
+    fn lacks(&self) -> Option<&'static str> {
+        match (&self.unfit, self.pilot.known_brief()) {
+            (Some(_), None) => Some("hopper-sim: a mission that this planner can plan for"),
+            _ => self.pilot.waits_for(),
         }
     }
 
@@ -227,8 +337,11 @@ impl<P: Ports> Process<P> for PlannerProcess<P> {
             append(&mut effects, self.carry_out(effect, ports).await.map_err(Into::into)?);
         }
         self.log_refusals();
-        self.commands.idle();
-        self.membership.close_turn(ports, self.pilot.seen(), self.pilot.waits_for())
+        self.commands.iter_mut().for_each(|(_, commands)| commands.idle());
+        if let Some(routes) = &mut self.routes {
+            routes.announcements.iter_mut().for_each(|(_, announcements)| announcements.idle());
+        }
+        self.membership.close_turn(ports, self.pilot.seen(), self.lacks())
     }
 }
 

@@ -1,27 +1,67 @@
 //! The command line of a planner, and its life in shared memory.
 
-use contract::Role;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use contract::limits::ROBOTS_MAX;
+use contract::{RobotId, RobotSet, Role};
 use node::peer::PeerArgs;
 use node::{Exit, Failure, Instance, Node};
 use process::block_on;
 
 use crate::process::{Claim, PlannerProcess};
-use crate::{ALGORITHMS, algorithm};
+use crate::{Planner, algorithm};
 
 /// Arguments of `planner` and of `hopper planner`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     #[command(flatten)]
     peer: PeerArgs,
-    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!("Algorithm: {}", ALGORITHMS.join(", ")))]
+    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!("Algorithm: {}", crate::listed()))]
     algorithm: String,
+    #[command(flatten)]
+    claim: ClaimArgs,
+}
+
+/// Which robots a planner process commands, and how it takes command.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct ClaimArgs {
+    /// Numbers of the robots to command, separated by commas [default: 0].
+    #[arg(
+        long, env = "HOPPER_ROBOT", hide_env = true, value_parser = robots, default_value = "0",
+        hide_default_value = true, value_name = "N,..."
+    )]
+    pub robot: RobotSet,
     /// Take over from a living planner with the first command, once. Without it this planner stands by
     /// until the one in command dies or hangs.
     #[arg(long)]
-    takeover: bool,
+    pub takeover: bool,
     /// Take over at once if the planner in command is this process, which is known to be dead.
-    #[arg(long, hide = true)]
-    succeeds_pid: Option<u32>,
+    #[arg(long, hide = true, env = "HOPPER_SUCCEEDS_PID", hide_env = true)]
+    pub succeeds_pid: Option<u32>,
+}
+
+/// The command line of a planner of one's own.
+#[derive(clap::Parser)]
+#[command(
+    name = "planner",
+    about = "A planner process of Hopper: decides what its robots do next, or stands by."
+)]
+struct OwnPlanner {
+    #[command(flatten)]
+    peer: PeerArgs,
+    #[command(flatten)]
+    claim: ClaimArgs,
+}
+
+/// The `main` of a program that is a planner process: parses the command line, joins the instance, and runs the planner
+/// that `make` returns until the mission ends. It knows the flags of `hopper planner` but `--algorithm`.
+///
+/// Exit codes are those of every command of `hopper`.
+#[must_use]
+pub fn main<P: Planner + 'static>(make: impl FnOnce() -> P) -> ExitCode {
+    let OwnPlanner { peer, claim } = OwnPlanner::parse();
+    node::main("planner", || fly(&peer, &claim, Box::new(make())))
 }
 
 /// Runs the process until the mission ends.
@@ -30,16 +70,33 @@ pub struct Args {
 /// If the algorithm is unknown, shared memory fails, or a peer was waited for longer than `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let planner = algorithm(&args.algorithm).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    fly(&args.peer, &args.claim, planner)
+}
+
+/// Runs a process with `planner` until the mission ends.
+///
+/// # Errors
+/// If shared memory fails, or a peer was waited for longer than [`PeerArgs::wait`].
+pub fn fly(peer: &PeerArgs, claim: &ClaimArgs, planner: Box<dyn Planner>) -> Result<Exit, Failure> {
     let name = planner.name();
-    let instance = Instance::new(&args.peer.instance)?;
+    let instance = Instance::new(&peer.instance)?;
     let mut node = Node::join(&instance, Role::Planner)?;
-    if args.peer.lifeline {
+    if peer.lifeline {
         node.hold_lifeline();
     }
-    let claim = Claim { takeover: args.takeover, succeeds_pid: args.succeeds_pid };
+    let ClaimArgs { robot: robots, takeover, succeeds_pid } = *claim;
     block_on(async {
-        let mut planner = PlannerProcess::join(&mut node, planner, claim, args.peer.terms()).await?;
-        tracing::info!("joined instance {:?} as {name}", args.peer.instance);
+        let claim = Claim { robots, takeover, succeeds_pid };
+        let mut planner = PlannerProcess::join(&mut node, planner, claim, peer.terms()).await?;
+        tracing::info!("joined instance {:?} as {name}", peer.instance);
         process::run(&mut planner, &mut node).await
     })
+}
+
+/// Robots by their numbers.
+fn robots(text: &str) -> Result<RobotSet, String> {
+    let need =
+        || format!("robots are numbers from 0 to {}, separated by commas; got {text:?}", ROBOTS_MAX - 1);
+    let number = |number: &str| number.trim().parse().ok().filter(|&number| usize::from(number) < ROBOTS_MAX);
+    text.split(',').try_fold(RobotSet(0), |set, part| Ok(set.with(RobotId(number(part).ok_or_else(need)?))))
 }

@@ -30,7 +30,7 @@ fn brief() -> Brief {
 
 fn pilot(takeover: bool) -> Pilot {
     let mut pilot = Pilot::new(PilotConfig {
-        robot: RobotId(0),
+        robots: contract::RobotSet::default(),
         incarnation: ME,
         pid: 11,
         planner: name("mdp"),
@@ -57,6 +57,7 @@ fn state(decision: u64, term: u64, leader: Incarnation) -> State {
         pose: Pose { cell: Cell::new(1, 2), height_m: 0.0 },
         collected: contract::Collected::default(),
         last: None,
+        previous: Digest::default(),
         digest: Digest::default(),
         landed: at(0),
         published: at(0),
@@ -74,6 +75,7 @@ fn map(decision: u64) -> MapPatch {
         run: RUN,
         robot: RobotId(0),
         through: Decision(decision),
+        digest: Digest::default(),
         more: 0,
         sequence: 0,
         before: 0,
@@ -140,8 +142,8 @@ fn nobody_decides_on_a_map_with_a_gap() {
         [Effect::RequestMap(request)]
     };
     assert_eq!(pilot.on(Event::Tick, at(0)), request(0), "who has just come asks");
-    let cell = SeenCell { index: 30, ground: Ground::FLAT };
-    let after = ObservedMap::step(30, None, &cell.ground);
+    let cell = SeenCell { index: 30, visits: 0, ground: Ground::FLAT };
+    let after = ObservedMap::unseen(RUN, RobotId(0), brief().grid).step(30, &cell.ground, 0);
     let missed = MapPatch { sequence: 1, after, cells: vec![cell], ..map(2) };
     let next = MapPatch { sequence: 2, before: after, after, ..map(3) };
     assert_eq!(pilot.on(Event::Patch(next.clone()), at(1)), [], "asked for already");
@@ -151,6 +153,7 @@ fn nobody_decides_on_a_map_with_a_gap() {
         run: RUN,
         robot: RobotId(0),
         through: missed.through,
+        digest: missed.digest,
         sequence: missed.sequence,
         observation: missed.after,
         sensed: at(0),
@@ -305,13 +308,13 @@ fn a_stand_by_that_is_told_to_takes_over_once() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
     assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [], "it stands by");
-    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
     assert_eq!(pilot.on(Event::State(state(1, 5, ME)), at(0)), [Effect::Leads(Term(5))]);
-    assert_eq!(pilot.on(Event::HandOver, at(0)), [], "it leads already");
+    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [], "it leads already");
     assert_eq!(pilot.on(Event::State(state(2, 6, OTHER)), at(0)), [Effect::StepsBack(Term(6))]);
     assert_eq!(pilot.on(Event::Patch(map(2)), at(0)), [], "what was told fires once");
-    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(2, 7)]);
 }
 
@@ -344,7 +347,7 @@ fn a_planner_woken_after_its_term_passed_steps_back_and_sends_nothing() {
 #[test]
 fn the_successor_of_a_dead_process_takes_its_term_at_once_but_nobody_elses() {
     let config = PilotConfig {
-        robot: RobotId(0),
+        robots: contract::RobotSet::default(),
         incarnation: ME,
         pid: 11,
         planner: name("mdp"),
@@ -452,6 +455,15 @@ fn a_plan_for_the_same_decision_of_another_past_is_not_sent() {
     assert_eq!(sent(&pilot.on(Event::Tick, at(2 + RESEND_NS))), []);
     let known = State { published: at(5), ..state(3, 0, Incarnation(0)) };
     pilot.on(Event::State(known), at(7));
-    assert_eq!(pilot.on(Event::Patch(map(3)), at(7)), [Effect::Plan], "the older state changes nothing");
+    pilot.on(Event::Patch(map(3)), at(7));
+    assert!(pilot.situation().is_none(), "the same cells, but the map of the past that is gone");
+    let right = MapPatch { digest: Digest([9; 32]), ..map(3) };
+    assert_eq!(pilot.on(Event::Patch(right), at(8)), [Effect::Plan], "the older state changes nothing");
     assert_eq!(pilot.situation().unwrap().state.digest, Digest([9; 32]));
+    let effects = pilot.on(planned(), at(9));
+    let answered = effects.iter().find_map(|effect| match effect {
+        Effect::Send(command) => Some(command.digest),
+        _ => None,
+    });
+    assert_eq!(answered, Some(Digest([9; 32])), "the command names the past it was planned on");
 }

@@ -94,7 +94,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         {
             break;
         }
-        let mission = Mission { brief: world.brief, terrain: world.terrain.clone(), seed };
+        let mission =
+            Mission { brief: world.brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
         let schedule = PlannerSchedule::single("mdp".parse().expect("a name"));
         let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| {}).map_err(Failure::run)?;
         let undisturbed = Undisturbed { digest: flown.state.digest, outcome: flown.state.status };

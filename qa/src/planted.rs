@@ -1,6 +1,7 @@
 //! `hopper-qa planted`: bugs planted in a copy of the sources, each of which the fault simulation must find.
 //!
-//! Every file of `qa/planted/` is one bug: a patch whose first line says in a sentence what is wrong. The tracked files
+//! Every file of `qa/planted/` is one bug: a patch whose first line says in a sentence what is wrong. Those whose name
+//! begins with `rovers-` are to be found in missions of several rovers, the others in those of a hopper. The tracked files
 //! are copied to `target/planted/tree`, where one patch at a time is applied, the example `seeds` of the simulation is
 //! built and run, and the patch is reversed. No bug is ever in a tree that is shipped.
 
@@ -55,6 +56,21 @@ pub struct Bug {
     pub description: String,
     /// The patch, with paths from the root of the repository.
     pub path: PathBuf,
+}
+
+/// Whose missions the example `seeds` simulates.
+const HOPPER: &str = "hopper";
+const ROVERS: &str = "rovers";
+
+/// In whose missions the bug of that name is to be found.
+fn missions_of(name: &str) -> &'static str {
+    if name.starts_with("rovers-") { ROVERS } else { HOPPER }
+}
+
+impl Bug {
+    fn missions(&self) -> &'static str {
+        missions_of(&self.name)
+    }
 }
 
 /// What became of one bug.
@@ -252,7 +268,7 @@ impl Scratch {
     fn try_bug(&self, bug: &Bug, seeds: &Seeds) -> Result<Verdict, Failure> {
         let started = Node::now();
         self.patch(&[], bug)?;
-        let seen = self.simulate(seeds).map_err(|failure| Failure {
+        let seen = self.simulate(bug.missions(), seeds).map_err(|failure| Failure {
             message: format!("{}: {}", bug.path.display(), failure.message),
             ..failure
         });
@@ -267,17 +283,21 @@ impl Scratch {
 
     /// Makes sure that it was the bugs that were found: without them the same seeds break no promise.
     fn try_unpatched(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        let Some(last) = verdicts.iter().filter_map(|verdict| verdict.seed).max() else { return Ok(()) };
-        match self.simulate(&Seeds(0..last + 1))? {
-            Seen::Unbroken(_) => Ok(()),
-            Seen::Broken(seed, promise, detail) => Err(Failure::run(format!(
-                "seed {seed} breaks a promise without any planted bug, so the bugs prove nothing: {promise}: {detail}"
-            ))),
+        for missions in [HOPPER, ROVERS] {
+            let of_these = verdicts.iter().filter(|verdict| missions_of(&verdict.name) == missions);
+            let Some(last) = of_these.filter_map(|verdict| verdict.seed).max() else { continue };
+            if let Seen::Broken(seed, promise, detail) = self.simulate(missions, &Seeds(0..last + 1))? {
+                return Err(Failure::run(format!(
+                    "seed {seed} of {missions} breaks a promise without any planted bug, so the bugs prove nothing: \
+                     {promise}: {detail}"
+                )));
+            }
         }
+        Ok(())
     }
 
     /// Builds the example `seeds` and runs it.
-    fn simulate(&self, seeds: &Seeds) -> Result<Seen, Failure> {
+    fn simulate(&self, missions: &str, seeds: &Seeds) -> Result<Seen, Failure> {
         let target = self.folder.join("target");
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.args(["build", "--quiet", "--release", "-p", "simulation", "--example", "seeds"]);
@@ -292,7 +312,8 @@ impl Scratch {
         }
         let Seeds(range) = seeds;
         let mut example = Command::new(target.join("release").join("examples").join("seeds"));
-        let ran = output(example.arg(format!("{}..{}", range.start, range.end)), "the example `seeds`")?;
+        example.arg(format!("{}..{}", range.start, range.end)).arg(missions);
+        let ran = output(&mut example, "the example `seeds`")?;
         let text = String::from_utf8_lossy(&ran.stdout);
         let last = text.lines().last().unwrap_or_default();
         match (ran.status.code(), broken(last)) {

@@ -12,7 +12,8 @@ use serde::Serialize;
 use simulation::checker::Violation;
 use simulation::coverage::Coverage;
 use simulation::fault::Plan;
-use simulation::{Line, Report, shrink, simulate};
+use simulation::setup::Missions;
+use simulation::{Line, Report, Sometimes, shrink, simulate};
 
 /// Seeds simulated before anything is looked at, for each job.
 const BATCH_PER_JOB: u64 = 128;
@@ -23,12 +24,32 @@ pub struct Args {
     /// Seeds to simulate, the last left out.
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
+    /// Whose missions: those of a hopper, or of two or three rovers that cover ground.
+    #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
+    missions: Whose,
     /// Seeds at once [default: one a core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
     /// Form of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
+}
+
+/// Whose missions are simulated.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum Whose {
+    #[default]
+    Hopper,
+    Rovers,
+}
+
+impl From<Whose> for Missions {
+    fn from(whose: Whose) -> Self {
+        match whose {
+            Whose::Hopper => Missions::Hopper,
+            Whose::Rovers => Missions::Rovers,
+        }
+    }
 }
 
 /// A range of seeds.
@@ -50,6 +71,8 @@ impl FromStr for Seeds {
 /// What a range of seeds came to.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Campaign {
+    /// Whose missions.
+    pub missions: Missions,
     /// Seeds simulated.
     pub seeds: u64,
     /// Events simulated.
@@ -58,6 +81,8 @@ pub struct Campaign {
     pub decisions: u64,
     /// Time that passed for the machines, seconds.
     pub virtual_s: f64,
+    /// Longest time in which nothing was executed and no fault was felt, seconds.
+    pub idle_s: f64,
     /// What came up, how often.
     pub coverage: Coverage,
     /// The first failure, if there is one.
@@ -85,25 +110,34 @@ impl Campaign {
         self.events += report.events;
         self.decisions += report.decisions;
         self.virtual_s += report.virtual_ns as f64 / 1e9;
+        self.idle_s = self.idle_s.max(report.idle_ns as f64 / 1e9);
         self.coverage.add(&report.coverage);
+    }
+
+    /// Rare events that should have come up in so many seeds, and did not.
+    pub fn never(&self) -> impl Iterator<Item = &'static Sometimes> + '_ {
+        self.coverage.never(self.missions, self.seeds)
     }
 }
 
 /// Simulates `seeds` on the threads there are, up to the first failure, which is made small. `progress` is called with
 /// how many seeds are done.
-pub fn sweep(seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
-    let mut campaign = Campaign::default();
+pub fn sweep(missions: Missions, seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
+    let mut campaign = Campaign { missions, ..Campaign::default() };
     let batch = BATCH_PER_JOB * rayon::current_num_threads() as u64;
     let mut from = seeds.start;
     while from < seeds.end {
         let to = seeds.end.min(from.saturating_add(batch));
         let numbers: Vec<u64> = (from..to).collect();
-        let reports: Vec<Report> =
-            numbers.into_par_iter().with_max_len(8).map(|seed| simulate(&Plan::of(seed), false)).collect();
+        let reports: Vec<Report> = numbers
+            .into_par_iter()
+            .with_max_len(8)
+            .map(|seed| simulate(&Plan::of(missions, seed), false))
+            .collect();
         for (seed, report) in (from..to).zip(&reports) {
             campaign.add(report);
             if let Some(violation) = &report.violation {
-                campaign.failure = Some(Box::new(explain(seed, violation)));
+                campaign.failure = Some(Box::new(explain(missions, seed, violation)));
                 return campaign;
             }
         }
@@ -113,8 +147,8 @@ pub fn sweep(seeds: Range<u64>, mut progress: impl FnMut(u64)) -> Campaign {
     campaign
 }
 
-fn explain(seed: u64, violation: &Violation) -> Failing {
-    let whole = Plan::of(seed);
+fn explain(missions: Missions, seed: u64, violation: &Violation) -> Failing {
+    let whole = Plan::of(missions, seed);
     let plan = shrink::shrink(&whole, violation.rule, |plan| simulate(plan, false).violation);
     let Report { trace, violation: last, .. } = simulate(&plan, true);
     let violation = last.unwrap_or_else(|| violation.clone());
@@ -144,7 +178,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let seeds = args.seeds.0.clone();
     let bar = indicatif::ProgressBar::new(seeds.end - seeds.start);
     let started = Node::now();
-    let campaign = pool.install(|| sweep(seeds, |done| bar.set_position(done)));
+    let campaign = pool.install(|| sweep(args.missions.into(), seeds, |done| bar.set_position(done)));
     bar.finish_and_clear();
     let wall_s = Node::now().since_ns(started) as f64 / 1e9;
     let answer = Answer {
@@ -159,14 +193,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Format::Json => serde_json::to_string(&answer).map_err(Failure::run)? + "\n",
         Format::Text => answer.text(),
     })?;
-    let never = campaign.coverage.never(campaign.seeds).next().is_some();
+    let never = campaign.never().next().is_some();
     Ok(if campaign.failure.is_some() || never { Exit::Failed } else { Exit::Done })
 }
 
 impl Answer<'_> {
     fn text(&self) -> String {
         let Self { campaign, jobs, wall_s, events_per_s, .. } = self;
-        let Campaign { seeds, events, decisions, virtual_s, coverage, failure } = campaign;
+        let Campaign { missions: _, seeds, events, decisions, virtual_s, idle_s, coverage, failure } =
+            campaign;
         let mut text = String::new();
         for (group, names) in &coverage.0 {
             let counts: Vec<String> = names.iter().map(|(name, count)| format!("{name} {count}")).collect();
@@ -178,8 +213,9 @@ impl Answer<'_> {
              {wall_s:.1} s on {jobs} {}: {events_per_s:.0} events/s",
             if *jobs == 1 { "thread" } else { "threads" }
         );
+        let _ = writeln!(text, "at most {idle_s:.1} s without a decision or a fault");
         let never: Vec<String> =
-            coverage.never(*seeds).map(|event| format!("{} {}", event.group, event.name)).collect();
+            campaign.never().map(|event| format!("{} {}", event.group, event.name)).collect();
         if !never.is_empty() {
             let _ = writeln!(text, "never came up, and should have: {}", never.join(", "));
         }

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use hopper_qa::simulate::sweep;
 use simulation::fault::{Forgery, Plan, points};
+use simulation::setup::Missions;
 use simulation::simulate;
 use simulation::topic::Topic;
 
@@ -16,7 +17,7 @@ pub const SEEDS: std::ops::Range<u64> = 0..2000;
 // Long: a list of what the seeds must have covered.
 #[test]
 fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
-    let campaign = sweep(SEEDS, |_| ());
+    let campaign = sweep(Missions::Hopper, SEEDS, |_| ());
     if let Some(failing) = &campaign.failure {
         for line in &failing.trace {
             eprintln!("{:>12.3} ms  {}", line.ms, line.text);
@@ -25,6 +26,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
     }
     assert_eq!(campaign.seeds, 2000);
     let mut expected: Vec<(&str, &str)> = Vec::new();
+    let forged: Vec<&str> = Forgery::of(Missions::Hopper).iter().map(|forgery| forgery.as_str()).collect();
     let groups: [(&str, &[&str]); 19] = [
         (
             "fault",
@@ -48,6 +50,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
                 "lose_tail",
                 "elsewhere",
                 "slow",
+                "misplaced",
             ],
         ),
         ("killed", &["hopper-sim", "perception", "planner", "monitor"]),
@@ -63,7 +66,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
                 "open_failed",
             ],
         ),
-        ("refusal", &simulation::REASONS),
+        ("refusal", &simulation::REASONS[..14]),
         ("fallback", &["policy", "greedy", "hold"]),
         ("takeover_asked", &["vacancy", "order", "succession", "silence"]),
         ("past_asked", &["sent", "answered"]),
@@ -73,9 +76,9 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
         ("tempo", &["paused", "running"]),
         ("policy", &["published"]),
         ("recording", &["acknowledged"]),
-        ("forged", &Forgery::ALL.map(Forgery::as_str)),
+        ("forged", &forged),
         ("map", &["part", "landing"]),
-        ("run", &["new", "announced"]),
+        ("run", &["new", "after_the_end", "announced"]),
         ("left", &["hopper-sim", "perception", "planner", "monitor"]),
         ("ended", &["goal", "deadlock", "lost", "left_map"]),
     ];
@@ -83,13 +86,33 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
         expected.extend(names.iter().map(|name| (group, *name)));
     }
     for kind in ["lose", "duplicate", "delay", "reorder"] {
-        expected.extend(Topic::all().into_iter().map(|topic| (kind, topic.as_str())));
+        expected.extend(Topic::all(Missions::Hopper).into_iter().map(|topic| (kind, topic.as_str())));
     }
     expected.extend(points().into_iter().flat_map(|point| [("killed_at", point), ("stopped_at", point)]));
     let missing: Vec<_> =
         expected.iter().filter(|(group, name)| campaign.coverage.of(group, name) == 0).collect();
     assert!(missing.is_empty(), "never came up: {missing:?} of {:#?}", campaign.coverage);
-    let never: Vec<_> = campaign.coverage.never(campaign.seeds).collect();
+    let never: Vec<_> = campaign.never().collect();
+    assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
+}
+
+/// P-SIMULATED-ROVERS.
+#[test]
+fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_out() {
+    let campaign = sweep(Missions::Rovers, SEEDS, |_| ());
+    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let mut expected: Vec<(&str, &str)> =
+        Forgery::of(Missions::Rovers).iter().map(|forgery| ("forged", forgery.as_str())).collect();
+    expected.extend(simulation::REASONS.map(|reason| ("refusal", reason)));
+    expected.extend(["goal", "deadlock", "lost"].map(|end| ("ended", end)));
+    for kind in ["lose", "duplicate", "delay", "reorder"] {
+        // Planners of rovers have no policy.
+        let topics = Topic::all(Missions::Rovers).into_iter().map(Topic::as_str);
+        expected.extend(topics.filter(|topic| *topic != "policy").map(|topic| (kind, topic)));
+    }
+    expected.retain(|(group, name)| campaign.coverage.of(group, name) == 0);
+    assert!(expected.is_empty(), "never came up: {expected:?} of {:#?}", campaign.coverage);
+    let never: Vec<_> = campaign.never().collect();
     assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
 }
 
@@ -97,7 +120,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
 #[test]
 fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
     for seed in 0..10 {
-        let plan = Plan::of(seed);
+        let plan = Plan::of(Missions::Hopper, seed);
         let [one, two] = [(); 2].map(|()| simulate(&plan, true));
         assert_eq!(one.trace, two.trace, "seed {seed}");
         assert_eq!((one.events, one.coverage), (two.events, two.coverage), "seed {seed}");
@@ -129,7 +152,7 @@ fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
 #[test]
 fn the_checker_computes_map_and_digest_without_the_products_code() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/simulation/src/");
-    for file in ["checker.rs", "expected.rs", "reservation.rs"] {
+    for file in ["checker.rs", "expected.rs", "reservation.rs", "rovers.rs"] {
         let source = std::fs::read_to_string(format!("{folder}{file}")).unwrap();
         for of_the_product in [
             "perception::",

@@ -4,6 +4,7 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
+use hopper_sim::private_file::{self, FileError};
 use node::Failure;
 
 /// Format of an answer.
@@ -57,8 +58,12 @@ pub fn write_out<'a>(dir: &Path, files: impl IntoIterator<Item = (String, &'a st
         .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
     for (name, text) in files {
         let path = dir.join(name);
-        fs::write(&path, text)
-            .map_err(|error| Failure::run(format!("{} cannot be written: {error}", path.display())))?;
+        private_file::write_shared(&path, text).map_err(|error| match error {
+            FileError::Io { path, source, .. } => {
+                Failure::run(format!("{} cannot be written: {source}", path.display()))
+            }
+            refused => Failure::usage(refused),
+        })?;
     }
     Ok(())
 }

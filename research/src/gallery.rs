@@ -11,6 +11,7 @@ mod steps;
 
 use std::path::{Path, PathBuf};
 
+use hopper_sim::private_file::{self, FileError};
 use node::{Exit, Failure};
 use rayon::prelude::*;
 
@@ -57,7 +58,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let files =
         figures.iter().map(|figure| (args.out.join(&figure.name).with_extension("svg"), figure.svg.clone()));
     for (path, text) in files.chain([page]) {
-        std::fs::write(&path, text).map_err(|error| at(&path, error))?;
+        private_file::write_shared(&path, &text).map_err(|error| match error {
+            FileError::Io { path, source, .. } => at(&path, source),
+            refused => Failure::usage(refused),
+        })?;
     }
     Ok(Exit::Done)
 }

@@ -48,6 +48,20 @@ fn findings_are_the_same_in_every_form_and_leave_their_figures() {
     }
 }
 
+/// P-NO-LINK.
+#[test]
+fn links_in_place_of_figures_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let precious = dir.path().join("precious");
+    std::fs::write(&precious, "theirs").unwrap();
+    std::os::unix::fs::symlink(&precious, dir.path().join("plan.svg")).unwrap();
+    let output = hopper(&["known", "plan", "rocks", "--out", dir.path().to_str().unwrap()]).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("plan.svg needs to be a file, got a symbolic link"), "{told}");
+    assert_eq!(std::fs::read_to_string(&precious).unwrap(), "theirs");
+}
+
 /// P-KNOWN-PLAN.
 #[test]
 fn a_plan_tells_path_policy_and_values() {

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use hopper_sim::journal::{Show, Verification, verify};
 use hopper_sim::{Journal, JournalError};
 use node::{Exit, Failure};
-use report::Format;
+use report::{Format, PictureStyle};
 use serde::Serialize;
 
+use crate::mission::Flown;
 use crate::mission::comparison::{Difference, against_lockstep};
 use crate::stdout::{print, print_json, stream};
+use crate::tool;
 
 /// Subcommands of `hopper journal`.
 #[derive(clap::Subcommand, Clone, Debug)]
@@ -19,6 +21,25 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Check a journal, then show its records.
     Show(Args),
+    /// Draw the mission again, at any hop, for screen or paper.
+    Draw(DrawArgs),
+}
+
+/// Arguments of `hopper journal draw`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct DrawArgs {
+    /// Folder of the journal, or the output folder of the run.
+    #[arg(value_name = "DIR")]
+    dir: PathBuf,
+    /// Draw it as it stood after so many decisions [default: all].
+    #[arg(long, value_name = "N")]
+    at: Option<usize>,
+    /// What it is drawn for: screen, or paper, which is one column (85 mm) wide without a title.
+    #[arg(long, default_value_t, value_name = "STYLE")]
+    picture: PictureStyle,
+    /// File to write: SVG, or PDF if it ends in .pdf; an old one is replaced.
+    #[arg(long, value_name = "FILE", default_value = "mission.svg")]
+    out: PathBuf,
 }
 
 /// Arguments of `hopper journal verify` and `hopper journal show`.
@@ -86,8 +107,51 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             }
             show.verification.is_sound()
         }
+        Command::Draw(args) => return draw(args),
     };
     Ok(if is_sound { Exit::Done } else { Exit::Failed })
+}
+
+impl DrawArgs {
+    /// The picture that is asked for, as SVG; one.
+    ///
+    /// # Errors
+    /// If the journal cannot be read, or has fewer decisions than asked for.
+    pub fn pictures(&self) -> Result<Vec<String>, Failure> {
+        let flown = Flown::read(&folder(&self.dir)?)?;
+        let most = flown.records.len();
+        let at = self.at.unwrap_or(most);
+        if at > most {
+            let dir = self.dir.display();
+            return Err(Failure::usage(format!("--at needs 0 to {most}, the decisions of {dir}, got {at}")));
+        }
+        flown.pictures(&[at], self.picture)
+    }
+
+    /// File to write.
+    #[must_use]
+    pub fn out(&self) -> &Path {
+        &self.out
+    }
+}
+
+fn draw(args: &DrawArgs) -> Result<Exit, Failure> {
+    if args.out.extension().is_some_and(|extension| extension == "pdf") {
+        return tool::exec("hopper-figures", std::env::args_os().skip(1));
+    }
+    for picture in args.pictures()? {
+        write(args.out(), picture.as_bytes())?;
+    }
+    Ok(Exit::Done)
+}
+
+/// Writes a figure where the user asked for it.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes)
+        .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// What `--against-lockstep` prints in JSON.

@@ -10,3 +10,4 @@ pub mod run;
 pub mod scenario;
 pub mod terrain;
 pub mod topic;
+pub mod view;

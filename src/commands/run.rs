@@ -3,31 +3,42 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Digest, Name, Role, Status};
+use contract::{Digest, Name, Role, Status, Vehicle};
 use hopper_sim::shell::{MissionArgs, print_summary};
 use hopper_sim::{Journal, JournalReader, Pace};
 use monitor::record_args::RecordArgs;
 use monitor::shell::ViewArgs;
 use node::inspect::{NodeHealth, NodeReport, nodes};
-use node::{Exit, Failure, Instance};
+use node::{Exit, Failure, Instance, ShutdownSignal};
 use report::Summary;
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::mission::OutputDir;
+use crate::mission::child::Supervised;
 use crate::mission::comparison::against_lockstep;
+use crate::mission::planner_command::PlannerCommand;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight, Launch, Recording};
 use lockstep::PlannerSchedule;
+
+/// Pause between two looks whether the page is still served.
+const PAGE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Arguments of `hopper run`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     #[command(flatten)]
     mission: MissionArgs,
-    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!(
-        "Algorithm of the planner: {}; with --lockstep also clairvoyant", planner::ALGORITHMS.join(", ")
+    #[arg(long, value_name = "NAME", help = format!(
+        "Algorithm of the planner: {}; with --lockstep also clairvoyant [default: mdp, or for each robot what the scenario \
+         names]",
+        planner::listed()
     ))]
-    planner: String,
+    planner: Option<String>,
+    /// Start this program as the planner of each robot, in place of the built-in one: "python my_planner.py". Its
+    /// environment has HOPPER_INSTANCE and HOPPER_ROBOT.
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["planner", "lockstep", "planners_from"])]
+    planner_command: Option<PlannerCommand>,
     /// Name of the instance; processes of different instances never talk to each other.
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
     instance: String,
@@ -36,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Run in one thread, without shared memory; the digest is the same.
-    #[arg(long, conflicts_with_all = ["pace", "web", "control"])]
+    #[arg(long, conflicts_with_all = ["pace", "web", "web_exit", "open", "control"])]
     lockstep: bool,
     /// Repeat the mission of this journal or run, each decision by the planner that commanded then.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
@@ -50,6 +61,9 @@ pub struct Args {
     patience: Duration,
     #[command(flatten)]
     view: ViewArgs,
+    /// What mission.svg is drawn for: screen, or paper, which is one column wide without a title.
+    #[arg(long, default_value_t, value_name = "STYLE")]
+    picture: report::PictureStyle,
     /// Format of the summary on standard output.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -71,10 +85,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if !args.lockstep {
         check_instance(&args.instance)?;
     }
+    let planners = planners(args, &world)?;
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, seed)?;
     // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
     let earlier: Vec<PathBuf> = recordings(args, 1).collect();
-    let flight = fly(args, (&world, seed), &output_dir, journal)?;
+    let flight = fly(args, (&world, seed), &planners, &output_dir, journal)?;
     let Some(mut summary) = flight.summary else {
         return Err(match flight.verdict {
             Ok(true) => {
@@ -90,7 +105,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             Err(failure) => failure,
         });
     };
-    output_dir.illustrate(&world, &mut summary)?;
+    output_dir.illustrate(&world, &mut summary, args.picture)?;
     let recorded = recordings(args, 0).filter(|file| !earlier.contains(file));
     for (number, file) in (1..).zip(recorded) {
         let name = if number == 1 { "recording".into() } else { format!("recording-{number}") };
@@ -99,6 +114,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;
     let interrupted = flight.verdict?;
+    if let Some(page) = flight.page {
+        serve_on(page)?;
+    }
     if interrupted {
         tracing::warn!(
             "interrupted: the same command with --out {} resumes the mission",
@@ -116,25 +134,37 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&summary, args.strict_budget, interrupted))
 }
 
+/// Waits for Ctrl-C, or for the end of the monitor that serves its page on.
+fn serve_on(mut page: Supervised) -> Result<(), Failure> {
+    let shutdown = ShutdownSignal::new()?;
+    while shutdown.stop_reason().is_none() && page.ended()?.is_none() {
+        shutdown.wait(PAGE_PERIOD);
+    }
+    page.release();
+    page.output();
+    Ok(())
+}
+
 fn fly(
     args: &Args,
     (world, seed): (&ResolvedScenario, u64),
+    planners: &[Name],
     output_dir: &OutputDir,
     journal: Journal,
 ) -> Result<Flight, Failure> {
     if args.lockstep {
-        let summary = in_lockstep(world, seed, &schedule(args)?, output_dir, journal)?;
+        let summary = in_lockstep(world, seed, &schedule(args, planners)?, output_dir, journal)?;
         check_repetition(args, summary.digest)?;
-        return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true });
+        return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true, page: None });
     }
     output_dir.describe(world, seed)?;
     let launch = Launch {
         instance: args.instance.clone(),
-        planner: args.planner.clone(),
+        planners: planners.to_vec(),
+        planner_command: args.planner_command.clone(),
         seed,
         pace: args.mission.pace,
-        web: args.view.web,
-        control: args.view.control,
+        view: args.view.clone(),
         recording: args
             .record
             .record
@@ -164,12 +194,81 @@ fn check(args: &Args) -> Result<(), Failure> {
             "at --pace max the mission is over before a browser has opened; --pace 2 is slow enough"
         );
     }
-    let clairvoyant = args.lockstep && args.planner == planner::CLAIRVOYANT;
-    if !clairvoyant {
-        planner::algorithm(&args.planner).map_err(Failure::usage)?;
+    let given = args.planner.as_deref().filter(|name| !args.lockstep || *name != planner::CLAIRVOYANT);
+    given.map(planner::algorithm).transpose().map_err(Failure::usage)?;
+    if let Some(command) = &args.planner_command {
+        command.check().map_err(Failure::usage)?;
     }
     check_recording(args)?;
     check_page(args)
+}
+
+/// The planner of each robot, in the order of their numbers.
+///
+/// # Errors
+/// Exit code 2 if one is not known, or cannot plan for the scenario's task.
+fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure> {
+    let task = world.brief.task();
+    let own = |robot: usize| world.planners.get(robot).copied().flatten();
+    let mut planners = Vec::new();
+    for robot in 0..usize::from(world.brief.robots) {
+        let name = match (&args.planner, own(robot)) {
+            // A planner for the rover is none for its helicopter, whose own stays.
+            (Some(given), own) if !suits_robot(world, robot, given) => match own {
+                Some(own) => own,
+                None => fallback(world, robot).parse().map_err(Failure::usage)?,
+            },
+            (Some(given), _) => given.parse().map_err(Failure::usage)?,
+            (None, Some(own)) => own,
+            (None, None) => fallback(world, robot).parse().map_err(Failure::usage)?,
+        };
+        let known = name.as_str() == planner::CLAIRVOYANT && args.lockstep && world.fleet.is_none();
+        if !known && !planner::algorithm(name.as_str()).map_err(Failure::usage)?.suits(task) {
+            let (scenario, need) = (world.brief.scenario, suited(world, robot).join(", "));
+            return Err(Failure::usage(format!(
+                "scenario {scenario} needs one of the planners {need}, got {name}"
+            )));
+        }
+        if world.brief.scout.is_some() && !suited(world, robot).contains(&name.as_str()) {
+            let (scenario, need) = (world.brief.scenario, suited(world, robot).join(", "));
+            return Err(Failure::usage(format!(
+                "robot {robot} of scenario {scenario} needs one of the planners {need}, got {name}"
+            )));
+        }
+        planners.push(name);
+    }
+    Ok(planners)
+}
+
+/// The planners that suit a robot.
+fn suited(world: &ResolvedScenario, robot: usize) -> &'static [&'static str] {
+    match vehicle(world, robot) {
+        None => planner::ALGORITHMS,
+        Some(Vehicle::Rover { .. }) => planner::COVER_ALGORITHMS,
+        Some(Vehicle::Driver { .. }) => planner::DRIVE_ALGORITHMS,
+        Some(Vehicle::Helicopter { .. }) => planner::FLY_ALGORITHMS,
+    }
+}
+
+/// Whether a planner given for all robots is meant for this one: in a mission of rover and helicopter, one of the two.
+fn suits_robot(world: &ResolvedScenario, robot: usize, given: &str) -> bool {
+    let of_others = [planner::DRIVE_ALGORITHMS, planner::FLY_ALGORITHMS].concat();
+    world.brief.scout.is_none() || !of_others.contains(&given) || suited(world, robot).contains(&given)
+}
+
+/// The planner of a robot for which neither scenario nor command line names one.
+fn fallback(world: &ResolvedScenario, robot: usize) -> &'static str {
+    match vehicle(world, robot) {
+        None => "mdp",
+        Some(Vehicle::Rover { .. }) => "cover_frontier",
+        Some(Vehicle::Driver { .. }) => "rrt_star_ett",
+        Some(Vehicle::Helicopter { .. }) => "rrt_star_it",
+    }
+}
+
+/// The body of a robot, unless there is a single hopper.
+fn vehicle(world: &ResolvedScenario, robot: usize) -> Option<Vehicle> {
+    Some(world.fleet.as_ref()?.robots.get(robot)?.vehicle)
 }
 
 /// The folder of the journal that `--planners-from` names.
@@ -291,7 +390,7 @@ fn check_repetition(args: &Args, digest: Digest) -> Result<(), Failure> {
     Ok(())
 }
 
-fn schedule(args: &Args) -> Result<PlannerSchedule, Failure> {
+fn schedule(args: &Args, planners: &[Name]) -> Result<PlannerSchedule, Failure> {
     let usage = |error: &dyn std::fmt::Display| Failure::new(Exit::Usage, error.to_string());
     match &args.planners_from {
         Some(dir) => {
@@ -302,9 +401,6 @@ fn schedule(args: &Args) -> Result<PlannerSchedule, Failure> {
             }
             Ok(schedule)
         }
-        None => {
-            let planner: Name = args.planner.parse().map_err(|error| usage(&error))?;
-            Ok(PlannerSchedule::single(planner))
-        }
+        None => Ok(PlannerSchedule::of_robots(planners)),
     }
 }

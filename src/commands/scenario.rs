@@ -1,5 +1,6 @@
 //! `hopper scenario`: lists the built-in scenarios, checks one, prints the JSON Schema of scenarios.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted, load};
@@ -15,6 +16,9 @@ use crate::stdout::{print, print_json};
 pub enum Command {
     /// List the built-in scenarios, a line each.
     List(List),
+    /// Write a scenario that fits an elevation model: start and goal on ground that hops connect, a hop that spans whole
+    /// cells.
+    New(New),
     /// Resolve a scenario and summarise what the robot is told, with warnings; exit code 2 if it cannot be flown.
     Check(Args),
     /// Print the JSON Schema of scenarios.
@@ -27,6 +31,17 @@ pub struct List {
     /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
+}
+
+/// Arguments of `hopper scenario new`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct New {
+    /// Elevation model: GeoTIFF or ESRI ASCII, as `hopper terrain check` accepts it.
+    #[arg(long, value_name = "FILE")]
+    dem: PathBuf,
+    /// File to write; one that exists is not replaced [default: standard output].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 /// Arguments of `hopper scenario check`.
@@ -58,6 +73,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             print(&(schema + "\n"))?;
         }
         Command::List(args) => list(args)?,
+        Command::New(args) => new(args)?,
         Command::Check(args) => {
             let overrides =
                 Overrides { profile: args.profile, dem: args.dem.clone(), ..Overrides::default() };
@@ -75,6 +91,19 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         }
     }
     Ok(Exit::Done)
+}
+
+fn new(args: &New) -> Result<(), Failure> {
+    let fitted = fitted(&args.dem).map_err(Failure::usage)?;
+    let chosen = fitted.to_string();
+    let world = fitted.scenario.resolve().map_err(Failure::usage)?;
+    let Some(path) = &args.out else { return print(&world.resolved) };
+    let written =
+        std::fs::File::create_new(path).and_then(|mut file| file.write_all(world.resolved.as_bytes()));
+    written
+        .map_err(|error| Failure::usage(format!("--out {} cannot be written: {error}", path.display())))?;
+    tracing::info!("{chosen}; fly it with `hopper run --scenario {}`", path.display());
+    Ok(())
 }
 
 /// One built-in scenario; field names are those of the JSON.

@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use contract::{MonotonicNs, Role};
@@ -40,6 +42,14 @@ impl Restarts {
     }
 }
 
+/// What is known of a program of the user's, which may start others: a script that starts an interpreter, say.
+#[derive(Clone, Debug, Default)]
+struct OwnProgram {
+    environment: Vec<(&'static str, String)>,
+    /// The process that sends heartbeats, and when the first of them was heard.
+    joined: Option<(u32, MonotonicNs)>,
+}
+
 /// A child process that ends when its supervisor does: its standard input is a pipe, and it exits once that closes.
 #[derive(Debug)]
 pub struct Supervised {
@@ -55,9 +65,10 @@ pub struct Supervised {
     former_pids: Vec<u32>,
     program: PathBuf,
     arguments: Vec<String>,
+    own: Option<OwnProgram>,
     child: Child,
     lifeline: Option<ChildStdin>,
-    output: Option<JoinHandle<String>>,
+    output: Option<Output>,
     ended: Option<ExitStatus>,
 }
 
@@ -80,9 +91,35 @@ impl Supervised {
         arguments: Vec<String>,
         configure: Configure<'_>,
     ) -> Result<Self, Failure> {
-        let (child, lifeline, output) = spawn(program, role, &arguments, configure)?;
+        Self::spawned(program, role, arguments, None, configure)
+    }
+
+    /// Starts a program of the user's as a planner. What other children are told by flags, it is told by its environment:
+    /// `environment`, `HOPPER_LIFELINE`, and when it is restarted `HOPPER_SUCCEEDS_PID`. What it prints goes to standard
+    /// error.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn start_own(
+        program: &Path,
+        arguments: Vec<String>,
+        environment: Vec<(&'static str, String)>,
+    ) -> Result<Self, Failure> {
+        let own = OwnProgram { environment, joined: None };
+        Self::spawned(program, Role::Planner, arguments, Some(own), &|_| {})
+    }
+
+    fn spawned(
+        program: &Path,
+        role: Role,
+        arguments: Vec<String>,
+        own: Option<OwnProgram>,
+        configure: Configure<'_>,
+    ) -> Result<Self, Failure> {
+        let (child, lifeline, output) = spawn(program, role, &arguments, own.as_ref(), configure)?;
         Ok(Self {
             role,
+            own,
             restarts: 0,
             started: Node::now(),
             given_up: false,
@@ -128,11 +165,17 @@ impl Supervised {
 
     fn restart_as(&mut self, more: &[String], configure: Configure<'_>) -> Result<(), Failure> {
         let mut arguments = [&self.arguments, more].concat();
-        if self.role == Role::Planner {
-            arguments.extend(["--succeeds-pid".to_owned(), self.pid().to_string()]);
+        let predecessor = self.beating_pid();
+        self.former_pids.extend([self.pid(), predecessor]);
+        if let Some(own) = &mut self.own {
+            own.joined = None;
+            own.environment.retain(|(name, _)| *name != "HOPPER_SUCCEEDS_PID");
+            own.environment.push(("HOPPER_SUCCEEDS_PID", predecessor.to_string()));
+        } else if self.role == Role::Planner {
+            arguments.extend(["--succeeds-pid".to_owned(), predecessor.to_string()]);
         }
-        self.former_pids.push(self.pid());
-        (self.child, self.lifeline, self.output) = spawn(&self.program, self.role, &arguments, configure)?;
+        (self.child, self.lifeline, self.output) =
+            spawn(&self.program, self.role, &arguments, self.own.as_ref(), configure)?;
         self.restarts += 1;
         self.started = Node::now();
         self.recent_restarts.note(self.started);
@@ -149,7 +192,37 @@ impl Supervised {
     /// Whether `pid` is the current process or one of those before it.
     #[must_use]
     pub fn is(&self, pid: u32) -> bool {
-        pid == self.pid() || self.former_pids.contains(&pid)
+        [self.pid(), self.beating_pid()].contains(&pid) || self.former_pids.contains(&pid)
+    }
+
+    /// Process number of the process that sends the heartbeats: the current one, or one that a program of the user's has
+    /// started.
+    #[must_use]
+    pub fn beating_pid(&self) -> u32 {
+        let joined = self.own.as_ref().and_then(|own| own.joined);
+        joined.map_or(self.pid(), |(pid, _)| pid)
+    }
+
+    /// Whether it is a program of the user's.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        self.own.is_some()
+    }
+
+    /// When the first heartbeat of a program of the user's was heard; `None` before it.
+    #[must_use]
+    pub fn joined(&self) -> Option<MonotonicNs> {
+        self.own.as_ref()?.joined.map(|(_, at)| at)
+    }
+
+    /// Takes note of a planner's heartbeat at `now`, which may be the first of a program of the user's.
+    pub fn hear(&mut self, pid: u32, now: MonotonicNs) {
+        let root = self.pid();
+        if let Some(own) = self.own.as_mut().filter(|own| own.joined.is_none())
+            && descends(pid, root)
+        {
+            own.joined = Some((pid, now));
+        }
     }
 
     /// Exit status of the current process; `None` while it runs.
@@ -176,7 +249,13 @@ impl Supervised {
 
     /// What the current process wrote to standard output; waits for its end.
     pub fn output(&mut self) -> String {
-        self.output.take().and_then(|reader| reader.join().ok()).unwrap_or_default()
+        self.output.take().and_then(|output| output.reader.join().ok()).unwrap_or_default()
+    }
+
+    /// Whether the current process has written to standard output.
+    #[must_use]
+    pub fn has_spoken(&self) -> bool {
+        self.output.as_ref().is_some_and(|output| output.spoken.load(Ordering::SeqCst))
     }
 }
 
@@ -192,28 +271,40 @@ impl Drop for Supervised {
 pub type Configure<'a> = &'a dyn Fn(&mut Command);
 
 /// The process, the pipe that keeps it alive, and the thread that reads its standard output.
-type Spawned = (Child, Option<ChildStdin>, Option<JoinHandle<String>>);
+type Spawned = (Child, Option<ChildStdin>, Option<Output>);
+
+/// What a child writes to standard output, as it is read.
+#[derive(Debug)]
+struct Output {
+    /// Whether there was any.
+    spoken: Arc<AtomicBool>,
+    /// Ends with the output.
+    reader: JoinHandle<String>,
+}
 
 fn spawn(
     program: &Path,
     role: Role,
     arguments: &[String],
+    own: Option<&OwnProgram>,
     configure: Configure<'_>,
 ) -> Result<Spawned, Failure> {
     let mut command = Command::new(program);
+    command.args(arguments).stdin(Stdio::piped());
+    match own {
+        None => command.arg("--lifeline").stdout(Stdio::piped()),
+        Some(own) => {
+            command.envs(own.environment.iter().cloned()).env("HOPPER_LIFELINE", "true");
+            command.stdout(std::io::stderr())
+        }
+    };
     if role != Role::Monitor && std::env::var_os("HOPPER_LOG").is_none() {
         // The monitor reports progress; the others only what is wrong.
         command.env("HOPPER_LOG", "warn");
     }
     configure(&mut command);
     let failed = |error: std::io::Error| Failure::run(format!("{role} cannot be started: {error}"));
-    let mut child = command
-        .args(arguments)
-        .arg("--lifeline")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .map_err(failed)?;
+    let mut child = command.spawn().map_err(failed)?;
     let lifeline = child.stdin.take();
     match child.stdout.take().map(collect).transpose() {
         Ok(output) => Ok((child, lifeline, output)),
@@ -226,14 +317,31 @@ fn spawn(
     }
 }
 
+/// Whether `pid` is `ancestor`, or was started by it, directly or through a few others.
+fn descends(pid: u32, ancestor: u32) -> bool {
+    let parent = |pid: u32| -> Option<u32> {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+        // The name of the program, in parentheses, may hold anything.
+        stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
+    };
+    std::iter::successors(Some(pid), |&pid| parent(pid)).take(8).any(|pid| pid == ancestor)
+}
+
 /// Starts the thread that reads what a child writes to standard output.
-fn collect(mut stdout: ChildStdout) -> std::io::Result<JoinHandle<String>> {
-    std::thread::Builder::new().name("child output".into()).spawn(move || {
-        let mut text = String::new();
+fn collect(mut stdout: ChildStdout) -> std::io::Result<Output> {
+    let spoken = Arc::new(AtomicBool::new(false));
+    let heard = Arc::clone(&spoken);
+    let reader = std::thread::Builder::new().name("child output".into()).spawn(move || {
+        let mut bytes = vec![0; 1];
+        if stdout.read_exact(&mut bytes).is_err() {
+            return String::new();
+        }
+        heard.store(true, Ordering::SeqCst);
         // If the child was killed, this keeps what it had written.
-        let _ = stdout.read_to_string(&mut text);
-        text
-    })
+        let _ = stdout.read_to_end(&mut bytes);
+        String::from_utf8_lossy(&bytes).into_owned()
+    })?;
+    Ok(Output { spoken, reader })
 }
 
 #[cfg(test)]

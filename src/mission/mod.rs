@@ -2,10 +2,15 @@
 
 pub mod child;
 pub mod comparison;
+pub mod flown;
 pub mod output_dir;
+pub mod planner_command;
 pub mod run;
+pub mod sensed;
 pub mod snapshot;
 pub mod supervisor;
 
+pub use flown::Flown;
 pub use output_dir::OutputDir;
+pub use sensed::Sensed;
 pub use snapshot::Snapshot;

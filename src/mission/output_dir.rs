@@ -9,23 +9,23 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
-use contract::{Decision, Pose, RefusalCounts, RobotId, RunId};
+use contract::{RefusalCounts, RunId};
 use hopper_sim::private_file::{self, FileError};
 use hopper_sim::shell::open_journal;
 use hopper_sim::{Journal, JournalReader};
 use node::{Exit, Failure};
-use perception::Observation;
-use report::{Picture, Summary, SummaryBuilder};
+use report::{Picture, PictureStyle, Summary, SummaryBuilder};
 use scenario::ResolvedScenario;
 use serde::Serialize;
 
+use super::sensed::Sensed;
 use super::snapshot::Snapshot;
 
 /// Files that are written into the folder, beside the journal.
 const FILES: [&str; 5] = ["scenario.toml", "provenance.json", "timing.csv", "mission.svg", "summary.json"];
 
 /// The picture shows no more than this many hops, the last ones.
-const ROUTE_SHOWN: usize = 2_000;
+pub(super) const ROUTE_SHOWN: usize = 2_000;
 
 /// An output folder that belongs to one mission, for as long as this lives.
 #[derive(Debug)]
@@ -193,7 +193,12 @@ impl OutputDir {
     ///
     /// # Errors
     /// If the journal cannot be read or the picture not be written.
-    pub fn illustrate(&self, world: &ResolvedScenario, summary: &mut Summary) -> Result<(), Failure> {
+    pub fn illustrate(
+        &self,
+        world: &ResolvedScenario,
+        summary: &mut Summary,
+        style: PictureStyle,
+    ) -> Result<(), Failure> {
         let history = JournalReader::open(&self.journal_dir()).map_err(Failure::run)?;
         let (need, got) = (self.run, history.header().run());
         if need != got {
@@ -209,30 +214,25 @@ impl OutputDir {
         };
         let mut timing = BufWriter::new(create(&path)?);
         timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
-        let mut observation = Observation::unseen(&brief, RobotId(0));
-        let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-        let mut pose = Pose { cell: brief.start, height_m };
-        let mut decision = Decision(0);
+        let mut sensed = Sensed::new(world, &brief);
         // A patrol may be longer than fits into memory or a picture.
         let mut route = VecDeque::new();
         for record in history.records() {
             let record = record.map_err(Failure::run)?;
             timing.write_all(report::timing_csv_row(&record).as_bytes()).map_err(unwritten)?;
-            observation.fold(&brief, &world.terrain, pose, decision);
-            (pose, decision) = (record.pose, decision.next());
+            sensed.record(&record);
             if route.len() == ROUTE_SHOWN {
                 route.pop_front();
             }
             route.push_back(record);
         }
-        observation.fold(&brief, &world.terrain, pose, decision);
         timing.flush().map_err(unwritten)?;
         let records = Vec::from(route);
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
-        let snapshot = Snapshot::with(world, &brief, &records, observation.map(), planner);
+        let snapshot = Snapshot::with(world, &brief, &records, sensed.map(), planner);
         summary.coverage = Some(snapshot.map.coverage());
         let picture = Picture { outcome: summary.outcome, ..snapshot.picture(world, &brief, &records) };
-        self.write("mission.svg", &picture.svg().map_err(Failure::run)?)?;
+        self.write("mission.svg", &picture.svg_in(style).map_err(Failure::run)?)?;
         summary.artifacts = self.artifacts();
         Ok(())
     }

@@ -1,11 +1,12 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Brief, Decision, MonotonicNs, ObservedMap, PolicyCell, Pose, Record, RobotId, State, Status};
+use contract::{Brief, MonotonicNs, ObservedMap, PolicyCell, Record, State, Status};
 use hopper_sim::{Arbiter, Mission, Pace};
-use perception::Observation;
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
+
+use super::sensed::Sensed;
 
 /// What the hopper had seen, and what it would have done next.
 #[derive(Clone, Debug)]
@@ -20,21 +21,16 @@ pub struct Snapshot {
     pub outcome: Status,
     /// Steps so far, as the paper counts them.
     pub steps: u64,
-    sensing_radius_m: f64,
+    sensing_radius_m: Option<f64>,
 }
 
 impl Snapshot {
     /// The mission under `brief` in `world` after the hops of `route`, `planner` being in command.
     #[must_use]
     pub fn after(world: &ResolvedScenario, brief: &Brief, route: &[Record], planner: &str) -> Self {
-        let height_m = world.terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-        let start = Pose { cell: brief.start, height_m };
-        let mut observation = Observation::unseen(brief, RobotId(0));
-        let poses = std::iter::once(start).chain(route.iter().map(|record| record.pose));
-        for (decision, pose) in poses.enumerate() {
-            observation.fold(brief, &world.terrain, pose, Decision(decision as u64));
-        }
-        Self::with(world, brief, route, observation.map(), planner)
+        let mut sensed = Sensed::new(world, brief);
+        route.iter().for_each(|record| sensed.record(record));
+        Self::with(world, brief, route, sensed.map(), planner)
     }
 
     /// The mission after the last hop of `route`, with the map observed until then; earlier hops may be left out of
@@ -55,7 +51,7 @@ impl Snapshot {
             map,
             outcome: state.status,
             steps: state.steps,
-            sensing_radius_m: brief.sensor.radius_m(state.pose.height_m),
+            sensing_radius_m: brief.is_of_hopper().then(|| brief.sensor.radius_m(state.pose.height_m)),
         }
     }
 
@@ -75,7 +71,7 @@ impl Snapshot {
             policy: self.policy.as_deref(),
             route,
             outcome: self.outcome.into(),
-            sensing_radius_m: Some(self.sensing_radius_m),
+            sensing_radius_m: self.sensing_radius_m,
         }
     }
 }
@@ -85,19 +81,28 @@ fn state_after(world: &ResolvedScenario, brief: &Brief, route: &[Record]) -> Sta
     match route.last() {
         Some(last) => last.state_after(brief.run, now, now),
         None => {
-            let mission = Mission { brief: *brief, terrain: world.terrain.clone(), seed: 0 };
+            let mission = Mission {
+                brief: *brief,
+                terrain: world.terrain.clone(),
+                seed: 0,
+                fleet: world.fleet.clone(),
+            };
             *Arbiter::new(mission, None, Pace::Max, 0, now).state()
         }
     }
 }
 
 fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> Option<Vec<PolicyCell>> {
+    if !brief.is_of_hopper() {
+        return None;
+    }
     let mut planner = planner::algorithm(planner).ok()?;
     if let Some(last) = state.last.filter(|_| state.status.is_over()) {
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
     let leg = brief.leg(state.visits);
-    planner.plan(&Situation { brief: &leg, map, state: &state }, &Budget::default());
+    planner
+        .plan(&Situation { brief: &leg, map, state: &state, team: None, scouting: None }, &Budget::default());
     planner.policy()
 }

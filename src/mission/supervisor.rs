@@ -1,19 +1,20 @@
 //! Supervises the four processes of a mission: starts them, restarts those that die or hang, ends them.
 
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::peer_table::SILENCE_NS;
-use contract::{Heartbeat, MonotonicNs, PeerTable, RobotId, Role, RunId};
+use contract::{Heartbeat, MonotonicNs, Name, PeerTable, RobotId, Role, RunId};
 use hopper_sim::{Journal, Pace};
+use monitor::shell::ViewArgs;
 use node::{Exit, Failure, Instance, Node};
 use process::{Ports as _, Reader as _};
 use report::{Process, Summary};
 
 use super::OutputDir;
 use super::child::{RESTART_WINDOW_NS, RESTARTS_MAX, Supervised};
+use super::planner_command::PlannerCommand;
 
 /// A child whose heartbeat has not advanced for this long counts as hung and is killed, nanoseconds.
 const HANG_NS: u64 = 10 * SILENCE_NS;
@@ -27,21 +28,21 @@ const RECORDER_NS: u64 = 5_000_000_000;
 /// Pause between two checks of the children.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// What the four processes are started with.
+/// What the processes are started with.
 #[derive(Clone, Debug)]
 pub struct Launch {
     /// Instance that all four join.
     pub instance: String,
-    /// Algorithm of the planner.
-    pub planner: String,
+    /// Algorithm of each robot's planner, in the order of their numbers. Every robot has a process of its own.
+    pub planners: Vec<Name>,
+    /// The program that is each robot's planner in place of those algorithms.
+    pub planner_command: Option<PlannerCommand>,
     /// Seed of the draws; the scenario itself is read from the output folder.
     pub seed: u64,
     /// Landings a second at most, simulated by hopper-sim.
     pub pace: Pace,
-    /// Address at which the monitor serves its page, if it does.
-    pub web: Option<SocketAddr>,
-    /// Whether hopper-sim obeys orders, and the monitor gives them.
-    pub control: bool,
+    /// The page that the monitor serves, if it does, and whether hopper-sim obeys orders and the monitor gives them.
+    pub view: ViewArgs,
     /// What the monitor records, if it does.
     pub recording: Option<Recording>,
     /// How long the hopper holds when a process it needs was given up, or its journal is displaced, before the mission is
@@ -67,6 +68,8 @@ pub struct Flight {
     pub verdict: Result<bool, Failure>,
     /// Whether the monitor ended without an error; only then is a recording complete.
     pub watched: bool,
+    /// The monitor, if it serves its page on.
+    pub page: Option<Supervised>,
 }
 
 /// Flies the mission with four processes. The `journal` is held until hopper-sim takes it over.
@@ -87,7 +90,8 @@ fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Resul
     instance.clean()?;
     let mut supervisor = Supervisor::start(launch, &instance, output_dir, journal)?;
     let verdict = supervisor.watch(launch).map_err(|failure| output_dir.with_resumption(failure));
-    supervisor.end()?;
+    let serves_on = launch.view.serves_on() && verdict == Ok(false);
+    supervisor.end(serves_on)?;
     let watched = supervisor.was_watched();
     let (printed, published) = (supervisor.summary(), supervisor.published);
     let verdict = match supervisor.sim.ended()?.and_then(|status| status.code()) {
@@ -95,16 +99,19 @@ fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Resul
         Some(1) if printed.is_none() && verdict == Ok(false) => Err(gave_in(Role::HopperSim, 1)),
         _ => verdict,
     };
+    let page = supervisor.page();
     drop(supervisor);
     instance.clean()?;
     let summary = match (printed, &verdict) {
+        // A program of the user's was refused, and hopper-sim ended in order.
+        (Some(Summary { decisions: 0, .. }), Err(failure)) if failure.exit == Exit::Usage => None,
         (Some(summary), _) => Some(summary),
         (None, Ok(_)) => output_dir.summary_of_journal(published)?,
         // Whoever was refused has flown nothing.
         (None, Err(failure)) if matches!(failure.exit, Exit::Usage | Exit::Peer) => None,
         (None, Err(_)) => output_dir.summary_of_journal(published).unwrap_or_default(),
     };
-    Ok(Flight { summary, verdict, watched })
+    Ok(Flight { summary, verdict, watched, page })
 }
 
 impl Launch {
@@ -124,15 +131,38 @@ impl Launch {
         ] {
             words.extend([flag.to_owned(), value]);
         }
-        words.extend(self.control.then(|| "--control".to_owned()));
+        words.extend(self.view.control.then(|| "--control".to_owned()));
         words
+    }
+
+    /// The planner of a robot.
+    fn planner(&self, program: &Path, robot: usize, algorithm: Name) -> Result<Supervised, Failure> {
+        let robot = robot.to_string();
+        match &self.planner_command {
+            Some(command) => {
+                let environment = vec![("HOPPER_INSTANCE", self.instance.clone()), ("HOPPER_ROBOT", robot)];
+                Supervised::start_own(command.program(), command.arguments().to_vec(), environment)
+            }
+            None => {
+                let words = ["planner", "--algorithm", algorithm.as_str(), "--robot", &robot];
+                Supervised::start(program, Role::Planner, self.words(&words))
+            }
+        }
+    }
+
+    /// Whether a mission that goes on takes a decision within its patience, whatever its pace.
+    fn decides_within_patience(&self) -> bool {
+        !self.view.control && self.pace == Pace::Max
     }
 
     fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
         let mut words = self.words(&["monitor"]);
-        words.extend(self.web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
+        let ViewArgs { web, web_exit, open, control } = self.view;
+        words.extend(web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
         // Without a page, orders come from monitors started by hand.
-        words.extend((self.control && self.web.is_some()).then(|| "--control".to_owned()));
+        for (flag, is_set) in [("--control", control), ("--web-exit", web_exit), ("--open", open)] {
+            words.extend((is_set && web.is_some()).then(|| flag.to_owned()));
+        }
         let Some(recording) = &self.recording else { return words };
         words.extend(["--record".into(), text(&recording.file)]);
         words.extend(["--record-scenario".into(), text(&output_dir.scenario())]);
@@ -161,6 +191,8 @@ struct Supervisor {
     run: RunId,
     /// Decisions of the run that hopper-sim is known to have published.
     published: u64,
+    /// Those of its earlier flights.
+    published_before: u64,
     peers: Vec<Supervised>,
     /// When the children were last checked.
     turned: MonotonicNs,
@@ -191,18 +223,21 @@ impl Supervisor {
         }
         // From here on hopper-sim holds it; until then nobody else did.
         drop(journal);
+        let sim = start(Role::HopperSim, launch.sim(output_dir))?;
+        let mut peers = vec![start(Role::Perception, launch.words(&["perception"]))?];
+        for (robot, planner) in launch.planners.iter().enumerate() {
+            peers.push(launch.planner(&program, robot, *planner)?);
+        }
+        peers.push(monitor);
         Ok(Self {
             node,
             beats,
             peer_table: PeerTable::default(),
             run: output_dir.run(),
             published,
-            sim: start(Role::HopperSim, launch.sim(output_dir))?,
-            peers: vec![
-                start(Role::Perception, launch.words(&["perception"]))?,
-                start(Role::Planner, launch.words(&["planner", "--algorithm", &launch.planner]))?,
-                monitor,
-            ],
+            published_before: published,
+            sim,
+            peers,
             turned: Node::now(),
             woke: Node::now(),
             holding: None,
@@ -230,6 +265,7 @@ impl Supervisor {
                     None => self.revive_sim(status)?,
                 }
             }
+            self.check_own(launch)?;
             self.revive_peers()?;
             self.kill_hung()?;
             self.hold_for_help(launch)?;
@@ -241,6 +277,9 @@ impl Supervisor {
         for beat in self.beats.drain().into_iter().flatten() {
             if self.sim.is(beat.pid) && beat.run == self.run {
                 self.published = self.published.max(beat.decision.0);
+            }
+            if beat.role == Role::Planner {
+                self.peers.iter_mut().for_each(|peer| peer.hear(beat.pid, Node::now()));
             }
             self.peer_table.observe(beat, Node::now());
         }
@@ -255,6 +294,45 @@ impl Supervisor {
         self.sim.restart_told(&["--published".into(), self.published.to_string()])
     }
 
+    /// Stops the mission if a program of the user's ends before it has joined, never joins, or joins and never commands:
+    /// another start would change nothing.
+    fn check_own(&mut self, launch: &Launch) -> Result<(), Failure> {
+        let Some(command) = &launch.planner_command else { return Ok(()) };
+        let (now, instance, patience) = (Node::now(), &launch.instance, launch.patience);
+        let is_over = |since: MonotonicNs| u128::from(now.since_ns(since)) > patience.as_nanos();
+        let mut ends = Vec::new();
+        for peer in self.peers.iter_mut().filter(|peer| peer.is_own() && peer.joined().is_none()) {
+            ends.extend(peer.ended()?.filter(|status| status.code().is_some()));
+        }
+        if !ends.is_empty() {
+            // Its heartbeats may have come meanwhile.
+            self.hear();
+        }
+        let stands = self.published == self.published_before && launch.decides_within_patience();
+        for peer in self.peers.iter_mut().filter(|peer| peer.is_own()) {
+            let ended = peer.ended()?.filter(|status| status.code().is_some());
+            let got = match (peer.joined(), ended) {
+                (None, Some(status)) => {
+                    format!("ended with {status} before it joined: its output above may say why")
+                }
+                (None, None) if is_over(peer.started) => format!("has not joined within {patience:?}"),
+                (Some(joined), None) if stands && is_over(joined) => {
+                    format!(
+                        "joined and has not commanded within {patience:?}: its output above may say why; a planner commands \
+                         robot HOPPER_ROBOT"
+                    )
+                }
+                _ => continue,
+            };
+            return Err(Failure::usage(format!(
+                "--planner-command needs a program that joins instance {instance:?} (HOPPER_INSTANCE) by planner::main \
+                 in Rust or hopper.fly in Python, got {command:?}, which {got}",
+                command = command.to_string()
+            )));
+        }
+        Ok(())
+    }
+
     fn revive_peers(&mut self) -> Result<(), Failure> {
         for peer in &mut self.peers {
             let Some(status) = peer.ended()? else { continue };
@@ -263,8 +341,10 @@ impl Supervisor {
             if let Some(code @ (2 | 4)) = status.code().filter(is_vital) {
                 return Err(gave_in(peer.role, code));
             }
-            let finished = status.success();
-            if finished {
+            let last = self.peer_table.by_pid(peer.beating_pid());
+            // A program of the user's may leave a mission that goes on.
+            let finished = !peer.is_own() || last.is_none_or(|peer| peer.beat.status.is_over());
+            if status.success() && finished {
                 continue;
             }
             self.monitor_failed |= peer.role == Role::Monitor && failed(status);
@@ -311,9 +391,13 @@ impl Supervisor {
     fn kill_hung(&mut self) -> Result<(), Failure> {
         let now = Node::now();
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            if child.is_own() && child.joined().is_none() {
+                // An interpreter may take its time to begin; its end is that of patience.
+                continue;
+            }
             let heard = self
                 .peer_table
-                .by_pid(child.pid())
+                .by_pid(child.beating_pid())
                 .map_or(child.started, |peer| peer.advanced)
                 .max(self.woke);
             if child.ended()?.is_none() && now.since_ns(heard) > HANG_NS {
@@ -329,14 +413,17 @@ impl Supervisor {
         let mut monitors = self.peers.iter_mut().filter(|peer| peer.role == Role::Monitor);
         let last_ended_well = monitors.all(|monitor| {
             let ended = monitor.ended().ok().flatten();
-            ended.is_some_and(|status| status.code().is_some() && !failed(status))
+            ended.is_none() && monitor.has_spoken()
+                || ended.is_some_and(|status| status.code().is_some() && !failed(status))
         });
         last_ended_well && !self.monitor_failed
     }
 
-    /// Waits for all children to exit, and kills those that do not.
-    fn end(&mut self) -> Result<(), Failure> {
-        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+    /// Waits for all children to exit, and kills those that do not; a monitor that `serves_on` only needs to have said
+    /// so.
+    fn end(&mut self, serves_on: bool) -> Result<(), Failure> {
+        let stays = |child: &Supervised| serves_on && child.role == Role::Monitor;
+        for child in self.peers.iter_mut().chain([&mut self.sim]).filter(|child| !stays(child)) {
             child.release();
         }
         let deadline = Node::now().plus_ns(FAREWELL_NS);
@@ -344,7 +431,7 @@ impl Supervisor {
             std::thread::sleep(Duration::from_millis(2));
         }
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
-            if child.ended()?.is_none() {
+            if child.ended()?.is_none() && !(stays(child) && child.has_spoken()) {
                 tracing::warn!("{} does not exit: killing it", child.role);
                 child.kill();
             }
@@ -352,9 +439,19 @@ impl Supervisor {
         Ok(())
     }
 
+    /// The monitor, if it is alive and serves its page on.
+    fn page(&mut self) -> Option<Supervised> {
+        let serves = |peer: &mut Supervised| {
+            peer.role == Role::Monitor && peer.has_spoken() && peer.ended().is_ok_and(|ended| ended.is_none())
+        };
+        let at = self.peers.iter_mut().position(serves)?;
+        Some(self.peers.remove(at))
+    }
+
+    /// Whether a child is there that has not ended, nor said that all but its page is done.
     fn any_is_alive(&mut self) -> Result<bool, Failure> {
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
-            if child.ended()?.is_none() {
+            if child.ended()?.is_none() && !(child.role == Role::Monitor && child.has_spoken()) {
                 return Ok(true);
             }
         }

@@ -37,7 +37,10 @@ pub fn budgeted() -> Vec<String> {
 
 /// Topics of the fault simulation, by their short names.
 pub fn simulated() -> Vec<String> {
-    simulation::topic::Topic::all().into_iter().map(|topic| topic.as_str().to_owned()).collect()
+    simulation::topic::Topic::all(simulation::setup::Missions::Rovers)
+        .into_iter()
+        .map(|topic| topic.as_str().to_owned())
+        .collect()
 }
 
 /// Services that a recording has as JSON, for want of a schema.
@@ -58,7 +61,12 @@ pub fn recorded_as_json() -> Vec<String> {
 /// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
 pub fn flown(planner: &str) -> Result<String, String> {
     let world = scenario::load("hard").unwrap().resolve().unwrap();
-    let mission = Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed: 1 };
+    let mission = Mission {
+        brief: Brief { run: RunId(1), ..world.brief },
+        terrain: world.terrain,
+        seed: 1,
+        fleet: None,
+    };
     let crew = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
     flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())

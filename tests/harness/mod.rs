@@ -333,3 +333,13 @@ pub fn json(output: &Output) -> Value {
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
+
+/// Who led which robot in which term, by what algorithm.
+pub fn leaders(verified: &Value) -> Vec<(u64, u64, String)> {
+    let planners = verified["planners"].as_array().unwrap();
+    let leader = |planner: &Value| {
+        let name = planner["name"].as_str().unwrap().to_owned();
+        (planner["robot"].as_u64().unwrap_or(0), planner["term"].as_u64().unwrap(), name)
+    };
+    planners.iter().map(leader).collect()
+}

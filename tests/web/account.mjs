@@ -12,7 +12,7 @@ const history = new MissionHistory();
 history.begin({ run: "1", grid: { width: 100, height: 1 }, start: [0, 0], goals: [[99, 0]] });
 
 /** A hop east that lands with so many treasures. */
-const row = (decision, treasures) => [decision, "intended", decision, 0, decision + 1, 0, 0, 1, decision, "underway", treasures, 0, "planner", "", 0, 1, 1, 1, 1, 1, 1, 1];
+const row = (decision, treasures) => [decision, "intended", decision, 0, decision + 1, 0, 0, 1, decision, "underway", treasures, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1];
 const rows = (from, until, treasures) => Array.from({ length: until - from }, (_, n) => row(from + n, treasures(from + n)));
 
 // One treasure on cell 3, collected by hop 2, and one on cell 9 that lies there still.
@@ -31,3 +31,27 @@ assert.deepEqual([history.first, history.due], [50, 55]);
 assert.deepEqual(history.pose(53).cell, [53, 0]);
 assert.equal(history.hopBefore(8), null, "it is no longer kept");
 assert.deepEqual(history.treasures(51), [[9, 0]], "where the others lay nobody told");
+
+// Where hops were aimed follows from where they landed.
+const aimed = (branch, x, y) => {
+  const other = new MissionHistory();
+  other.begin({ run: "2", grid: { width: 9, height: 9 }, start: [4, 4], goals: [[8, 8]] });
+  other.addHops({ rows: [[0, branch, 4, 4, x, y, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1]], reigns: [] });
+  return other.hops[0].aim;
+};
+assert.deepEqual(aimed("intended", 5, 4), [1, 0]);
+assert.deepEqual(aimed("left", 4, 5), [1, 0], "aimed east, left of it is north");
+assert.deepEqual(aimed("right", 4, 3).map((n) => n + 0), [1, 0], "aimed east, right of it is south");
+assert.deepEqual(aimed("left", 3, 4).map((n) => n + 0), [0, 1], "aimed north, left of it is west");
+assert.equal(aimed("stayed", 4, 4), null);
+
+// Two robots in turn: where each stood, whose turn it was, and how often cells were entered.
+const team = new MissionHistory();
+team.begin({ run: "3", robots: 2, grid: { width: 9, height: 9 }, start: [0, 0], goals: [[8, 8]] });
+const step = (decision, robot, from, to) => [decision, "intended", ...from, ...to, 0, 1, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1];
+team.addHops({ rows: [step(0, 0, [0, 0], [1, 0]), step(1, 1, [5, 5], [5, 6]), step(2, 0, [1, 0], [0, 0])], reigns: [] });
+assert.deepEqual(team.poses(1).map(({ cell }) => cell), [[1, 0], [5, 5]]);
+assert.deepEqual(team.poses(3).map(({ cell }) => cell), [[0, 0], [5, 6]]);
+assert.deepEqual([team.turn(0), team.turn(1), team.turn(2)], [0, 1, 0]);
+assert.equal(team.visitsUntil(3)[0], 2, "its start, and back again");
+assert.equal(team.visitsUntil(1)[0], 1, "looking back");

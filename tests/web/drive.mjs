@@ -2,17 +2,18 @@
 //
 // node drive.mjs PLAYWRIGHT CHROMIUM URL FOLDER, where FOLDER gets the screenshots.
 
+import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
 const [playwright, chromium, url, folder] = process.argv.slice(2);
 const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
-const FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+const FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync"];
 
 const browser = await browsers.chromium.launch({ executablePath: chromium, headless: true, args: FLAGS });
 const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, colorScheme: "dark" });
-const seen = { errors: [], elsewhere: [] };
+const seen = { errors: [], elsewhere: [], violations: [] };
 page.on("console", (message) => message.type() === "error" && seen.errors.push(message.text()));
 page.on("pageerror", (error) => seen.errors.push(error.message));
 page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && seen.elsewhere.push(request.url()));
@@ -29,6 +30,13 @@ await page.addInitScript(() => {
   };
 });
 
+// Rules of accessibility; evaluated as the page's own policy lets no other script in.
+const axe = readFileSync(join(playwright, "../axe-core/axe.min.js"), "utf8");
+const accessible = async (state) => {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run());
+  seen.violations.push(...violations.map(({ id, nodes }) => `${state}: ${id} at ${nodes.map(({ target }) => target.join(" ")).join(", ")}`));
+};
 const text = (selector) => page.locator(selector).innerText();
 const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`) });
 const until = (claim, ...words) => page.waitForFunction(claim, words);
@@ -68,6 +76,30 @@ try {
   await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#reigns tbody td:nth-child(5)").textContent));
   seen.bound = await text("#reigns tbody td:nth-child(5)");
   await shot("paused");
+  await accessible("dark");
+
+  // Why this hop: four hops, of which the one taken is told first; a click asks about a cell, Escape goes back.
+  await until(() => document.querySelectorAll("#why tbody tr.chosen td.value").length === 1 && document.querySelector("#why tbody tr.chosen td.value").textContent !== "–");
+  seen.why = [await text("#why p"), await page.locator("#why tbody tr").count()];
+  await page.locator("#map").click({ position: { x: 300, y: 300 } });
+  await until(() => document.querySelector("#why h2").textContent.includes("Cell"));
+  await shot("cell");
+  await page.keyboard.press("Escape");
+  await until(() => document.querySelector("#why h2").textContent.includes("This hop"));
+  // Values with their ramp, then the same ground in space and back, by a key.
+  await page.keyboard.press("v");
+  await shot("values");
+  await page.keyboard.press("v");
+  await page.keyboard.press("3");
+  await until(() => /calls/.test(document.getElementById("space-view").dataset.drawn ?? ""));
+  await page.waitForTimeout(300);
+  seen.space = await page.locator("#space-view").getAttribute("data-drawn");
+  await shot("space");
+  await page.keyboard.press("3");
+  seen.flat = await page.locator("#space-view").isHidden();
+  await page.keyboard.press("?");
+  await page.keyboard.press("Escape");
+  seen.help = await page.locator("#help").isVisible();
 
   // A stand-by is told to take over.
   await page.click("#peers button:not(:disabled)");
@@ -88,18 +120,34 @@ try {
   await shot("back");
   await page.keyboard.press("End");
 
-  await until(() => /over: |goal reached/.test(document.getElementById("status").textContent));
+  await until(() => /over: |goal reached|deadlock|lost|left/.test(document.getElementById("status").textContent));
   await until(() => document.getElementById("events").textContent.includes("the mission is over"));
   seen.end = await text("#status");
   seen.hops = await hop();
   seen.leader = await text("#leader");
+  // The page outlives the mission: a reload shows how it ended, and nobody who ended with it is silent.
+  await page.reload();
+  await until(([end]) => document.getElementById("status").textContent === end, seen.end.replace("over: ", ""));
+  seen.reloaded = await text("#status");
+  await until(() => document.querySelectorAll("#peers tbody tr").length > 0);
+  seen.peers = [...new Set(await page.locator("#peers tbody tr td:nth-child(2)").allInnerTexts())];
   await page.keyboard.press("t");
+  await page.setViewportSize({ width: 1280, height: 800 });
   await shot("goal-light");
+  await accessible("light");
+  // At this size events need no scrolling.
+  seen.events = await page.evaluate(() => document.getElementById("events").getBoundingClientRect().bottom <= document.querySelector("footer").getBoundingClientRect().top);
   await page.keyboard.press("c");
   await page.setViewportSize({ width: 400, height: 860 });
   await page.waitForTimeout(100);
   seen.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   await shot("narrow");
+  await page.keyboard.press("c");
+  await accessible("phone");
+  // Fingers: nothing that can be pressed is smaller than 44 px, and the footer leaves the page its room.
+  seen.small = await page.evaluate(() => [...document.querySelectorAll("button, select, input")]
+    .filter((one) => one.offsetParent && Math.min(one.getBoundingClientRect().height, one.getBoundingClientRect().width) < 43.5).map((one) => one.id));
+  seen.footer = await page.evaluate(() => document.querySelector("footer").getBoundingClientRect().height / window.innerHeight);
   // The map was drawn: its pixels are of many colours.
   seen.colours = await page.evaluate(() => {
     const canvas = document.getElementById("map");

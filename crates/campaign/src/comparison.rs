@@ -5,7 +5,8 @@
 //! 1. its success is not significantly below the paper's count of 100 (Fisher's exact test),
 //! 2. nor below the other campaign's (the same),
 //! 3. its restricted mean is not significantly above the other's (Welch's test; whether it is below as it
-//!    stands is reported as well),
+//!    stands is reported as well). Treasures cost detours: where it collects significantly more than the other's, the
+//!    paper's mean steps take the place of the other's restricted mean,
 //! 4. its successes collect, where the paper counts treasures, not significantly fewer than the paper's (Welch's test),
 //! 5. and on the paper's sandy ground, its success lies within [`REGRET_MAX`] of the clairvoyant's bound.
 //!
@@ -65,6 +66,9 @@ pub struct Verdict {
     pub restricted_difference_se: Option<f64>,
     /// Probability of so large a restricted mean if the other's were no smaller.
     pub restricted_p_other: Option<f64>,
+    /// Probability of so large a restricted mean if the paper's steps were no fewer; only where the cell collects
+    /// significantly more treasures than the other's.
+    pub steps_p_paper: Option<f64>,
     /// Probability of so few treasures if the paper's planner collected no more; `None` where it counts none.
     pub treasures_p_paper: Option<f64>,
     /// Whether the restricted mean is below the other's as it stands.
@@ -86,11 +90,18 @@ impl Verdict {
             .and_then(Published::treasures)
             .and_then(|theirs| welch_above(&theirs, &ours.statistics.treasures));
         let significant = |p: Option<f64>| p.is_some_and(|p| p < SIGNIFICANCE);
+        // More treasures may take more steps than the other's fewer, but no more than the paper's.
+        let collects_more = significant(welch_above(&ours.statistics.treasures, &other.statistics.treasures));
+        let steps_p_paper = published
+            .filter(|published| collects_more && published.treasures().is_some())
+            .and_then(|published| welch_above(restricted, &published.steps()));
+        let is_slower = significant(restricted_p_other) && steps_p_paper.is_none();
         let regret = ours.regret.and_then(|regret| regret.success).filter(|_| ours.scenario == "sandy");
         let misses = [
             (significant(success_p_paper), "success below the paper's"),
             (significant(success_p_other), "success below the other's"),
-            (significant(restricted_p_other), "restricted mean above the other's"),
+            (is_slower, "restricted mean above the other's"),
+            (significant(steps_p_paper), "restricted mean above the paper's steps"),
             (significant(treasures_p_paper), "fewer treasures than the paper's"),
             (regret.is_some_and(|regret| regret > REGRET_MAX), "success short of the bound"),
         ];
@@ -99,6 +110,7 @@ impl Verdict {
             success_p_other,
             restricted_difference_se: mean_difference(restricted, others),
             restricted_p_other,
+            steps_p_paper,
             treasures_p_paper,
             restricted_below: restricted.mean < others.mean,
             missed: misses.into_iter().filter_map(|(missed, what)| missed.then_some(what)).collect(),
@@ -219,7 +231,8 @@ impl<'a> Comparison<'a> {
                 text,
                 "{accepted} of {judged} cells of the MDP are accepted: success not significantly below the paper's or the \
                  other's, treasures not significantly fewer than the paper's where it counts them, restricted mean not \
-                 significantly above (one-sided, 95 %), and on sandy ground within {:.0} point of the clairvoyant's \
+                 significantly above (or, with more treasures than the other's, not above the paper's steps; one-sided, \
+                 95 %), and on sandy ground within {:.0} point of the clairvoyant's \
                  success. In {below} the restricted mean is below the other's as it stands.",
                 100.0 * REGRET_MAX
             );
@@ -231,4 +244,53 @@ impl<'a> Comparison<'a> {
 /// Weights without brackets, for tables.
 fn bare(weights: &Weights) -> String {
     weights_in_brackets(weights).trim_matches(['(', ')']).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::Profile;
+
+    use super::*;
+    use crate::statistics::Sample;
+    use crate::tally::Tally;
+
+    fn sample(mean: f64, sd: f64) -> Sample {
+        Sample { count: 1000, mean: Some(mean), sd: Some(sd) }
+    }
+
+    /// A cell of the treasure hunt at (0, 1) with these mean steps and treasures, all missions at the goal.
+    fn cell(steps: f64, treasures: f64) -> CellResults<'static> {
+        let statistics = Tally::default().statistics(150);
+        CellResults {
+            scenario: "treasures",
+            profile: Profile::Hopper,
+            planner: "mdp",
+            weights: Weights { safety: 0.0, information: 1.0, distance: 10.0 },
+            reading: None,
+            steps_max: 150,
+            statistics: crate::tally::CellStatistics {
+                trials: 1000,
+                successes: 1000,
+                steps: sample(steps, 8.0),
+                restricted_steps: sample(steps, 8.0),
+                treasures: sample(treasures, 0.3),
+                ..statistics
+            },
+            regret: None,
+            paper: None,
+        }
+    }
+
+    #[test]
+    fn more_treasures_excuse_more_steps_up_to_the_papers() {
+        let other = cell(75.4, 1.99);
+        let published = paper::published("treasures", "mdp", &other.weights).expect("a cell of Table 15");
+        let missed =
+            |steps, treasures| Verdict::new(&cell(steps, treasures), &other, Some(&published)).missed;
+        assert!(missed(75.4, 2.07).is_empty());
+        assert!(missed(77.7, 2.07).is_empty(), "the paper has 78.0 steps");
+        assert_eq!(missed(80.0, 2.07), ["restricted mean above the paper's steps"]);
+        assert_eq!(missed(77.7, 2.0), ["restricted mean above the other's"], "no more treasures");
+        assert_eq!(missed(75.4, 1.9), ["fewer treasures than the paper's"]);
+    }
 }

@@ -26,6 +26,7 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         pose: Pose { cell: brief.start, height_m: 0.0 },
         last: None,
         collected: Collected::default(),
+        previous: Digest::default(),
         digest: Digest::default(),
         landed: MonotonicNs(0),
         published: MonotonicNs(0),
@@ -36,7 +37,8 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         last_timing: Timing::default(),
     };
     let mut planner = algorithm("mdp").unwrap();
-    planner.plan(&Situation { brief, map: &map, state: &state }, &Budget::default());
+    planner
+        .plan(&Situation { brief, map: &map, state: &state, team: None, scouting: None }, &Budget::default());
     planner.policy().unwrap()
 }
 

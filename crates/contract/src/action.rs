@@ -1,8 +1,10 @@
-//! What a planner may ask of the hopper.
+//! What a planner may ask of a robot.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use crate::RouteId;
 
 /// A hop's direction on the grid; north is +y, east is +x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -62,39 +64,89 @@ impl fmt::Display for Direction {
     }
 }
 
-/// One command to the hopper.
+/// One command to a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
     /// Stand still: a decision like any other, and the safe one.
     Hold,
-    /// Hop one hop distance at 45°.
+    /// A hopper: hop one hop distance at 45°.
     Hop(Direction),
+    /// A rover: drive to the neighbouring cell.
+    Step(Direction),
+    /// A driving rover: drive to the next point of its route.
+    Drive,
+    /// A helicopter: fly to the next point of its route.
+    Fly,
+    /// Act again once another robot has acted.
+    Wait,
+    /// Act no more.
+    Done,
+    /// Take the route of that fingerprint for one's own, from its first point on.
+    Announce(RouteId),
 }
 
 impl Action {
-    /// Every action, in the order of their wire codes.
-    pub const ALL: [Action; 5] = [
+    /// Every action without a route, in the order of their wire codes.
+    pub const ALL: [Action; 13] = [
         Action::Hold,
         Action::Hop(Direction::North),
         Action::Hop(Direction::East),
         Action::Hop(Direction::South),
         Action::Hop(Direction::West),
+        Action::Step(Direction::North),
+        Action::Step(Direction::East),
+        Action::Step(Direction::South),
+        Action::Step(Direction::West),
+        Action::Drive,
+        Action::Fly,
+        Action::Wait,
+        Action::Done,
     ];
 
-    /// The code on the wire: 0 hold, 1 north, 2 east, 3 south, 4 west.
+    /// Number of wire codes.
+    pub const CODES: usize = Self::ALL.len() + 1;
+
+    /// The code on the wire: 0 hold, 1 to 4 hop north, east, south, west, 5 to 8 step so, 9 drive, 10 fly, 11 wait, 12
+    /// done, 13 announce. Journals hold them: new ones are appended.
     #[must_use]
     pub fn code(self) -> u32 {
         match self {
             Action::Hold => 0,
             Action::Hop(direction) => 1 + direction as u32,
+            Action::Step(direction) => 5 + direction as u32,
+            Action::Drive => 9,
+            Action::Fly => 10,
+            Action::Wait => 11,
+            Action::Done => 12,
+            Action::Announce(_) => 13,
         }
     }
 
-    /// The action of a wire code, if there is one.
+    /// The action of a wire code, if there is one; announcements need [`Action::with_route`].
     #[must_use]
     pub fn from_code(code: u32) -> Option<Self> {
         Self::ALL.get(code as usize).copied()
+    }
+
+    /// The action of a wire code and a route, 0 for none, if there is one.
+    #[must_use]
+    pub fn with_route(code: u32, route: u64) -> Option<Self> {
+        match (code as usize == Self::ALL.len(), route) {
+            (true, 0) => None,
+            (true, route) => Some(Action::Announce(RouteId(route))),
+            (false, 0) => Self::from_code(code),
+            (false, _) => None,
+        }
+    }
+
+    /// The route that it announces, 0 for none.
+    #[must_use]
+    pub fn route(self) -> u64 {
+        match self {
+            Action::Announce(RouteId(route)) => route,
+            _ => 0,
+        }
     }
 }
 
@@ -103,6 +155,17 @@ impl fmt::Display for Action {
         match self {
             Action::Hold => f.pad("hold"),
             Action::Hop(direction) => direction.fmt(f),
+            Action::Step(direction) => f.pad(match direction {
+                Direction::North => "step_north",
+                Direction::East => "step_east",
+                Direction::South => "step_south",
+                Direction::West => "step_west",
+            }),
+            Action::Drive => f.pad("drive"),
+            Action::Fly => f.pad("fly"),
+            Action::Wait => f.pad("wait"),
+            Action::Done => f.pad("done"),
+            Action::Announce(_) => f.pad("announce"),
         }
     }
 }
@@ -126,7 +189,13 @@ mod tests {
     fn every_action_survives_its_code() {
         for action in Action::ALL {
             assert_eq!(Action::from_code(action.code()), Some(action));
+            assert_eq!(Action::with_route(action.code(), 0), Some(action));
+            assert_eq!(Action::with_route(action.code(), 7), None, "{action} has no route");
         }
-        assert_eq!(Action::from_code(5), None);
+        let announce = Action::Announce(RouteId(7));
+        assert_eq!(Action::with_route(announce.code(), announce.route()), Some(announce));
+        assert_eq!(Action::with_route(announce.code(), 0), None);
+        assert_eq!(Action::from_code(13), None);
+        assert_eq!(announce.code() as usize + 1, Action::CODES);
     }
 }

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Grid, Name, Patrol, Reading, RunId};
+use crate::{Cell, Cover, Grid, Name, Patrol, Reading, RunId, Scout, Task};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -106,13 +106,15 @@ pub struct Payoff {
     pub sand_term: f64,
 }
 
-/// What is known of the whole map beforehand: ranges for min–max normalisation.
+/// What is known of the whole map beforehand: ranges for min–max normalisation, and how many treasures there are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Priors {
     /// Range of S = −|∇h| − T.
     pub safety: Range,
     /// Range of I = h, metres.
     pub height_m: Range,
+    /// Treasures on the map, not where they lie; 0 where there are none, or their number is unknown.
+    pub treasures: u32,
 }
 
 /// How hops scatter on one soil, on the flat (P23 section IV).
@@ -247,9 +249,34 @@ pub struct Brief {
     pub guard: Guard,
     /// How the paper's open points are read.
     pub reading: Reading,
+    /// What rovers shall cover, if that is the mission. Then [`crate::Team`] has the robots, and start, goal, motion,
+    /// sensor and payoff, which are a hopper's, are not read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cover: Option<Cover>,
+    /// What planners of routes are given, if a rover is to reach a goal over uncertain ground. As for `cover`, the robots
+    /// are in [`crate::Team`], and so are their starts and the goal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scout: Option<Scout>,
 }
 
 impl Brief {
+    /// What the mission is about.
+    #[must_use]
+    pub fn task(&self) -> Task {
+        match (self.scout, self.cover, self.patrol) {
+            (Some(scout), ..) => Task::Scout(scout),
+            (None, Some(cover), _) => Task::Cover(cover),
+            (None, None, Some(_)) => Task::Patrol,
+            (None, None, None) => Task::Reach,
+        }
+    }
+
+    /// Whether the mission is that of a single hopper, which needs no [`crate::Team`].
+    #[must_use]
+    pub fn is_of_hopper(&self) -> bool {
+        self.cover.is_none() && self.scout.is_none()
+    }
+
     /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in
     /// force. To whoever plans, a leg is a mission like any other. Without a patrol it is the brief itself.
     #[must_use]
@@ -259,9 +286,15 @@ impl Brief {
         Brief { start, goal: patrol.goal(visits), ..*self }
     }
 
+    /// The goal in force after so many visits: that of [`Brief::leg`].
+    #[must_use]
+    pub fn goal_after(&self, visits: u64) -> Cell {
+        self.patrol.as_ref().map_or(self.goal, |patrol| patrol.goal(visits))
+    }
+
     /// Whether landing on `cell` after so many visits is another: nobody visits a goal out of turn.
     #[must_use]
     pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
-        cell == self.leg(visits).goal
+        cell == self.goal_after(visits)
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Decision, Incarnation, MonotonicNs, Name, RobotId, RunId, Term};
+use crate::{Action, Decision, Digest, Incarnation, MonotonicNs, Name, RobotId, RunId, Term};
 
 /// One command, repeated until the state moves on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,6 +13,9 @@ pub struct Command {
     pub robot: RobotId,
     /// The decision it answers.
     pub decision: Decision,
+    /// [`crate::State::digest`] of the state it answers: the same decision may be due again on another past, if the
+    /// journal has lost its tail meanwhile.
+    pub digest: Digest,
     /// The term it speaks for: the current one, or current + 1 to take over.
     pub term: Term,
     /// Action to execute, unless the guard vetoes it.

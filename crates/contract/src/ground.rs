@@ -12,6 +12,26 @@ pub enum Soil {
     Sand,
 }
 
+/// How fast a driving rover gets on in a cell: one of the four speeds of Folsom et al. 2021.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DriveSpeed {
+    /// 0 m/Sol: a rover that enters is stuck.
+    Zero,
+    /// 50 m/Sol.
+    Slow,
+    /// 150 m/Sol.
+    Medium,
+    /// 200 m/Sol.
+    Fast,
+}
+
+impl DriveSpeed {
+    /// All speeds, rising.
+    pub const ALL: [DriveSpeed; 4] =
+        [DriveSpeed::Zero, DriveSpeed::Slow, DriveSpeed::Medium, DriveSpeed::Fast];
+}
+
 /// Height, slope and soil of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
@@ -23,11 +43,15 @@ pub struct Ground {
     pub soil: Soil,
     /// Whether the hopper survives landing here: not nodata, not steeper than the slope limit.
     pub passable: bool,
+    /// How fast a rover drives here; only where speeds are uncertain beforehand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<DriveSpeed>,
 }
 
 impl Ground {
     /// Flat hard ground at the datum: what a planner assumes of a cell nobody has seen.
-    pub const FLAT: Ground = Ground { height_m: 0.0, gradient: [0.0, 0.0], soil: Soil::Hard, passable: true };
+    pub const FLAT: Ground =
+        Ground { height_m: 0.0, gradient: [0.0, 0.0], soil: Soil::Hard, passable: true, speed: None };
 
     /// Steepness |∇h|, metres per metre.
     #[must_use]

@@ -155,3 +155,14 @@ impl FromStr for Role {
             .ok_or_else(|| format!("a role is one of hopper-sim, perception, planner, monitor; got {text:?}"))
     }
 }
+
+/// Fingerprint of a route: XXH3-64 over the bits of its points in order; never 0, which stands for no route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct RouteId(pub u64);
+
+impl fmt::Display for RouteId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}

@@ -30,6 +30,19 @@ pub const GRADIENT_MAX: f64 = 1.0e4;
 /// Largest payoff, weight or penalty that is believed.
 pub const PAYOFF_MAX: f64 = 1.0e6;
 
+/// Most points of a route that a robot announces.
+pub const ROUTE_POINTS_MAX: usize = 256;
+
+/// Longest straight leg of a route, metres: at the slowest speed it is driven within the longest time that an outcome may
+/// have.
+pub const LEG_MAX_M: f64 = 500.0;
+
+/// Most samples of a planner that draws random ones.
+pub const SAMPLES_MAX: u32 = 1_000_000;
+
+/// Most robots of a mission.
+pub const ROBOTS_MAX: usize = 16;
+
 /// Most treasures of a scenario.
 pub const TREASURES_MAX: usize = 16;
 
@@ -50,6 +63,9 @@ pub const MAP_PAGE_SPAN: usize = 1 << 16;
 
 /// Cells in one page of the truth.
 pub const TRUTH_PAGE_CELLS: usize = 4096;
+
+/// Cells in one page of the prior.
+pub const PRIOR_PAGE_CELLS: usize = 1024;
 
 /// Most patches of a run.
 pub const PATCHES_MAX: u64 = 1 << 44;

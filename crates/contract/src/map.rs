@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::limits::{CHANGES_KEPT, MARKS_KEPT};
-use crate::{Cell, Decision, Grid, Ground, MonotonicNs, RobotId, RunId, Soil};
+use crate::{Cell, Decision, Digest, Grid, Ground, MonotonicNs, RobotId, RunId, Soil, State};
 
 /// The observed map: every cell either seen, or unknown.
 ///
@@ -21,6 +21,8 @@ pub struct ObservedMap {
     /// The last decision whose pose is folded in; `None` while nothing is, or while part of a landing is
     /// missing.
     pub through: Option<Decision>,
+    /// [`crate::State::digest`] of the state whose pose was folded in last.
+    pub digest: Digest,
     /// Patches of the run's stream that are folded in. The stream is a function of the poses alone, so
     /// this number means the same in every process and in every life of perception.
     pub sequence: u64,
@@ -31,6 +33,8 @@ pub struct ObservedMap {
     /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     cells: Vec<Option<Ground>>,
+    /// How often rovers have entered each cell; empty until one has.
+    visits: Vec<u16>,
     seen: usize,
     sand: usize,
     observation: u64,
@@ -57,11 +61,13 @@ impl ObservedMap {
             run,
             robot,
             through: None,
+            digest: Digest::default(),
             sequence: 0,
             sensed: MonotonicNs(0),
             published: MonotonicNs(0),
             grid,
             cells: vec![None; grid.cells()],
+            visits: Vec::new(),
             seen: 0,
             sand: 0,
             observation: 0,
@@ -89,6 +95,13 @@ impl ObservedMap {
         map
     }
 
+    /// Whether everything seen up to `state` is in the map, and nothing else: the digest tells apart states of the same
+    /// decision on different pasts.
+    #[must_use]
+    pub fn is_of(&self, state: &State) -> bool {
+        self.run == state.run && self.through == Some(state.decision) && self.digest == state.digest
+    }
+
     /// Cells in index order, `None` where unseen.
     #[must_use]
     pub fn cells(&self) -> &[Option<Ground>] {
@@ -99,6 +112,12 @@ impl ObservedMap {
     #[must_use]
     pub fn ground(&self, cell: Cell) -> Option<&Ground> {
         self.cells[self.grid.index(cell)?].as_ref()
+    }
+
+    /// How often rovers have entered the cell at `index`, as far as it is counted: see [`crate::SeenCell::visits`].
+    #[must_use]
+    pub fn visits(&self, index: usize) -> u16 {
+        self.visits.get(index).copied().unwrap_or(0)
     }
 
     /// Cells with treasures that have been seen and not yet collected, in index order.
@@ -156,11 +175,23 @@ impl ObservedMap {
     /// # Panics
     /// If `index` is not below the number of cells.
     pub fn learn(&mut self, index: usize, ground: Ground) -> bool {
+        self.learn_visited(index, ground, self.visits(index))
+    }
+
+    /// As [`ObservedMap::learn`], with how often rovers have entered the cell.
+    ///
+    /// # Panics
+    /// If `index` is not below the number of cells.
+    pub fn learn_visited(&mut self, index: usize, ground: Ground, visits: u16) -> bool {
         let before = self.cells[index];
-        if before == Some(ground) {
+        if before == Some(ground) && visits == self.visits(index) {
             return false;
         }
-        self.observation = self.observation.wrapping_add(Self::step(index, before.as_ref(), &ground));
+        self.observation = self.observation.wrapping_add(self.step(index, &ground, visits));
+        if visits != self.visits(index) {
+            self.visits.resize(self.cells.len(), 0);
+            self.visits[index] = visits;
+        }
         match before {
             Some(before) => self.sand -= usize::from(before.soil == Soil::Sand),
             None => self.seen += 1,
@@ -171,11 +202,12 @@ impl ObservedMap {
         true
     }
 
-    /// By how much the fingerprint grows when a cell that was `before` becomes `after`.
+    /// By how much the fingerprint grows when the cell at `index` becomes `ground`, entered `visits` times.
     #[must_use]
-    pub fn step(index: usize, before: Option<&Ground>, after: &Ground) -> u64 {
-        let before = before.map_or(0, |ground| fingerprint(index, ground));
-        fingerprint(index, after).wrapping_sub(before)
+    pub fn step(&self, index: usize, ground: &Ground, visits: u16) -> u64 {
+        let before = self.cells[index].as_ref();
+        let before = before.map_or(0, |before| fingerprint(index, before, self.visits(index)));
+        fingerprint(index, ground, visits).wrapping_sub(before)
     }
 
     /// Remembers the present state as one from which changes can be told: once a landing is folded in.
@@ -211,6 +243,7 @@ impl PartialEq for ObservedMap {
             )
             && self.treasures == other.treasures
             && self.cells == other.cells
+            && (0..self.cells.len()).all(|index| self.visits(index) == other.visits(index))
     }
 }
 
@@ -250,16 +283,19 @@ fn mark_of(cell: Cell) -> u64 {
     xxh3_64(&bytes)
 }
 
-/// XXH3-64 of one seen cell.
-fn fingerprint(index: usize, ground: &Ground) -> u64 {
-    let mut bytes = [0; 30];
+/// XXH3-64 of one seen cell; visits count only where there were any.
+fn fingerprint(index: usize, ground: &Ground, visits: u16) -> u64 {
+    let mut bytes = [0; 32];
     bytes[..4].copy_from_slice(&(index as u32).to_le_bytes());
     bytes[4..12].copy_from_slice(&ground.height_m.to_bits().to_le_bytes());
     bytes[12..20].copy_from_slice(&ground.gradient[0].to_bits().to_le_bytes());
     bytes[20..28].copy_from_slice(&ground.gradient[1].to_bits().to_le_bytes());
-    bytes[28] = u8::from(ground.soil == Soil::Sand);
+    // The speed stands above the bit of the soil, and only where there is one: so the others' fingerprints are as ever.
+    let speed = ground.speed.map_or(0, |speed| speed as u8 + 1);
+    bytes[28] = u8::from(ground.soil == Soil::Sand) | speed << 1;
     bytes[29] = u8::from(ground.passable);
-    xxh3_64(&bytes)
+    bytes[30..].copy_from_slice(&visits.to_le_bytes());
+    if visits == 0 { xxh3_64(&bytes[..30]) } else { xxh3_64(&bytes) }
 }
 
 #[cfg(test)]

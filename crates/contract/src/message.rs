@@ -135,12 +135,6 @@ impl PublishSubscribe {
         name_of(self.name, robot)
     }
 
-    /// Whether each robot has a service of its own.
-    #[must_use]
-    pub fn is_per_robot(&self) -> bool {
-        is_per_robot(self.name)
-    }
-
     /// The last part of the name, by which people ask for it: `state` of `hop/rN/state`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {
@@ -161,12 +155,6 @@ impl RequestResponse {
         name_of(self.name, robot)
     }
 
-    /// Whether each robot has a service of its own.
-    #[must_use]
-    pub fn is_per_robot(&self) -> bool {
-        is_per_robot(self.name)
-    }
-
     /// The last part of the name: `past` of `hop/past`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {
@@ -179,10 +167,6 @@ const ROBOT: &str = "/rN/";
 
 fn name_of(pattern: &str, robot: RobotId) -> String {
     pattern.replace(ROBOT, &format!("/r{robot}/"))
-}
-
-fn is_per_robot(pattern: &str) -> bool {
-    pattern.contains(ROBOT)
 }
 
 fn short_name(name: &'static str) -> &'static str {

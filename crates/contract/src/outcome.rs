@@ -18,12 +18,14 @@ pub enum Branch {
     Right,
     /// Was told to stand still.
     Held,
+    /// Failed instead of acting, and will never act again.
+    Stranded,
 }
 
 impl Branch {
     /// Every branch, in the order of their wire codes.
-    pub const ALL: [Branch; 5] =
-        [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right, Branch::Held];
+    pub const ALL: [Branch; 6] =
+        [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right, Branch::Held, Branch::Stranded];
 
     /// The code on the wire.
     #[must_use]
@@ -38,7 +40,8 @@ impl Branch {
     }
 }
 
-/// The ballistic flight of a hop, from launch to the planned landing. All zero where nothing flew.
+/// The ballistic flight of a hop, from launch to the planned landing. All zero where a hopper did not fly. Of a rover's
+/// action it has the way (`range_m`, `rise_m`) and the time that it takes, as one flight without a launch.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Flight {
     /// Speed at launch, m/s.

@@ -2,15 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Decision, Grid, Ground, MonotonicNs, RobotId, RunId};
+use crate::{Cell, Decision, Digest, Grid, Ground, MonotonicNs, RobotId, RunId};
 
 /// A seen cell and its index.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SeenCell {
     /// Row-major index.
     pub index: u32,
+    /// How often rovers have entered it, starts included, as far as it is counted: up to [`u16::MAX`]. 0 in the mission
+    /// of a hopper.
+    #[serde(default, skip_serializing_if = "is_never")]
+    pub visits: u16,
     /// What is known of it.
     pub ground: Ground,
+}
+
+fn is_never(visits: &u16) -> bool {
+    *visits == 0
 }
 
 /// What one landing changed in the map, or a part of that: at most [`crate::limits::MAP_PATCH_CELLS`] cells.
@@ -26,6 +34,8 @@ pub struct MapPatch {
     pub robot: RobotId,
     /// The decision whose pose is folded in by the last part.
     pub through: Decision,
+    /// [`crate::State::digest`] of the state with that pose.
+    pub digest: Digest,
     /// Parts of the same landing that follow.
     pub more: u32,
     /// Its place in the run's stream of patches, from 1; a reminder has that of the last patch.
@@ -70,6 +80,8 @@ pub struct MapPage {
     pub robot: RobotId,
     /// The last decision whose pose was folded in at that moment.
     pub through: Decision,
+    /// [`crate::State::digest`] of the state with that pose.
+    pub digest: Digest,
     /// The last patch published before that moment.
     pub sequence: u64,
     /// Fingerprint of the whole map at that moment.

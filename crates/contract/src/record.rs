@@ -67,6 +67,7 @@ impl Record {
             last: Some(self.outcome),
             last_origin: self.origin,
             last_vetoed: self.vetoed,
+            previous: self.previous,
             digest: self.digest,
             landed,
             published,
@@ -75,36 +76,18 @@ impl Record {
     }
 }
 
-/// What of an executed decision is in the digest chain.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
-    pub decision: Decision,
-    pub action: Action,
-    pub outcome: Outcome,
-    pub pose: Pose,
-    pub steps: u64,
-    pub status: Status,
-    pub collected: Collected,
-}
-
 impl Digest {
     /// The next link: hash of the previous digest and of `record`'s decision, action, outcome and
     /// state after. `record.previous` and `record.digest` are not read.
     #[must_use]
     pub fn chain(self, record: &Record) -> Self {
-        let Record { decision, action, outcome, pose, steps, status, collected, .. } = *record;
-        self.chain_link(&Link { decision, action, outcome, pose, steps, status, collected })
-    }
-
-    /// As [`Digest::chain`], of what the chain holds of a record.
-    pub(crate) fn chain_link(self, link: &Link) -> Self {
         let mut hasher = Sha256::new();
         hasher.update(self.0);
-        hasher.update(link.decision.0.to_le_bytes());
-        hasher.update(link.action.code().to_le_bytes());
-        let outcome = &link.outcome;
+        hasher.update(record.decision.0.to_le_bytes());
+        hasher.update(record.action.code().to_le_bytes());
+        let outcome = &record.outcome;
         hasher.update(outcome.branch.code().to_le_bytes());
-        for cell in [outcome.from, outcome.to, link.pose.cell] {
+        for cell in [outcome.from, outcome.to, record.pose.cell] {
             hasher.update(cell.x.to_le_bytes());
             hasher.update(cell.y.to_le_bytes());
         }
@@ -116,14 +99,21 @@ impl Digest {
             flight.rise_m,
             flight.apex_height_m,
             flight.flight_time_s,
-            link.pose.height_m,
+            record.pose.height_m,
         ] {
             hasher.update(value.to_bits().to_le_bytes());
         }
         hasher.update(flight.flights.to_le_bytes());
-        hasher.update(link.steps.to_le_bytes());
-        hasher.update(link.status.code().to_le_bytes());
-        hasher.update(link.collected.0.to_le_bytes());
+        hasher.update(record.steps.to_le_bytes());
+        hasher.update(record.status.code().to_le_bytes());
+        hasher.update(record.collected.0.to_le_bytes());
+        if record.action.route() != 0 {
+            hasher.update(record.action.route().to_le_bytes());
+        }
+        // A link without a number is one of robot 0: so the links of a single hopper are as ever.
+        if record.robot != RobotId(0) {
+            hasher.update(record.robot.0.to_le_bytes());
+        }
         Self(hasher.finalize().into())
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Decision, Incarnation, RunId, Term};
+use crate::{Action, Cell, Decision, Digest, Incarnation, RobotId, RouteId, RunId, Term};
 
 /// Why a message was not acted upon: `need` is what was needed, `got` what the message had.
 #[allow(missing_docs, reason = "the error texts say what each field is")]
@@ -23,6 +23,11 @@ pub enum Refusal {
     /// The decision is not due yet.
     #[error("decision {got} is not due, {need} is")]
     FutureDecision { need: Decision, got: Decision },
+    /// It answers a state of another past: the journal has lost its tail, or was replaced, while it was planned.
+    #[error(
+        "decision {decision} is due after the past with digest {need}, got a command for the past with digest {got}"
+    )]
+    OtherPast { decision: Decision, need: Digest, got: Digest },
     /// The term has passed.
     #[error("term {got} has passed, {need} is in force")]
     StaleTerm { need: Term, got: Term },
@@ -45,6 +50,23 @@ pub enum Refusal {
         /// Largest hazard allowed.
         need: f64,
         /// Probability of ending off the map or on ground seen to be impassable.
+        got: f64,
+    },
+    /// Another robot stands where the action would lead.
+    #[error("{action} needs a free cell, robot {robot} stands on {cell}: vetoed")]
+    Occupied { action: Action, cell: Cell, robot: RobotId },
+    /// It is another robot's turn.
+    #[error("robot {got} is not due, robot {need} is")]
+    NotDue { need: RobotId, got: RobotId },
+    /// The points of the announced route have not been received; its sender sends them again.
+    #[error("route {route} is announced, but its points have not been received")]
+    UnknownRoute { route: RouteId },
+    /// The flight is longer than what is left of the budget.
+    #[error("a flight needs at most {need} m, got {got} m")]
+    BeyondBudget {
+        /// Metres that are left.
+        need: f64,
+        /// Metres of the flight.
         got: f64,
     },
     /// The mission is over.
@@ -73,12 +95,17 @@ impl Refusal {
             Refusal::WrongRobot { .. } => "wrong_robot",
             Refusal::RepeatedDecision { .. } => "repeated_decision",
             Refusal::FutureDecision { .. } => "future_decision",
+            Refusal::OtherPast { .. } => "other_past",
             Refusal::StaleTerm { .. } => "stale_term",
             Refusal::FutureTerm { .. } => "future_term",
             Refusal::NotLeader { .. } => "not_leader",
             Refusal::UnknownLife { .. } => "unknown_life",
             Refusal::Yielding { .. } => "yielding",
             Refusal::Vetoed { .. } => "vetoed",
+            Refusal::Occupied { .. } => "occupied",
+            Refusal::NotDue { .. } => "not_due",
+            Refusal::UnknownRoute { .. } => "unknown_route",
+            Refusal::BeyondBudget { .. } => "beyond_budget",
             Refusal::MissionOver => "mission_over",
             Refusal::Busy { .. } => "busy",
             Refusal::Malformed { .. } => "malformed",

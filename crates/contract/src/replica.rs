@@ -16,14 +16,16 @@ use std::collections::VecDeque;
 
 use crate::limits::PATCHES_BUFFERED;
 use crate::{
-    Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, Refusal, RefusalCounts,
-    RobotId, RunId, SeenCell,
+    Brief, Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, Refusal,
+    RefusalCounts, RobotId, RunId, SeenCell,
 };
 
-/// The folded map of one robot.
+/// The folded map of a mission.
 #[derive(Clone, Debug)]
 pub struct Replica {
     robot: RobotId,
+    /// Robots of the mission, whose sensors patches may come from.
+    robots: u16,
     map: Option<ObservedMap>,
     /// How the map is caught up with, unless it is whole.
     pursuit: Option<Pursuit>,
@@ -44,11 +46,14 @@ impl Replica {
     /// A replica that knows nothing, not even the run.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        Self { robot, map: None, pursuit: None, buffer: VecDeque::new(), refusals: RefusalCounts::default() }
+        let (buffer, refusals) = (VecDeque::new(), RefusalCounts::default());
+        Self { robot, robots: 1, map: None, pursuit: None, buffer, refusals }
     }
 
-    /// Begins with an empty map of `run`; the same run again changes nothing.
-    pub fn begin(&mut self, run: RunId, grid: Grid) {
+    /// Begins with an empty map of the brief's run; the same run again changes nothing.
+    pub fn begin(&mut self, brief: &Brief) {
+        let Brief { run, grid, robots, .. } = *brief;
+        self.robots = robots;
         if self.map.as_ref().is_some_and(|map| map.run == run && map.grid == grid) {
             return;
         }
@@ -85,7 +90,7 @@ impl Replica {
 
     /// Takes a patch; what is to be asked for, if it does not fit.
     pub fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {
-        if let Err(refusal) = check(self.map.as_ref()?, patch.run, patch.robot, patch.grid) {
+        if let Err(refusal) = check(self.map.as_ref()?, patch.run, patch.robot, self.robots, patch.grid) {
             self.refusals.count(&refusal);
             return None;
         }
@@ -120,7 +125,7 @@ impl Replica {
     /// Takes a page that was asked for; what is to be asked for next, if anything.
     pub fn page(&mut self, page: &MapPage, now: MonotonicNs) -> Option<MapRequest> {
         let map = self.map.as_mut()?;
-        if let Err(refusal) = check(map, page.run, page.robot, page.grid) {
+        if let Err(refusal) = check(map, page.run, page.robot, 1, page.grid) {
             self.refusals.count(&refusal);
             return None;
         }
@@ -135,7 +140,7 @@ impl Replica {
         }
         learn_all(map, &page.cells, &page.treasures);
         if map.observation() == page.observation {
-            (map.through, map.sequence) = (Some(page.through), page.sequence);
+            (map.through, map.digest, map.sequence) = (Some(page.through), page.digest, page.sequence);
             (map.sensed, map.published) = (page.sensed, page.published);
             map.mark();
             self.pursuit = None;
@@ -187,12 +192,13 @@ impl Replica {
     }
 }
 
-/// Whether a message is about this map.
-fn check(map: &ObservedMap, run: RunId, robot: RobotId, grid: Grid) -> Result<(), Refusal> {
+/// Whether a message is about this map, and of one of so many robots from the map's own on.
+fn check(map: &ObservedMap, run: RunId, robot: RobotId, robots: u16, grid: Grid) -> Result<(), Refusal> {
     if run != map.run {
         return Err(Refusal::WrongRun { need: map.run, got: run });
     }
-    if robot != map.robot {
+    let own = map.robot.0..map.robot.0.saturating_add(robots);
+    if !own.contains(&robot.0) {
         return Err(Refusal::malformed("map.robot", &map.robot.to_string(), robot));
     }
     if grid != map.grid {
@@ -220,7 +226,7 @@ fn repeats(map: &ObservedMap, patch: &MapPatch) -> bool {
 
 fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {
     for cell in cells {
-        map.learn(cell.index as usize, cell.ground);
+        map.learn_visited(cell.index as usize, cell.ground, cell.visits);
     }
     map.set_treasures(treasures);
 }
@@ -230,7 +236,7 @@ fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
     let treasures = ObservedMap::treasures_step(map.treasures(), &patch.treasures);
     let step = patch.cells.iter().fold(treasures, |sum, cell| {
         let index = cell.index as usize;
-        sum.wrapping_add(ObservedMap::step(index, map.cells()[index].as_ref(), &cell.ground))
+        sum.wrapping_add(map.step(index, &cell.ground, cell.visits))
     });
     let after = map.observation().wrapping_add(step);
     if after != patch.after {
@@ -246,7 +252,7 @@ fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
     }
     learn_all(map, &patch.cells, &patch.treasures);
     map.sequence = patch.sequence;
-    map.through = (patch.more == 0).then_some(patch.through);
+    (map.through, map.digest) = ((patch.more == 0).then_some(patch.through), patch.digest);
     (map.sensed, map.published) = (patch.sensed, patch.published);
     map.mark();
     Ok(())

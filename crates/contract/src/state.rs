@@ -7,7 +7,7 @@ use crate::{
     Vetoed,
 };
 
-/// Where the hopper is.
+/// Where a robot is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Its cell; outside the grid once it has left the map.
@@ -16,24 +16,25 @@ pub struct Pose {
     pub height_m: f64,
 }
 
-/// The state at one decision.
+/// The state at one decision: what the last one led to. In a mission of several robots robot, leader, pose and outcome are
+/// those of the robot that took it, and [`crate::Team`] tells whose turn it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Run it belongs to; whoever follows another run refuses it.
     pub run: RunId,
-    /// Robot 0, the only one of a mission.
+    /// The robot that took the last decision; robot 0 at decision 0.
     pub robot: RobotId,
     /// The decision that is due; equals the number of commands executed.
     pub decision: Decision,
-    /// Steps so far, in the paper's count.
+    /// Steps so far, in the paper's count; of rovers, the actions of the one that acted most.
     pub steps: u64,
-    /// Goals visited so far: on a patrol, what says which goal is in force ([`crate::Brief::leg`]).
+    /// Goals visited so far; of rovers, cells covered. On a patrol, what says which goal is in force ([`crate::Brief::leg`]).
     pub visits: u64,
     /// How the mission stands.
     pub status: Status,
     /// Who commands.
     pub leader: Leader,
-    /// Where the hopper is.
+    /// Where the robot is.
     pub pose: Pose,
     /// Treasures collected so far.
     pub collected: Collected,
@@ -45,6 +46,8 @@ pub struct State {
     pub last_origin: Origin,
     /// What the guard vetoed before it.
     pub last_vetoed: Vetoed,
+    /// Digest of the state before; zero at decision 0.
+    pub previous: Digest,
     /// Chained digest of everything executed so far.
     pub digest: Digest,
     /// When the hopper came to rest here.

@@ -4,7 +4,7 @@
 //! on the same decision numbers stand for other hops, and what was folded of the old ones is void. The digest chain tells
 //! the two apart.
 
-use crate::{Action, Decision, Digest, Link, MonotonicNs, Outcome, Record, State};
+use crate::{Decision, Digest, Record, State};
 
 /// The decisions that a reader has folded, and the digest after the last of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -12,15 +12,13 @@ pub struct Timeline {
     due: Decision,
     /// `None` where only the start is known: the brief has its pose, but not its digest.
     digest: Option<Digest>,
-    /// When the state of the decision that is due was published, if it was one that was folded; else 0.
-    published: MonotonicNs,
 }
 
 impl Timeline {
     /// The timeline of a reader that has folded everything up to `state`.
     #[must_use]
     pub fn through(state: &State) -> Self {
-        Self { due: state.decision, digest: Some(state.digest), published: state.published }
+        Self { due: state.decision, digest: Some(state.digest) }
     }
 
     /// The decision whose record comes next.
@@ -31,7 +29,7 @@ impl Timeline {
 
     /// Takes note that `record`, the one that is due, is folded.
     pub fn fold(&mut self, record: &Record) {
-        *self = Self { due: record.decision.next(), digest: Some(record.digest), published: MonotonicNs(0) };
+        *self = Self { due: record.decision.next(), digest: Some(record.digest) };
     }
 
     /// Whether `record`, the one that is due, continues from another past than the one folded.
@@ -57,14 +55,7 @@ impl Timeline {
         if state.decision == self.due {
             return digest != state.digest;
         }
-        state.decision == self.due.next() && !self.is_followed_by(state) && !state.continues(digest)
-    }
-
-    /// Whether `state`, one decision ahead, names the very moment at which the state folded was published. One hopper-sim
-    /// publishes at a time, on one clock, so no other past has a state of that moment; this spares a hash for nearly every
-    /// state.
-    fn is_followed_by(&self, state: &State) -> bool {
-        self.published > MonotonicNs(0) && state.last_timing.state_published == self.published
+        state.decision == self.due.next() && digest != state.previous
     }
 }
 
@@ -78,37 +69,14 @@ impl State {
             || (self.decision == known.decision && self.digest != known.digest);
         self.run == known.run && behind && self.published <= known.published
     }
-
-    /// Whether this is the state one decision after the one whose digest is `before`. The state does not name the action
-    /// that led to it, so each is tried; the direction of the landing first, which is nearly always right.
-    #[must_use]
-    pub fn continues(&self, before: Digest) -> bool {
-        let leads_there = |action: &Action| {
-            let Some(Outcome { from, to, .. }) = self.last else { return false };
-            let (x, y) = if let Action::Hop(direction) = action { direction.step() } else { (0, 0) };
-            ((to.x - from.x).signum(), (to.y - from.y).signum()) == (x, y)
-        };
-        let likely = Action::ALL.into_iter().filter(leads_there);
-        let others = Action::ALL.into_iter().filter(|action| !leads_there(action));
-        likely.chain(others).any(|action| self.digest_after(before, action) == Some(self.digest))
-    }
-
-    /// The digest that this state has if `action` led to it from the state with the digest `before`; `None` for the
-    /// state before the first decision.
-    #[must_use]
-    pub fn digest_after(&self, before: Digest, action: Action) -> Option<Digest> {
-        let State { pose, steps, status, collected, .. } = *self;
-        let (outcome, decision) = (self.last?, Decision(self.decision.0.checked_sub(1)?));
-        Some(before.chain_link(&Link { decision, action, outcome, pose, steps, status, collected }))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
-        Branch, Cell, Collected, Direction, Flight, Leader, MonotonicNs, Origin, Pose, RobotId, RunId,
-        Status, Timing, Vetoed,
+        Action, Branch, Cell, Collected, Direction, Flight, Leader, MonotonicNs, Origin, Outcome, Pose,
+        RobotId, RunId, Status, Timing, Vetoed,
     };
 
     fn record(decision: u64, action: Action, to: Cell, previous: Digest) -> Record {
@@ -143,19 +111,6 @@ mod tests {
 
     /// P-TIMELINE.
     #[test]
-    fn a_state_continues_the_digest_before_it_whatever_the_action_and_the_landing() {
-        let before = Digest([7; 32]);
-        for action in Action::ALL {
-            for to in [Cell::new(3, 4), Cell::new(3, 3), Cell::new(2, 4), Cell::new(9, 0)] {
-                let after = state(&record(4, action, to, before));
-                assert!(after.continues(before), "{action} to {to}");
-                assert!(!after.continues(Digest([8; 32])), "{action} to {to}");
-            }
-        }
-    }
-
-    /// P-TIMELINE.
-    #[test]
     fn a_past_is_contradicted_by_what_cannot_follow_it_and_by_nothing_else() {
         let east = Action::Hop(Direction::East);
         let first = record(0, east, Cell::new(4, 3), Digest([7; 32]));
@@ -168,7 +123,7 @@ mod tests {
         );
         timeline.fold(&first);
         let through = Timeline::through(&state(&first));
-        assert_eq!((timeline.due, timeline.digest), (through.due, through.digest));
+        assert_eq!(timeline, through);
         assert_eq!(timeline.due(), Decision(1));
         assert!(!timeline.is_broken_by(&second) && timeline.is_broken_by(&other_second));
         for (state_after, contradicts) in
@@ -180,20 +135,5 @@ mod tests {
         assert!(timeline.is_contradicted_by(&state(&first)), "decisions that were folded are gone");
         let later = record(5, east, Cell::new(4, 3), Digest([9; 32]));
         assert!(!timeline.is_contradicted_by(&state(&later)), "the records between decide");
-    }
-
-    /// P-TIMELINE.
-    #[test]
-    fn a_state_that_names_the_publication_before_it_needs_no_hash() {
-        let east = Action::Hop(Direction::East);
-        let first = record(0, east, Cell::new(4, 3), Digest([7; 32]));
-        let known = state(&first);
-        let named = |published| Timing { state_published: published, ..Timing::default() };
-        let follows = |timing| {
-            let other = record(1, east, Cell::new(5, 3), Digest([9; 32]));
-            !Timeline::through(&known).is_contradicted_by(&state(&Record { timing, ..other }))
-        };
-        assert!(follows(named(known.published)));
-        assert!(!follows(named(MonotonicNs(known.published.0 + 1))) && !follows(named(MonotonicNs(0))));
     }
 }

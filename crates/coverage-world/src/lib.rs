@@ -12,6 +12,7 @@
 mod draw;
 pub mod error;
 pub mod mission;
+pub mod progress;
 pub mod reachable;
 pub mod sensing;
 pub mod setup;
@@ -19,6 +20,7 @@ pub mod world;
 
 pub use error::{SetupError, WorldError};
 pub use mission::{Mission, Outcome};
+pub use progress::Progress;
 pub use sensing::Sensing;
 pub use setup::{Fault, Setup};
 pub use world::World;

@@ -1,10 +1,11 @@
 //! A whole mission: the rovers act in the order of their numbers, each on what those before it have done.
 
-use contract::{Cell, Direction};
-use coverage::{Mode, Planner, Pose, Rover, Situation, TeamMap, region};
+use contract::Direction;
+use coverage::{Placement, Planner, Rover, Situation, TeamMap};
 
 use crate::error::SetupError;
-use crate::reachable::{neighbour, reachable};
+use crate::progress::{Progress, cells_of};
+use crate::reachable::neighbour;
 use crate::{Setup, World};
 
 /// A mission between two actions.
@@ -15,26 +16,15 @@ pub struct Mission<'a> {
     map: TeamMap,
     rovers: Vec<Rover>,
     planner: Planner,
-    /// What each rover has to cover; one entry for all of them in [`Mode::Overlap`].
-    tasks: Vec<Task>,
+    progress: Progress,
     steps: u64,
     covered_at: Vec<u64>,
-}
-
-/// Ground to cover, and how much of it is.
-#[derive(Clone, Debug)]
-struct Task {
-    /// Cells that count.
-    cells: usize,
-    /// Cells to visit until the task is done.
-    need: usize,
-    visited: usize,
 }
 
 /// How a mission went.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Whether the share asked for was covered; in [`Mode::Voronoi`], in every rover's region.
+    /// Whether the share asked for was covered; in [`coverage::CoverMode::Voronoi`], in every rover's region.
     pub covered: bool,
     /// Actions of the rover that acted most often: the path length of P19, in steps.
     pub steps: u64,
@@ -45,18 +35,13 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Steps until `percent` of the reachable cells were visited, if they were. Meaningful in [`Mode::Overlap`] only:
-    /// otherwise each region counts by itself.
+    /// Steps until `percent` of the reachable cells were visited, if they were. Meaningful in
+    /// [`coverage::CoverMode::Overlap`] only: otherwise each region counts by itself.
     #[must_use]
     pub fn steps_to(&self, percent: u32) -> Option<u64> {
         let need = cells_of(percent, self.reachable);
         if need == 0 { Some(0) } else { self.covered_at.get(need - 1).copied() }
     }
-}
-
-/// `percent` of `count` cells, rounded up.
-fn cells_of(percent: u32, count: usize) -> usize {
-    (percent as usize * count).div_ceil(100)
 }
 
 impl<'a> Mission<'a> {
@@ -72,7 +57,13 @@ impl<'a> Mission<'a> {
             setup,
             map: TeamMap::new(*world.grid()),
             planner: Planner::new(setup.algorithm),
-            tasks: tasks(world, setup, &rovers),
+            progress: Progress::new(
+                *world.grid(),
+                |cell| world.is_free(cell),
+                &rovers.iter().map(|rover| rover.start.cell).collect::<Vec<_>>(),
+                setup.mode,
+                setup.percent,
+            ),
             rovers,
             steps: 0,
             covered_at: Vec::new(),
@@ -99,7 +90,7 @@ impl<'a> Mission<'a> {
     pub fn round(&mut self) {
         self.steps += 1;
         for robot in 0..self.rovers.len() {
-            if !self.rovers[robot].stranded && !self.task(robot).is_done() {
+            if !self.rovers[robot].stranded && !self.progress.is_done(robot) {
                 self.act(robot);
             }
         }
@@ -108,7 +99,7 @@ impl<'a> Mission<'a> {
     /// Whether no rover has anything left to do, or the step limit is reached.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        let idle = |(robot, rover): (usize, &Rover)| rover.stranded || self.task(robot).is_done();
+        let idle = |(robot, rover): (usize, &Rover)| rover.stranded || self.progress.is_done(robot);
         self.steps >= self.setup.steps_max || self.rovers.iter().enumerate().all(idle)
     }
 
@@ -134,9 +125,9 @@ impl<'a> Mission<'a> {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         Outcome {
-            covered: self.tasks.iter().all(Task::is_done),
+            covered: self.progress.is_covered(),
             steps: self.steps,
-            reachable: self.tasks.iter().map(|task| task.cells).sum(),
+            reachable: self.progress.reachable_cells(),
             covered_at: self.covered_at.clone(),
         }
     }
@@ -159,70 +150,24 @@ impl<'a> Mission<'a> {
         assert!(self.world.is_free(cell), "rover {robot} needs free ground, got {cell}");
         let occupied = self.rovers.iter().any(|other| other.pose.cell == cell);
         assert!(!occupied, "rover {robot} needs a cell of its own, got {cell}");
-        self.arrive(robot, Pose { cell, heading: direction });
+        self.arrive(robot, Placement { cell, heading: direction });
     }
 
-    fn arrive(&mut self, robot: usize, pose: Pose) {
+    fn arrive(&mut self, robot: usize, pose: Placement) {
         self.rovers[robot].pose = pose;
-        if self.map.visits(pose.cell) == 0 {
+        if self.progress.visit(robot, pose.cell) {
             self.covered_at.push(self.steps);
-            let number = self.task_number(robot);
-            self.tasks[number].visited += 1;
         }
         self.map.visit(pose.cell);
         self.setup.sensing.sense(self.world, pose.cell, &mut self.map);
     }
 
-    /// Rover `robot` stays where it is for good. What only it could reach no longer counts where others may take over.
+    /// Rover `robot` stays where it is for good.
     fn strand(&mut self, robot: usize) {
         self.rovers[robot].stranded = true;
-        if self.setup.mode == Mode::Overlap {
-            let active = self.rovers.iter().filter(|rover| !rover.stranded).map(|rover| rover.pose.cell);
-            let blocked = |cell| self.rovers.iter().any(|rover| rover.stranded && rover.pose.cell == cell);
-            let open = |cell| self.world.is_free(cell) && !blocked(cell);
-            let mut cells = reachable(self.world.grid(), active, open);
-            for (index, cell) in self.world.grid().iter().enumerate() {
-                cells[index] |= self.map.visits(cell) > 0;
-            }
-            self.tasks = vec![Task::new(cells, self.setup.percent, self.covered_at.len())];
-        }
-    }
-
-    fn task(&self, robot: usize) -> &Task {
-        &self.tasks[self.task_number(robot)]
-    }
-
-    fn task_number(&self, robot: usize) -> usize {
-        if self.setup.mode == Mode::Overlap { 0 } else { robot }
-    }
-}
-
-/// What has to be covered: all that can be reached from any start, or, in a region, from its start without leaving it.
-fn tasks(world: &World, setup: &Setup, rovers: &[Rover]) -> Vec<Task> {
-    let task = |cells| Task::new(cells, setup.percent, 0);
-    let starts = || rovers.iter().map(|rover| rover.start.cell);
-    match setup.mode {
-        Mode::Overlap => {
-            vec![task(reachable(world.grid(), starts(), |cell| world.is_free(cell)))]
-        }
-        Mode::Voronoi => {
-            let region = |robot: usize| {
-                let open =
-                    move |cell: Cell| world.is_free(cell) && region::nearest_start(starts(), cell) == robot;
-                task(reachable(world.grid(), [rovers[robot].start.cell], open))
-            };
-            (0..rovers.len()).map(region).collect()
-        }
-    }
-}
-
-impl Task {
-    fn new(cells: Vec<bool>, percent: u32, visited: usize) -> Self {
-        let cells = cells.into_iter().filter(|counts| *counts).count();
-        Self { cells, need: cells_of(percent, cells), visited }
-    }
-
-    fn is_done(&self) -> bool {
-        self.visited >= self.need
+        let (world, rovers) = (self.world, &self.rovers);
+        let active = rovers.iter().filter(|rover| !rover.stranded).map(|rover| rover.pose.cell);
+        let is_blocked = |cell| rovers.iter().any(|rover| rover.stranded && rover.pose.cell == cell);
+        self.progress.strand(active, |cell| world.is_free(cell) && !is_blocked(cell));
     }
 }

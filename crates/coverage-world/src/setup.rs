@@ -1,6 +1,6 @@
 //! What a coverage mission is given besides its world.
 
-use coverage::{Algorithm, Mode, Pose, Situation};
+use coverage::{Algorithm, CoverMode, Placement, Situation};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SetupError;
@@ -21,11 +21,11 @@ pub struct Setup {
     /// Planner of all rovers.
     pub algorithm: Algorithm,
     /// How the rovers share the ground.
-    pub mode: Mode,
+    pub mode: CoverMode,
     /// What they sense.
     pub sensing: Sensing,
     /// Their starts, in the order of their numbers.
-    pub starts: Vec<Pose>,
+    pub starts: Vec<Placement>,
     /// Share to cover of the cells that can be reached, 1 to 100 %.
     pub percent: u32,
     /// Rovers that fail.
@@ -38,7 +38,13 @@ impl Setup {
     /// A setup for `starts` with one-step sensing, no fault, and a step limit that no planner here meets: 1,000 for
     /// each cell of `world`.
     #[must_use]
-    pub fn new(world: &World, algorithm: Algorithm, mode: Mode, starts: Vec<Pose>, percent: u32) -> Self {
+    pub fn new(
+        world: &World,
+        algorithm: Algorithm,
+        mode: CoverMode,
+        starts: Vec<Placement>,
+        percent: u32,
+    ) -> Self {
         let steps_max = 1000 * world.grid().cells() as u64;
         Self { algorithm, mode, sensing: Sensing::default(), starts, percent, faults: Vec::new(), steps_max }
     }

@@ -1,7 +1,7 @@
 //! The true ground: a grid on which some cells are obstacles.
 
 use contract::{Cell, Direction, Grid};
-use coverage::Pose;
+use coverage::Placement;
 
 use crate::draw::{Draw, Purpose};
 use crate::error::{SetupError, WorldError};
@@ -62,13 +62,13 @@ impl World {
     ///
     /// # Errors
     /// If there are fewer free cells than rovers.
-    pub fn random_starts(&self, rovers: usize, seed: u64) -> Result<Vec<Pose>, SetupError> {
+    pub fn random_starts(&self, rovers: usize, seed: u64) -> Result<Vec<Placement>, SetupError> {
         let mut free: Vec<Cell> = self.grid.iter().filter(|cell| self.is_free(*cell)).collect();
         if free.len() < rovers {
             return Err(SetupError::TooFewFreeCells { need: rovers, got: free.len() });
         }
         let mut draw = Draw::new(seed, Purpose::Starts);
-        let mut start = || Pose {
+        let mut start = || Placement {
             cell: free.swap_remove(draw.below(free.len())),
             heading: Direction::ALL[draw.below(Direction::ALL.len())],
         };

@@ -3,15 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Cell, Direction, Grid};
-use coverage::{Algorithm, Mode, Pose};
+use coverage::{Algorithm, CoverMode, Placement};
 use coverage_world::{Mission, Setup, World};
 
 /// Path length over cells on 20 × 20 cells without obstacles, from the corner (0, 0).
 fn path_ratio(algorithm: Algorithm, heading: Direction) -> f64 {
     let grid = Grid::new(20, 20, 1.0, 1).unwrap();
     let world = World::new(grid, vec![false; grid.cells()]).unwrap();
-    let starts = vec![Pose { cell: Cell::new(0, 0), heading }];
-    let outcome = Mission::run(&world, &Setup::new(&world, algorithm, Mode::Overlap, starts, 100)).unwrap();
+    let starts = vec![Placement { cell: Cell::new(0, 0), heading }];
+    let outcome =
+        Mission::run(&world, &Setup::new(&world, algorithm, CoverMode::Overlap, starts, 100)).unwrap();
     assert!(outcome.covered);
     outcome.steps as f64 / grid.cells() as f64
 }

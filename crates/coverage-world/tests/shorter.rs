@@ -3,14 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::Grid;
-use coverage::{Algorithm, Mode};
+use coverage::{Algorithm, CoverMode};
 use coverage_world::{Mission, Outcome, Setup, World};
 
 const WORLDS: u64 = 60;
 
 fn outcome(world: &World, algorithm: Algorithm, rovers: usize, seed: u64) -> Outcome {
     let starts = world.random_starts(rovers, seed).unwrap();
-    let outcome = Mission::run(world, &Setup::new(world, algorithm, Mode::Overlap, starts, 100)).unwrap();
+    let outcome =
+        Mission::run(world, &Setup::new(world, algorithm, CoverMode::Overlap, starts, 100)).unwrap();
     assert!(outcome.covered);
     outcome
 }

@@ -3,21 +3,21 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Cell, Direction, Grid};
-use coverage::{Algorithm, Mode, Pose};
+use coverage::{Algorithm, CoverMode, Placement};
 use coverage_world::{Fault, Mission, Outcome, Setup, SetupError, World};
 
 fn world(side: u32, obstacle_percent: f64, seed: u64) -> World {
     World::random(Grid::new(side, side, 1.0, 1).unwrap(), obstacle_percent, seed).unwrap()
 }
 
-fn setup(world: &World, algorithm: Algorithm, mode: Mode, rovers: usize, seed: u64) -> Setup {
+fn setup(world: &World, algorithm: Algorithm, mode: CoverMode, rovers: usize, seed: u64) -> Setup {
     Setup::new(world, algorithm, mode, world.random_starts(rovers, seed).unwrap(), 100)
 }
 
 #[test]
 fn every_planner_covers_all_ground_in_both_modes() {
     for algorithm in Algorithm::ALL {
-        for mode in [Mode::Overlap, Mode::Voronoi] {
+        for mode in [CoverMode::Overlap, CoverMode::Voronoi] {
             for (seed, rovers) in [1, 2, 4, 8, 16].into_iter().cycle().take(25).enumerate() {
                 let world = world(12, 15.0, seed as u64);
                 let setup = setup(&world, algorithm, mode, rovers, seed as u64);
@@ -25,7 +25,7 @@ fn every_planner_covers_all_ground_in_both_modes() {
                 assert!(outcome.covered, "{algorithm} {mode:?} seed {seed}");
                 assert_eq!(outcome.covered_at.len(), outcome.reachable);
                 // Regions may enclose cells that their rover cannot reach without leaving.
-                assert!(mode == Mode::Voronoi || outcome.reachable == 144 - 22);
+                assert!(mode == CoverMode::Voronoi || outcome.reachable == 144 - 22);
             }
         }
     }
@@ -36,7 +36,7 @@ fn every_planner_covers_all_ground_in_both_modes() {
 fn rovers_step_to_free_neighbours_and_share_no_cell() {
     for algorithm in Algorithm::ALL {
         let world = world(8, 20.0, 3);
-        let setup = setup(&world, algorithm, Mode::Overlap, 12, 3);
+        let setup = setup(&world, algorithm, CoverMode::Overlap, 12, 3);
         let mut mission = Mission::new(&world, &setup).unwrap();
         while !mission.is_over() {
             let before: Vec<Cell> = mission.rovers().iter().map(|rover| rover.pose.cell).collect();
@@ -55,10 +55,10 @@ fn rovers_step_to_free_neighbours_and_share_no_cell() {
 #[test]
 fn a_rover_acts_on_what_those_before_it_have_done() {
     let corridor = World::new(Grid::new(5, 1, 1.0, 1).unwrap(), vec![false; 5]).unwrap();
-    let at = |x| Pose { cell: Cell::new(x, 0), heading: Direction::East };
+    let at = |x| Placement { cell: Cell::new(x, 0), heading: Direction::East };
     for (starts, cells) in [([1, 0], [2, 1]), ([0, 1], [0, 2])] {
         let starts = starts.map(at).to_vec();
-        let setup = Setup::new(&corridor, Algorithm::Spiral, Mode::Overlap, starts, 100);
+        let setup = Setup::new(&corridor, Algorithm::Spiral, CoverMode::Overlap, starts, 100);
         let mut mission = Mission::new(&corridor, &setup).unwrap();
         mission.round();
         let after: Vec<i32> = mission.rovers().iter().map(|rover| rover.pose.cell.x).collect();
@@ -69,7 +69,7 @@ fn a_rover_acts_on_what_those_before_it_have_done() {
 #[test]
 fn in_voronoi_no_rover_leaves_its_region_and_one_whose_region_is_covered_stops() {
     let world = world(12, 10.0, 5);
-    let setup = setup(&world, Algorithm::Spiral, Mode::Voronoi, 4, 5);
+    let setup = setup(&world, Algorithm::Spiral, CoverMode::Voronoi, 4, 5);
     let mut mission = Mission::new(&world, &setup).unwrap();
     let starts: Vec<Cell> = setup.starts.iter().map(|start| start.cell).collect();
     let mut stopped = 0;
@@ -84,7 +84,7 @@ fn in_voronoi_no_rover_leaves_its_region_and_one_whose_region_is_covered_stops()
     assert!(mission.outcome().covered && stopped > 0);
 }
 
-fn with_fault(algorithm: Algorithm, mode: Mode, seed: u64, action: u64) -> Outcome {
+fn with_fault(algorithm: Algorithm, mode: CoverMode, seed: u64, action: u64) -> Outcome {
     let world = world(12, 10.0, seed);
     let setup = Setup { faults: vec![Fault { robot: 1, action }], ..setup(&world, algorithm, mode, 4, seed) };
     let setup = Setup { steps_max: 20_000, ..setup };
@@ -103,7 +103,7 @@ fn where_rovers_overlap_the_area_of_one_that_fails_is_still_covered() {
     for algorithm in Algorithm::ALL {
         for seed in 0..20 {
             for action in [1, 2, 10, 20] {
-                let outcome = with_fault(algorithm, Mode::Overlap, seed, action);
+                let outcome = with_fault(algorithm, CoverMode::Overlap, seed, action);
                 assert!(outcome.covered, "{algorithm}, seed {seed}, action {action}");
                 assert_eq!(outcome.covered_at.len(), outcome.reachable);
             }
@@ -114,17 +114,17 @@ fn where_rovers_overlap_the_area_of_one_that_fails_is_still_covered() {
 #[test]
 fn in_voronoi_the_region_of_a_rover_that_fails_stays_uncovered() {
     for seed in 0..20 {
-        assert!(!with_fault(Algorithm::Spiral, Mode::Voronoi, seed, 2).covered);
+        assert!(!with_fault(Algorithm::Spiral, CoverMode::Voronoi, seed, 2).covered);
     }
 }
 
 #[test]
 fn setups_that_cannot_be_executed_are_refused() {
     let world = World::new(Grid::new(3, 1, 1.0, 1).unwrap(), vec![false, false, true]).unwrap();
-    let at = |x| Pose { cell: Cell::new(x, 0), heading: Direction::North };
+    let at = |x| Placement { cell: Cell::new(x, 0), heading: Direction::North };
     let refused = |starts: &[i32], percent, faults: &[Fault]| {
         let starts = starts.iter().copied().map(at).collect();
-        let setup = Setup::new(&world, Algorithm::Spiral, Mode::Overlap, starts, percent);
+        let setup = Setup::new(&world, Algorithm::Spiral, CoverMode::Overlap, starts, percent);
         Mission::run(&world, &Setup { faults: faults.to_vec(), ..setup }).unwrap_err()
     };
     assert_eq!(refused(&[], 100, &[]), SetupError::Rovers { got: 0 });

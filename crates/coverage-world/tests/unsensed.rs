@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Cell, Grid};
-use coverage::{Algorithm, Knowledge, Mode, Planner};
+use coverage::{Algorithm, CoverMode, Knowledge, Planner};
 use coverage_world::{Mission, Sensing, Setup, World};
 use proptest::prelude::*;
 
@@ -19,7 +19,7 @@ fn setup(
     rovers: usize,
     seed: u64,
 ) -> Setup {
-    let mode = if voronoi { Mode::Voronoi } else { Mode::Overlap };
+    let mode = if voronoi { CoverMode::Voronoi } else { CoverMode::Overlap };
     let starts = world.random_starts(rovers, seed).unwrap();
     let sensing = if two_steps { Sensing::TwoSteps } else { Sensing::OneStep };
     Setup { sensing, ..Setup::new(world, algorithm, mode, starts, 100) }
@@ -87,8 +87,10 @@ fn a_rover_senses_the_cells_around_it_and_no_others() {
     let starts = world.random_starts(1, 1).unwrap();
     let Cell { x, y } = starts[0].cell;
     for (sensing, range) in [(Sensing::OneStep, 1), (Sensing::TwoSteps, 2)] {
-        let setup =
-            Setup { sensing, ..Setup::new(&world, Algorithm::Spiral, Mode::Overlap, starts.clone(), 100) };
+        let setup = Setup {
+            sensing,
+            ..Setup::new(&world, Algorithm::Spiral, CoverMode::Overlap, starts.clone(), 100)
+        };
         let mission = Mission::new(&world, &setup).unwrap();
         for cell in grid.iter() {
             let sensed = (cell.x - x).abs() <= range && (cell.y - y).abs() <= range;

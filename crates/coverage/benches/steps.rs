@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 
 use contract::Grid;
-use coverage::{Algorithm, Mode};
+use coverage::{Algorithm, CoverMode};
 use coverage_world::{Mission, Setup, World};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -22,17 +22,17 @@ fn main() {
     println!("|---|---|---|---|---|---|");
     for (side, rovers) in [(20, 1), (20, 8), (40, 1), (40, 8)] {
         for (algorithm, mode) in [
-            (Algorithm::Spiral, Mode::Overlap),
-            (Algorithm::Spiral, Mode::Voronoi),
-            (Algorithm::BoustrophedonCircumnavigation, Mode::Overlap),
-            (Algorithm::CoverFrontier, Mode::Overlap),
+            (Algorithm::Spiral, CoverMode::Overlap),
+            (Algorithm::Spiral, CoverMode::Voronoi),
+            (Algorithm::BoustrophedonCircumnavigation, CoverMode::Overlap),
+            (Algorithm::CoverFrontier, CoverMode::Overlap),
         ] {
             row(side, rovers, algorithm, mode);
         }
     }
 }
 
-fn row(side: u32, rovers: usize, algorithm: Algorithm, mode: Mode) {
+fn row(side: u32, rovers: usize, algorithm: Algorithm, mode: CoverMode) {
     let grid = Grid::new(side, side, 1.0, 1).expect("a sound size");
     let world = |seed| World::random(grid, 10.0, seed).expect("so few obstacles fit");
     let worlds: Vec<World> = (0..WORLDS).map(world).collect();
@@ -49,7 +49,7 @@ fn row(side: u32, rovers: usize, algorithm: Algorithm, mode: Mode) {
         })
         .collect();
     rates.sort_by(f64::total_cmp);
-    let mode = if mode == Mode::Overlap { "overlap" } else { "voronoi" };
+    let mode = if mode == CoverMode::Overlap { "overlap" } else { "voronoi" };
     println!(
         "| {side} × {side} | {rovers} | {algorithm} | {mode} | {:.0} | {:.0} |",
         rates[ROUNDS / 2],

@@ -38,7 +38,7 @@ impl Algorithm {
 
     /// The name by which a planner is asked for.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Algorithm::Spiral => "spiral",
             Algorithm::SpiralCircumnavigation => "spiral_circumnavigation",

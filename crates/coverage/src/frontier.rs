@@ -12,7 +12,7 @@
 use contract::Direction;
 
 use crate::team_map::Place;
-use crate::{Mode, Situation};
+use crate::{CoverMode, Situation};
 
 /// Memory of the search, reused between decisions.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +59,7 @@ impl Frontier {
     pub fn decide(&mut self, situation: &Situation<'_>) -> Option<Direction> {
         let own = self.nearest(situation, Search::Alone)?;
         // Who is more than twice as far away is not nearer to anything that this rover reaches in so many steps.
-        let rivals = situation.mode == Mode::Overlap && situation.others_within(2 * own.steps);
+        let rivals = situation.mode == CoverMode::Overlap && situation.others_within(2 * own.steps);
         let shared = if rivals { self.nearest(situation, Search::Shared) } else { None };
         Some(shared.unwrap_or(own).first)
     }

@@ -21,6 +21,6 @@ pub mod situation;
 pub mod team_map;
 
 pub use algorithm::{Algorithm, Planner, UnknownAlgorithm};
-pub use region::Mode;
-pub use situation::{Pose, Rover, Situation};
+pub use contract::{CoverMode, Placement};
+pub use situation::{Rover, Situation};
 pub use team_map::{Knowledge, TeamMap};

@@ -1,18 +1,6 @@
 //! How rovers share the ground (P19 section 2.3).
 
 use contract::Cell;
-use serde::{Deserialize, Serialize};
-
-/// Which ground a rover covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// All rovers cover all ground together ("path overlapping").
-    #[default]
-    Overlap,
-    /// Each rover keeps to the cells that are nearest to its start ("environment sharing").
-    Voronoi,
-}
 
 /// Number of the start, of one or more, that is nearest to `cell` as the crow flies, since obstacles are not known
 /// beforehand. The lowest number wins a tie.

@@ -1,28 +1,19 @@
 //! All that a rover's decision may depend on.
 
-use contract::{Cell, Direction};
+use contract::{Cell, CoverMode, Direction, Placement};
 
 use crate::TeamMap;
-use crate::region::{self, Mode};
+use crate::region;
 use crate::team_map::Place;
-
-/// Where a rover stands and which way it faces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pose {
-    /// The cell it stands on.
-    pub cell: Cell,
-    /// The direction of its last step, or that of its start.
-    pub heading: Direction,
-}
 
 /// A rover as its team knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rover {
-    /// Pose before its first step. Its heading is the sweep axis of a boustrophedon; its cell is the centre of its
-    /// region in [`Mode::Voronoi`].
-    pub start: Pose,
-    /// Pose now.
-    pub pose: Pose,
+    /// Placement before its first step. Its heading is the sweep axis of a boustrophedon; its cell is the centre of its
+    /// region in [`CoverMode::Voronoi`].
+    pub start: Placement,
+    /// Placement now.
+    pub pose: Placement,
     /// Whether it has failed. It stays where it is for good and still occupies its cell.
     pub stranded: bool,
 }
@@ -30,7 +21,7 @@ pub struct Rover {
 impl Rover {
     /// A rover before its first step.
     #[must_use]
-    pub fn at(start: Pose) -> Self {
+    pub fn at(start: Placement) -> Self {
         Self { start, pose: start, stranded: false }
     }
 }
@@ -43,7 +34,7 @@ pub struct Situation<'a> {
     /// All rovers in the order of their numbers, at most [`Situation::ROVERS_MAX`].
     pub rovers: &'a [Rover],
     /// How they share the ground.
-    pub mode: Mode,
+    pub mode: CoverMode,
     /// Number of the rover that decides.
     pub robot: usize,
 }
@@ -86,6 +77,6 @@ impl Situation<'_> {
     /// Whether the mode lets this rover drive on `place`.
     fn is_own(&self, place: Place) -> bool {
         let starts = self.rovers.iter().map(|rover| rover.start.cell);
-        self.mode == Mode::Overlap || region::nearest_start(starts, self.map.cell(place)) == self.robot
+        self.mode == CoverMode::Overlap || region::nearest_start(starts, self.map.cell(place)) == self.robot
     }
 }

@@ -83,6 +83,17 @@ impl TeamMap {
         self.visits[place] += 1;
     }
 
+    /// Writes down what is known of `cell` and how often rovers have entered it, for a map that is kept elsewhere. Cells
+    /// outside the grid are ignored.
+    pub fn set(&mut self, cell: Cell, knowledge: Knowledge, visits: u32) {
+        if self.grid.contains(cell) {
+            let place = self.place(cell);
+            self.learn(place, Knowledge::Unknown);
+            self.visits[place] = visits;
+            self.learn(place, knowledge);
+        }
+    }
+
     fn learn(&mut self, place: Place, knowledge: Knowledge) {
         let unvisited = |map: &Self| usize::from(map.is_free(place) && map.visits[place] == 0);
         self.frontier -= unvisited(self);

@@ -7,11 +7,12 @@
 
 mod ports;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
+use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
     Decision, Incarnation, MonotonicNs, Name, ObservedMap, PastPage, PolicyCell, Record, RefusalCounts,
-    RobotId, RunId, State,
+    RobotId, RobotSet, Route, RunId, State,
 };
 use hopper_sim::process::{HopperSim, RecordStore, SimTerms};
 use hopper_sim::{Fallback, JournalError, Mission, Pace};
@@ -30,16 +31,52 @@ const ROUNDS_MAX: u64 = 10_000;
 /// Which algorithm commands from which decision on, and what the fallback did between them.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct PlannerSchedule {
-    /// Algorithms by the first decision that each commands.
-    planners: BTreeMap<Decision, Name>,
+    /// In the order of their first decisions.
+    planners: Vec<Successor>,
     fallbacks: BTreeMap<Decision, Fallback>,
 }
 
+/// Who commands which robots from a decision on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Successor {
+    from: Decision,
+    robots: RobotSet,
+    planner: Name,
+}
+
 impl PlannerSchedule {
-    /// One algorithm from start to end.
+    /// One algorithm from start to end, for all robots.
     #[must_use]
     pub fn single(planner: Name) -> Self {
-        Self { planners: BTreeMap::from([(Decision(0), planner)]), ..Self::default() }
+        let first = Successor { from: Decision(0), robots: RobotSet::ALL, planner };
+        Self { planners: vec![first], ..Self::default() }
+    }
+
+    /// An algorithm from start to end for each robot, in the order of their numbers.
+    #[must_use]
+    pub fn of_robots(planners: &[Name]) -> Self {
+        let mut schedule = Self::default();
+        for (robot, planner) in (0..).map(RobotId).zip(planners) {
+            match schedule.planners.iter_mut().find(|hosted| hosted.planner == *planner) {
+                Some(hosted) => hosted.robots = hosted.robots.with(robot),
+                None => {
+                    let robots = RobotSet(0).with(robot);
+                    schedule.planners.push(Successor { from: Decision(0), robots, planner: *planner });
+                }
+            }
+        }
+        schedule
+    }
+
+    /// The planners of `records`, each relieved by a fresh one of its own algorithm at every decision of its robot.
+    #[must_use]
+    pub fn relieved(records: &[Record]) -> Self {
+        let successor = |record: &Record| Successor {
+            from: record.decision,
+            robots: RobotSet(0).with(record.robot),
+            planner: record.leader.planner,
+        };
+        Self { planners: records.iter().map(successor).collect(), ..Self::default() }
     }
 
     /// The schedule that a journal's records show. A planner that is followed by another of the same algorithm, under
@@ -49,12 +86,14 @@ impl PlannerSchedule {
     /// The first error of `records`.
     pub fn from_records<E>(records: impl Iterator<Item = Result<Record, E>>) -> Result<Self, E> {
         let Self { mut planners, mut fallbacks } = Self::default();
+        let mut commands = BTreeMap::<RobotId, Name>::new();
         for record in records {
-            let Record { decision, action, origin, leader, .. } = record?;
+            let Record { robot, decision, action, origin, leader, .. } = record?;
             if origin.is_fallback() {
                 fallbacks.insert(decision, Fallback { action, origin });
-            } else if planners.last_key_value().is_none_or(|(_, last)| *last != leader.planner) {
-                planners.insert(decision, leader.planner);
+            } else if commands.insert(robot, leader.planner) != Some(leader.planner) {
+                let robots = RobotSet(0).with(robot);
+                planners.push(Successor { from: decision, robots, planner: leader.planner });
             }
         }
         Ok(Self { planners, fallbacks })
@@ -78,6 +117,8 @@ pub struct Flown {
     pub policy: Option<Vec<PolicyCell>>,
     /// What the arbiter refused; nothing, unless something is wrong.
     pub refusals: RefusalCounts,
+    /// The routes that robots announced, in no order.
+    pub routes: Vec<Route>,
 }
 
 /// Flies `mission` to its end, telling `observe` of each executed decision.
@@ -95,18 +136,39 @@ pub fn fly(
     clock: &mut dyn FnMut() -> MonotonicNs,
     observe: &mut dyn FnMut(&Record),
 ) -> Result<Flown, PlannerError> {
+    fly_with(mission, schedule, &mut algorithm, clock, observe)
+}
+
+/// Returns a fresh planner of the name that a schedule asks for.
+pub type Make<'m> = &'m mut dyn FnMut(Name, &Mission) -> Result<Box<dyn Planner>, PlannerError>;
+
+/// As [`fly`], with the planners that `make` returns in place of those that come with Hopper.
+///
+/// # Errors
+/// The first error of `make`.
+///
+/// # Panics
+/// As [`fly`].
+pub fn fly_with(
+    mission: Mission,
+    schedule: &PlannerSchedule,
+    make: Make<'_>,
+    clock: &mut dyn FnMut() -> MonotonicNs,
+    observe: &mut dyn FnMut(&Record),
+) -> Result<Flown, PlannerError> {
     // What the processes log belongs to processes: a campaign flies a thousand missions a second.
-    with_default(NoSubscriber::default(), || fly_silently(mission, schedule, clock, observe))
+    with_default(NoSubscriber::default(), || fly_silently(mission, schedule, make, clock, observe))
 }
 
 fn fly_silently(
     mission: Mission,
     schedule: &PlannerSchedule,
+    make: Make<'_>,
     clock: &mut dyn FnMut() -> MonotonicNs,
     observe: &mut dyn FnMut(&Record),
 ) -> Result<Flown, PlannerError> {
     let bus = Bus::new(clock);
-    let mut host = Host::join(&bus, mission, schedule, observe)?;
+    let mut host = Host::join(&bus, mission, schedule, (make, observe))?;
     let mut rounds = 0;
     let mut decision = Decision(0);
     while !host.round()? {
@@ -118,7 +180,8 @@ fn fly_silently(
         assert!(rounds < ROUNDS_MAX, "lockstep stalls at decision {decision}");
     }
     let refusals = host.sim.arbiter().refusals().clone();
-    let expected: u64 = ["repeated_decision", "vetoed"].map(|reason| refusals.of(reason)).iter().sum();
+    let expected: u64 =
+        ["repeated_decision", "vetoed", "occupied"].map(|reason| refusals.of(reason)).iter().sum();
     debug_assert_eq!(
         refusals.0.values().sum::<u64>(),
         expected,
@@ -127,25 +190,35 @@ fn fly_silently(
     Ok(Flown {
         state: *host.sim.arbiter().state(),
         map: host.perception.cartographer().map().expect("a flown mission has a map").clone(),
-        policy: host.planner.planner().policy(),
+        policy: host.planners.last_mut().and_then(|hosted| hosted.process.planner().policy()),
         refusals,
+        routes: host.routes(),
     })
 }
 
-/// Records go nowhere: what lockstep flies can be flown again.
-struct NoRecords(RunId);
+/// Records go nowhere: what lockstep flies can be flown again. They are kept only where robots go from point to point,
+/// since perception then folds records.
+struct Records {
+    run: RunId,
+    is_kept: bool,
+    kept: Vec<Record>,
+}
 
-impl RecordStore for NoRecords {
+impl RecordStore for Records {
     fn run(&self) -> RunId {
-        self.0
+        self.run
     }
 
-    fn append(&mut self, _record: &Record) -> Result<(), JournalError> {
+    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
+        if self.is_kept {
+            self.kept.push(*record);
+        }
         Ok(())
     }
 
     fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
-        Ok(PastPage { run: self.0, robot: RobotId(0), from, records: Vec::new() })
+        let kept = self.kept.iter().skip(from.0 as usize).take(PAST_PAGE_RECORDS);
+        Ok(PastPage { run: self.run, robot: RobotId(0), from, records: kept.copied().collect() })
     }
 }
 
@@ -154,14 +227,32 @@ type Observe<'a> = &'a mut dyn FnMut(&Record);
 /// The processes of one mission.
 struct Host<'b, 'c, 'o> {
     bus: &'b Bus<'c>,
-    sim: HopperSim<DirectPorts<'b, 'c>, NoRecords, Observe<'o>>,
+    sim: HopperSim<DirectPorts<'b, 'c>, Records, Observe<'o>>,
     perception: Perception<DirectPorts<'b, 'c>>,
-    planner: PlannerProcess<DirectPorts<'b, 'c>>,
-    ports: [DirectPorts<'b, 'c>; 3],
+    planners: Vec<HostedPlanner<'b, 'c>>,
+    make: Make<'o>,
+    /// Those of hopper-sim and perception.
+    ports: [DirectPorts<'b, 'c>; 2],
     /// Who commands later.
-    planners: BTreeMap<Decision, Name>,
+    successors: VecDeque<Successor>,
     fallbacks: BTreeMap<Decision, Fallback>,
     lives: u64,
+}
+
+/// A planner with its ports.
+struct HostedPlanner<'b, 'c> {
+    robots: RobotSet,
+    process: PlannerProcess<DirectPorts<'b, 'c>>,
+    ports: DirectPorts<'b, 'c>,
+}
+
+impl<'b, 'c> HostedPlanner<'b, 'c> {
+    fn join(bus: &'b Bus<'c>, life: u64, robots: RobotSet, planner: Box<dyn Planner>) -> Self {
+        let mut ports = bus.ports(Incarnation(life));
+        let claim = Claim { robots, takeover: true, succeeds_pid: None };
+        let process = block_on(PlannerProcess::join(&mut ports, planner, claim, Terms::default()));
+        Self { robots, process: process.expect("direct ports always open"), ports }
+    }
 }
 
 impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
@@ -169,11 +260,18 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
         bus: &'b Bus<'c>,
         mission: Mission,
         schedule: &PlannerSchedule,
-        observe: Observe<'o>,
+        (make, observe): (Make<'o>, Observe<'o>),
     ) -> Result<Self, PlannerError> {
-        let PlannerSchedule { mut planners, fallbacks } = schedule.clone();
-        let first = planners.pop_first().map_or_else(|| "hold".parse().expect("a name"), |(_, name)| name);
-        let planner = algorithm(first, &mission)?;
+        let PlannerSchedule { planners, fallbacks } = schedule.clone();
+        let mut successors = VecDeque::from(planners);
+        let nobody = || Successor {
+            from: Decision(0),
+            robots: RobotSet::ALL,
+            planner: "hold".parse().expect("a name"),
+        };
+        let first = successors.pop_front().unwrap_or_else(nobody);
+        let robots = first.robots.of(mission.brief.robots);
+        let planner = make(first.planner, &mission)?;
         let terms = SimTerms {
             pace: Pace::Max,
             linger_ns: 0,
@@ -181,10 +279,11 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
             deadlines: false,
             terms: Terms::default(),
         };
-        let records = NoRecords(mission.brief.run);
+        let brief = &mission.brief;
+        let records = Records { run: brief.run, is_kept: brief.scout.is_some(), kept: Vec::new() };
         bus.look_at_clock();
-        let mut ports = [1, 2, 3].map(|life| bus.ports(Incarnation(life)));
-        let [of_sim, of_perception, of_planner] = &mut ports;
+        let mut ports = [1, 2].map(|life| bus.ports(Incarnation(life)));
+        let [of_sim, of_perception] = &mut ports;
         let never = "direct ports always open";
         Ok(Self {
             bus,
@@ -195,13 +294,18 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
                 Terms::default(),
             ))
             .expect(never),
-            planner: block_on(PlannerProcess::join(of_planner, planner, TAKES_OVER, Terms::default()))
-                .expect(never),
+            planners: vec![HostedPlanner::join(bus, 3, robots, planner)],
+            make,
             ports,
-            planners,
+            successors,
             fallbacks,
             lives: 3,
         })
+    }
+
+    /// The routes that robots announced.
+    fn routes(&self) -> Vec<Route> {
+        self.sim.arbiter().routes().cloned().collect()
     }
 
     /// Lets every process take its turn; whether the mission is over.
@@ -219,7 +323,9 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
         }
         self.hand_over()?;
         self.bus.look_at_clock();
-        done(block_on(self.planner.turn(&mut self.ports[2])));
+        for HostedPlanner { process, ports, .. } in &mut self.planners {
+            done(block_on(process.turn(ports)));
+        }
         Ok(false)
     }
 
@@ -240,24 +346,21 @@ impl<'b, 'c, 'o> Host<'b, 'c, 'o> {
         if due { self.fallbacks.remove(&state.decision) } else { None }
     }
 
-    /// Hands over to the next planner of the schedule if its first decision is due.
+    /// Hands over to the next planners of the schedule if their first decision is due.
     fn hand_over(&mut self) -> Result<(), PlannerError> {
         let decision = self.sim.arbiter().state().decision;
-        let Some(next) = self.planners.first_entry().filter(|next| *next.key() <= decision) else {
-            return Ok(());
-        };
-        let name = next.remove();
-        self.lives += 1;
-        let planner = algorithm(name, self.sim.arbiter().mission())?;
-        self.ports[2] = self.bus.ports(Incarnation(self.lives));
-        let joined =
-            block_on(PlannerProcess::join(&mut self.ports[2], planner, TAKES_OVER, Terms::default()));
-        self.planner = joined.expect("direct ports always open");
+        while let Some(next) = self.successors.pop_front_if(|next| next.from <= decision) {
+            let mission = self.sim.arbiter().mission();
+            let robots = next.robots.of(mission.brief.robots);
+            let planner = (self.make)(next.planner, mission)?;
+            self.lives += 1;
+            // Whoever commands other robots too goes on with them.
+            self.planners.retain(|hosted| hosted.robots != robots);
+            self.planners.push(HostedPlanner::join(self.bus, self.lives, robots, planner));
+        }
         Ok(())
     }
 }
-
-const TAKES_OVER: Claim = Claim { takeover: true, succeeds_pid: None };
 
 fn done(turn: Result<Turn, Failure>) -> Turn {
     turn.unwrap_or_else(|failure| panic!("a process in lockstep fails: {failure}"))

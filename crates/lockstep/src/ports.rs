@@ -12,7 +12,8 @@ use process::{Failure, Ports};
 
 /// What connects the processes of one mission.
 pub(super) struct Bus<'c> {
-    channels: RefCell<BTreeMap<TypeId, Rc<dyn Any>>>,
+    /// By message and robot.
+    channels: RefCell<BTreeMap<(TypeId, RobotId), Rc<dyn Any>>>,
     clock: RefCell<&'c mut dyn FnMut() -> MonotonicNs>,
     /// What the clock read last: once a turn, and after each computation.
     now: Cell<MonotonicNs>,
@@ -64,17 +65,17 @@ impl<'c> Bus<'c> {
         self.now.set((self.clock.borrow_mut())());
     }
 
-    fn channel<T: 'static>(&self) -> Rc<Channel<T>> {
+    fn channel<T: 'static>(&self, robot: RobotId) -> Rc<Channel<T>> {
         let mut channels = self.channels.borrow_mut();
-        let channel = channels.entry(TypeId::of::<T>()).or_insert_with(|| {
+        let channel = channels.entry((TypeId::of::<T>(), robot)).or_insert_with(|| {
             let (readers, last) = (RefCell::default(), RefCell::new(None));
             Rc::new(Channel::<T> { readers, last })
         });
         Rc::clone(channel).downcast().expect("a channel is found under its type")
     }
 
-    fn queue<T: Clone + 'static>(&self) -> Rc<Queue<T>> {
-        let channel = self.channel::<T>();
+    fn queue<T: Clone + 'static>(&self, robot: RobotId) -> Rc<Queue<T>> {
+        let channel = self.channel::<T>(robot);
         let queue: Rc<Queue<T>> = Rc::new(RefCell::new(channel.last.borrow().iter().cloned().collect()));
         channel.readers.borrow_mut().push(Rc::downgrade(&queue));
         queue
@@ -114,24 +115,24 @@ impl Ports for DirectPorts<'_, '_> {
     type Client<Q: Request> = Client<Q>;
     type Server<Q: Request> = Server<Q>;
 
-    fn reader<M: Message>(&mut self, _robot: RobotId, _wakes: bool) -> Result<Reader<M>, Never> {
-        Ok(Reader(self.bus.queue()))
+    fn reader<M: Message>(&mut self, robot: RobotId, _wakes: bool) -> Result<Reader<M>, Never> {
+        Ok(Reader(self.bus.queue(robot)))
     }
 
     fn try_reader<M: Message>(&mut self, robot: RobotId) -> Result<Reader<M>, Never> {
         self.reader(robot, false)
     }
 
-    fn writer<M: Message>(&mut self, _robot: RobotId) -> Result<Writer<M>, Never> {
-        Ok(Writer(self.bus.channel()))
+    fn writer<M: Message>(&mut self, robot: RobotId) -> Result<Writer<M>, Never> {
+        Ok(Writer(self.bus.channel(robot)))
     }
 
-    fn client<Q: Request>(&mut self, _robot: RobotId) -> Result<Client<Q>, Never> {
-        Ok(Client { servers: self.bus.channel(), answers: Rc::default(), waits: false })
+    fn client<Q: Request>(&mut self, robot: RobotId) -> Result<Client<Q>, Never> {
+        Ok(Client { servers: self.bus.channel(robot), answers: Rc::default(), waits: false })
     }
 
-    fn server<Q: Request>(&mut self, _robot: RobotId) -> Result<Server<Q>, Never> {
-        Ok(Server(self.bus.queue()))
+    fn server<Q: Request>(&mut self, robot: RobotId) -> Result<Server<Q>, Never> {
+        Ok(Server(self.bus.queue(robot)))
     }
 
     fn now(&mut self) -> MonotonicNs {
@@ -232,9 +233,14 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
 
     fn serve(&mut self, mut answer: impl FnMut(&Q) -> Option<Q::Response>) -> Result<Vec<Refusal>, Never> {
         let asked = std::mem::take(&mut *self.0.borrow_mut());
-        for (request, answers) in asked {
-            if let (Some(answers), Some(response)) = (answers.upgrade(), answer(&request)) {
-                answers.borrow_mut().push_back(response);
+        for (index, (request, asker)) in asked.iter().enumerate() {
+            // A client asks one thing at a time: its last request counts.
+            let again = asked.iter().skip(index + 1).any(|(_, later)| later.ptr_eq(asker));
+            let Some(answers) = asker.upgrade().filter(|_| !again) else { continue };
+            match answer(request) {
+                Some(response) => answers.borrow_mut().push_back(response),
+                // Clients ask again after a while, but no time passes here: it is answered once it can be.
+                None => self.0.borrow_mut().push_back((request.clone(), asker.clone())),
             }
         }
         Ok(Vec::new())

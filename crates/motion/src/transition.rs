@@ -25,7 +25,7 @@ impl From<Scatter> for Transition {
 }
 
 impl Transition {
-    /// The probability of one branch; 0 for [`Branch::Held`], which no hop ends in.
+    /// The probability of one branch; 0 for those that no hop ends in.
     #[must_use]
     pub fn probability(&self, branch: Branch) -> f64 {
         match branch {
@@ -33,7 +33,7 @@ impl Transition {
             Branch::Stayed => self.stayed,
             Branch::Left => self.left,
             Branch::Right => self.right,
-            Branch::Held => 0.0,
+            Branch::Held | Branch::Stranded => 0.0,
         }
     }
 

@@ -164,6 +164,7 @@ fn state(decision: u64, status: Status) -> State {
         pose: Pose { cell: Cell::new(0, 0), height_m: 0.0 },
         collected: contract::Collected::default(),
         last: None,
+        previous: Digest::default(),
         digest: Digest::default(),
         landed: MonotonicNs(0),
         published: MonotonicNs(0),
@@ -227,6 +228,7 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
         run: RunId(1),
         robot: ROBOT,
         through: Decision(0),
+        digest: Digest::default(),
         more: 0,
         sequence: 0,
         before: 0,
@@ -236,7 +238,7 @@ fn answer_with_maps(instance: &Instance, cells: u32) -> Result<(), Failure> {
         grid,
         seen_cells: cells,
         treasures: Vec::new(),
-        cells: (0..cells).map(|index| SeenCell { index, ground }).collect(),
+        cells: (0..cells).map(|index| SeenCell { index, visits: 0, ground }).collect(),
     };
     while !node.stop_requested() {
         node.sleep(TICK);
@@ -272,6 +274,7 @@ fn answer_with_commands(instance: &Instance) -> Result<(), Failure> {
             run: map.run,
             robot: ROBOT,
             decision: Decision(0),
+            digest: map.digest,
             term: Term(1),
             action: Action::Hold,
             observation: 0,

@@ -4,10 +4,11 @@
 //! page that is not there. So the size is checked first, and every page is reserved before any is used: after that it
 //! does not matter who fills the rest.
 
+use std::any::TypeId;
 use std::io::ErrorKind;
 
 use contract::message::{Capacity, PublishSubscribe, Visitor};
-use contract::{Message, Payload, Request, RobotId};
+use contract::{Announcement, Command, Message, Payload, PriorRequest, Request, RobotId, RouteRequest};
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
 
@@ -85,7 +86,14 @@ struct Services {
 impl Visitor for Services {
     fn message<M: Message>(&mut self) {
         let service = M::SERVICE;
-        let robots = if service.is_per_robot() { self.robots } else { 1 };
+        // Of the services that carry a robot's number, only commands and routes are opened for each. A single hopper has no
+        // route.
+        let is_route = TypeId::of::<M>() == TypeId::of::<Announcement>();
+        if is_route && self.robots == 1 {
+            return;
+        }
+        let is_own = is_route || TypeId::of::<M>() == TypeId::of::<Command>();
+        let robots = if is_own { self.robots } else { 1 };
         for robot in (0..robots).map(RobotId) {
             let cells = match service.capacity {
                 Capacity::Cells(cells) => cells,
@@ -96,8 +104,11 @@ impl Visitor for Services {
     }
 
     fn request<Q: Request>(&mut self) {
-        let robots = if Q::SERVICE.is_per_robot() { self.robots } else { 1 };
-        self.services.extend((0..robots).map(|robot| of_server::<Q>(RobotId(robot))));
+        let of_routes = [TypeId::of::<PriorRequest>(), TypeId::of::<RouteRequest>()];
+        if self.robots == 1 && of_routes.contains(&TypeId::of::<Q>()) {
+            return;
+        }
+        self.services.push(of_server::<Q>(RobotId(0)));
     }
 }
 

@@ -18,7 +18,7 @@ pub struct PeerArgs {
     #[arg(long)]
     pub stay: bool,
     /// End when standard input closes: the parent holds its other end.
-    #[arg(long, hide = true)]
+    #[arg(long, hide = true, env = "HOPPER_LIFELINE", hide_env = true)]
     pub lifeline: bool,
 }
 

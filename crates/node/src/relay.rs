@@ -9,7 +9,7 @@
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use contract::wire::{CommandV1, MapPatchV1, SeenCellV1, StateV3};
+use contract::wire::{CommandV3, MapPatchV2, SeenCellV3, StateV4};
 use contract::{Command, MapPatch, Message, MonotonicNs, RobotId, State};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -110,7 +110,7 @@ impl Relay {
                 std::thread::sleep(Duration::from_nanos(ns));
             }
             let started = clock::now();
-            states.send((), 1, StateV3 { decision: round, ..StateV3::zeroed() })?;
+            states.send((), 1, StateV4 { decision: round, ..StateV4::zeroed() })?;
             while commands.receive_command()? != Some(round) {
                 sleep(&listener)?;
                 if clock::now().since_ns(started) > START.as_nanos() as u64 {
@@ -123,7 +123,7 @@ impl Relay {
             }
             due = started.plus_ns(period.as_nanos() as u64);
         }
-        states.send((), 1, StateV3 { decision: END, ..StateV3::zeroed() })?;
+        states.send((), 1, StateV4 { decision: END, ..StateV4::zeroed() })?;
         // The end must be received before its sender goes, history and all.
         while commands.receive_command()? != Some(END) {
             sleep(&listener)?;
@@ -147,13 +147,14 @@ impl Relay {
         let listener = listener::<State>(session)?;
         let mut states = Receiver::<State>::new(session)?;
         let maps = Sender::<MapPatch>::new(session, self.cells)?;
-        let cell = SeenCellV1 { height_m: 1.0, gradient: [0.5; 2], index: 0, soil: 1, passable: 1 };
+        let cell =
+            SeenCellV3 { height_m: 1.0, gradient: [0.5; 2], index: 0, visits: 0, soil: 1, passable: 1 };
         let mut heard = clock::now();
         loop {
             while states.receive()?.is_some() {
                 heard = clock::now();
                 let through = states.cells[0].decision;
-                maps.send(MapPatchV1 { through, ..MapPatchV1::zeroed() }, self.cells, cell)?;
+                maps.send(MapPatchV2 { through, ..MapPatchV2::zeroed() }, self.cells, cell)?;
                 if through == END {
                     return Ok(());
                 }
@@ -171,7 +172,7 @@ fn answer_with_commands(session: &Session) -> Result<(), NodeError> {
     loop {
         while let Some(header) = maps.receive()? {
             heard = clock::now();
-            commands.send((), 1, CommandV1 { decision: header.through, ..CommandV1::zeroed() })?;
+            commands.send((), 1, CommandV3 { decision: header.through, ..CommandV3::zeroed() })?;
             if header.through == END {
                 return Ok(());
             }

@@ -143,7 +143,7 @@ fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
         assert_eq!(error.exit(), Exit::Peer);
         let text = error.to_string();
         assert!(
-            text.starts_with("service hop/r0/state needs hop.State.v3 (320 bytes), 1 publishers"),
+            text.starts_with("service hop/r0/state needs hop.State.v4 (352 bytes), 1 publishers"),
             "{text}"
         );
         assert!(text.contains("got u64 (8 bytes), 2 publishers"), "{text}");
@@ -207,7 +207,7 @@ fn inspection_tells_who_is_there_and_what_to_do_next() {
             report
                 .services
                 .iter()
-                .any(|service| service.name == "hop/r0/state" && service.kind.starts_with("hop.State.v3"))
+                .any(|service| service.name == "hop/r0/state" && service.kind.starts_with("hop.State.v4"))
         );
         assert!(report.memory.used_bytes > 0 && report.memory.need_bytes.is_some());
         assert!(

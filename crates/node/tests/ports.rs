@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
 use contract::message::{Capacity, PublishSubscribe};
-use contract::wire::{GroundV1, MapPageV1, MapPatchV1, SeenCellV1, StateV3, TruthPageV1};
+use contract::wire::{GroundV2, MapPageV2, MapPatchV2, SeenCellV3, StateV4, TruthPageV1};
 use contract::{
     Brief, Command, Decision, Incarnation, MapPatch, MapRequest, Message, Name, PastPage, PastRequest,
     Payload, Policy, Refusal, Request, Role, RunId, State, Status, TruthRequest,
@@ -229,10 +229,10 @@ fn a_malformed_sample_is_refused_by_name() {
         let (mut a, mut b) = pair(&own);
         let (mut writer, mut reader) =
             (a.writer::<State>(ROBOT).unwrap(), b.reader::<State>(ROBOT, false).unwrap());
-        writer.publish_wire((), &[StateV3 { status: 99, ..StateV3::from(&state(1)) }]).unwrap();
+        writer.publish_wire((), &[StateV4 { status: 99, ..StateV4::from(&state(1)) }]).unwrap();
         let refusal = reader.newest().unwrap().unwrap_err();
         assert_eq!(refusal.to_string(), "field state.status needs a known tag, got 99");
-        let mut wire = StateV3::from(&state(1));
+        let mut wire = StateV4::from(&state(1));
         wire.pose.height_m = f64::NAN;
         writer.publish_wire((), &[wire]).unwrap();
         assert!(reader.newest().unwrap().unwrap_err().to_string().contains("pose.height_m"));
@@ -246,9 +246,9 @@ fn a_malformed_sample_is_refused_by_name() {
 }
 
 /// What a reader says of a message that is `patch(1)` but for what `twist` does to it.
-fn refusal(twist: impl Fn(&mut MapPatchV1, &mut [SeenCellV1])) -> Refusal {
-    let mut header = MapPatchV1::from(&patch(1));
-    let mut cells: Vec<SeenCellV1> = patch(1).cells.iter().map(SeenCellV1::from).collect();
+fn refusal(twist: impl Fn(&mut MapPatchV2, &mut [SeenCellV3])) -> Refusal {
+    let mut header = MapPatchV2::from(&patch(1));
+    let mut cells: Vec<SeenCellV3> = patch(1).cells.iter().map(SeenCellV3::from).collect();
     contract::wire::patch_from_wire(&header, &cells).unwrap();
     twist(&mut header, &mut cells);
     contract::wire::patch_from_wire(&header, &cells).unwrap_err()
@@ -269,7 +269,7 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         ("cell.height_m", refusal(|_, cells| cells[2].height_m = 1e300)),
         ("cell.gradient", refusal(|_, cells| cells[2].gradient[1] = f64::INFINITY)),
         ("cell.soil", refusal(|_, cells| cells[2].soil = 0)),
-        ("cell.soil", refusal(|_, cells| cells[2].soil = u16::MAX)),
+        ("cell.soil", refusal(|_, cells| cells[2].soil = u8::MAX)),
         ("cell.passable", refusal(|_, cells| cells[2].passable = 2)),
         ("map.sequence", refusal(|header, _| header.sequence = u64::MAX)),
         ("map.through", refusal(|header, _| header.through = u64::MAX)),
@@ -287,24 +287,24 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         assert!(refusal.to_string().contains(field), "{field}: {refusal}");
         assert_eq!(refusal.reason(), "malformed", "{field}");
     }
-    let cell = SeenCellV1::from(&patch(1).cells[0]);
-    let refusal = contract::wire::patch_from_wire(&MapPatchV1::from(&patch(1)), &[cell; 1025]).unwrap_err();
+    let cell = SeenCellV3::from(&patch(1).cells[0]);
+    let refusal = contract::wire::patch_from_wire(&MapPatchV2::from(&patch(1)), &[cell; 1025]).unwrap_err();
     assert_eq!(refusal.to_string(), "field map.cells needs at most 1024 cells, got 1025");
 
     let request = MapRequest { run: RUN, robot: ROBOT, from: 3, observation: 0 };
-    let header = MapPageV1::from(&map_page(&request));
+    let header = MapPageV2::from(&map_page(&request));
     for (from, next) in [(3, 21), (5, 4), (0, u32::MAX), (u32::MAX, u32::MAX)] {
         let refusal =
-            contract::wire::map_page_from_wire(&MapPageV1 { from, next, ..header }, &[]).unwrap_err();
+            contract::wire::map_page_from_wire(&MapPageV2 { from, next, ..header }, &[]).unwrap_err();
         assert!(refusal.to_string().contains("map.next"), "{from} to {next}: {refusal}");
     }
-    let refusal = contract::wire::map_page_from_wire(&MapPageV1 { from: 4, ..header }, &[cell]).unwrap_err();
+    let refusal = contract::wire::map_page_from_wire(&MapPageV2 { from: 4, ..header }, &[cell]).unwrap_err();
     assert!(refusal.to_string().contains("cell.index"), "outside of its stretch: {refusal}");
 
     let header = TruthPageV1::from(&truth_page(&TruthRequest { run: RUN, from: 0 }));
-    let hard = GroundV1 { soil: 1, ..GroundV1::zeroed() };
+    let hard = GroundV2 { soil: 1, ..GroundV2::zeroed() };
     for (field, header, cells) in [
-        ("ground.soil", header, vec![GroundV1::zeroed()]),
+        ("ground.soil", header, vec![GroundV2::zeroed()]),
         ("truth.cells", header, vec![hard; 21]),
         ("truth.cells", TruthPageV1 { from: 20, ..header }, vec![hard]),
         ("truth.cells", TruthPageV1 { from: u32::MAX, ..header }, vec![hard]),
@@ -334,7 +334,7 @@ struct Huge;
 
 impl Payload for Huge {
     type Header = ();
-    type Cell = SeenCellV1;
+    type Cell = SeenCellV3;
 
     fn header(&self) {}
 
@@ -342,11 +342,11 @@ impl Payload for Huge {
         1 << 40
     }
 
-    fn cell(&self, _index: usize) -> SeenCellV1 {
+    fn cell(&self, _index: usize) -> SeenCellV3 {
         unreachable!("it is refused before it is written")
     }
 
-    fn from_wire((): &(), _cells: &[SeenCellV1]) -> Result<Self, Refusal> {
+    fn from_wire((): &(), _cells: &[SeenCellV3]) -> Result<Self, Refusal> {
         Ok(Self)
     }
 }

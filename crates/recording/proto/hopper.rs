@@ -102,6 +102,23 @@ pub struct Brief {
     /// 0 Euclidean, 1 Manhattan
     #[prost(uint32, tag = "39")]
     pub distance_norm: u32,
+    /// 0 for none or an unknown number
+    #[prost(uint32, tag = "40")]
+    pub treasures: u32,
+    /// what rovers shall cover; 0 for another task
+    #[prost(uint32, tag = "41")]
+    pub cover_percent: u32,
+    /// 0 overlap, 1 Voronoi
+    #[prost(uint32, tag = "42")]
+    pub cover_mode: u32,
+    /// of planners of routes
+    #[prost(fixed64, tag = "43")]
+    pub scout_seed: u64,
+    /// 0 for another task
+    #[prost(uint32, tag = "44")]
+    pub rover_samples: u32,
+    #[prost(uint32, tag = "45")]
+    pub helicopter_samples: u32,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {
@@ -185,6 +202,9 @@ pub struct State {
     /// ended, command accepted, committed.
     #[prost(uint64, repeated, tag = "17")]
     pub last_timing_ns: ::prost::alloc::vec::Vec<u64>,
+    /// zero at decision 0
+    #[prost(bytes = "vec", tag = "18")]
+    pub previous: ::prost::alloc::vec::Vec<u8>,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct SeenCell {
@@ -201,6 +221,9 @@ pub struct SeenCell {
     pub soil: i32,
     #[prost(bool, tag = "6")]
     pub passable: bool,
+    /// by rovers
+    #[prost(uint32, tag = "7")]
+    pub visits: u32,
 }
 /// hop/rN/map
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -239,6 +262,9 @@ pub struct MapPatch {
     pub treasures: ::prost::alloc::vec::Vec<Cell>,
     #[prost(message, repeated, tag = "17")]
     pub cells: ::prost::alloc::vec::Vec<SeenCell>,
+    /// of the state whose pose was folded in last
+    #[prost(bytes = "vec", tag = "18")]
+    pub digest: ::prost::alloc::vec::Vec<u8>,
 }
 /// hop/rN/snapshot: a page of the map that the recorder asked for, since it came late or missed a patch.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -275,6 +301,9 @@ pub struct MapPage {
     pub treasures: ::prost::alloc::vec::Vec<Cell>,
     #[prost(message, repeated, tag = "16")]
     pub cells: ::prost::alloc::vec::Vec<SeenCell>,
+    /// of the state whose pose was folded in last
+    #[prost(bytes = "vec", tag = "17")]
+    pub digest: ::prost::alloc::vec::Vec<u8>,
 }
 /// hop/rN/command
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
@@ -309,6 +338,12 @@ pub struct Command {
     pub cut: bool,
     #[prost(string, tag = "15")]
     pub planner: ::prost::alloc::string::String,
+    /// of the state that it answers
+    #[prost(bytes = "vec", tag = "16")]
+    pub digest: ::prost::alloc::vec::Vec<u8>,
+    /// that is announced; 0 for none
+    #[prost(fixed64, tag = "17")]
+    pub route: u64,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct PolicyCell {
@@ -426,6 +461,9 @@ pub struct Record {
     pub previous: ::prost::alloc::vec::Vec<u8>,
     #[prost(bytes = "vec", tag = "18")]
     pub digest: ::prost::alloc::vec::Vec<u8>,
+    /// that was announced; 0 for none
+    #[prost(fixed64, tag = "19")]
+    pub route: u64,
 }
 /// hop/past: executed decisions that the recorder asked for.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -477,6 +515,15 @@ pub enum Action {
     East = 2,
     South = 3,
     West = 4,
+    StepNorth = 5,
+    StepEast = 6,
+    StepSouth = 7,
+    StepWest = 8,
+    Drive = 9,
+    Fly = 10,
+    Wait = 11,
+    Done = 12,
+    Announce = 13,
 }
 impl Action {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -490,6 +537,15 @@ impl Action {
             Self::East => "EAST",
             Self::South => "SOUTH",
             Self::West => "WEST",
+            Self::StepNorth => "STEP_NORTH",
+            Self::StepEast => "STEP_EAST",
+            Self::StepSouth => "STEP_SOUTH",
+            Self::StepWest => "STEP_WEST",
+            Self::Drive => "DRIVE",
+            Self::Fly => "FLY",
+            Self::Wait => "WAIT",
+            Self::Done => "DONE",
+            Self::Announce => "ANNOUNCE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -500,6 +556,15 @@ impl Action {
             "EAST" => Some(Self::East),
             "SOUTH" => Some(Self::South),
             "WEST" => Some(Self::West),
+            "STEP_NORTH" => Some(Self::StepNorth),
+            "STEP_EAST" => Some(Self::StepEast),
+            "STEP_SOUTH" => Some(Self::StepSouth),
+            "STEP_WEST" => Some(Self::StepWest),
+            "DRIVE" => Some(Self::Drive),
+            "FLY" => Some(Self::Fly),
+            "WAIT" => Some(Self::Wait),
+            "DONE" => Some(Self::Done),
+            "ANNOUNCE" => Some(Self::Announce),
             _ => None,
         }
     }
@@ -554,6 +619,7 @@ pub enum Branch {
     Left = 3,
     Right = 4,
     Held = 5,
+    Stranded = 6,
 }
 impl Branch {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -568,6 +634,7 @@ impl Branch {
             Self::Left => "LEFT",
             Self::Right => "RIGHT",
             Self::Held => "HELD",
+            Self::Stranded => "STRANDED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -579,6 +646,7 @@ impl Branch {
             "LEFT" => Some(Self::Left),
             "RIGHT" => Some(Self::Right),
             "HELD" => Some(Self::Held),
+            "STRANDED" => Some(Self::Stranded),
             _ => None,
         }
     }

@@ -5,8 +5,8 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV4, CommandV1, ControlV1, HeartbeatV1, LeaderV1, MapPageV1, MapPatchV1, OutcomeV1, PastHeaderV1,
-    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV3, SeenCellV1, SoilMotionV1, StateV3, TempoV1,
+    BriefV7, CommandV3, ControlV1, HeartbeatV1, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, SeenCellV3, SoilMotionV1, StateV4, TempoV1,
 };
 use contract::{Name, Refusal};
 
@@ -95,13 +95,17 @@ impl Field<String> for [u8; Name::BYTES] {
     }
 }
 
-/// A digest, which is a byte string in protobuf.
+/// A digest, which is a byte string in protobuf. One that is absent is zero, as an absent number is: recordings of before
+/// have no digest in commands and maps.
 impl Field<Vec<u8>> for [u8; 32] {
     fn to_proto(&self) -> Vec<u8> {
         self.to_vec()
     }
 
     fn from_proto(proto_value: &Vec<u8>, field: &str) -> Result<Self, Refusal> {
+        if proto_value.is_empty() {
+            return Ok([0; 32]);
+        }
         proto_value
             .as_slice()
             .try_into()
@@ -192,12 +196,13 @@ macro_rules! convert {
 
 convert! {
     SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights };
-    Brief = BriefV4 {
+    Brief = BriefV7 {
         run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
         datum_m, start, goal, weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range,
         height_range_m, hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, sensor_gain,
         sensor_offset_m, sensor_radius_m, steps_max, decision_budget_ns, hazard_max, deadline_ns, hops_max,
-        goal_count, goals, leaving, distance_scale_cells, opening_steps, distance_norm
+        goal_count, goals, leaving, distance_scale_cells, opening_steps, distance_norm, treasures,
+        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples
     };
     Leader = LeaderV1 { term, incarnation, pid, planner };
     Pose = PoseV1 { cell, height_m };
@@ -205,37 +210,37 @@ convert! {
         branch, flights, from, to, launch_speed_mps, launch_angle_rad, range_m, rise_m, apex_height_m,
         flight_time_s
     };
-    State = StateV3 {
+    State = StateV4 {
         run, decision, steps, visits, landed_ns, published_ns, robot, status, collected, vetoed, last_origin,
-        last_vetoed, leader, pose, last, digest, last_timing_ns
+        last_vetoed, leader, pose, last, digest, previous, last_timing_ns
     };
-    MapPatch = MapPatchV1 {
+    MapPatch = MapPatchV2 {
         run, through, sequence, before, after, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
-        robot, seen_cells, more, treasure_count, treasures
+        robot, seen_cells, more, treasure_count, treasures, digest
     } extra { cells };
-    MapPage = MapPageV1 {
+    MapPage = MapPageV2 {
         run, through, sequence, observation, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
-        robot, from, next, treasure_count, treasures
+        robot, from, next, treasure_count, treasures, digest
     } extra { cells };
-    Command = CommandV1 {
+    Command = CommandV3 {
         run, decision, term, incarnation, observation, work, sensed_ns, map_published_ns, planning_started_ns,
-        planning_ended_ns, robot, action, pid, cut, planner
+        planning_ended_ns, robot, action, pid, cut, planner, digest, route
     };
     Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } extra { cells };
     PolicyCell = PolicyCellV1 { value, action };
     Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot };
     Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
     Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner };
-    Record = RecordV3 {
+    Record = RecordV4 {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
-        leader, outcome, pose, timing_ns, previous, digest
+        leader, outcome, pose, timing_ns, previous, digest, route
     };
     Past = PastHeaderV1 { run, from, robot } extra { records };
 }
 
 /// Seen cells are converted by hand: there are many, and a list for the two gradients would allocate for each.
-impl From<&SeenCellV1> for proto::SeenCell {
-    fn from(wire: &SeenCellV1) -> Self {
+impl From<&SeenCellV3> for proto::SeenCell {
+    fn from(wire: &SeenCellV3) -> Self {
         Self {
             index: wire.index,
             height_m: wire.height_m,
@@ -243,21 +248,25 @@ impl From<&SeenCellV1> for proto::SeenCell {
             gradient_y: wire.gradient[1],
             soil: i32::from(wire.soil),
             passable: wire.passable != 0,
+            visits: wire.visits.into(),
         }
     }
 }
 
-impl TryFrom<&proto::SeenCell> for SeenCellV1 {
+impl TryFrom<&proto::SeenCell> for SeenCellV3 {
     type Error = Refusal;
 
     fn try_from(proto_value: &proto::SeenCell) -> Result<Self, Refusal> {
-        let soil = u16::try_from(proto_value.soil);
+        let soil = u8::try_from(proto_value.soil);
+        let visits = u16::try_from(proto_value.visits);
         Ok(Self {
             height_m: proto_value.height_m,
             gradient: [proto_value.gradient_x, proto_value.gradient_y],
             index: proto_value.index,
             soil: soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", proto_value.soil))?,
-            passable: u16::from(proto_value.passable),
+            passable: u8::from(proto_value.passable),
+            visits: visits
+                .map_err(|_| Refusal::malformed("SeenCell.visits", "at most 65535", proto_value.visits))?,
         })
     }
 }

@@ -1,8 +1,8 @@
 //! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
-    BriefV4, CommandV1, ControlV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, PolicyCellV1,
-    PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, map_page_from_wire, page_from_wire,
+    BriefV7, CommandV3, ControlV1, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
+    PolicyHeaderV1, RecordV4, SeenCellV3, StateV4, TempoV1, map_page_from_wire, page_from_wire,
     patch_from_wire, policy_from_wire,
 };
 use contract::{
@@ -81,22 +81,22 @@ impl RecordedMessage {
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
-            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV4::from(brief)).encode_to_vec(),
-            RecordedMessage::State(state) => proto::State::from(&StateV3::from(state)).encode_to_vec(),
+            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV7::from(brief)).encode_to_vec(),
+            RecordedMessage::State(state) => proto::State::from(&StateV4::from(state)).encode_to_vec(),
             RecordedMessage::Patch(patch) => {
-                let mut message_proto = proto::MapPatch::from(&MapPatchV1::from(patch));
+                let mut message_proto = proto::MapPatch::from(&MapPatchV2::from(patch));
                 message_proto.cells =
-                    patch.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
+                    patch.cells.iter().map(|cell| (&SeenCellV3::from(cell)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Page(page) => {
-                let mut message_proto = proto::MapPage::from(&MapPageV1::from(page));
+                let mut message_proto = proto::MapPage::from(&MapPageV2::from(page));
                 message_proto.cells =
-                    page.cells.iter().map(|cell| (&SeenCellV1::from(cell)).into()).collect();
+                    page.cells.iter().map(|cell| (&SeenCellV3::from(cell)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Command(command) => {
-                proto::Command::from(&CommandV1::from(command)).encode_to_vec()
+                proto::Command::from(&CommandV3::from(command)).encode_to_vec()
             }
             RecordedMessage::Policy(policy) => {
                 let mut message_proto = proto::Policy::from(&PolicyHeaderV1::from(policy));
@@ -114,7 +114,7 @@ impl RecordedMessage {
             RecordedMessage::Past(page) => {
                 let mut message_proto = proto::Past::from(&PastHeaderV1::from(page));
                 message_proto.records =
-                    page.records.iter().map(|record| (&RecordV3::from(record)).into()).collect();
+                    page.records.iter().map(|record| (&RecordV4::from(record)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Host(host) => proto::Host::from(host).encode_to_vec(),
@@ -129,25 +129,25 @@ impl RecordedMessage {
     pub fn decode(topic: Channel, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
         Ok(Some(match topic {
             Channel::Brief => {
-                let wire = BriefV4::try_from(&proto::Brief::decode(bytes)?)?;
+                let wire = BriefV7::try_from(&proto::Brief::decode(bytes)?)?;
                 RecordedMessage::Brief((&wire).try_into()?)
             }
             Channel::State => {
-                let wire = StateV3::try_from(&proto::State::decode(bytes)?)?;
+                let wire = StateV4::try_from(&proto::State::decode(bytes)?)?;
                 RecordedMessage::State((&wire).try_into()?)
             }
             Channel::Map => {
                 let message_proto = proto::MapPatch::decode(bytes)?;
-                let cells = list::<_, SeenCellV1>(&message_proto.cells)?;
-                RecordedMessage::Patch(patch_from_wire(&MapPatchV1::try_from(&message_proto)?, &cells)?)
+                let cells = list::<_, SeenCellV3>(&message_proto.cells)?;
+                RecordedMessage::Patch(patch_from_wire(&MapPatchV2::try_from(&message_proto)?, &cells)?)
             }
             Channel::Snapshot => {
                 let message_proto = proto::MapPage::decode(bytes)?;
-                let cells = list::<_, SeenCellV1>(&message_proto.cells)?;
-                RecordedMessage::Page(map_page_from_wire(&MapPageV1::try_from(&message_proto)?, &cells)?)
+                let cells = list::<_, SeenCellV3>(&message_proto.cells)?;
+                RecordedMessage::Page(map_page_from_wire(&MapPageV2::try_from(&message_proto)?, &cells)?)
             }
             Channel::Command => {
-                let wire = CommandV1::try_from(&proto::Command::decode(bytes)?)?;
+                let wire = CommandV3::try_from(&proto::Command::decode(bytes)?)?;
                 RecordedMessage::Command((&wire).try_into()?)
             }
             Channel::Policy => {
@@ -169,7 +169,7 @@ impl RecordedMessage {
             }
             Channel::Past => {
                 let message_proto = proto::Past::decode(bytes)?;
-                let records = list::<_, RecordV3>(&message_proto.records)?;
+                let records = list::<_, RecordV4>(&message_proto.records)?;
                 RecordedMessage::Past(page_from_wire(&PastHeaderV1::try_from(&message_proto)?, &records)?)
             }
             Channel::Host => RecordedMessage::Host((&proto::Host::decode(bytes)?).try_into()?),

@@ -45,7 +45,7 @@ impl Playback {
             RecordedMessage::Brief(brief) => {
                 if self.brief.is_none_or(|known| known.run != brief.run) {
                     *self = Self { brief: Some(*brief), ..Self::default() };
-                    self.map.begin(brief.run, brief.grid);
+                    self.map.begin(brief);
                 }
             }
             RecordedMessage::State(state) => self.state(*state),
@@ -64,7 +64,7 @@ impl Playback {
     }
 
     fn state(&mut self, state: State) {
-        if self.brief.is_none_or(|brief| brief.run != state.run) || state.robot != ROBOT {
+        if self.brief.is_none_or(|brief| brief.run != state.run || state.robot.0 >= brief.robots) {
             return;
         }
         let known = self.states.get(&state.decision).map_or(Vetoed::NONE, |known| known.vetoed);

@@ -251,14 +251,14 @@ impl Recorder {
         (self.brief, self.state, self.drawn) = (Some(brief), None, None);
         self.forget_past();
         self.map = Replica::new(ROBOT);
-        self.map.begin(brief.run, brief.grid);
+        self.map.begin(&brief);
         let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
         self.log(Level::Info, "hopper-sim", text, now)
     }
 
     /// Whether a message belongs to the current run; only within a run are sequence numbers consecutive.
     fn is_of_run(&self, run: RunId, robot: RobotId) -> bool {
-        robot == ROBOT && self.brief.is_some_and(|brief| brief.run == run)
+        self.brief.is_some_and(|brief| brief.run == run && robot.0 < brief.robots)
     }
 
     fn state(&mut self, state: &State, now: MonotonicNs) -> Result<(), RecordingError> {

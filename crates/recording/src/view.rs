@@ -78,7 +78,7 @@ pub fn pose_of(brief: &Brief, state: &State) -> PoseInFrame {
 #[must_use]
 pub fn scene(brief: &Brief, state: &State) -> SceneUpdate {
     let here = middle(brief, state.pose.cell, state.pose.height_m);
-    let goal = brief.leg(state.visits).goal;
+    let goal = brief.goal_after(state.visits);
     let size = brief.grid.cell_size_m;
     let mut goal_entity = entity(state, "goal");
     let above = Point3 { z: here.z + size, ..middle(brief, goal, 0.0) };

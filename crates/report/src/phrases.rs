@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use contract::{Cell, Name, Status};
+use contract::{Brief, Cell, Name, Status};
+use serde::{Deserialize, Serialize};
 
 use crate::Ending;
 
@@ -17,10 +18,51 @@ pub(crate) struct EndSentence {
     pub distance_to_goal_m: f64,
     /// Goals visited; `None` unless the mission is a patrol.
     pub patrolled: Option<u64>,
+    /// What several robots were to do; `None` for a single hopper.
+    pub team: Option<TeamEffort>,
+}
+
+/// What several robots did together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TeamEffort {
+    /// Number of robots.
+    pub robots: u16,
+    /// Decisions of all of them.
+    pub actions: u64,
+    /// Cells visited; `None` unless ground was to be covered.
+    pub covered: Option<u64>,
+}
+
+impl TeamEffort {
+    /// That of a mission after so many decisions and visits; `None` if it is a single hopper's.
+    pub(crate) fn of(brief: &Brief, actions: u64, visits: u64) -> Option<Self> {
+        let covered = brief.cover.map(|_| visits);
+        (!brief.is_of_hopper()).then_some(Self { robots: brief.robots, actions, covered })
+    }
+
+    /// How a mission of several robots ended.
+    fn fmt(self, sentence: &EndSentence, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { robots, actions, covered } = self;
+        let EndSentence { outcome, steps, steps_max, cell, .. } = sentence;
+        let how = match (outcome, covered) {
+            (Ending::Stopped, _) => "Stopped".to_owned(),
+            (Ending::Mission(Status::Goal), Some(cells)) => format!("Covered, {}", counted(cells, "cell")),
+            (Ending::Mission(Status::Goal), None) => format!("The rover is at the goal, {cell}"),
+            (Ending::Mission(Status::Deadlock), _) => "Out of actions".to_owned(),
+            (Ending::Mission(Status::Lost | Status::LeftMap), Some(_)) => "No robot can go on".to_owned(),
+            (Ending::Mission(Status::Lost | Status::LeftMap), None) => "The rover is stuck".to_owned(),
+            (Ending::Mission(Status::Underway), _) => "Under way".to_owned(),
+        };
+        let (actions, robots) = (counted(actions, "action"), counted(robots.into(), "robot"));
+        write!(f, "{how}: {actions} of {robots}, at most {steps} of {steps_max} each.")
+    }
 }
 
 impl fmt::Display for EndSentence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(team) = self.team {
+            return team.fmt(self, f);
+        }
         let Self { hops, steps, steps_max, cell, distance_to_goal_m: short_m, .. } = self;
         let mut spent = format!("{}, {steps} of {steps_max} steps", counted(*hops, "hop"));
         if self.outcome == Ending::Mission(Status::Deadlock) {
@@ -52,6 +94,17 @@ impl fmt::Display for EndSentence {
 /// "1 hop", "2 hops".
 pub(crate) fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The planners that commanded several robots, each once: "rrt_star_ett, rrt_star_it".
+pub(crate) fn planners_of_team(names: impl Iterator<Item = Name>) -> String {
+    let mut each: Vec<Name> = Vec::new();
+    for name in names.filter(|name| *name != Name::NONE) {
+        if !each.contains(&name) {
+            each.push(name);
+        }
+    }
+    if each.is_empty() { "none".into() } else { each.iter().map(Name::as_str).collect::<Vec<_>>().join(", ") }
 }
 
 /// The planners that commanded, in order: "mdp then greedy".

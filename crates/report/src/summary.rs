@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State};
 use serde::{Deserialize, Serialize};
 
-use crate::phrases::{EndSentence, counted, planners_in_order};
+use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
 use crate::{Ending, Executed, Fallbacks, LatencyReport, Leadership, Route, Tally, guard_phrase};
 
 /// Number of leaderships the text shows, the last ones; the JSON has all of them.
@@ -68,6 +68,9 @@ pub struct Summary {
     pub visits: u64,
     /// Whether the mission is a patrol.
     pub is_patrol: bool,
+    /// What several robots did together; `None` if a single hopper flew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub team: Option<TeamEffort>,
     /// Share of the map seen, 0 to 1; `None` if not known.
     pub coverage: Option<f64>,
     /// Straight-line distance from the hopper to the goal, metres.
@@ -136,6 +139,7 @@ impl SummaryBuilder {
             treasures: tally.treasures(),
             visits: tally.visits(),
             is_patrol: brief.patrol.is_some(),
+            team: TeamEffort::of(brief, tally.due().0, tally.visits()),
             coverage: None,
             distance_to_goal_m: tally.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
@@ -154,9 +158,36 @@ impl Summary {
     /// How the mission ended, in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, .. } = self;
+        let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, team, .. } = self;
         let patrolled = self.is_patrol.then_some(self.visits);
-        EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled }.to_string()
+        EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled, team }.to_string()
+    }
+
+    /// Moves by outcome, where they led, and the time they took in the simulated world.
+    fn moves(&self) -> [(&'static str, String); 2] {
+        let route = &self.route;
+        let strays = [("stayed", route.stayed), ("to the left", route.left), ("to the right", route.right)];
+        let name = if self.team.is_none() { "hops" } else { "moves" };
+        let mut moves = format!("{} as intended", route.intended);
+        for (what, count) in strays.into_iter().chain([("held", route.held)]).filter(|(_, count)| *count > 0)
+        {
+            moves += &format!(", {count} {what}");
+        }
+        let mut way = match self.team {
+            None => {
+                format!(
+                    "{:.1} m over ground, {:.1} m from start to goal",
+                    route.length_m, self.start_to_goal_m
+                )
+            }
+            Some(_) => format!("{:.1} m of all robots, from cell to cell", route.length_m),
+        };
+        // Ground of uncertain speed is flat.
+        let has_heights = self.team.is_none_or(|team| team.covered.is_some());
+        if let Some(heights) = route.height_m.filter(|_| has_heights) {
+            way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
+        }
+        [(name, moves), ("route", way)]
     }
 }
 
@@ -165,22 +196,13 @@ impl fmt::Display for Summary {
         let mut fact = |name: &str, text: String| writeln!(f, "  {name:<10}  {text}");
         let route = &self.route;
         fact("outcome", self.sentence())?;
-        let planners = planners_in_order(self.planners.iter().map(|leadership| leadership.name));
+        let names = self.planners.iter().map(|leadership| leadership.name);
+        let planners = if self.team.is_none() { planners_in_order(names) } else { planners_of_team(names) };
         let Self { scenario, profile, seed, .. } = self;
         fact("run", format!("scenario {scenario}, planner {planners}, profile {profile}, seed {seed}"))?;
-        let mut hops = format!("{} as intended", route.intended);
-        let strays = [("stayed", route.stayed), ("to the left", route.left), ("to the right", route.right)];
-        for (what, count) in strays.into_iter().chain([("held", route.held)]).filter(|(_, count)| *count > 0)
-        {
-            hops += &format!(", {count} {what}");
+        for (name, text) in self.moves() {
+            fact(name, text)?;
         }
-        fact("hops", hops)?;
-        let mut way =
-            format!("{:.1} m over ground, {:.1} m from start to goal", route.length_m, self.start_to_goal_m);
-        if let Some(heights) = route.height_m {
-            way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
-        }
-        fact("route", way)?;
         if self.treasures > 0 {
             fact("treasures", format!("{} collected", self.treasures))?;
         }
@@ -193,8 +215,10 @@ impl fmt::Display for Summary {
         fact(
             "time",
             format!(
-                "{:.2} s from first landing to last commit, {:.1} s of flight",
-                self.duration_s, route.flight_s
+                "{:.2} s from first landing to last commit, {:.1} s of {}",
+                self.duration_s,
+                route.flight_s,
+                if self.team.is_none() { "flight" } else { "the robots' actions" }
             ),
         )?;
         let hidden = self.planners.len().saturating_sub(LEADERSHIPS_SHOWN);
@@ -202,8 +226,7 @@ impl fmt::Display for Summary {
             fact("command", format!("{} before these", counted(hidden as u64, "change")))?;
         }
         for leadership in &self.planners[hidden..] {
-            let Leadership { name, term, from_decision, to_decision } = leadership;
-            fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
+            fact("command", leadership.to_string())?;
         }
         if !self.processes.is_empty() {
             let processes = self.processes.iter().map(|Process { role, pid, restarts }| match restarts {

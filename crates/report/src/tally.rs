@@ -1,8 +1,10 @@
 //! Folds executed decisions for summaries and progress reports.
 
+use std::fmt;
+
 use contract::{
     Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
-    Range, Record, State, Status, Term, Timing, Vetoed,
+    Range, Record, RobotId, State, Status, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +13,8 @@ use crate::{Fallbacks, Latency};
 /// One executed decision: the fields that both its [`Record`] and the [`State`] after it contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Executed {
+    /// Robot that took it.
+    pub robot: RobotId,
     /// Number of the decision, from 0.
     pub decision: Decision,
     /// Planner in command.
@@ -42,6 +46,7 @@ impl Executed {
     #[must_use]
     pub fn before(state: &State) -> Option<Self> {
         Some(Self {
+            robot: state.robot,
             decision: Decision(state.decision.0.checked_sub(1)?),
             leader: state.leader,
             origin: state.last_origin,
@@ -61,6 +66,7 @@ impl Executed {
 impl From<&Record> for Executed {
     fn from(record: &Record) -> Self {
         Self {
+            robot: record.robot,
             decision: record.decision,
             leader: record.leader,
             origin: record.origin,
@@ -77,7 +83,7 @@ impl From<&Record> for Executed {
     }
 }
 
-/// The decisions commanded by one planner in one term.
+/// The decisions commanded by one planner in one term; those of other robots between them are not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leadership {
     /// Name of the algorithm.
@@ -88,6 +94,42 @@ pub struct Leadership {
     pub from_decision: Decision,
     /// Last decision it commanded.
     pub to_decision: Decision,
+    /// The robot; terms are counted for each. Left out in JSON for robot 0.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub robot: RobotId,
+}
+
+fn is_first(robot: &RobotId) -> bool {
+    *robot == RobotId(0)
+}
+
+impl fmt::Display for Leadership {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, term, from_decision, to_decision, robot } = self;
+        if *robot != RobotId(0) {
+            write!(f, "robot {robot}: ")?;
+        }
+        write!(f, "{name}, term {term}, decisions {from_decision} to {to_decision}")
+    }
+}
+
+impl Leadership {
+    /// Takes note that `leader` commanded `decision` of `robot`, which comes after those of `leaderships`: the last of that
+    /// robot goes on, or another begins.
+    pub fn note(leaderships: &mut Vec<Self>, leader: &Leader, robot: RobotId, decision: Decision) {
+        match leaderships.iter_mut().rev().find(|last| last.robot == robot) {
+            Some(last) if (last.name, last.term) == (leader.planner, leader.term) => {
+                last.to_decision = decision;
+            }
+            _ => leaderships.push(Self {
+                name: leader.planner,
+                term: leader.term,
+                from_decision: decision,
+                to_decision: decision,
+                robot,
+            }),
+        }
+    }
 }
 
 /// Hops by outcome, with length and heights of the route.
@@ -128,7 +170,7 @@ impl Route {
         let outcome = &executed.outcome;
         *match outcome.branch {
             Branch::Intended => &mut self.intended,
-            Branch::Stayed => &mut self.stayed,
+            Branch::Stayed | Branch::Stranded => &mut self.stayed,
             Branch::Left => &mut self.left,
             Branch::Right => &mut self.right,
             Branch::Held => &mut self.held,
@@ -257,19 +299,11 @@ impl Tally {
         self.latency.record(&executed.timing, executed.steps.saturating_sub(self.steps()));
         self.route.add(executed, &self.grid);
         self.duration_s = executed.timing.committed.since_ns(self.began) as f64 / 1e9;
-        let decision = executed.decision;
         self.vetoes += executed.vetoed.count();
         self.fallbacks.count(executed.origin);
-        match self.planners.last_mut() {
-            // A fallback does not change the leader.
-            _ if executed.origin.is_fallback() => {}
-            Some(leadership) if leadership.term == executed.leader.term => leadership.to_decision = decision,
-            _ => self.planners.push(Leadership {
-                name: executed.leader.planner,
-                term: executed.leader.term,
-                from_decision: decision,
-                to_decision: decision,
-            }),
+        // A fallback does not change the leader.
+        if !executed.origin.is_fallback() {
+            Leadership::note(&mut self.planners, &executed.leader, executed.robot, executed.decision);
         }
         self.last = Some(*executed);
     }

@@ -7,7 +7,7 @@ mod mission;
 
 use contract::{Action, Branch, Brief, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId, Status};
 use mission::{Step, brief, ground, policy, records};
-use report::{Picture, PictureGrid, ReportError, TitledPicture};
+use report::{Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
 use roxmltree::Document;
 
 /// East and north in turn, every seventh hop slips, every eleventh gets nowhere.
@@ -202,4 +202,66 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
         sensing_radius_m: None,
     };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
+}
+
+/// P-PAPER-PICTURE.
+#[test]
+fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
+    let brief = brief(24);
+    let (terrain, map) = ground(&brief);
+    let (route, policy) = (records(&brief, &steps(40), 4), policy(&brief));
+    let picture = Picture {
+        brief: &brief,
+        terrain: &terrain,
+        treasures: &[],
+        map: &map,
+        policy: Some(&policy),
+        route: &route,
+        outcome: Status::Deadlock.into(),
+        sensing_radius_m: Some(2.25),
+    };
+    let (screen, paper) =
+        (picture.svg_in(PictureStyle::Screen).unwrap(), picture.svg_in(PictureStyle::Paper).unwrap());
+    assert_eq!(screen, picture.svg().unwrap());
+    let read = Document::parse(&paper).unwrap();
+    assert_eq!(read.root_element().attribute("width"), Some("85mm"));
+    let texts = |document: &Document<'_>| -> Vec<String> {
+        let texts = document.descendants().filter(|node| node.has_tag_name("text"));
+        texts.filter_map(|node| node.text().map(str::to_owned)).collect()
+    };
+    let words = texts(&read);
+    assert!(
+        !words.iter().any(|word| word.contains("Scenario") || word.contains("sand")),
+        "no title, no legend: {words:?}"
+    );
+    for number in ["10", "20", "30", "40"] {
+        assert!(words.iter().any(|word| word == number), "hop {number} is numbered: {words:?}");
+    }
+    assert!(paper.contains("url(#sand-hatch-0)") && !paper.contains("fill=\"#7d8288\""), "sand is hatched");
+    assert!(
+        screen.contains("fill-opacity=\".4\"") && !paper.contains("fill-opacity=\".4\""),
+        "arrows where it was seen"
+    );
+}
+
+/// P-TEAM-PICTURE.
+#[test]
+fn a_picture_of_a_team_shows_each_robot_and_the_visits() {
+    let brief = Brief { robots: 2, ..brief(12) };
+    let (terrain, map) = ground(&brief);
+    let mut route = records(&brief, &steps(8), 4);
+    for (number, record) in route.iter_mut().enumerate() {
+        record.robot = RobotId((number % 2) as u16);
+    }
+    let drawn = svg(&brief, &terrain, &map, None, &route);
+    let read = Document::parse(&drawn).unwrap();
+    let texts: Vec<&str> =
+        read.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
+    for word in ["0", "1", "robot 0", "robot 1", "visited, darker the more often"] {
+        assert!(texts.contains(&word), "{word}: {texts:?}");
+    }
+    for colour in [report::picture::colour::robot(0), report::picture::colour::robot(1)] {
+        assert!(drawn.contains(&colour), "{colour}");
+    }
+    assert!(!texts.contains(&"goal"), "rovers that cover ground have none");
 }

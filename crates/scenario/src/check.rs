@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use contract::{Brief, Soil};
+use contract::{Brief, Cover, CoverMode, Robot, Scout, Sensor, Soil, Vehicle};
 use serde::Serialize;
 
-use crate::{ResolvedScenario, Warning};
+use crate::{Fleet, ResolvedScenario, Warning};
 
 /// Summary of a resolved scenario. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, Serialize)]
@@ -14,6 +14,9 @@ pub struct ScenarioCheck {
     pub hash: String,
     /// The brief that hopper-sim will publish.
     pub brief: Brief,
+    /// The robots, with the faults to come; absent for a single hopper.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<Fleet>,
     /// Share of cells that are sand, 0 to 1.
     pub sand_share: f64,
     /// Share of cells that are impassable, 0 to 1.
@@ -34,6 +37,7 @@ impl ScenarioCheck {
         Self {
             hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
             brief: world.brief,
+            fleet: world.fleet.clone(),
             sand_share: share(cells.iter().filter(|ground| ground.soil == Soil::Sand).count()),
             impassable_share: share(cells.iter().filter(|ground| !ground.passable).count()),
             hops_min: world.terrain.hops_between(world.brief.start, world.brief.goal),
@@ -43,7 +47,7 @@ impl ScenarioCheck {
 
     /// Writes how the robot moves and senses, what the payoff weighs, and which limits apply.
     fn write_rules(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Brief { grid, weights, payoff, priors, motion, sensor, limits, guard, .. } = &self.brief;
+        let Brief { grid, weights, payoff, priors, motion, sensor, guard, .. } = &self.brief;
         let mut line = |name: &str, value: String| write_line(f, name, &value);
         line(
             "robot",
@@ -88,10 +92,8 @@ impl ScenarioCheck {
                 priors.safety.min, priors.safety.max, priors.height_m.min, priors.height_m.max
             ),
         )?;
-        line(
-            "limits",
-            format!("{} steps, {} ms a decision", limits.steps_max, limits.decision_budget_ns as f64 / 1e6),
-        )?;
+        self.write_limits(f)?;
+        let mut line = |name: &str, value: String| write_line(f, name, &value);
         if *guard != contract::Guard::OFF {
             let deadline = match guard.deadline_ns {
                 0 => "no fallback".into(),
@@ -100,6 +102,27 @@ impl ScenarioCheck {
             line("guard", format!("vetoes hazards above {}, {deadline}", guard.hazard_max))?;
         }
         Ok(())
+    }
+}
+
+impl ScenarioCheck {
+    fn write_limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let limits = &self.brief.limits;
+        let budget_ms = limits.decision_budget_ns as f64 / 1e6;
+        write_line(f, "limits", &format!("{} steps, {budget_ms} ms a decision", limits.steps_max))
+    }
+
+    /// Writes what the robots of `fleet` shall do, how they move and sense, and when they fail.
+    fn write_fleet(&self, task: &str, fleet: &Fleet, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_line(f, "mission", task)?;
+        for (number, robot) in fleet.robots.iter().enumerate() {
+            write_line(f, &format!("robot {number}"), &in_words(robot))?;
+        }
+        for fault in &fleet.faults {
+            let fails = format!("robot {} is stranded at its action {}", fault.robot, fault.action);
+            write_line(f, "fault", &fails)?;
+        }
+        self.write_limits(f)
     }
 }
 
@@ -122,6 +145,15 @@ impl fmt::Display for ScenarioCheck {
                 100.0 * self.impassable_share
             ),
         )?;
+        if let Some(fleet) = &self.fleet {
+            let task = match (self.brief.cover, self.brief.scout) {
+                (Some(cover), _) => cover_in_words(cover),
+                (None, Some(scout)) => scout_in_words(&scout),
+                (None, None) => "none".into(),
+            };
+            self.write_fleet(&task, fleet, f)?;
+            return self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"));
+        }
         let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
         line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
         if let Some(patrol) = &brief.patrol {
@@ -131,6 +163,41 @@ impl fmt::Display for ScenarioCheck {
         self.write_rules(f)?;
         self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
+}
+
+fn cover_in_words(cover: Cover) -> String {
+    let mode = match cover.mode {
+        CoverMode::Overlap => "together",
+        CoverMode::Voronoi => "each the cells nearest to its start",
+    };
+    format!("cover {} % of the cells that can be reached, {mode}", cover.percent)
+}
+
+fn scout_in_words(scout: &Scout) -> String {
+    let Scout { rover_samples, helicopter_samples, .. } = scout;
+    format!(
+        "the rover drives to its goal over ground of uncertain speed; RRT* planners draw {rover_samples} samples for it, \
+         {helicopter_samples} for a helicopter"
+    )
+}
+
+fn in_words(robot: &Robot) -> String {
+    let (cell, heading) = (robot.start.cell, robot.start.heading);
+    let body = match robot.vehicle {
+        Vehicle::Rover { speed_mps } => format!("rover at {cell} facing {heading}, {speed_mps} m/s"),
+        Vehicle::Driver { start, goal, goal_radius_m } => {
+            format!("rover from {start} to within {goal_radius_m} m of {goal}")
+        }
+        Vehicle::Helicopter { start, speed_mps, budget_m } => {
+            format!("helicopter at {start}, {speed_mps} m/s, {budget_m} m of flight")
+        }
+    };
+    let view = match robot.sensor {
+        Sensor::Square { range_cells } => format!("{0} x {0} cells", 2 * range_cells + 1),
+        Sensor::Track => "the cells that it drives over".into(),
+        Sensor::Camera { radius_m } => format!("{radius_m:.1} m to each side"),
+    };
+    format!("{body}, sees {view}")
 }
 
 fn write_line(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -52,6 +52,12 @@ pub enum ScenarioError {
     /// `brief.name` is empty, too long, or not printable.
     #[error("brief.name: {0}; set brief.name")]
     Name(#[from] NameError),
+    /// The name of a planner in `robots` is empty, too long, or not printable.
+    #[error("robots.planner: {0}")]
+    Planner(NameError),
+    /// The obstacles do not fit on the ground.
+    #[error("truth.terrain.obstacles: {0}")]
+    Obstacles(#[from] coverage_world::WorldError),
     /// A file named by the scenario does not exist.
     #[error(
         "{field}: need the file {}, found none{}",

@@ -11,6 +11,7 @@ mod built_in;
 mod check;
 mod error;
 mod fitted;
+mod fleet;
 mod guard;
 mod mission;
 mod overrides;
@@ -26,6 +27,7 @@ pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted};
+pub use fleet::{Fault, Fleet, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
     MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges, Surveyed,
@@ -35,8 +37,8 @@ pub use patrol::{MissionKind, MissionRules};
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
 pub use truth::{
-    CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, RandomHills, SandRectangle, SandRules,
-    TerrainSource, Truth,
+    CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills,
+    SandRectangle, SandRules, TerrainSource, Truth,
 };
 pub use warning::Warning;
 
@@ -58,7 +60,7 @@ pub struct Scenario {
     pub truth: Truth,
     /// What every process is told about the mission.
     pub brief: MissionBrief,
-    /// Whether the hopper goes to one goal or patrols several.
+    /// Whether the hopper goes to one goal or patrols several, or rovers cover the ground.
     #[serde(default, skip_serializing_if = "MissionRules::is_empty")]
     pub mission: MissionRules,
     /// The hopper. Everything has a default: the hopper of Sakamoto & Kunii 2023.
@@ -70,6 +72,12 @@ pub struct Scenario {
     /// What hopper-sim refuses to execute, and when it acts on its own.
     #[serde(default, skip_serializing_if = "GuardRules::is_empty")]
     pub guard: GuardRules,
+    /// The robots of a mission of kind `cover` or `scout`, instead of a hopper.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<RobotRules>,
+    /// Robots that fail, and when.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
     /// Folder that relative paths start from: that of the scenario's file.
     #[serde(skip)]
     pub folder: PathBuf,

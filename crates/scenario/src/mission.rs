@@ -18,10 +18,12 @@ pub struct MissionBrief {
     #[serde(default = "paper")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
     pub profile: Profile,
-    /// Cell (x, y) to start from, counted from the south-western corner.
-    pub start: [i32; 2],
-    /// Cell (x, y) to reach.
-    pub goal: [i32; 2],
+    /// Cell (x, y) to start from, counted from the south-western corner. Robots of `[[robots]]` have starts of their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<[i32; 2]>,
+    /// Cell (x, y) to reach; none where ground is to be covered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<[i32; 2]>,
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]
     pub datum_m: Surveyed<f64>,

@@ -1,14 +1,14 @@
-//! Section `[mission]`: whether the hopper goes to one goal or visits several in turn.
+//! Section `[mission]`: whether the hopper goes to one goal or visits several in turn, or rovers cover the ground.
 
-use contract::limits::DECISIONS_MAX;
-use contract::{Cell, Patrol};
+use contract::limits::{DECISIONS_MAX, SAMPLES_MAX};
+use contract::{Cell, Cover, CoverMode, Patrol, Scout};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
-/// Which goals the hopper flies to, and in what order.
+/// What the mission is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -19,6 +19,10 @@ pub enum MissionKind {
     /// From goal to goal in turn, from the last to the first again, until `hops_max` hops are flown. The first goal
     /// is `brief.goal`, and `limits.steps_max` does not apply.
     Patrol,
+    /// The rovers of `[[robots]]` visit the ground that they can reach.
+    Cover,
+    /// The rover of `[[robots]]` drives to a goal over uncertain ground, and helicopters look ahead for it.
+    Scout,
 }
 
 /// The `[mission]` section.
@@ -26,7 +30,7 @@ pub enum MissionKind {
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionRules {
-    /// `reach` or `patrol`.
+    /// `reach`, `patrol`, `cover` or `scout`.
     pub kind: MissionKind,
     /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each different from the one before it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -34,23 +38,84 @@ pub struct MissionRules {
     /// Hops after which a patrol ends; by default as many as a mission can count.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hops_max: Option<u64>,
+    /// Share of the reachable cells to cover, 1 to 100 %; all by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub percent: Option<u32>,
+    /// How rovers share the ground: `overlap`, all cover all of it, or `voronoi`, each the cells nearest to its start. By
+    /// default `overlap`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(with = "Option<String>", extend("enum" = ["overlap", "voronoi", null])))]
+    pub mode: Option<CoverMode>,
+    /// Samples that the RRT* planners of the rover draw, 1 to 1000000; by default 1200, for 200 x 200 cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rover_samples: Option<u32>,
+    /// Samples that the RRT* planner of a helicopter draws, 1 to 1000000; by default 600.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub helicopter_samples: Option<u32>,
 }
 
 impl MissionRules {
+    pub(crate) fn is_cover(&self) -> bool {
+        self.kind == MissionKind::Cover
+    }
+
+    pub(crate) fn is_scout(&self) -> bool {
+        self.kind == MissionKind::Scout
+    }
+
+    /// What planners of routes are given, with the defaults filled in; `None` in other missions. `seed` is theirs.
+    pub(crate) fn resolve_scout(&mut self, seed: u64) -> Result<Option<Scout>, ScenarioError> {
+        let refuse = |field, need, got: u32| Err(ScenarioError::Value { field, need, got: got.to_string() });
+        if self.kind != MissionKind::Scout {
+            return match self.rover_samples.or(self.helicopter_samples) {
+                None => Ok(None),
+                Some(got) => {
+                    refuse("mission.rover_samples, helicopter_samples", "mission.kind = \"scout\"", got)
+                }
+            };
+        }
+        let rover_samples = *self.rover_samples.get_or_insert(1200);
+        let helicopter_samples = *self.helicopter_samples.get_or_insert(600);
+        for (field, samples) in
+            [("mission.rover_samples", rover_samples), ("mission.helicopter_samples", helicopter_samples)]
+        {
+            if !(1..=SAMPLES_MAX).contains(&samples) {
+                return refuse(field, "1 to 1000000", samples);
+            }
+        }
+        Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
+    }
+
     /// Whether the section is absent or empty, so that it is left out of the canonical text.
     pub(crate) fn is_empty(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// What is to be covered, with the defaults filled in; `None` if nothing is.
+    pub(crate) fn resolve_cover(&mut self) -> Result<Option<Cover>, ScenarioError> {
+        if self.kind != MissionKind::Cover {
+            return Ok(None);
+        }
+        let percent = *self.percent.get_or_insert(100);
+        if !(1..=100).contains(&percent) {
+            let (field, need) = ("mission.percent", "1 to 100 %");
+            return Err(ScenarioError::Value { field, need, got: percent.to_string() });
+        }
+        Ok(Some(Cover { percent, mode: *self.mode.get_or_insert_default() }))
     }
 
     /// The patrol whose first goal is `first`, with the default of `hops_max` filled in; `None` if the mission
     /// is no patrol.
     pub(crate) fn resolve(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
         let refuse = |field, need, got| Err(ScenarioError::Value { field, need, got });
-        if self.kind == MissionKind::Reach {
+        if self.kind != MissionKind::Cover && (self.percent.is_some() || self.mode.is_some()) {
+            return refuse("mission.kind", "cover, for percent or mode", "another".into());
+        }
+        if self.kind != MissionKind::Patrol {
             if self.goals.is_empty() && self.hops_max.is_none() {
                 return Ok(None);
             }
-            return refuse("mission.kind", "patrol, for goals or hops_max", "reach".into());
+            return refuse("mission.kind", "patrol, for goals or hops_max", "another".into());
         }
         let hops_max = *self.hops_max.get_or_insert(DECISIONS_MAX);
         if !(1..=DECISIONS_MAX).contains(&hops_max) {

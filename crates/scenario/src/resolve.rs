@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
-use contract::wire::{BriefV4, GroundV1};
+use contract::wire::{BriefV7, GroundV2};
 use contract::{
-    Brief, Cell, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors, Profile,
-    Range, RunId, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors,
+    Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
 };
+use coverage_world::World;
+use scout_world::Trip;
+use sha2::{Digest as _, Sha256};
 use terrain::{
     Gaussian, RandomField, RasterFile, Rectangle, Relief, Sand, Terrain, TerrainError, Window, hop_cells,
 };
@@ -15,7 +18,8 @@ use terrain::{
 use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::truth::{CropCells, CropMetres};
 use crate::{
-    ElevationFile, Gaussians, RandomHills, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
+    ElevationFile, Fleet, Gaussians, MissionBrief, Obstacles, Passages, RandomHills, Scatter, Scenario,
+    ScenarioError, Surveyed, TerrainSource, Warning,
 };
 
 /// Most hills of a generated terrain.
@@ -55,17 +59,22 @@ impl Scenario {
         let sand = resolved.sand(&shaped)?;
         let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
         let mut terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
+        let trip = resolved.spread(&mut terrain)?;
         resolved.resolve_priors(&terrain);
         resolved.resolve_sensor(&terrain.grid)?;
 
         let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
-        let mut brief = resolved.brief_on(&terrain)?;
-        check_cells(&brief, &terrain, &shaped.relief)?;
+        let fleet = resolved.fleet_on(&terrain, trip.as_ref())?;
+        let mut brief = resolved.brief_on(&terrain, fleet.as_ref())?;
+        if brief.is_of_hopper() {
+            check_cells(&brief, &terrain, &shaped.relief)?;
+        }
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
+        brief.priors.treasures = terrain.treasures.len() as u32;
         // The wire messages check every bound that applies to scenarios too.
-        brief = Brief::try_from(&BriefV4::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV7::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
-            Ground::try_from(&GroundV1::from(ground)).map_err(ScenarioError::Brief)?;
+            Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }
         brief.scenario_hash = hash(&resolved, &terrain);
         Ok(ResolvedScenario {
@@ -75,6 +84,8 @@ impl Scenario {
                 .into_iter()
                 .chain(unused.then_some(Warning::GuardUnused))
                 .collect(),
+            planners: resolved.planners()?,
+            fleet,
             terrain,
             brief,
         })
@@ -119,6 +130,8 @@ impl Scenario {
                 }
                 Ok(Shaped::generated(Relief::of_gaussians_within(grid, &hills, reach_sigma)))
             }
+            TerrainSource::Obstacles(source) => source.shape(),
+            TerrainSource::Passages(source) => source.shape(),
             TerrainSource::ElevationFile(source) => {
                 let path = source.file.clone();
                 source.read(hop_distance_m).map_err(|error| match error {
@@ -206,6 +219,31 @@ impl Scenario {
         Ok(cells)
     }
 
+    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it. The world is that of the Monte
+    /// Carlo study, bit for bit.
+    fn spread(&self, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
+        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else { return Ok(None) };
+        let world = scout_world::monte_carlo(*seed);
+        for (ground, speed) in terrain.cells.iter_mut().zip(&world.truth.speeds) {
+            let speed = scout_world::drive_speed(*speed);
+            (ground.speed, ground.passable) = (Some(speed), speed != DriveSpeed::Zero);
+        }
+        let priors = world.prior.cells().iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
+        terrain.prior = priors.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
+        Ok(Some(world.trip))
+    }
+
+    /// Seed of the random numbers of planners of routes. It is public, so it is derived one-way from that of the world,
+    /// from which the truth follows.
+    fn planner_seed(&self) -> u64 {
+        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else { return 0 };
+        let mut hasher = Sha256::new();
+        hasher.update(b"hopper planner seed v1");
+        hasher.update(seed.to_le_bytes());
+        let bytes: [u8; 32] = hasher.finalize().into();
+        u64::from_le_bytes(std::array::from_fn(|index| bytes[index]))
+    }
+
     fn resolve_priors(&mut self, terrain: &Terrain) {
         let sand_term = self.brief.payoff.sand_term;
         let priors = &mut self.brief.priors;
@@ -241,29 +279,31 @@ impl Scenario {
     }
 
     /// The brief; its scenario hash is filled in by the caller.
-    fn brief_on(&mut self, terrain: &Terrain) -> Result<Brief, ScenarioError> {
+    fn brief_on(&mut self, terrain: &Terrain, fleet: Option<&Fleet>) -> Result<Brief, ScenarioError> {
         let datum_m = self.datum_m();
+        let (start, goal) = self.ends(fleet)?;
+        let planner_seed = self.planner_seed();
         let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
         in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
-        let cell = |[x, y]: [i32; 2]| Cell::new(x, y);
         let range = |prior: Surveyed<[f64; 2]>| match prior {
             Surveyed::Given([min, max]) => Range { min, max },
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
         let sensor = &robot.sensor;
-        let patrol = rules.resolve(cell(mission.goal))?;
+        let patrol = rules.resolve(goal)?;
+        let cover = rules.resolve_cover()?;
         Ok(Brief {
             run: RunId(0),
             scenario: name,
             scenario_hash: [0; 32],
             profile: mission.profile,
-            robots: 1,
+            robots: fleet.map_or(1, |fleet| fleet.robots.len() as u16),
             grid: terrain.grid,
             datum_m,
-            start: cell(mission.start),
-            goal: cell(mission.goal),
+            start,
+            goal,
             patrol,
             weights: Weights {
                 safety: mission.weights.safety,
@@ -276,7 +316,12 @@ impl Scenario {
                 discount: mission.payoff.discount,
                 sand_term: mission.payoff.sand_term,
             },
-            priors: Priors { safety: range(mission.priors.safety), height_m: range(mission.priors.height_m) },
+            priors: Priors {
+                safety: range(mission.priors.safety),
+                height_m: range(mission.priors.height_m),
+                // Counted once they are checked.
+                treasures: 0,
+            },
             motion: MotionParameters {
                 hard: robot.hard.into(),
                 sand: robot.sand.into(),
@@ -289,7 +334,7 @@ impl Scenario {
                 offset_m: sensor.offset_m,
                 radius_min_m: sensor.radius_min_m.unwrap_or_default(),
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: sensor.gradient.unwrap_or(GradientSource::Measured),
+                gradient: sensor.gradient.filter(|_| fleet.is_none()).unwrap_or(GradientSource::Measured),
             },
             limits: Limits {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
@@ -297,7 +342,33 @@ impl Scenario {
             },
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,
+            cover,
+            scout: rules.resolve_scout(planner_seed)?,
         })
+    }
+
+    /// Start and goal of the hopper. Where rovers cover ground the first one's start stands for both; where a rover drives
+    /// to a goal, the cells of both.
+    fn ends(&self, fleet: Option<&Fleet>) -> Result<(Cell, Cell), ScenarioError> {
+        let MissionBrief { start, goal, .. } = &self.brief;
+        let given = |field, cell: Option<[i32; 2]>| match cell {
+            Some([x, y]) => Ok(Cell::new(x, y)),
+            None => Err(ScenarioError::Value { field, need: "a cell (x, y)", got: "nothing".into() }),
+        };
+        let Some(first) = fleet.and_then(|fleet| fleet.robots.first()) else {
+            return Ok((given("brief.start", *start)?, given("brief.goal", *goal)?));
+        };
+        if start.is_some() || goal.is_some() {
+            let (field, need) =
+                ("brief.start, brief.goal", "neither: robots have starts, and no goal of the hopper's");
+            return Err(ScenarioError::Value { field, need, got: "one of them".into() });
+        }
+        let mut goals =
+            fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| match robot.vehicle {
+                Vehicle::Driver { goal, .. } => Some(Cell::new(goal.x_m as i32, goal.y_m as i32)),
+                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } => None,
+            });
+        Ok((first.start.cell, goals.next_back().unwrap_or(first.start.cell)))
     }
 }
 
@@ -351,6 +422,26 @@ impl RandomHills {
             sigma_m: range("truth.terrain.random_hills.sigma_m", self.sigma_m, 0.0)?,
             amplitude_m: range("truth.terrain.random_hills.amplitude_m", self.amplitude_m, -1e6)?,
         })
+    }
+}
+
+impl Obstacles {
+    /// Obstacles are cells without ground.
+    fn shape(&self) -> Result<Shaped, ScenarioError> {
+        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, self.cell_size_m)?;
+        let world = World::random(grid, self.percent, self.seed)?;
+        let ground = |cell| world.is_free(cell).then_some((0.0, [0.0; 2]));
+        Ok(Shaped::generated(Relief { grid, cells: grid.iter().map(ground).collect() }))
+    }
+}
+
+impl Passages {
+    /// Level ground; what it is like is written into the terrain later.
+    fn shape(&self) -> Result<Shaped, ScenarioError> {
+        let lattice = scout_world::monte_carlo(self.seed).prior.surface().lattice();
+        let grid = grid(lattice.width() as u32, lattice.height() as u32, 1.0, 1.0)?;
+        let level = vec![Some((0.0, [0.0; 2])); grid.cells()];
+        Ok(Shaped::generated(Relief { grid, cells: level }))
     }
 }
 
@@ -445,6 +536,9 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
 }
 
 fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {
+    if !brief.is_of_hopper() {
+        return Vec::new();
+    }
     let (start, goal, steps_max) = (brief.start, brief.goal, brief.limits.steps_max);
     match terrain.hops_between(start, goal) {
         None => vec![Warning::Unreachable { start, goal }],

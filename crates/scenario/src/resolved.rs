@@ -1,10 +1,10 @@
 //! The result of resolving a scenario: terrain, brief, canonical text and hash.
 
-use contract::Brief;
+use contract::{Brief, Name};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
-use crate::{Scenario, TerrainSource, Warning};
+use crate::{Fleet, Scenario, TerrainSource, Warning};
 
 /// A scenario with its terrain built, every default filled in, and checked: with the seed of the hops it
 /// determines a mission.
@@ -14,13 +14,17 @@ pub struct ResolvedScenario {
     pub terrain: Terrain,
     /// The brief that hopper-sim publishes; `run` is zero until hopper-sim draws one.
     pub brief: Brief,
+    /// The robots, if the mission is not a single hopper's.
+    pub fleet: Option<Fleet>,
+    /// The planner that each of them names, if it names one.
+    pub planners: Vec<Option<Name>>,
     /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
     pub resolved: String,
     /// SHA-256 over what the mission depends on: the canonical text and the bits of every cell.
     ///
     /// Only the last part of a file path is hashed, since the cells stand for the contents: an elevation
     /// model moved to another folder is the same mission, a changed one is another. The decision budget is
-    /// left out: it changes no hop.
+    /// left out: it changes no hop. So are the planners that robots name.
     pub hash: [u8; 32],
     /// Warnings; empty for a sound scenario.
     pub warnings: Vec<Warning>,
@@ -35,6 +39,7 @@ pub(crate) fn canonical(scenario: &Scenario) -> String {
 pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
     let mut portable = scenario.clone();
     portable.limits.decision_budget_ms = 0.0;
+    portable.robots.iter_mut().for_each(|robot| robot.planner = None);
     let name_only = |path: &mut std::path::PathBuf| {
         if let Some(name) = path.file_name() {
             *path = name.into();
@@ -57,6 +62,12 @@ pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
             hasher.update(value.to_bits().to_le_bytes());
         }
         hasher.update([ground.soil as u8, u8::from(ground.passable)]);
+        if let Some(speed) = ground.speed {
+            hasher.update([speed as u8]);
+        }
+    }
+    for probability in terrain.prior.iter().flat_map(|prior| prior.probabilities()) {
+        hasher.update(probability.to_bits().to_le_bytes());
     }
     hasher.finalize().into()
 }

@@ -30,6 +30,10 @@ pub enum TerrainSource {
     Gaussians(Gaussians),
     /// Hills and hollows at random places.
     RandomHills(RandomHills),
+    /// Level ground with obstacles at random cells.
+    Obstacles(Obstacles),
+    /// Level ground whose speeds are uncertain: two impassable discs and three passages, 200 x 200 cells of a metre.
+    Passages(Passages),
     /// An elevation model from a file.
     ElevationFile(ElevationFile),
 }
@@ -109,6 +113,33 @@ pub struct RandomHills {
     /// At 6 the cut is 1.5e-8 of its top, and a large map is generated in a fraction of the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reach_sigma: Option<f64>,
+}
+
+/// Level ground on which some cells are obstacles, while all others are connected; the same seed gives the same ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Obstacles {
+    /// Columns, 1 to 1024.
+    pub width_cells: u32,
+    /// Rows, 1 to 1024.
+    pub height_cells: u32,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Share of the cells that are obstacles, 0 % or more and below 100 %.
+    pub percent: f64,
+    /// Seed of the ground.
+    pub seed: u64,
+}
+
+/// The Monte Carlo world of Folsom et al. 2021: what is known of its passages beforehand, their true speeds, start and goal
+/// are drawn; the same seed gives the same world. For missions of kind `scout`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Passages {
+    /// Seed of the world.
+    pub seed: u64,
 }
 
 /// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.

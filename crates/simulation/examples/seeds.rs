@@ -1,7 +1,7 @@
 //! Simulates seeds on two threads and prints the first promise that does not hold: the whole of the fault simulation
 //! without shared memory, quick to build from a changed tree.
 //!
-//! `cargo run --release -p simulation --example seeds -- 0..5000`
+//! `cargo run --release -p simulation --example seeds -- 0..5000`, with `rovers` behind it those of several rovers
 //!
 //! The last line is for programs too: `seed N breaks: PROMISE: DETAIL` with exit code 1, or anything with exit code 0; with
 //! exit code 3 no promise was broken, but a rare event never came up that should have.
@@ -14,6 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use simulation::Sometimes;
 use simulation::coverage::{Coverage, SOMETIMES};
 use simulation::fault::Plan;
+use simulation::setup::Missions;
 use simulation::simulate;
 
 const THREADS: usize = 2;
@@ -24,7 +25,9 @@ fn main() -> ExitCode {
     let Some((from, to)) = ends.filter(|(from, to)| from < to) else {
         return say(2, &format!("seeds are A..B with A below B, e.g. 0..2000; got {range:?}"));
     };
-    let traced = std::env::args().nth(2).is_some_and(|word| word == "--trace");
+    let asked = |word: &str| std::env::args().skip(2).any(|given| given == word);
+    let traced = asked("--trace");
+    let missions = if asked("rovers") { Missions::Rovers } else { Missions::Hopper };
     let (next, failing) = (AtomicU64::new(from), AtomicU64::new(u64::MAX));
     let coverage = Mutex::new(Coverage::default());
     std::thread::scope(|scope| {
@@ -35,7 +38,7 @@ fn main() -> ExitCode {
                     if seed >= to.min(failing.load(Ordering::Relaxed)) {
                         return;
                     }
-                    let report = simulate(&Plan::of(seed), false);
+                    let report = simulate(&Plan::of(missions, seed), false);
                     coverage.lock().unwrap_or_else(PoisonError::into_inner).add(&report.coverage);
                     if report.violation.is_some() {
                         failing.fetch_min(seed, Ordering::Relaxed);
@@ -46,9 +49,10 @@ fn main() -> ExitCode {
     });
     let seed = failing.into_inner();
     if seed == u64::MAX {
-        return conclude(&coverage.into_inner().unwrap_or_else(PoisonError::into_inner), to - from);
+        let coverage = coverage.into_inner().unwrap_or_else(PoisonError::into_inner);
+        return conclude(&coverage, missions, to - from);
     }
-    let report = simulate(&Plan::of(seed), traced);
+    let report = simulate(&Plan::of(missions, seed), traced);
     for line in &report.trace {
         say(1, &format!("{:>12.3} ms  {}", line.ms, line.text));
     }
@@ -62,12 +66,12 @@ fn main() -> ExitCode {
 }
 
 /// Prints how often each rare event came up; exit code 3 if one did not that should have.
-fn conclude(coverage: &Coverage, seeds: u64) -> ExitCode {
-    for Sometimes { group, name, .. } in SOMETIMES {
+fn conclude(coverage: &Coverage, missions: Missions, seeds: u64) -> ExitCode {
+    for Sometimes { group, name, .. } in SOMETIMES.iter().filter(|event| event.missions.contains(&missions)) {
         say(0, &format!("{:>9} times {group} {name}", coverage.of(group, name)));
     }
     let never: Vec<String> =
-        coverage.never(seeds).map(|event| format!("{} {}", event.group, event.name)).collect();
+        coverage.never(missions, seeds).map(|event| format!("{} {}", event.group, event.name)).collect();
     if never.is_empty() {
         return say(0, &format!("{seeds} seeds, no promise was broken"));
     }

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use contract::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Cell, Command, Control, Decision, Digest, Ground, Heartbeat, Incarnation, Leader,
-    MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, Role, RunId,
-    SeenCell, State, Status, Term, Vetoed,
+    MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, RobotId, Role,
+    RunId, SeenCell, State, Status, Team, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission};
@@ -21,6 +21,7 @@ use serde::Serialize;
 use crate::expected::{Expected, first_digest, next_digest};
 use crate::life::Life;
 use crate::reservation::{Reservations, Standing};
+use crate::rovers::Rovers;
 use crate::setup::{self, Setup};
 
 /// A promise that did not hold.
@@ -33,7 +34,17 @@ pub struct Violation {
 }
 
 /// What a command is known by.
-type Sent = (RunId, Incarnation, Decision, Term, u32);
+type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32);
+
+/// The leader that the sender of a command knows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub leader: Leader,
+    /// When the sender first heard of it as such.
+    pub since: MonotonicNs,
+    /// Whether the sender takes its process for gone.
+    pub is_gone: bool,
+}
 
 /// How landings are paced, and what was ordered.
 #[derive(Clone, Debug)]
@@ -60,8 +71,10 @@ pub struct Checker {
     mission: Mission,
     opening: State,
     records: Vec<Record>,
-    /// Who led in each term of the run.
-    terms: BTreeMap<Term, Incarnation>,
+    /// Of a mission of rovers: all of them after those records.
+    rovers: Option<Rovers>,
+    /// Who led each robot in each term of the run.
+    terms: BTreeMap<(RobotId, Term), Incarnation>,
     sent: BTreeSet<Sent>,
     expected: Expected,
     /// The cells and treasures that the map of each state holds.
@@ -72,12 +85,10 @@ pub struct Checker {
     visible: Vec<bool>,
     /// Fingerprint of the map that belongs to each state.
     prints: BTreeMap<Digest, u64>,
-    /// Every map that was right at its time.
-    maps: BTreeSet<(RunId, Decision, u64)>,
     /// When each process last heard that each other lives, and the count of that beat.
     heard: BTreeMap<(Incarnation, Incarnation), (u64, MonotonicNs)>,
-    /// Lives of planners that have commanded in this run.
-    commanders: BTreeSet<Incarnation>,
+    /// Lives of planners that have commanded in this run, with the robots they commanded.
+    commanders: BTreeSet<(RobotId, Incarnation)>,
     /// Planners that were ordered to take over.
     handed_over: BTreeSet<Incarnation>,
     /// Lives of other builds.
@@ -116,6 +127,7 @@ impl Checker {
         let mut checker = Self {
             opening,
             records: Vec::new(),
+            rovers: Rovers::begin(mission),
             terms: BTreeMap::new(),
             sent: BTreeSet::new(),
             expected: Expected::unseen(&mission.brief),
@@ -123,7 +135,6 @@ impl Checker {
             lost: BTreeMap::new(),
             visible: vec![false; mission.brief.grid.cells()],
             prints: BTreeMap::new(),
-            maps: BTreeSet::new(),
             heard: BTreeMap::new(),
             commanders: BTreeSet::new(),
             handed_over: BTreeSet::new(),
@@ -136,7 +147,11 @@ impl Checker {
             violation: None,
             mission: mission.clone(),
         };
-        checker.see(opening.pose, Decision(0), opening.digest);
+        match &checker.rovers {
+            Some(rovers) => checker.expected.enter(&mission.brief, &mission.terrain, &rovers.views()),
+            None => checker.expected.land(&mission.brief, &mission.terrain, opening.pose),
+        }
+        checker.mapped_at(opening.digest);
         checker
     }
 
@@ -146,7 +161,6 @@ impl Checker {
         let old = std::mem::replace(self, new);
         self.sent = old.sent;
         self.prints.extend(old.prints);
-        self.maps.extend(old.maps);
         self.contents.extend(old.contents);
         self.heard = old.heard;
         self.handed_over = old.handed_over;
@@ -181,10 +195,26 @@ impl Checker {
         self.records.last().map_or(self.opening.status, |record| record.status)
     }
 
-    /// Who commands.
+    /// Whose turn it is.
+    pub(crate) fn due(&self) -> RobotId {
+        self.rovers.as_ref().map_or(RobotId(0), Rovers::due)
+    }
+
+    /// A step that the rover which is due cannot take.
+    pub(crate) fn blocked_step(&self) -> Option<Action> {
+        self.rovers.as_ref()?.blocked_step(&self.mission)
+    }
+
+    /// Who commands the robot that is due.
     #[must_use]
     pub fn leader(&self) -> Leader {
-        self.records.last().map_or(self.opening.leader, |record| record.leader)
+        self.leader_of(self.due())
+    }
+
+    /// Who commands a robot.
+    pub(crate) fn leader_of(&self, robot: RobotId) -> Leader {
+        let last = || self.records.last().map_or(self.opening.leader, |record| record.leader);
+        self.rovers.as_ref().map_or_else(last, |rovers| rovers.leader(robot))
     }
 
     /// Takes note of a violation; the first counts.
@@ -200,7 +230,7 @@ impl Checker {
         }
     }
 
-    fn digest(&self) -> Digest {
+    pub(crate) fn digest(&self) -> Digest {
         self.records.last().map_or(self.opening.digest, |record| record.digest)
     }
 
@@ -211,10 +241,18 @@ impl Checker {
         Some(record.state_after(self.mission.brief.run, MonotonicNs(0), MonotonicNs(0)))
     }
 
-    /// A pose was taken up: more can be seen.
-    fn see(&mut self, pose: Pose, decision: Decision, digest: Digest) {
+    /// A decision was executed: more may be seen.
+    fn see(&mut self, record: &Record) {
         let Mission { brief, terrain, .. } = &self.mission;
-        self.expected.land(brief, terrain, pose);
+        match &self.rovers {
+            Some(rovers) => self.expected.enter(brief, terrain, rovers.view_after(record).as_slice()),
+            None => self.expected.land(brief, terrain, record.pose),
+        }
+        self.mapped_at(record.digest);
+    }
+
+    /// The map that belongs to the state of `digest` is what is seen now.
+    fn mapped_at(&mut self, digest: Digest) {
         for (index, visible) in self.visible.iter_mut().enumerate() {
             *visible |= self.expected.is_seen(index);
         }
@@ -222,7 +260,6 @@ impl Checker {
         let (cells, treasures) = (self.expected.cells().to_vec(), self.expected.treasures().to_vec());
         self.contents.insert(digest, (cells, treasures));
         self.prints.insert(digest, print);
-        self.maps.insert((brief.run, decision, print));
     }
 
     /// The journal holds another record.
@@ -239,17 +276,21 @@ impl Checker {
         let chained = record.previous == previous && record.digest == next_digest(previous, record);
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
-            let need = execute(&self.mission, &before, record.action);
-            let Record { outcome, pose, collected, steps, visits, status, .. } = *record;
-            let got = Execution { outcome, pose, collected, steps, visits, status };
+            let need = match &self.rovers {
+                Some(rovers) => rovers.execute(&self.mission, record.action),
+                None => Some((RobotId(0), execute(&self.mission, &before, record.action))),
+            };
+            let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
+            let got = Some((robot, Execution { outcome, pose, collected, steps, visits, status }));
             self.require(need == got, "the outcome depends on seed, robot and decision alone", || {
                 format!("decision {due} came out as {got:?}, needs {need:?}")
             });
         }
-        self.succession(before.leader, record.leader, due);
+        let leader = self.leader_of(record.robot);
+        self.succession(leader, record);
         self.guarded(&before, record);
         if record.origin.is_fallback() {
-            self.fell_back(before.leader, record);
+            self.fell_back(leader, record);
         } else {
             let sent = self.sent.contains(&signature(record, self.mission.brief.run));
             self.require(sent, "what is executed was commanded", || {
@@ -261,7 +302,10 @@ impl Checker {
             });
         }
         self.records.push(*record);
-        self.see(record.pose, due.next(), record.digest);
+        if let Some(rovers) = &mut self.rovers {
+            rovers.committed(&self.mission, record);
+        }
+        self.see(record);
     }
 
     /// hopper-sim has executed a command just now.
@@ -302,8 +346,12 @@ impl Checker {
         Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
     }
 
-    /// Actions that the guard should veto at `from`, which is where the hopper is.
+    /// Actions that the guard should veto at `from`, which is where the hopper is; of rovers, those that lead the one that
+    /// is due where it cannot stand.
     fn to_veto(&self, from: Cell) -> Vetoed {
+        if let Some(rovers) = &self.rovers {
+            return rovers.blocked(&self.mission);
+        }
         let hazard_max = self.mission.brief.guard.hazard_max;
         let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
         hazards.fold(Vetoed::NONE, Vetoed::with)
@@ -334,17 +382,18 @@ impl Checker {
         });
     }
 
-    fn succession(&mut self, held: Leader, leader: Leader, decision: Decision) {
+    fn succession(&mut self, held: Leader, record: &Record) {
+        let Record { robot, decision, leader, .. } = *record;
         let Leader { term, incarnation, planner, .. } = leader;
         let goes_on = term == held.term && (incarnation, planner) == (held.incarnation, held.planner);
         self.require(goes_on || term == held.term.next(), "terms only rise, by one", || {
             format!("decision {decision}: term {} of {} after {}", term, incarnation, held.term)
         });
-        let owner = *self.terms.entry(term).or_insert(incarnation);
+        let owner = *self.terms.entry((robot, term)).or_insert(incarnation);
         self.require(owner == incarnation, "no term is shared by two planners", || {
             format!("decision {decision}: term {term} of {incarnation} was {owner}'s")
         });
-        self.commanders.insert(incarnation);
+        self.commanders.insert((robot, incarnation));
     }
 
     /// hopper-sim has opened the journal, which holds `records`; `may_have_lost` after a loss of power
@@ -396,6 +445,23 @@ impl Checker {
         for (index, was_visible) in visible.into_iter().enumerate() {
             self.visible[index] |= was_visible;
         }
+    }
+
+    /// hopper-sim publishes all robots.
+    pub(crate) fn team_published(&mut self, team: &Team) {
+        let held = self.records.len() as u64;
+        // While an action is in the air the robots before it are told again; they are compared once it has landed.
+        if team.decision.0 != held || team.run != self.mission.brief.run {
+            let right = team.decision.0 < held || team.run != self.mission.brief.run;
+            return self.require(right, "nothing is published that the journal does not hold", || {
+                format!("the robots of decision {}, the journal holds {held}", team.decision)
+            });
+        }
+        let digest = self.digest();
+        let need = self.rovers.as_ref().map(|rovers| rovers.team(team.run, team.decision, digest));
+        self.require(need.as_ref() == Some(team), "the robots are where the journal leaves them", || {
+            format!("told {team:?}, needs {need:?}")
+        });
     }
 
     /// hopper-sim publishes a state at `now`.
@@ -468,7 +534,9 @@ impl Checker {
     pub(crate) fn sim_started(&mut self, incarnation: Incarnation, pace: Pace) {
         self.sim = incarnation;
         let control = self.pacing.control;
+        // What is kept for one robot while another is due is not computed here.
         self.reservations = Reservations::default();
+        self.reservations.unsure = self.rovers.is_some();
         self.policy = None;
         self.pacing = Pacing {
             control,
@@ -571,17 +639,28 @@ impl Checker {
 
     /// perception publishes a patch.
     pub fn mapped(&mut self, patch: &MapPatch) {
-        let MapPatch { run, through, more, after, .. } = *patch;
+        let MapPatch { run, through, digest, more, after, .. } = *patch;
         self.told(run, through, &patch.cells, &patch.treasures);
         if more == 0 {
-            self.right(run, through, after);
+            self.right(through, digest, after);
         }
+        let record = through.0.checked_sub(1).and_then(|index| self.records.get(index as usize));
+        // Another past's patches, and the starts', name whom they like.
+        let Some(actor) = record.filter(|record| record.digest == digest).map(|record| record.robot) else {
+            return;
+        };
+        let named = patch.robot;
+        self.require(
+            run != self.mission.brief.run || named == actor,
+            "a patch names the robot that sensed",
+            || format!("the patch through decision {through} names robot {named}, robot {actor} acted"),
+        );
     }
 
     /// perception answers for the map.
     pub fn paged(&mut self, page: &MapPage) {
         self.told(page.run, page.through, &page.cells, &page.treasures);
-        self.right(page.run, page.through, page.observation);
+        self.right(page.through, page.digest, page.observation);
     }
 
     fn told(&mut self, run: RunId, through: Decision, cells: &[SeenCell], treasures: &[Cell]) {
@@ -598,10 +677,10 @@ impl Checker {
         });
     }
 
-    fn right(&mut self, run: RunId, through: Decision, observation: u64) {
-        let right = self.maps.contains(&(run, through, observation));
+    fn right(&mut self, through: Decision, digest: Digest, observation: u64) {
+        let right = self.prints.get(&digest) == Some(&observation);
         self.require(right, "the map is that of the poses so far", || {
-            format!("the map of run {run} through decision {through} is another")
+            format!("the map through decision {through}, digest {digest}, is another")
         });
     }
 
@@ -630,11 +709,12 @@ impl Checker {
         }
         let is_known = self.heard.contains_key(&(self.sim, command.incarnation));
         let in_the_air = self.records.len() as u64 > due.0;
-        let before = self.state_at(due).map_or(Status::Underway, |state| state.status);
+        let Some(before) = self.state_at(due) else { return };
         let at = Standing {
             due,
+            digest: before.digest,
             in_the_air,
-            is_over: before.is_over(),
+            is_over: before.status.is_over(),
             leader: self.leader(),
             published: self.pacing.told,
         };
@@ -675,29 +755,28 @@ impl Checker {
         &self.expected.disc_cells
     }
 
-    /// A planner sends a command, knowing `leader` as the one in command. Says what it takes over for, if
-    /// it does.
+    /// A planner sends a command, knowing who leads. Says what it takes over for, if it does.
     pub(crate) fn sent(
         &mut self,
         command: &Command,
         life: &Life,
-        leader: Leader,
-        leader_is_gone: bool,
+        known: Known,
         now: MonotonicNs,
     ) -> Option<&'static str> {
-        let Command { run, incarnation, decision, term, action, .. } = *command;
-        self.sent.insert((run, incarnation, decision, term, action.code()));
+        let Command { run, robot, incarnation, decision, digest, term, action, .. } = *command;
+        let Known { leader, since, is_gone } = known;
+        self.sent.insert((run, robot, incarnation, decision, digest, term, action.code()));
         if leader.incarnation == incarnation && term == leader.term {
             return None;
         }
         let heard = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
         // Silence counts only while somebody listens, and from when it knows who leads.
-        let silent_since = heard.max(life.leader_seen.get().1.0).max(life.listening_since.get().0);
-        let limit_ns = if leader_is_gone { DEATH_SILENCE_NS } else { SILENCE_NS };
+        let silent_since = heard.max(since.0).max(life.listening_since.get().0);
+        let limit_ns = if is_gone { DEATH_SILENCE_NS } else { SILENCE_NS };
         // What it asks for may be what it got, and has not heard of yet.
         let led = run == self.mission.brief.run
-            && self.commanders.contains(&incarnation)
-            && self.terms.get(&term) != Some(&incarnation);
+            && self.commanders.contains(&(robot, incarnation))
+            && self.terms.get(&(robot, term)) != Some(&incarnation);
         let told = life.takeover && !led || self.handed_over.contains(&incarnation);
         let cause = if leader.term == Term(0) {
             Some("vacancy")
@@ -755,5 +834,6 @@ impl Checker {
 
 fn signature(record: &Record, run: RunId) -> Sent {
     let action: Action = record.action;
-    (run, record.leader.incarnation, record.decision, record.leader.term, action.code())
+    let Leader { incarnation, term, .. } = record.leader;
+    (run, record.robot, incarnation, record.decision, record.previous, term, action.code())
 }

@@ -2,9 +2,12 @@
 
 use std::cell::RefCell;
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::rc::Rc;
 
-use hopper_sim::Storage;
+use hopper_sim::{Located, Storage};
+
+use crate::fault::Place;
 
 /// One file, which outlives the processes that write it.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +26,12 @@ struct Platter {
     tear: Option<u64>,
     /// Whether a process died writing: it does nothing more.
     torn: bool,
+    /// What is said of the journal's path, if it is not the truth.
+    place: Option<Place>,
+    /// Bytes held when it was asked for that last.
+    located_bytes: usize,
+    /// Whether something was written meanwhile.
+    misplaced_write: bool,
     /// The last write that went through, until it is taken.
     write: Option<Vec<u8>>,
 }
@@ -65,6 +74,21 @@ impl Disk {
     pub fn free(&self) {
         let mut platter = self.0.borrow_mut();
         (platter.room, platter.stubborn) = (None, false);
+    }
+
+    /// Says from now on that the journal lies at `place`; `None` for the truth.
+    pub(crate) fn misplace(&self, place: Option<Place>) {
+        self.0.borrow_mut().place = place;
+    }
+
+    /// Whether it says so.
+    pub(crate) fn is_misplaced(&self) -> bool {
+        self.0.borrow().place.is_some()
+    }
+
+    /// Whether something was written while the journal was misplaced, since this was asked last.
+    pub(crate) fn take_misplaced_write(&self) -> bool {
+        std::mem::take(&mut self.0.borrow_mut().misplaced_write)
     }
 
     /// The process that writes next dies in its midst, `thousandths` of the bytes written.
@@ -110,6 +134,10 @@ impl Storage for Disk {
             return Err(ErrorKind::BrokenPipe.into());
         }
         let offset = offset as usize;
+        // A header begins a journal that had no place before. With a torn tail that is still to be cut, a length is no surprise.
+        let has_odd_length = |place| matches!(place, Place::Longer | Place::Shorter);
+        let is_expected = |place| offset == 0 || has_odd_length(place) && platter.located_bytes > offset;
+        platter.misplaced_write |= platter.place.is_some_and(|place| !is_expected(place));
         let tear = platter.tear.take().map(|thousandths| bytes.len() * thousandths as usize / 1000);
         let written = bytes.len().min(platter.room.unwrap_or(usize::MAX)).min(tear.unwrap_or(usize::MAX));
         let end = offset + written;
@@ -143,6 +171,19 @@ impl Storage for Disk {
         platter.bytes.truncate(bytes as usize);
         platter.durable = platter.durable.min(bytes as usize);
         Ok(())
+    }
+
+    fn locate(&self, _path: &Path) -> io::Result<Located> {
+        let mut platter = self.0.borrow_mut();
+        platter.located_bytes = platter.bytes.len();
+        let bytes = platter.bytes.len() as u64;
+        Ok(match platter.place {
+            None => Located::Here { bytes },
+            Some(Place::Nowhere) => Located::Nowhere,
+            Some(Place::Elsewhere) => Located::Elsewhere,
+            Some(Place::Longer) => Located::Here { bytes: bytes + 1 },
+            Some(Place::Shorter) => Located::Here { bytes: bytes.saturating_sub(1) },
+        })
     }
 
     fn sync(&self) -> io::Result<()> {

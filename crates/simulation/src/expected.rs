@@ -14,6 +14,8 @@ pub(crate) struct Expected {
     treasures: Vec<Cell>,
     /// What is known of each cell, in index order.
     cells: Vec<Option<Ground>>,
+    /// How often rovers have entered each cell, in index order.
+    visits: Vec<u16>,
     /// Cells that each pose so far revealed or held in view.
     pub disc_cells: Vec<usize>,
 }
@@ -25,6 +27,7 @@ impl Expected {
             seen: vec![false; count],
             treasures: Vec::new(),
             cells: vec![None; count],
+            visits: vec![0; count],
             disc_cells: Vec::new(),
         }
     }
@@ -39,6 +42,18 @@ impl Expected {
 
     pub fn is_seen(&self, index: usize) -> bool {
         self.seen[index]
+    }
+
+    /// Rovers have entered cells, from each of which those up to so many columns and rows away are seen.
+    pub fn enter(&mut self, brief: &Brief, terrain: &Terrain, views: &[(i32, Cell)]) {
+        for (range, at) in views {
+            for (index, cell) in cells_of(brief).enumerate() {
+                self.seen[index] |= (cell.x - at.x).abs() <= *range && (cell.y - at.y).abs() <= *range;
+            }
+            self.visits[index_of(brief, *at)] += 1;
+        }
+        self.cells =
+            self.seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
     }
 
     /// The robot has landed at `pose`.
@@ -101,6 +116,9 @@ impl Expected {
                 bytes.extend(value.to_bits().to_le_bytes());
             }
             bytes.extend([u8::from(ground.soil == Soil::Sand), u8::from(ground.passable)]);
+            if self.visits[index] > 0 {
+                bytes.extend(self.visits[index].to_le_bytes());
+            }
             sum = sum.wrapping_add(xxh3_64(&bytes));
         }
         for cell in &self.treasures {
@@ -164,5 +182,8 @@ pub(crate) fn next_digest(before: Digest, record: &Record) -> Digest {
     bytes.extend(record.steps.to_le_bytes());
     bytes.extend(record.status.code().to_le_bytes());
     bytes.extend(record.collected.0.to_le_bytes());
+    if record.robot.0 > 0 {
+        bytes.extend(record.robot.0.to_le_bytes());
+    }
     Digest(Sha256::digest(bytes).into())
 }

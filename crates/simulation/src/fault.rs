@@ -4,7 +4,7 @@ use contract::{Name, Role};
 use serde::Serialize;
 
 use crate::chance::Chance;
-use crate::setup;
+use crate::setup::{Missions, Seat};
 use crate::topic::Topic;
 
 const MS: u64 = 1_000_000;
@@ -124,8 +124,9 @@ pub enum Kind {
     },
     /// Another planner comes.
     Rival {
-        /// Its algorithm.
-        planner: Name,
+        /// Its algorithm, and the robots that it commands.
+        #[serde(flatten)]
+        seat: Seat,
         /// Whether it takes over.
         takeover: bool,
         /// Whether it takes every process for gone, as one in another container would.
@@ -167,6 +168,13 @@ pub enum Kind {
         /// Until hopper-sim is started again here, nanoseconds.
         restart_ns: u64,
     },
+    /// The journal's path leads elsewhere for a while, or the disk reports a length that the journal has not.
+    Misplaced {
+        /// What the disk says.
+        place: Place,
+        /// For how long, nanoseconds.
+        ns: u64,
+    },
     /// The next plans of a planner take long.
     Slow {
         /// Whose.
@@ -178,14 +186,29 @@ pub enum Kind {
     },
     /// A planner of another build comes, and means to take over.
     ForeignBuild {
-        /// Its algorithm.
-        planner: Name,
+        /// Its algorithm, and the robots that it means to command.
+        #[serde(flatten)]
+        seat: Seat,
     },
     /// A rogue sends a command that would be accepted but for one field.
     Forge {
         /// The field.
         forgery: Forgery,
     },
+}
+
+/// What a disk says of the journal's path while it is misplaced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// There is nothing.
+    Nowhere,
+    /// There is another file.
+    Elsewhere,
+    /// It is the journal, with a byte more than was written.
+    Longer,
+    /// It is the journal, with a byte less.
+    Shorter,
 }
 
 /// What is wrong with a forged command, which takes over as a rogue otherwise.
@@ -196,10 +219,18 @@ pub enum Forgery {
     Run,
     /// A robot that is none of the mission's.
     Robot,
+    /// A robot whose turn it is not.
+    NotDue,
+    /// The robot that is due, with the next term of another.
+    TermOfAnother,
+    /// A step to where the rover that is due cannot stand, best of all where another one does.
+    Blocked,
     /// A decision that was executed.
     Repeated,
     /// A decision far ahead.
     Future,
+    /// The digest of another past.
+    Past,
     /// A term that leaps ahead.
     Leap,
     /// A term that has passed.
@@ -217,8 +248,12 @@ impl Forgery {
         match self {
             Forgery::Run => "run",
             Forgery::Robot => "robot",
+            Forgery::NotDue => "not_due",
+            Forgery::TermOfAnother => "term_of_another",
+            Forgery::Blocked => "blocked",
             Forgery::Repeated => "repeated",
             Forgery::Future => "future",
+            Forgery::Past => "past",
             Forgery::Leap => "leap",
             Forgery::Stale => "stale",
             Forgery::Usurped => "usurped",
@@ -226,22 +261,35 @@ impl Forgery {
         }
     }
 
+    /// Those that can be where these missions are: the last three need several robots.
+    #[must_use]
+    pub fn of(missions: Missions) -> &'static [Forgery] {
+        let count = if missions == Missions::Rovers { Self::ALL.len() } else { Self::ALL.len() - 3 };
+        &Self::ALL[..count]
+    }
+
     /// Every one.
-    pub const ALL: [Forgery; 8] = [
+    pub const ALL: [Forgery; 12] = [
         Forgery::Run,
         Forgery::Robot,
         Forgery::Repeated,
         Forgery::Future,
+        Forgery::Past,
         Forgery::Leap,
         Forgery::Stale,
         Forgery::Usurped,
         Forgery::Malformed,
+        Forgery::NotDue,
+        Forgery::TermOfAnother,
+        Forgery::Blocked,
     ];
 }
 
 /// The faults of one seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
+    /// Whose missions.
+    pub missions: Missions,
     /// The seed, which also gives the setup and every small delay.
     pub seed: u64,
     /// What goes wrong, in the order of decisions.
@@ -251,15 +299,15 @@ pub struct Plan {
 impl Plan {
     /// The plan of a seed.
     #[must_use]
-    pub fn of(seed: u64) -> Self {
+    pub fn of(missions: Missions, seed: u64) -> Self {
         let mut chance = Chance::new(seed, "faults");
         let count = chance.between(1, FAULTS_MAX);
-        let mut faults: Vec<Fault> = (0..count).map(|_| fault(&mut chance)).collect();
+        let mut faults: Vec<Fault> = (0..count).map(|_| fault(missions, seed, &mut chance)).collect();
         let mut follow = Chance::new(seed, "follow");
         let after: Vec<Fault> = faults.iter().filter_map(|fault| follow_up(&mut follow, fault)).collect();
         faults.extend(after);
         faults.sort_by_key(|fault| fault.decision);
-        Self { seed, faults }
+        Self { missions, seed, faults }
     }
 }
 
@@ -274,9 +322,9 @@ pub fn points() -> Vec<&'static str> {
     .concat()
 }
 
-fn fault(chance: &mut Chance) -> Fault {
+fn fault(missions: Missions, seed: u64, chance: &mut Chance) -> Fault {
     let after_ns = if chance.one_in(2) { 0 } else { chance.duration_ns(1_000, 200 * MS) };
-    Fault { decision: chance.below(DECISIONS), after_ns, kind: kind(chance) }
+    Fault { decision: chance.below(DECISIONS), after_ns, kind: kind(missions, seed, chance) }
 }
 
 /// What follows a fault now and then: two that matter together hardly ever meet by chance.
@@ -292,8 +340,9 @@ fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
     }
 }
 
-fn kind(chance: &mut Chance) -> Kind {
-    let topic = chance.pick(&Topic::all());
+// Long: an arm for each kind.
+fn kind(missions: Missions, seed: u64, chance: &mut Chance) -> Kind {
+    let topic = chance.pick(&Topic::all(missions));
     let messages = chance.between(1, 12);
     let restart_ns = chance.duration_ns(MS, 1500 * MS);
     let ns = chance.duration_ns(MS, 3000 * MS);
@@ -307,7 +356,7 @@ fn kind(chance: &mut Chance) -> Kind {
         Victim::Leader,
         Victim::Rival,
     ]);
-    match chance.below(39) {
+    match chance.below(41) {
         0..4 => Kind::Lose { topic, messages },
         4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
         6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
@@ -319,27 +368,35 @@ fn kind(chance: &mut Chance) -> Kind {
         21 => Kind::Tear { thousandths: chance.between(0, 1250).min(1000), restart_ns },
         22 => Kind::Full { room: chance.below(600), stubborn: chance.one_in(2), ns },
         23..27 => Kind::Rival {
-            planner: setup::algorithm(chance),
+            seat: missions.seat(seed, chance),
             takeover: !chance.one_in(3),
             blind: chance.one_in(4),
         },
         27 => Kind::WallClock { ns: chance.pick(&[-1, 1]) * chance.duration_ns(MS, 1 << 50) as i64 },
         28 => Kind::PowerLoss { thousandths: chance.between(0, 1000), restart_ns },
         29 => Kind::NewRun { restart_ns },
-        30 => Kind::ForeignBuild { planner: setup::algorithm(chance) },
+        30 => Kind::ForeignBuild { seat: missions.seat(seed, chance) },
         33 | 34 => Kind::LoseTail { records: chance.between(1, 6), restart_ns },
+        // Flown on elsewhere is a hopper's journal only: each rover would need a planner and a term of its own there.
+        35 | 36 if missions == Missions::Rovers => {
+            Kind::LoseTail { records: chance.between(1, 6), restart_ns }
+        }
         35 | 36 => Kind::Elsewhere {
             records: chance.between(1, 6),
-            planner: setup::algorithm(chance),
+            planner: missions.algorithm(chance),
             hops: chance.between(1, 8),
             restart_ns,
+        },
+        39 | 40 => Kind::Misplaced {
+            place: chance.pick(&[Place::Nowhere, Place::Elsewhere, Place::Longer, Place::Shorter]),
+            ns,
         },
         37 | 38 => Kind::Slow {
             victim: chance.pick(&[Victim::Leader, Victim::Rival]),
             plans: chance.between(1, 3),
             ns: chance.between(300 * MS, 1800 * MS),
         },
-        _ => Kind::Forge { forgery: chance.pick(&Forgery::ALL) },
+        _ => Kind::Forge { forgery: chance.pick(Forgery::of(missions)) },
     }
 }
 
@@ -367,6 +424,7 @@ impl Kind {
             Kind::LoseTail { .. } => "lose_tail",
             Kind::Elsewhere { .. } => "elsewhere",
             Kind::Slow { .. } => "slow",
+            Kind::Misplaced { .. } => "misplaced",
         }
     }
 }

@@ -26,6 +26,7 @@ mod observed;
 mod ports;
 mod recorded;
 mod reservation;
+mod rovers;
 mod screen;
 pub mod setup;
 pub mod shrink;

@@ -1,9 +1,13 @@
 //! One life of one simulated process, from its start to its death.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use contract::{Command, Decision, Incarnation, Leader, MapPatch, MonotonicNs, Name, Role, RunId, State};
+use contract::{
+    Command, Decision, Incarnation, Leader, MapPatch, Member, MonotonicNs, Name, RobotId, Role, RunId, State,
+    Team, Term,
+};
 
 use crate::observed::Seen;
 use crate::topic::Topic;
@@ -42,7 +46,9 @@ pub(crate) struct Life {
     /// Of a planner: whether a patch reached it late, twice, out of order or not at all, or a landing was in no patch.
     pub map_disturbed: Cell<bool>,
     /// When that was last the case, since the simulation began, nanoseconds.
-    pub disturbed_ns: Cell<u64>,
+    pub disturbed_ns: Cell<Option<u64>>,
+    /// When a patch was last sent to it twice, since the simulation began, nanoseconds.
+    pub repeated_ns: Cell<Option<u64>>,
     /// Of a planner that asks for the map: the pass over its pages, from the first to the last.
     pub pass: Cell<Pass>,
     /// Of a planner: the state it knows, as (run, decision, published), and who leads there since when.
@@ -50,6 +56,10 @@ pub(crate) struct Life {
     pub leader_seen: Cell<(Leader, MonotonicNs)>,
     /// That when its present turn began, with the number of the turn: of several states only the last counts.
     pub leader_at_turn: Cell<(u64, (Leader, MonotonicNs))>,
+    /// Of a planner of rovers: the decision of the robots it knows, and who leads each since when.
+    pub team_seen: RefCell<Option<TeamSeen>>,
+    /// When it first heard that somebody leads a robot in some term.
+    pub leaders_seen: RefCell<BTreeMap<(RunId, RobotId, Term, Incarnation), MonotonicNs>>,
     /// Since when it has listened without a break, and when it began its last turn.
     pub listening_since: Cell<MonotonicNs>,
     pub turned_at: Cell<MonotonicNs>,
@@ -65,6 +75,9 @@ pub(crate) struct Life {
     pub commands: Cell<(u64, u64)>,
 }
 
+/// The decision of the robots that are known, and who leads each since when.
+type TeamSeen = (RunId, Decision, Vec<(Leader, MonotonicNs)>);
+
 /// How far a planner has come over the pages of the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Pass {
@@ -73,18 +86,46 @@ pub(crate) enum Pass {
     None,
     /// It has received pages, but not the last; whether nothing was disturbed shortly before or since.
     Under { is_clean: bool },
-    /// It has received the last page.
-    Over,
+    /// It has received the last page; whether nothing was disturbed but that patches came twice, and in which turn it was.
+    Over { is_clean: bool, turn: u64 },
 }
 
 impl Life {
     /// A message about the map was or may have been lost, repeated or late.
     pub fn disturb_map(&self, now_ns: u64) {
         self.map_disturbed.set(true);
-        self.disturbed_ns.set(now_ns);
-        if let Pass::Under { .. } = self.pass.get() {
-            self.pass.set(Pass::Under { is_clean: false });
-        }
+        self.disturbed_ns.set(Some(now_ns));
+        self.pass.set(match self.pass.get() {
+            Pass::None => Pass::None,
+            Pass::Under { .. } => Pass::Under { is_clean: false },
+            Pass::Over { turn, .. } => Pass::Over { is_clean: false, turn },
+        });
+    }
+
+    /// A patch comes twice. Its second copy may be taken for a gap once the map is whole, but spoils no pass over the pages.
+    pub fn repeat_patch(&self, now_ns: u64) {
+        self.map_disturbed.set(true);
+        self.repeated_ns.set(Some(now_ns));
+    }
+
+    /// What is known of the robots' leaders from `team` on, which has come at `now`. Who led before, and leads again by a
+    /// message that was late or after a journal lost its tail, is known since the first time.
+    pub fn knows_team(&self, team: &Team, now: MonotonicNs) {
+        let mut known = self.leaders_seen.borrow_mut();
+        let since = |(robot, member): (u16, &Member)| {
+            let Leader { term, incarnation, .. } = member.leader;
+            (member.leader, *known.entry((team.run, RobotId(robot), term, incarnation)).or_insert(now))
+        };
+        let leaders = (0..).zip(&team.members).map(since).collect();
+        self.team_seen.replace(Some((team.run, team.decision, leaders)));
+    }
+
+    /// Who leads the robot of `command`, and since when, by the message about the robots that it answers.
+    pub fn leader_in_team(&self, command: &Command) -> Option<(Leader, MonotonicNs)> {
+        let seen = self.team_seen.borrow();
+        let (run, decision, leaders) = seen.as_ref()?;
+        let answers = (*run, *decision) == (command.run, command.decision);
+        leaders.get(usize::from(command.robot.0)).copied().filter(|_| answers)
     }
 
     /// Whether a message of `topic` is to wake this process: the pipeline from state to map to command.

@@ -8,16 +8,18 @@ use std::sync::PoisonError;
 use std::task::Poll;
 
 use contract::{
-    Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message, MonotonicNs,
-    Name, Order, Pacing, PastPage, PastRequest, Policy, Refusal, Request, RobotId, Role, State, TruthPage,
-    TruthRequest,
+    Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, Message,
+    MonotonicNs, Name, Order, Pacing, PastPage, PastRequest, Policy, Record, Refusal, Request, RobotId, Role,
+    State, Team, TruthPage, TruthRequest,
 };
 use hopper_sim::crash;
 use planner::Situation;
 use process::{Failure, Ports};
 
+use crate::checker::Known;
 use crate::life::{Life, Pass};
 use crate::recorded::decisions_recorded;
+use crate::setup::Missions;
 use crate::topic::{Answered, Asked, Topic};
 use crate::world::{Event, MS, ProcessFault, Queue, Shared, World};
 
@@ -53,11 +55,13 @@ pub(crate) struct Reader<M> {
 /// Writes one topic.
 pub(crate) struct Writer {
     ports: SimulatedPorts,
+    robot: RobotId,
 }
 
 /// Asks one service.
 pub(crate) struct Client<Q: Request> {
     ports: SimulatedPorts,
+    robot: RobotId,
     answers: Rc<Queue<Answered<Q::Response>>>,
     /// Requests so far, and whether the last waits for its answer.
     asked: u64,
@@ -67,12 +71,13 @@ pub(crate) struct Client<Q: Request> {
 /// Answers one service.
 pub(crate) struct Server<Q: Request> {
     ports: SimulatedPorts,
+    robot: RobotId,
     requests: Rc<Queue<Asked<Q>>>,
 }
 
 impl SimulatedPorts {
-    fn open<T: Clone + 'static>(&self, wakes: bool) -> Rc<Queue<T>> {
-        self.world.borrow_mut().open(&self.life, wakes)
+    fn open<T: Clone + 'static>(&self, robot: RobotId, wakes: bool) -> Rc<Queue<T>> {
+        self.world.borrow_mut().open(robot, &self.life, wakes)
     }
 
     /// Dies here, to be started again after so long.
@@ -95,27 +100,27 @@ impl Ports for SimulatedPorts {
     type Client<Q: Request> = Client<Q>;
     type Server<Q: Request> = Server<Q>;
 
-    fn reader<M: Message>(&mut self, _robot: RobotId, wakes: bool) -> Result<Reader<M>, Never> {
+    fn reader<M: Message>(&mut self, robot: RobotId, wakes: bool) -> Result<Reader<M>, Never> {
         assert!(!wakes || M::SERVICE.event, "{} has no events", M::SERVICE.name);
-        Ok(Reader { queue: self.open(wakes), ports: self.clone() })
+        Ok(Reader { queue: self.open(robot, wakes), ports: self.clone() })
     }
 
     fn try_reader<M: Message>(&mut self, robot: RobotId) -> Result<Reader<M>, Never> {
         self.reader(robot, false)
     }
 
-    fn writer<M: Message>(&mut self, _robot: RobotId) -> Result<Writer, Never> {
+    fn writer<M: Message>(&mut self, robot: RobotId) -> Result<Writer, Never> {
         assert!(M::SERVICE.writers.contains(&self.life.role), "{} is not this role's", M::SERVICE.name);
-        Ok(Writer { ports: self.clone() })
+        Ok(Writer { ports: self.clone(), robot })
     }
 
-    fn client<Q: Request>(&mut self, _robot: RobotId) -> Result<Client<Q>, Never> {
-        Ok(Client { answers: self.open(true), ports: self.clone(), asked: 0, waits: false })
+    fn client<Q: Request>(&mut self, robot: RobotId) -> Result<Client<Q>, Never> {
+        Ok(Client { answers: self.open(robot, true), ports: self.clone(), robot, asked: 0, waits: false })
     }
 
-    fn server<Q: Request>(&mut self, _robot: RobotId) -> Result<Server<Q>, Never> {
+    fn server<Q: Request>(&mut self, robot: RobotId) -> Result<Server<Q>, Never> {
         assert!(Q::SERVICE.server == self.life.role, "{} is not this role's", Q::SERVICE.name);
-        Ok(Server { requests: self.open(true), ports: self.clone() })
+        Ok(Server { requests: self.open(robot, true), ports: self.clone(), robot })
     }
 
     fn now(&mut self) -> MonotonicNs {
@@ -201,7 +206,10 @@ impl Ports for SimulatedPorts {
         {
             let world = &mut *self.world.borrow_mut();
             if let Some((brief, map, state)) = seen {
-                world.plans(&self.life, &Situation { brief: &brief, map: &map, state: &state });
+                world.plans(
+                    &self.life,
+                    &Situation { brief: &brief, map: &map, state: &state, team: None, scouting: None },
+                );
             }
             let slow = world.chance.one_in(60);
             let (plans, slow_ns) = self.life.slow.get();
@@ -240,7 +248,7 @@ impl<M: Message> process::Writer<M> for Writer {
     fn publish(&mut self, message: M) -> Result<(), Never> {
         let world = &mut *self.ports.world.borrow_mut();
         world.published(&self.ports.life, &message);
-        world.publish(self.ports.life.incarnation, message);
+        world.publish(self.robot, self.ports.life.incarnation, message);
         Ok(())
     }
 
@@ -259,7 +267,7 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
         world.coverage.count(Topic::of::<Asked<Q>>().as_str(), "sent");
         world.asked(&self.ports.life, &request);
         let asked = Asked { request, number: self.asked, asker: self.ports.life.incarnation };
-        for (server, wakes, queue) in world.listening::<Asked<Q>>() {
+        for (server, wakes, queue) in world.listening::<Asked<Q>>(self.robot) {
             world.send(self.ports.life.incarnation, &server, wakes, &queue, Ok(asked.clone()));
         }
         Ok(())
@@ -309,7 +317,7 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
             let world = &mut *self.ports.world.borrow_mut();
             shorten(&mut response, world);
             world.answered(&response);
-            for (client, wakes, queue) in world.listening::<Answered<Q::Response>>() {
+            for (client, wakes, queue) in world.listening::<Answered<Q::Response>>(self.robot) {
                 if client.incarnation == asker {
                     let answered = Answered { response: response.clone(), number };
                     world.send(self.ports.life.incarnation, &client, wakes, &queue, Ok(answered));
@@ -344,20 +352,43 @@ impl World {
         else {
             return;
         };
+        self.count_rovers(&record);
         self.checker.executed(&record);
         self.checker.committed(&record);
         self.decisions += 1;
         self.stirred_ns = self.stirred_ns.max(self.time_ns);
-        let (decision, action, leader) = (record.decision, record.action, record.leader);
+        let Record { robot, decision, action, leader, .. } = record;
         if record.origin.is_fallback() {
             self.coverage.count("fallback", record.origin.as_str());
             let origin = record.origin;
-            self.note(|| format!("committed: decision {decision}, {action}, by the fallback ({origin})"));
+            self.note(|| {
+                format!("committed: decision {decision}, robot {robot}, {action}, by the fallback ({origin})")
+            });
         } else {
             self.note(|| {
                 let (planner, term) = (leader.planner, leader.term);
-                format!("committed: decision {decision}, {action}, by {planner} in term {term}")
+                format!(
+                    "committed: decision {decision}, robot {robot}, {action}, by {planner} in term {term}"
+                )
             });
+        }
+    }
+
+    /// Rare events among several robots that a record shows.
+    fn count_rovers(&mut self, record: &Record) {
+        if self.setup.missions != Missions::Rovers {
+            return;
+        }
+        if record.outcome.branch == Branch::Stranded {
+            self.coverage.count("rovers", "stranded");
+        }
+        let others = (0..self.setup.mission.brief.robots).map(RobotId).filter(|robot| *robot != record.robot);
+        let mut leaders =
+            others.map(|robot| self.checker.leader_of(robot)).filter(|leader| leader.term.0 > 0);
+        if leaders.any(|leader| leader.incarnation == record.leader.incarnation) {
+            self.coverage.count("rovers", "two_led_by_one");
+        } else if self.checker.leader_of(record.robot).incarnation != record.leader.incarnation {
+            self.coverage.count("rovers", "another_leads");
         }
     }
 
@@ -369,11 +400,17 @@ impl World {
             self.checker.published(state, now);
             self.count_state(state);
             self.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
+        } else if let Some(team) = message.downcast_ref::<Team>() {
+            self.checker.team_published(team);
+            self.note(|| format!("hopper-sim publishes robots {}: {} is due", team.decision, team.due));
         } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
             self.checker.mapped(patch);
-            // Landings that perception folds from the past are in no patch.
-            let follows = self.patched.is_none_or(|last| (last..=last + 1).contains(&patch.sequence));
-            self.patched = Some(patch.sequence);
+            // Landings that perception folds from the past are in no patch, and a map that is built anew may be another.
+            let follows = self.patched.is_none_or(|(sequence, after)| {
+                let again = (patch.sequence, patch.after) == (sequence, after);
+                again || (patch.sequence, patch.before) == (sequence + 1, after)
+            });
+            self.patched = Some((patch.sequence, patch.after));
             if !follows {
                 self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
             }
@@ -419,18 +456,23 @@ impl World {
         let is_behind = known.is_some_and(|(run, due)| run == command.run && command.decision < due);
         let itself =
             contract::Leader { term: command.term, incarnation: command.incarnation, ..Default::default() };
-        let leader = match (is_known, is_behind) {
-            (true, _) => life.leader_seen.get().0,
-            (false, true) => itself,
-            (false, false) => contract::Leader::default(),
+        let of_team = || life.leader_in_team(command);
+        let (leader, since) = match (is_known, is_behind, self.setup.missions) {
+            (true, _, Missions::Hopper) => life.leader_seen.get(),
+            (true, _, Missions::Rovers) => of_team().unwrap_or((itself, now)),
+            (false, true, _) => (itself, now),
+            (false, false, _) => (contract::Leader::default(), life.leader_seen.get().1),
         };
         let leader_lives = self.lives.iter().any(|life| life.pid == leader.pid);
-        if let Some(cause) = self.checker.sent(command, life, leader, life.blind || !leader_lives, now) {
+        let leader = Known { leader, since, is_gone: life.blind || !leader_lives };
+        if let Some(cause) = self.checker.sent(command, life, leader, now) {
             self.coverage.count("takeover_asked", cause);
         }
         self.note(|| {
-            let Command { decision, action, term, planner, incarnation, .. } = command;
-            format!("{planner} {incarnation} sends decision {decision}, {action}, term {term}")
+            let Command { decision, action, term, planner, incarnation, robot, .. } = command;
+            format!(
+                "{planner} {incarnation} sends decision {decision}, {action}, term {term} of robot {robot}"
+            )
         });
         if self.checker.is_own(life.version) {
             self.commanded = Some(*command);
@@ -453,6 +495,8 @@ impl World {
             self.checker.advised(policy);
         } else if let Some(state) = message.downcast_ref::<State>() {
             self.knows(life, state, now);
+        } else if let Some(team) = message.downcast_ref::<Team>() {
+            life.knows_team(team, now);
         } else if message.is::<MapPatch>() && life.role == Role::Planner {
             if let Pass::Under { .. } = life.pass.get() {
                 self.coverage.count("map", "patch_between_pages");
@@ -522,17 +566,25 @@ impl World {
         // What was disturbed may be under way for half a second, and lie unread for another half.
         const UNDISTURBED_NS: u64 = 1_100 * MS;
         let awake_ns = self.monotonic().since_ns(life.listening_since.get());
-        let quiet = self.time_ns > life.disturbed_ns.get() + UNDISTURBED_NS && awake_ns > UNDISTURBED_NS;
+        let is_past = |at_ns: u64| self.time_ns > at_ns + UNDISTURBED_NS;
+        // A life to which that never happened has nothing under way from before its birth.
+        let quiet = life.disturbed_ns.get().is_none_or(|at_ns| is_past(at_ns) && awake_ns > UNDISTURBED_NS);
+        let once = life.repeated_ns.get().is_none_or(is_past);
         let is_clean = match life.pass.get() {
             Pass::Under { is_clean } => is_clean && page.from > 0,
-            Pass::None | Pass::Over => quiet && page.from == 0,
+            Pass::None | Pass::Over { .. } => quiet && page.from == 0,
         };
         if (page.next as usize) < page.grid.cells() {
             return life.pass.set(Pass::Under { is_clean: is_clean || quiet && page.from == 0 });
         }
-        life.pass.set(Pass::Over);
-        self.coverage.count("map", if is_clean { "pass_undisturbed" } else { "pass_disturbed" });
-        if is_clean {
+        life.pass.set(Pass::Over { is_clean, turn: life.turns.get() });
+        let name = match (is_clean, once) {
+            (true, true) => "pass_undisturbed",
+            (true, false) => "pass_repeated",
+            (false, _) => "pass_disturbed",
+        };
+        self.coverage.count("map", name);
+        if is_clean && once {
             // The map is whole now, whatever was disturbed before: nothing may be asked for any more.
             life.map_whole.set(Some(page.run));
             life.map_disturbed.set(false);
@@ -541,12 +593,26 @@ impl World {
 
     /// The checker looks at what is asked.
     fn asked<Q: 'static>(&mut self, life: &Life, request: &Q) {
+        if let Pass::Over { turn, .. } = life.pass.get()
+            && turn == life.turns.get()
+        {
+            // The page is received, and not folded in yet: what comes before it may ask once more.
+            return;
+        }
         if let Some(request) = (request as &dyn Any).downcast_ref::<MapRequest>()
             && life.role == Role::Planner
             && request.from == 0
-            && life.pass.replace(Pass::None) == Pass::Over
+            && let Pass::Over { is_clean, .. } = life.pass.replace(Pass::None)
         {
             self.coverage.count("map", "asked_again");
+            let is_empty = request.observation == 0;
+            if is_clean && is_empty && !self.is_another_mission {
+                let incarnation = life.incarnation;
+                self.checker
+                    .violate("a pass over the pages that missed no patch makes the whole map", || {
+                        format!("planner {incarnation} asks for all of it again")
+                    });
+            }
         }
         if let Some(request) = (request as &dyn Any).downcast_ref::<MapRequest>()
             && life.role == Role::Planner

@@ -1,7 +1,7 @@
 //! For whom hopper-sim keeps a decision, by the rule that docs and glossary state: a takeover that came just too late has the
 //! next decision kept for it, once in a row, for a second or twice the decision budget after the state is published.
 
-use contract::{Brief, Command, Decision, Incarnation, Leader, MonotonicNs};
+use contract::{Brief, Command, Decision, Digest, Incarnation, Leader, MonotonicNs};
 
 /// Shortest time for which a decision is kept, nanoseconds.
 const KEPT_NS: u64 = 1_000_000_000;
@@ -10,6 +10,8 @@ const KEPT_NS: u64 = 1_000_000_000;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Standing {
     pub due: Decision,
+    /// The digest of its state.
+    pub digest: Digest,
     /// Whether the hop of that decision is committed and in the air.
     pub in_the_air: bool,
     pub is_over: bool,
@@ -62,7 +64,7 @@ impl Reservations {
         let leads = at.leader.term.0 > 0
             && command.term == at.leader.term
             && (command.incarnation, command.planner) == (at.leader.incarnation, at.leader.planner);
-        let is_due = command.decision == at.due && !at.is_over;
+        let is_due = command.decision == at.due && command.digest == at.digest && !at.is_over;
         if is_due && !at.in_the_air && (takes_over || leads) {
             self.yielded += u64::from(standing.is_some_and(|bid| bid.who != command.incarnation));
         }

@@ -3,8 +3,13 @@
 use std::sync::LazyLock;
 
 use contract::limits::TREASURES_MAX;
-use contract::{Brief, Cell, Grid, Ground, Guard, Limits, Name, Patrol, Profile, RunId, Soil};
+use contract::{
+    Brief, Cell, Cover, CoverMode, Direction, Grid, Ground, Guard, Limits, Name, Patrol, Placement, Profile,
+    Robot, RobotId, RobotSet, RunId, Sensor, Soil, Vehicle,
+};
 use hopper_sim::{Mission, Pace};
+use scenario::{Fault, Fleet};
+use serde::Serialize;
 use terrain::Terrain;
 
 use crate::chance::Chance;
@@ -15,15 +20,37 @@ static BRIEF: LazyLock<Brief> = LazyLock::new(|| {
     world.expect("the built-in scenarios are sound").brief
 });
 
+/// Whose missions are simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Missions {
+    /// Those of a single hopper.
+    #[default]
+    Hopper,
+    /// Those of two or three rovers that cover ground.
+    Rovers,
+}
+
+/// A planner process: its algorithm, and the robots that it commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Seat {
+    /// The algorithm.
+    pub planner: Name,
+    /// The robots.
+    pub robots: RobotSet,
+}
+
 /// Everything about a simulation that is no fault.
 #[derive(Clone, Debug)]
 pub struct Setup {
+    /// Whose missions.
+    pub missions: Missions,
     /// The mission that is begun first.
     pub mission: Mission,
-    /// The planner that is there from the start.
-    pub planner: Name,
-    /// A second one that stands by, if there is one.
-    pub stand_by: Option<Name>,
+    /// The planners that are there from the start: every robot has one.
+    pub planners: Vec<Seat>,
+    /// Another one that stands by, if there is one.
+    pub stand_by: Option<Seat>,
     /// Pace of hopper-sim.
     pub pace: Pace,
     /// Whether hopper-sim obeys orders.
@@ -52,14 +79,15 @@ impl Setup {
     /// # Panics
     /// Never, unless the built-in scenarios are damaged.
     #[must_use]
-    pub fn of(seed: u64) -> Self {
+    pub fn of(missions: Missions, seed: u64) -> Self {
         let mut chance = Chance::new(seed, "setup");
         let mut watch = Chance::new(seed, "watch");
         let screen = watch.one_in(3);
         Self {
-            mission: mission(seed, 0),
-            planner: algorithm(&mut chance),
-            stand_by: chance.one_in(3).then(|| algorithm(&mut chance)),
+            missions,
+            mission: missions.mission(seed, 0),
+            planners: missions.planners(seed, &mut chance),
+            stand_by: chance.one_in(3).then(|| missions.seat(seed, &mut chance)),
             pace: if chance.one_in(4) || screen && watch.one_in(2) {
                 Pace::Hertz(chance.pick(&[40.0, 150.0]))
             } else {
@@ -89,14 +117,115 @@ pub(crate) fn foreign_version() -> Name {
     "0".parse().expect("a name")
 }
 
-/// An algorithm, the quick ones more often.
-pub fn algorithm(chance: &mut Chance) -> Name {
-    let names = ["greedy", "greedy", "greedy", "astar", "astar", "dstar_lite", "mdp", "hold"];
-    chance.pick(&names).parse().expect("the names of algorithms are names")
+impl Missions {
+    /// The `number`th mission of a seed: a run, a world and draws of its own.
+    #[must_use]
+    pub fn mission(self, seed: u64, number: u64) -> Mission {
+        match self {
+            Missions::Hopper => hopper_mission(seed, number),
+            Missions::Rovers => rover_mission(seed, number),
+        }
+    }
+
+    /// An algorithm, the quick ones more often.
+    pub(crate) fn algorithm(self, chance: &mut Chance) -> Name {
+        let name = match self {
+            Missions::Hopper => chance.pick(&HOPPER_PLANNERS),
+            Missions::Rovers => chance.pick(planner::COVER_ALGORITHMS),
+        };
+        name.parse().expect("the names of algorithms are names")
+    }
+
+    /// How many robots the missions of a seed have.
+    pub(crate) fn robots(self, seed: u64) -> u16 {
+        match self {
+            Missions::Hopper => 1,
+            Missions::Rovers => Chance::new(seed, "robots").between(2, 3) as u16,
+        }
+    }
+
+    /// A planner process for some of the robots.
+    pub(crate) fn seat(self, seed: u64, chance: &mut Chance) -> Seat {
+        let planner = self.algorithm(chance);
+        let robots = match self {
+            Missions::Hopper => RobotSet::default(),
+            Missions::Rovers => RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16),
+        };
+        Seat { planner, robots }
+    }
+
+    /// A planner process for each robot, or one for the first two.
+    fn planners(self, seed: u64, chance: &mut Chance) -> Vec<Seat> {
+        let count = self.robots(seed);
+        let mut left = RobotSet::first(count);
+        let mut seats = Vec::new();
+        if self == Missions::Rovers && chance.one_in(3) {
+            seats.push(Seat { planner: self.algorithm(chance), robots: RobotSet::first(2) });
+            left = RobotSet(left.0 & !3);
+        }
+        let own = |robot| Seat { planner: self.algorithm(chance), robots: RobotSet(0).with(robot) };
+        seats.extend(left.iter().map(own));
+        seats
+    }
 }
 
-/// The `number`th mission of a seed: a run, a world and hops of its own.
-pub fn mission(seed: u64, number: u64) -> Mission {
+/// The quick ones more often.
+const HOPPER_PLANNERS: [&str; 8] =
+    ["greedy", "greedy", "greedy", "astar", "astar", "dstar_lite", "mdp", "hold"];
+
+/// Rovers that cover a small piece of ground with obstacles.
+fn rover_mission(seed: u64, number: u64) -> Mission {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "rovers");
+    let count = Missions::Rovers.robots(seed);
+    let side = |chance: &mut Chance| chance.between(3, 5) as u32;
+    let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    let (right, top) = (grid.width as i32 - 1, grid.height as i32 - 1);
+    let corners = [Cell::new(0, 0), Cell::new(right, 0), Cell::new(0, top)];
+    let starts = &corners[..usize::from(count)];
+    let ground = |cell: Cell, chance: &mut Chance| Ground {
+        height_m: 0.5 * chance.unit(),
+        passable: starts.contains(&cell) || !chance.one_in(7),
+        ..Ground::FLAT
+    };
+    let cells = grid.iter().map(|cell| ground(cell, &mut chance)).collect();
+    let robot = |start: &Cell| Robot {
+        vehicle: Vehicle::Rover { speed_mps: chance.pick(&[0.3, 0.5, 1.0, 1.0, 2.0]) },
+        sensor: Sensor::Square { range_cells: chance.pick(&[1, 1, 2]) },
+        start: Placement { cell: *start, heading: chance.pick(&Direction::ALL) },
+    };
+    let robots: Vec<Robot> = starts.iter().map(robot).collect();
+    let fault = |robot: RobotId| chance.one_in(6).then(|| Fault { robot, action: chance.between(2, 9) });
+    let faults = (0..count).map(RobotId).filter_map(fault).collect();
+    let mut scenario_hash = [0; 32];
+    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let deadline_ns = guard(seed, number).deadline_ns;
+    let brief = Brief {
+        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
+        scenario: "simulated".parse().expect("a name"),
+        scenario_hash,
+        profile: Profile::Hopper,
+        robots: count,
+        grid,
+        start: starts[0],
+        goal: starts[0],
+        limits: Limits { steps_max: chance.between(8, 24), decision_budget_ns: 600_000_000 },
+        guard: Guard { deadline_ns, ..BRIEF.guard },
+        cover: Some(Cover {
+            percent: chance.pick(&[60, 90, 100]),
+            mode: chance.pick(&[CoverMode::Overlap, CoverMode::Voronoi]),
+        }),
+        ..*BRIEF
+    };
+    let fleet = Some(Fleet { robots, faults });
+    Mission {
+        brief,
+        terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() },
+        seed: chance.bits(),
+        fleet,
+    }
+}
+
+fn hopper_mission(seed: u64, number: u64) -> Mission {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "mission");
     let side = |chance: &mut Chance| chance.between(4, 7) as u32;
     let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
@@ -136,7 +265,12 @@ pub fn mission(seed: u64, number: u64) -> Mission {
     (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[2.0, 2.5]), 0.4);
     (brief.sensor.radius_min_m, brief.sensor.radius_max_m) = (1.0, 4.0);
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
-    Mission { brief, terrain: Terrain { grid, cells, treasures }, seed: chance.bits() }
+    Mission {
+        brief,
+        terrain: Terrain { grid, cells, treasures, prior: Vec::new() },
+        seed: chance.bits(),
+        fleet: None,
+    }
 }
 
 /// Heights over a range of at least one metre: a slope across the map, and roughness.
@@ -180,5 +314,6 @@ fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: [C
         gradient: [(height(1, 0) - height(-1, 0)) / 2.0, (height(0, 1) - height(0, -1)) / 2.0],
         soil: if chance.one_in(4) { Soil::Sand } else { Soil::Hard },
         passable: !rock,
+        speed: None,
     }
 }

@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Command, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId, Status,
-    Term,
+    Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId,
+    Status, Term,
 };
 use hopper_sim::{Journal, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
@@ -24,12 +24,12 @@ use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
 use crate::life::Life;
 use crate::ports::SimulatedPorts;
-use crate::setup::{self, Setup};
+use crate::setup::{self, Seat, Setup};
 use crate::work_loops;
 use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
 
 /// A mission in which nothing has been executed and no fault felt for so long has stalled, nanoseconds.
-const STALL_NS: u64 = 30_000 * MS;
+const STALL_NS: u64 = 5_000 * MS;
 
 /// How long peers have to leave once hopper-sim has ended, nanoseconds.
 const AFTERMATH_NS: u64 = 300 * MS;
@@ -54,6 +54,8 @@ pub struct Report {
     pub decisions: u64,
     /// Time that passed for the processes, nanoseconds.
     pub virtual_ns: u64,
+    /// Longest time in which nothing was executed and no fault was felt, nanoseconds.
+    pub idle_ns: u64,
     /// What came up.
     pub coverage: Coverage,
     /// What happened, if it was to be traced.
@@ -112,7 +114,7 @@ fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -
 /// A place for one process, whichever life it is in.
 struct Slot {
     role: Role,
-    planner: Option<Name>,
+    seat: Option<Seat>,
     takeover: bool,
     blind: bool,
     foreign: bool,
@@ -130,12 +132,12 @@ struct Running {
 
 impl Slot {
     fn of(role: Role) -> Self {
-        let (planner, succeeds_pid, process) = (None, None, None);
-        Self { role, planner, takeover: false, blind: false, foreign: false, succeeds_pid, process }
+        let (seat, succeeds_pid, process) = (None, None, None);
+        Self { role, seat, takeover: false, blind: false, foreign: false, succeeds_pid, process }
     }
 
-    fn of_planner(planner: Name) -> Self {
-        Self { planner: Some(planner), ..Self::of(Role::Planner) }
+    fn of_planner(seat: Seat) -> Self {
+        Self { seat: Some(seat), ..Self::of(Role::Planner) }
     }
 }
 
@@ -152,13 +154,15 @@ struct Simulation<'a> {
     replaced: bool,
     ended_ns: Option<u64>,
     events: u64,
+    idle_ns: u64,
 }
 
 impl<'a> Simulation<'a> {
     fn new(plan: &'a Plan, traced: bool) -> Self {
-        let setup = Setup::of(plan.seed);
+        let setup = Setup::of(plan.missions, plan.seed);
         let mut slots: Vec<Slot> = [Role::HopperSim, Role::Perception].map(Slot::of).into();
-        slots.push(Slot::of_planner(setup.planner));
+        let planners: Vec<Slot> = setup.planners.iter().copied().map(Slot::of_planner).collect();
+        slots.extend(planners);
         slots.push(Slot::of(Role::Monitor));
         slots.extend(setup.stand_by.map(Slot::of_planner));
         let mut world = World::new(plan.seed, setup, traced);
@@ -177,6 +181,7 @@ impl<'a> Simulation<'a> {
             replaced: false,
             ended_ns: None,
             events: 0,
+            idle_ns: 0,
         }
     }
 
@@ -187,6 +192,7 @@ impl<'a> Simulation<'a> {
             events: self.events,
             decisions: world.decisions,
             virtual_ns: world.time_ns,
+            idle_ns: self.idle_ns,
             trace: world.take_trace(),
             coverage: std::mem::take(&mut world.coverage),
         }
@@ -209,7 +215,15 @@ impl<'a> Simulation<'a> {
                 }
                 continue;
             }
+            if world.disk.take_misplaced_write() {
+                return world
+                    .checker
+                    .violate("nothing is committed while the journal is not at its path", || {
+                        "a record was written into a file that a restart would not find".into()
+                    });
+            }
             let idle_ns = world.time_ns.saturating_sub(world.stirred_ns);
+            self.idle_ns = self.idle_ns.max(idle_ns);
             if idle_ns > STALL_NS || self.events > EVENTS_MAX {
                 let (decisions, status) = (world.decisions, world.checker.status());
                 return world.checker.violate("the mission ends once faults stop", || {
@@ -253,6 +267,11 @@ impl<'a> Simulation<'a> {
                 let world = &mut *self.world.borrow_mut();
                 world.note(|| "the disk has room again".into());
                 world.disk.free();
+            }
+            Event::JournalBack => {
+                let world = &mut *self.world.borrow_mut();
+                world.note(|| "the journal is back".into());
+                world.disk.misplace(None);
             }
         }
     }
@@ -326,10 +345,16 @@ impl<'a> Simulation<'a> {
                     let detail = || format!("hopper-sim leaves with {exit:?} while the mission is {status}");
                     world.checker.violate("the end is that of the journal", detail);
                 }
-                self.ended_ns = Some(world.time_ns);
+                let goes_on = world.setup.stay && self.missions == 0 && world.chance.one_in(3);
+                self.ended_ns = (!goes_on).then_some(world.time_ns);
             }
         }
         self.kill(slot, None, false);
+        if role == Role::HopperSim && self.ended_ns.is_none() {
+            self.conclude();
+            self.begin_mission(50 * MS);
+            self.world.borrow_mut().coverage.count("run", "after_the_end");
+        }
     }
 
     /// Ends a process at once.
@@ -361,8 +386,8 @@ impl<'a> Simulation<'a> {
             Role::Perception => Box::pin(work_loops::perception(ports)),
             Role::Monitor => Box::pin(work_loops::monitor(ports)),
             Role::Planner => {
-                let name = self.slots[slot].planner.expect("a planner's slot names its algorithm");
-                Box::pin(work_loops::planner(ports, name))
+                let seat = self.slots[slot].seat.expect("a planner's slot has a seat");
+                Box::pin(work_loops::planner(ports, seat))
             }
         };
         {
@@ -410,11 +435,14 @@ impl<'a> Simulation<'a> {
             turns: Cell::new(0),
             map_whole: Cell::new(None),
             map_disturbed: Cell::new(false),
-            disturbed_ns: Cell::new(0),
+            disturbed_ns: Cell::new(None),
+            repeated_ns: Cell::new(None),
             pass: Cell::default(),
             state_seen: Cell::new(None),
             leader_seen: Cell::default(),
             leader_at_turn: Cell::default(),
+            team_seen: RefCell::default(),
+            leaders_seen: RefCell::default(),
             listening_since: Cell::default(),
             turned_at: Cell::default(),
             slow: Cell::new((0, 0)),
@@ -428,8 +456,9 @@ impl<'a> Simulation<'a> {
     /// Opens the journal, or begins one; what cannot be opened for want of room is tried again.
     fn open_journal(&mut self) -> Option<Journal<Disk>> {
         let world = &mut *self.world.borrow_mut();
-        let Mission { brief, seed, .. } = world.checker.mission();
-        let header = JournalHeader { brief: *brief, seed: *seed, resolved: String::new() };
+        let Mission { brief, seed, fleet, .. } = world.checker.mission();
+        let header =
+            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
         let (disk, sync) = (world.disk.clone(), world.setup.sync);
         let file = disk.clone();
         let fresh = disk.is_empty();
@@ -469,7 +498,7 @@ impl<'a> Simulation<'a> {
                     // The real one is written aside and renamed: a failure leaves none.
                     disk.erase();
                 }
-                if torn || disk.is_full() {
+                if torn || disk.is_full() || disk.is_misplaced() {
                     world.coverage.count("journal", "open_failed");
                     world.note(|| format!("hopper-sim cannot start: {error}"));
                     world.schedule(world.time_ns + RETRY_NS, Event::Start(0));
@@ -509,11 +538,11 @@ impl<'a> Simulation<'a> {
             Kind::StopAt { point, ns } => {
                 shared.borrow_mut().add_process_fault(point, ProcessFault::Stop { ns });
             }
-            Kind::Rival { planner, takeover, blind } => {
-                self.join(Slot { takeover, blind, ..Slot::of_planner(planner) });
+            Kind::Rival { seat, takeover, blind } => {
+                self.join(Slot { takeover, blind, ..Slot::of_planner(seat) });
             }
-            Kind::ForeignBuild { planner } => {
-                self.join(Slot { takeover: true, foreign: true, ..Slot::of_planner(planner) });
+            Kind::ForeignBuild { seat } => {
+                self.join(Slot { takeover: true, foreign: true, ..Slot::of_planner(seat) });
             }
             Kind::PowerLoss { thousandths, restart_ns } => self.lose_power(thousandths, restart_ns),
             Kind::NewRun { restart_ns } => self.begin_run(restart_ns),
@@ -529,7 +558,7 @@ impl<'a> Simulation<'a> {
                 }
             }
             Kind::Forge { forgery } => self.forge(forgery),
-            Kind::Tear { .. } | Kind::Full { .. } | Kind::WallClock { .. } => {
+            Kind::Tear { .. } | Kind::Full { .. } | Kind::Misplaced { .. } | Kind::WallClock { .. } => {
                 self.disturb_machine(kind);
             }
         }
@@ -546,6 +575,11 @@ impl<'a> Simulation<'a> {
                 world.disk.fill(room, stubborn);
                 world.stirred_ns = world.stirred_ns.max(world.time_ns + ns);
                 world.schedule(world.time_ns + ns, Event::DiskFreed);
+            }
+            Kind::Misplaced { place, ns } => {
+                world.disk.misplace(Some(place));
+                world.stirred_ns = world.stirred_ns.max(world.time_ns + ns);
+                world.schedule(world.time_ns + ns, Event::JournalBack);
             }
             Kind::WallClock { ns } => world.wall_offset_ns = world.wall_offset_ns.saturating_add(ns),
             _ => {}
@@ -597,14 +631,24 @@ impl<'a> Simulation<'a> {
         if self.world.borrow().checker.status().is_over() || self.slots[0].process.is_none() {
             return;
         }
-        self.kill(0, Some(restart_ns), false);
+        self.kill(0, None, false);
+        self.begin_mission(restart_ns);
+        self.world.borrow_mut().coverage.count("run", "new");
+    }
+
+    /// hopper-sim, which does not run, is started on another mission.
+    fn begin_mission(&mut self, restart_ns: u64) {
         self.missions += 1;
-        let mission = setup::mission(self.plan.seed, self.missions);
+        let mission = self.plan.missions.mission(self.plan.seed, self.missions);
         let world = &mut *self.world.borrow_mut();
+        if world.checker.violation().is_some() {
+            return;
+        }
         world.disk.erase();
         world.checker.begin(&mission);
         world.is_another_mission = true;
-        world.coverage.count("run", "new");
+        world.schedule(world.time_ns + restart_ns, Event::Start(0));
+        world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
     }
 
     /// hopper-sim ends, and its journal loses the last `records`; or those, and is flown on elsewhere by another planner for
@@ -623,19 +667,12 @@ impl<'a> Simulation<'a> {
         }
         let held = world.checker.records().to_vec();
         let mut kept = held[..held.len().saturating_sub(records as usize)].to_vec();
-        let prefix = kept.len();
         if let Some((planner, hops)) = elsewhere {
             kept.extend(fly_elsewhere(world.checker.mission(), &kept, planner, hops));
-            // A command that is sent again for a decision of the past that is gone would be taken for one of this past,
-            // were that decision due: commands name a decision, and no digest.
-            let known = |life: &Rc<Life>| life.state_seen.get().map(|(_, decision, _)| decision.0);
-            let due: Vec<u64> = world.lives.iter().filter_map(known).chain([held.len() as u64]).collect();
-            while kept.len() > prefix && due.contains(&(kept.len() as u64)) {
-                kept.pop();
-            }
         }
-        let Mission { brief, seed, .. } = world.checker.mission();
-        let header = JournalHeader { brief: *brief, seed: *seed, resolved: String::new() };
+        let Mission { brief, seed, fleet, .. } = world.checker.mission();
+        let header =
+            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
         let elsewhere = Disk::default();
         let written = Journal::create_on(elsewhere.clone(), &header, true)
             .and_then(|mut journal| kept.iter().try_for_each(|record| journal.append(record)));
@@ -653,8 +690,9 @@ impl<'a> Simulation<'a> {
     fn forge(&mut self, forgery: Forgery) {
         let world = &mut *self.world.borrow_mut();
         let Some(command) = world.commanded else { return };
-        let Some((sim, wakes, queue)) =
-            world.listening::<Command>().into_iter().find(|(life, ..)| life.role == Role::HopperSim)
+        let robot = world.checker.due();
+        let listening = world.listening::<Command>(robot);
+        let Some((sim, wakes, queue)) = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim)
         else {
             return;
         };
@@ -662,14 +700,34 @@ impl<'a> Simulation<'a> {
         let checker = &world.checker;
         let (run, due, held) =
             (checker.mission().brief.run, checker.records().len() as u64, checker.leader().term);
-        let forged =
-            Command { run, decision: Decision(due), term: held.next(), incarnation: rogue, ..command };
+        let digest = checker.digest();
+        let count = checker.mission().brief.robots;
+        let other = RobotId((robot.0 + 1) % count);
+        let forged = Command {
+            run,
+            robot,
+            decision: Decision(due),
+            digest,
+            term: held.next(),
+            incarnation: rogue,
+            ..command
+        };
         let message = match forgery {
             Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
             Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
+            Forgery::NotDue => {
+                Ok(Command { robot: other, term: checker.leader_of(other).term.next(), ..forged })
+            }
+            Forgery::Blocked => match checker.blocked_step() {
+                Some(action) => Ok(Command { action, ..forged }),
+                None => return,
+            },
+            Forgery::TermOfAnother if checker.leader_of(other).term == held => return,
+            Forgery::TermOfAnother => Ok(Command { term: checker.leader_of(other).term.next(), ..forged }),
             Forgery::Repeated if due == 0 => return,
             Forgery::Repeated => Ok(Command { decision: Decision(due - 1), ..forged }),
             Forgery::Future => Ok(Command { decision: Decision(due + 1_000), ..forged }),
+            Forgery::Past => Ok(Command { digest: Digest([9; 32]), ..forged }),
             Forgery::Leap => Ok(Command { term: Term(held.0 + 1_000), ..forged }),
             Forgery::Stale | Forgery::Usurped if held == Term(0) => return,
             Forgery::Stale => Ok(Command { term: Term(held.0 - 1), ..forged }),
@@ -689,7 +747,7 @@ impl<'a> Simulation<'a> {
             decision: Decision(due),
             status: Status::Underway,
         };
-        let hears = world.listening::<contract::Heartbeat>();
+        let hears = world.listening::<contract::Heartbeat>(RobotId(0));
         if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {
             world.send(rogue, &sim, wakes, &queue, Ok(beat));
         }
@@ -715,7 +773,7 @@ impl<'a> Simulation<'a> {
         let schedule = PlannerSchedule::from_records(records.iter().map(|record| Ok::<_, ()>(*record)))
             .expect("no record is an error");
         let mission = checker.mission().clone();
-        let last = checker.records().last().map(|record| (record.decision.next(), record.digest));
+        let last = Some((Decision(checker.records().len() as u64), checker.digest()));
         let mut undisturbed = Vec::new();
         let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| {
             undisturbed.push(*record)

@@ -7,6 +7,8 @@ use contract::Incarnation;
 use contract::message::{Message, Request, Visitor};
 use serde::{Serialize, Serializer};
 
+use crate::setup::Missions;
+
 /// A way that messages take: a publish-subscribe service, or one direction of a request-response service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Topic(u8);
@@ -71,10 +73,21 @@ impl Visitor for Topics {
 }
 
 impl Topic {
-    /// Every topic.
+    /// Every topic of these missions: a hopper's have no [`contract::Team`], and neither's robots announce routes over ground
+    /// of uncertain speed.
     #[must_use]
-    pub fn all() -> Vec<Topic> {
-        (0..TOPICS.len() as u8).map(Topic).collect()
+    pub fn all(missions: Missions) -> Vec<Topic> {
+        let teams = Topic::of::<contract::Team>();
+        let of_routes = [
+            Topic::of::<contract::Announcement>(),
+            Topic::of::<Asked<contract::PriorRequest>>(),
+            Topic::of::<Answered<contract::PriorPage>>(),
+            Topic::of::<Asked<contract::RouteRequest>>(),
+            Topic::of::<Answered<contract::RoutePage>>(),
+        ];
+        let is_used =
+            |topic: &Topic| !of_routes.contains(topic) && (missions == Missions::Rovers || *topic != teams);
+        (0..TOPICS.len() as u8).map(Topic).filter(is_used).collect()
     }
 
     /// The topic of a message, a request, or a response.

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use contract::{MonotonicNs, Name, Record, RefusalCounts, RobotId};
+use contract::{MonotonicNs, Record, RefusalCounts, RobotId};
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{Journal, crash};
 use monitor::process::{Display, Monitor};
@@ -21,7 +21,7 @@ use crate::disk::Disk;
 use crate::observed::Observed;
 use crate::ports::SimulatedPorts;
 use crate::screen::Somebody;
-use crate::setup::Setup;
+use crate::setup::{Seat, Setup};
 use crate::world::MS;
 
 /// How long the end is served at most, nanoseconds.
@@ -48,11 +48,12 @@ pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>)
 }
 
 /// Reasons for which hopper-sim refuses.
-pub const REASONS: [&str; 13] = [
+pub const REASONS: [&str; 16] = [
     "wrong_run",
     "wrong_robot",
     "repeated_decision",
     "future_decision",
+    "other_past",
     "stale_term",
     "future_term",
     "not_leader",
@@ -62,6 +63,8 @@ pub const REASONS: [&str; 13] = [
     "busy",
     "malformed",
     "vetoed",
+    "not_due",
+    "occupied",
 ];
 
 /// Lets the checker see what hopper-sim has refused.
@@ -118,11 +121,12 @@ pub(crate) async fn perception(mut ports: SimulatedPorts) -> Result<Exit, Failur
     process::run(&mut perception, &mut ports).await
 }
 
-pub(crate) async fn planner(mut ports: SimulatedPorts, name: Name) -> Result<Exit, Failure> {
+pub(crate) async fn planner(mut ports: SimulatedPorts, seat: Seat) -> Result<Exit, Failure> {
     let terms = peer_terms(&ports);
-    let planner = planner::algorithm(name.as_str()).expect("setups name known algorithms");
+    let planner = planner::algorithm(seat.planner.as_str()).expect("setups name known algorithms");
     let planner = Box::new(Observed { planner, seen: Arc::clone(&ports.life.situation) });
-    let claim = Claim { takeover: ports.life.takeover, succeeds_pid: ports.life.succeeds_pid };
+    let (takeover, succeeds_pid) = (ports.life.takeover, ports.life.succeeds_pid);
+    let claim = Claim { robots: seat.robots, takeover, succeeds_pid };
     let mut planner = PlannerProcess::join(&mut ports, planner, claim, terms).await?;
     process::run(&mut planner, &mut ports).await
 }

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
 use contract::peer_table::SILENCE_NS;
-use contract::{Command, Incarnation, MapPatch, MonotonicNs, Refusal, Role};
+use contract::{Command, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, RobotId, Role};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -17,7 +17,7 @@ use crate::disk::Disk;
 use crate::fault::Kind;
 use crate::life::Life;
 use crate::setup::Setup;
-use crate::topic::Topic;
+use crate::topic::{Answered, Asked, Topic};
 
 /// How long a message takes, nanoseconds.
 const TRANSPORT_NS: u64 = 5_000;
@@ -51,6 +51,8 @@ pub(crate) enum Event {
     Fault(usize),
     /// The disk has room again.
     DiskFreed,
+    /// The journal is at its path again.
+    JournalBack,
 }
 
 /// A message on its way.
@@ -91,6 +93,8 @@ impl Ord for Scheduled {
 /// One open reader, server, or client.
 struct Endpoint {
     topic: Topic,
+    /// Whose service it is: a message about one robot reaches nobody who listens for another.
+    robot: RobotId,
     life: Rc<Life>,
     wakes: bool,
     /// The [`Queue`] of what it reads; gone once it is closed.
@@ -131,7 +135,7 @@ pub(crate) struct World {
     pub lives: Vec<Rc<Life>>,
     endpoints: Vec<Endpoint>,
     /// The last message of each living writer, where a late reader gets it.
-    history: BTreeMap<(Topic, Incarnation), Rc<dyn Any>>,
+    history: BTreeMap<(Topic, RobotId, Incarnation), Rc<dyn Any>>,
     /// How many messages have gone from a writer to a reader, and the highest number that has arrived.
     links: BTreeMap<(Topic, Incarnation, Incarnation), (u64, u64)>,
     /// What happens to the next messages, with how many are left.
@@ -149,8 +153,8 @@ pub(crate) struct World {
     /// The last genuine command.
     pub commanded: Option<Command>,
     pub decisions: u64,
-    /// The sequence number of the last patch published.
-    pub patched: Option<u64>,
+    /// The sequence number of the last patch published, and the fingerprint of the map it led to.
+    pub patched: Option<(u64, u64)>,
     /// Whether another mission has begun since; messages of the one before may come late.
     pub is_another_mission: bool,
 }
@@ -266,7 +270,7 @@ impl World {
         }
         self.lives.retain(|life| life.incarnation != incarnation);
         self.endpoints.retain(|endpoint| endpoint.life.incarnation != incarnation);
-        self.history.retain(|(_, writer), _| *writer != incarnation);
+        self.history.retain(|(.., writer), _| *writer != incarnation);
     }
 
     /// A process comes or goes: another perception may begin anew in the midst of a landing.
@@ -311,7 +315,7 @@ impl World {
     }
 
     /// Opens an endpoint; late, it gets what those who write still hold.
-    pub fn open<T: Clone + 'static>(&mut self, life: &Rc<Life>, wakes: bool) -> Rc<Queue<T>> {
+    pub fn open<T: Clone + 'static>(&mut self, robot: RobotId, life: &Rc<Life>, wakes: bool) -> Rc<Queue<T>> {
         let topic = Topic::of::<T>();
         let queue: Rc<Queue<T>> = Rc::default();
         let any: Rc<dyn Any> = Rc::clone(&queue) as Rc<dyn Any>;
@@ -319,12 +323,13 @@ impl World {
         let weak = Rc::downgrade(&queue);
         let oldest = Box::new(move || weak.upgrade()?.borrow().front().map(|(turn, _)| *turn));
         let queue_of_any = Rc::downgrade(&any);
-        self.endpoints.push(Endpoint { topic, life: Rc::clone(life), wakes, queue: queue_of_any, oldest });
+        let life_of = Rc::clone(life);
+        self.endpoints.push(Endpoint { topic, robot, life: life_of, wakes, queue: queue_of_any, oldest });
         let held: Vec<(Incarnation, T)> = self
             .history
             .iter()
-            .filter(|((of, _), _)| *of == topic)
-            .filter_map(|((_, writer), message)| Some((*writer, message.downcast_ref::<T>()?.clone())))
+            .filter(|((of, about, _), _)| (*of, *about) == (topic, robot))
+            .filter_map(|((.., writer), message)| Some((*writer, message.downcast_ref::<T>()?.clone())))
             .collect();
         for (writer, message) in held {
             self.send(writer, life, wakes, &queue, Ok(message));
@@ -340,20 +345,20 @@ impl World {
     }
 
     /// Publishes to everyone who reads.
-    pub fn publish<T: Clone + 'static>(&mut self, writer: Incarnation, message: T) {
+    pub fn publish<T: Clone + 'static>(&mut self, robot: RobotId, writer: Incarnation, message: T) {
         let topic = Topic::of::<T>();
-        for (reader, wakes, queue) in self.listening::<T>() {
+        for (reader, wakes, queue) in self.listening::<T>(robot) {
             self.send(writer, &reader, wakes, &queue, Ok(message.clone()));
         }
         if topic.has_history() {
-            self.history.insert((topic, writer), Rc::new(message));
+            self.history.insert((topic, robot, writer), Rc::new(message));
         }
     }
 
-    /// Who reads `T`, with their queues.
-    pub fn listening<T: Clone + 'static>(&self) -> Vec<(Rc<Life>, bool, Rc<Queue<T>>)> {
-        let topic = Topic::of::<T>();
-        let open = self.endpoints.iter().filter(|endpoint| endpoint.topic == topic);
+    /// Who reads `T` of a robot, with their queues.
+    pub fn listening<T: Clone + 'static>(&self, robot: RobotId) -> Vec<(Rc<Life>, bool, Rc<Queue<T>>)> {
+        let at = (Topic::of::<T>(), robot);
+        let open = self.endpoints.iter().filter(|endpoint| (endpoint.topic, endpoint.robot) == at);
         open.filter_map(|endpoint| {
             let queue = endpoint.queue.upgrade()?.downcast::<Queue<T>>().ok()?;
             Some((Rc::clone(&endpoint.life), endpoint.wakes, queue))
@@ -401,8 +406,15 @@ impl World {
     fn arrivals(&mut self, topic: Topic, reader: &Life) -> Vec<u64> {
         let mut arrivals = vec![self.time_ns + TRANSPORT_NS];
         if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == topic) {
+            if [Topic::of::<Asked<MapRequest>>(), Topic::of::<Answered<MapPage>>()].contains(&topic) {
+                // The page that comes may be the answer to an earlier request.
+                self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
+            }
             if topic == Topic::of::<MapPatch>() {
-                reader.disturb_map(self.time_ns);
+                match self.link_faults[index].0 {
+                    Kind::Duplicate { .. } => reader.repeat_patch(self.time_ns),
+                    _ => reader.disturb_map(self.time_ns),
+                }
             }
             let (kind, _, left) = &mut self.link_faults[index];
             *left -= 1;

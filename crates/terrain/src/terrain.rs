@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use contract::{Cell, Direction, Grid, Ground, Range, Soil};
+use contract::{Cell, Direction, Grid, Ground, Range, Soil, SpeedPrior};
 
 use crate::{Relief, Sand};
 
@@ -16,6 +16,8 @@ pub struct Terrain {
     pub cells: Vec<Ground>,
     /// Cells with treasures, in index order.
     pub treasures: Vec<Cell>,
+    /// What is known of the speeds of a driving rover beforehand, in index order; empty where they are not uncertain.
+    pub prior: Vec<SpeedPrior>,
 }
 
 impl Terrain {
@@ -25,19 +27,19 @@ impl Terrain {
     #[must_use]
     pub fn new(relief: &Relief, datum_m: f64, slope_limit_rad: f64, sand: &Sand) -> Self {
         let lowest = relief.known().map(|(height, _)| *height).reduce(f64::min).unwrap_or(datum_m);
-        let nothing =
-            Ground { height_m: lowest - datum_m, gradient: [0.0; 2], soil: Soil::Hard, passable: false };
+        let nothing = Ground { height_m: lowest - datum_m, passable: false, ..Ground::FLAT };
         let ground = |(cell, known): (Cell, &Option<(f64, [f64; 2])>)| {
             let Some((height, gradient)) = *known else { return nothing };
             let height_m = height - datum_m;
             let soil = if sand.covers(&relief.grid, cell, height_m) { Soil::Sand } else { Soil::Hard };
-            let ground = Ground { height_m, gradient, soil, passable: true };
+            let ground = Ground { height_m, gradient, soil, ..Ground::FLAT };
             Ground { passable: libm::atan(ground.steepness()) <= slope_limit_rad, ..ground }
         };
         Self {
             grid: relief.grid,
             cells: relief.grid.iter().zip(&relief.cells).map(ground).collect(),
             treasures: Vec::new(),
+            prior: Vec::new(),
         }
     }
 

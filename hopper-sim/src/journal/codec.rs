@@ -42,6 +42,16 @@ pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     Ok(value)
 }
 
+/// The value that `bytes` begin with, and those after it.
+///
+/// # Errors
+/// What about them is no such value.
+pub(crate) fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), String> {
+    let (value, read) =
+        bincode::serde::decode_from_slice(bytes, config()).map_err(|error| error.to_string())?;
+    Ok((value, &bytes[read..]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -147,6 +147,12 @@ pub enum JournalError {
         /// The record's.
         got: Decision,
     },
+    /// A record that announces a route must come with its points, and no other may.
+    #[error("a record that announces a route needs the points of route {need}, got none or others")]
+    NoRoute {
+        /// The route that the record names; 0 for none.
+        need: contract::RouteId,
+    },
     /// Each record must continue the digest chain.
     #[error("decision {decision} needs to continue digest {need}, got {got}")]
     BrokenChain {

@@ -3,12 +3,13 @@
 use std::io;
 use std::path::Path;
 
-use contract::wire::BriefV4;
+use contract::limits::TREASURES_MAX;
+use contract::wire::BriefV7;
 use contract::{
-    Brief, Cell, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors, Profile, Reading,
-    RunId, SensorParameters, Weights,
+    Brief, Cell, Cover, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors, Profile, Range,
+    Reading, RunId, Scout, SensorParameters, Weights,
 };
-use scenario::ResolvedScenario;
+use scenario::{Fleet, ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::{JournalError, Storage, codec, frame};
@@ -16,10 +17,17 @@ use super::{JournalError, Storage, codec, frame};
 /// First bytes of every journal.
 const MAGIC: [u8; 8] = *b"HOPPERJ\n";
 
-/// Version of the layout of header and records; a changed layout takes a new one.
-pub const FORMAT: u32 = 4;
+/// Version of the layout of header and records; a changed layout takes a new one. That of a single hopper's mission.
+pub const FORMAT: u32 = 5;
 
-/// The format before it, whose brief has no [`Reading`]; its journals are read and resumed all the same.
+/// As [`FORMAT`], of a mission of rovers that cover ground: its header holds them, and its brief the task.
+const FORMAT_OF_ROVERS: u32 = 6;
+
+/// As [`FORMAT_OF_ROVERS`], of a mission whose robots announce routes, which stand behind the records that announce them.
+const FORMAT_OF_ROUTES: u32 = 7;
+
+/// The format of the release before, whose brief has neither a [`Reading`] nor the number of treasures; its journals are
+/// read and resumed all the same. Format 4 was never released.
 const FORMAT_BEFORE: u32 = 3;
 
 /// Bytes before the header's frame.
@@ -34,6 +42,9 @@ pub struct JournalHeader {
     pub seed: u64,
     /// The resolved scenario in its canonical text.
     pub resolved: String,
+    /// The robots, if the mission is not a single hopper's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<Fleet>,
 }
 
 impl JournalHeader {
@@ -41,7 +52,7 @@ impl JournalHeader {
     /// [`JournalHeader::with_run`] gives it one.
     #[must_use]
     pub fn new(world: &ResolvedScenario, seed: u64) -> Self {
-        Self { brief: world.brief, seed, resolved: world.resolved.clone() }
+        Self { brief: world.brief, seed, resolved: world.resolved.clone(), fleet: world.fleet.clone() }
     }
 
     /// The same mission as another run.
@@ -77,13 +88,19 @@ impl JournalHeader {
             let limits = Limits { steps_max: brief.limits.steps_max, ..limits };
             format!("{:?}", Brief { run: RunId(0), limits, ..*brief })
         };
-        differing("brief", rest(need_brief), rest(got_brief))
+        differing("brief", rest(need_brief), rest(got_brief))?;
+        differing("robots", format!("{:?}", self.fleet), format!("{:?}", got.fleet))
     }
 
     /// Everything before the first record's frame.
     pub(super) fn seal(&self) -> Result<Vec<u8>, JournalError> {
         let mut bytes = MAGIC.to_vec();
-        bytes.extend(FORMAT.to_le_bytes());
+        let format = match (&self.brief.scout, &self.fleet) {
+            (Some(_), _) => FORMAT_OF_ROUTES,
+            (None, Some(_)) => FORMAT_OF_ROVERS,
+            (None, None) => FORMAT,
+        };
+        bytes.extend(format.to_le_bytes());
         bytes.extend(frame::seal(&codec::encode(self)?, codec::BYTES_MAX)?);
         Ok(bytes)
     }
@@ -104,8 +121,9 @@ impl JournalHeader {
         }
         let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
         let format = number(format);
-        if format != FORMAT && format != FORMAT_BEFORE {
-            let (need, got) = (format!("{FORMAT_BEFORE} or {FORMAT}"), format.to_string());
+        if ![FORMAT_BEFORE, FORMAT, FORMAT_OF_ROVERS, FORMAT_OF_ROUTES].contains(&format) {
+            let need = format!("{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS} or {FORMAT_OF_ROUTES}");
+            let got = format.to_string();
             return Err(JournalError::Mismatch { field: "format", need, got });
         }
         let length = number(length) as usize;
@@ -117,26 +135,51 @@ impl JournalHeader {
         let payload = frame::payload(&frame, codec::BYTES_MAX)
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
         let header: Self = match format {
-            FORMAT => codec::decode(payload).map_err(bad)?,
+            FORMAT_OF_ROUTES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
+            FORMAT_OF_ROVERS => codec::decode::<HeaderOfRobots<Cover>>(payload).map_err(bad)?.into(),
+            FORMAT => codec::decode::<HeaderOfHopper>(payload).map_err(bad)?.into(),
             _ => codec::decode::<HeaderBefore>(payload).map_err(bad)?.into(),
         };
+        if header.fleet.is_some() == header.brief.is_of_hopper() {
+            return Err(bad("brief and robots are of different missions".into()));
+        }
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV4::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
+        Brief::try_from(&BriefV7::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
     }
+}
+
+/// [`JournalHeader`] in [`FORMAT`].
+#[derive(Deserialize)]
+struct HeaderOfHopper {
+    brief: BriefOf<Priors>,
+    reading: Reading,
+    seed: u64,
+    resolved: String,
+}
+
+/// [`JournalHeader`] in [`FORMAT_OF_ROVERS`] and [`FORMAT_OF_ROUTES`], which differ in their task.
+#[derive(Deserialize)]
+struct HeaderOfRobots<T> {
+    brief: BriefOf<Priors>,
+    reading: Reading,
+    task: Option<T>,
+    seed: u64,
+    resolved: String,
+    fleet: Option<Fleet>,
 }
 
 /// [`JournalHeader`] in [`FORMAT_BEFORE`].
 #[derive(Deserialize)]
 struct HeaderBefore {
-    brief: BriefBefore,
+    brief: BriefOf<PriorsBefore>,
     seed: u64,
     resolved: String,
 }
 
-/// [`Brief`] in [`FORMAT_BEFORE`]; the fields mean the same.
+/// The fields that [`Brief`] begins with in every format; they mean the same.
 #[derive(Deserialize)]
-struct BriefBefore {
+struct BriefOf<P> {
     run: RunId,
     scenario: Name,
     scenario_hash: [u8; 32],
@@ -149,21 +192,55 @@ struct BriefBefore {
     patrol: Option<Patrol>,
     weights: Weights,
     payoff: Payoff,
-    priors: Priors,
+    priors: P,
     motion: MotionParameters,
     sensor: SensorParameters,
     limits: Limits,
     guard: Guard,
 }
 
+/// [`Priors`] in [`FORMAT_BEFORE`].
+#[derive(Deserialize)]
+struct PriorsBefore {
+    safety: Range,
+    height_m: Range,
+}
+
 impl From<HeaderBefore> for JournalHeader {
-    fn from(header: HeaderBefore) -> Self {
-        let HeaderBefore { brief, seed, resolved } = header;
-        let BriefBefore { run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, .. } =
-            brief;
-        let BriefBefore { patrol, weights, payoff, priors, motion, sensor, limits, guard, .. } = brief;
-        let reading = Reading::default();
-        let brief = Brief {
+    fn from(HeaderBefore { brief, seed, resolved }: HeaderBefore) -> Self {
+        let PriorsBefore { safety, height_m } = brief.priors;
+        let priors = Priors { safety, height_m, treasures: treasures_of(&resolved) };
+        Self { brief: brief.with(priors, Reading::default()), seed, resolved, fleet: None }
+    }
+}
+
+impl From<HeaderOfHopper> for JournalHeader {
+    fn from(HeaderOfHopper { brief, reading, seed, resolved }: HeaderOfHopper) -> Self {
+        let priors = brief.priors;
+        Self { brief: brief.with(priors, reading), seed, resolved, fleet: None }
+    }
+}
+
+impl From<HeaderOfRobots<Cover>> for JournalHeader {
+    fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Cover>) -> Self {
+        let priors = brief.priors;
+        Self { brief: Brief { cover: task, ..brief.with(priors, reading) }, seed, resolved, fleet }
+    }
+}
+
+impl From<HeaderOfRobots<Scout>> for JournalHeader {
+    fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Scout>) -> Self {
+        let priors = brief.priors;
+        Self { brief: Brief { scout: task, ..brief.with(priors, reading) }, seed, resolved, fleet }
+    }
+}
+
+impl<P> BriefOf<P> {
+    /// The brief of a hopper's mission with these fields.
+    fn with(self, priors: Priors, reading: Reading) -> Brief {
+        let Self { run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, .. } = self;
+        let Self { patrol, weights, payoff, motion, sensor, limits, guard, .. } = self;
+        Brief {
             run,
             scenario,
             scenario_hash,
@@ -182,11 +259,33 @@ impl From<HeaderBefore> for JournalHeader {
             limits,
             guard,
             reading,
-        };
-        Self { brief, seed, resolved }
+            cover: None,
+            scout: None,
+        }
     }
+}
+
+/// How many treasures the canonical text of a scenario has; it was checked when the journal was made.
+fn treasures_of(resolved: &str) -> u32 {
+    let scenario = Scenario::parse(resolved, "the journal's scenario");
+    scenario.map_or(0, |scenario| scenario.truth.treasures.len().min(TREASURES_MAX) as u32)
 }
 
 fn hex(bytes: &[u8; 32]) -> String {
     contract::Digest(*bytes).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_journal_of_the_format_before_has_the_treasures_of_its_scenario() {
+        for (name, treasures) in [("treasures", 4), ("hard", 0)] {
+            let world = scenario::load(name).and_then(|scenario| scenario.resolve());
+            let resolved = world.expect("a built-in scenario").resolved;
+            assert_eq!(treasures_of(&resolved), treasures, "{name}");
+        }
+        assert_eq!(treasures_of("not a scenario"), 0);
+    }
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use contract::Record;
+use contract::{Record, Route};
 
 use super::reader::Reader;
 use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
@@ -59,7 +59,8 @@ impl<S: Storage> JournalReader<S> {
     /// The records from the first one on, read as they are asked for.
     #[must_use]
     pub fn records(&self) -> Records<'_, S> {
-        Records { history: self, reader: Reader::new(&self.file, self.start, self.file_bytes), ended: false }
+        let reader = Reader::new(&self.file, self.start, self.file_bytes);
+        Records { history: self, reader, routes: Vec::new(), ended: false }
     }
 }
 
@@ -68,6 +69,8 @@ impl<S: Storage> JournalReader<S> {
 pub struct Records<'a, S: Storage = File> {
     history: &'a JournalReader<S>,
     reader: Reader<'a, S>,
+    /// Those that the records so far announce.
+    routes: Vec<Route>,
     ended: bool,
 }
 
@@ -76,6 +79,12 @@ impl<S: Storage> Records<'_, S> {
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.reader.offset
+    }
+
+    /// The routes that the records read so far announce, in their order.
+    #[must_use]
+    pub fn into_routes(self) -> Vec<Route> {
+        self.routes
     }
 
     /// Bytes after the last whole frame; 0 before the end is reached.
@@ -105,12 +114,13 @@ impl<S: Storage> Records<'_, S> {
                 None => Ok(None),
             };
         };
-        let record = super::record(payload).map_err(|reason| JournalError::Undecodable {
+        let (record, route) = super::record(payload).map_err(|reason| JournalError::Undecodable {
             path: path.clone(),
             offset,
             reason,
         })?;
         let payload_bytes = payload.len();
+        self.routes.extend(route);
         self.reader.skip(payload_bytes);
         Ok(Some(record))
     }

@@ -7,6 +7,8 @@
 //! frame              length u32 | CRC-32 of length and payload u32 | payload (bincode), little-endian
 //! ```
 //!
+//! The payload of a record that announces a route has the points of the route behind the record.
+//!
 //! A frame is written whole or not at all: a write that fails is cut back, a write that death cut
 //! short is cut when the journal is opened next. Only a tail is ever cut; a broken frame with whole
 //! ones behind it is damage, and refused. Memory is constant, however long the journal.
@@ -31,8 +33,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::wire::RecordV3;
-use contract::{Decision, PastPage, Record};
+use contract::wire::RecordV4;
+use contract::{Action, Decision, PastPage, Record, Route, Waypoint};
 
 use crate::mission::{ROBOT, genesis};
 use index::Index;
@@ -50,8 +52,8 @@ pub use verification::{Verification, verify};
 /// Name of the journal's file in its directory.
 pub const FILE_NAME: &str = "hops.journal";
 
-/// Most bytes of an encoded record.
-const RECORD_BYTES_MAX: usize = 4096;
+/// Most bytes of an encoded record, with the longest route.
+const RECORD_BYTES_MAX: usize = 8192;
 
 /// Most bytes of a torn tail: a frame cut short, and what a file system may put behind it. More than that is
 /// no tail, and is not cut.
@@ -67,6 +69,8 @@ pub struct Journal<S: Storage = File> {
     /// Where the last whole frame ends, bytes.
     end: u64,
     last: Option<Record>,
+    /// Those that records announce, in their order.
+    routes: Vec<Route>,
     torn_bytes: u64,
     /// Whether bytes may lie beyond `end`.
     ragged: bool,
@@ -106,6 +110,7 @@ impl<S: Storage> Journal<S> {
             index: Index::default(),
             end: header_bytes as u64,
             last: None,
+            routes: Vec::new(),
             torn_bytes: 0,
             ragged: false,
             sync,
@@ -133,12 +138,14 @@ impl<S: Storage> Journal<S> {
             last = Some(record);
         }
         let (end, torn_bytes) = (records.offset(), records.torn_bytes());
+        let routes = records.into_routes();
         let mut journal = Self {
             header: history.header().clone(),
             file: history.into_file(),
             index,
             end,
             last,
+            routes,
             torn_bytes,
             ragged: torn_bytes > 0,
             sync,
@@ -156,13 +163,39 @@ impl<S: Storage> Journal<S> {
     /// Appends `record`: once this returns `Ok` the hop has happened.
     ///
     /// # Errors
-    /// If the record is not the next one, cannot be written, or the file is no longer what its path leads to; then
+    /// If the record is not the next one, announces a route, cannot be written, or the file is no longer what its path leads to; then
     /// the journal is as before, and the very same record may be appended again.
     pub fn append(&mut self, record: &Record) -> Result<(), JournalError> {
+        if let Action::Announce(id) = record.action {
+            return Err(JournalError::NoRoute { need: id });
+        }
+        self.append_payload(record, &codec::encode(record)?)
+    }
+
+    /// As [`Journal::append`], of a record that announces `route`.
+    ///
+    /// # Errors
+    /// As [`Journal::append`].
+    pub fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
+        if record.action != Action::Announce(route.id()) {
+            return Err(JournalError::NoRoute { need: contract::RouteId(record.action.route()) });
+        }
+        self.append_payload(record, &codec::encode(&(record, route.waypoints()))?)?;
+        self.routes.push(route.clone());
+        Ok(())
+    }
+
+    /// The routes that records announce, in their order.
+    #[must_use]
+    pub fn routes(&self) -> &[Route] {
+        &self.routes
+    }
+
+    fn append_payload(&mut self, record: &Record, payload: &[u8]) -> Result<(), JournalError> {
         let need = self.last.as_ref().map_or_else(|| self.genesis(), |last| last.digest);
         continues(record, Decision(self.len()), need)?;
         self.check()?;
-        let frame = frame::seal(&codec::encode(record)?, RECORD_BYTES_MAX)?;
+        let frame = frame::seal(payload, RECORD_BYTES_MAX)?;
         if let Err(error) = self.write(&frame) {
             // What cannot be cut now is cut before the next append, or when the journal is opened.
             let _ = self.trim();
@@ -217,7 +250,8 @@ impl<S: Storage> Journal<S> {
         let records: Vec<Record> =
             self.records_from(from.0).take(PAST_PAGE_RECORDS).collect::<Result<_, _>>()?;
         let mut digest = records.first().map_or_else(|| self.genesis(), |first| first.previous);
-        for (due, record) in (from.0..).zip(&records) {
+        // The records first: a range from the last number of all cannot be asked for its next.
+        for (record, due) in records.iter().zip(from.0..) {
             digest = continues(record, Decision(due), digest)?;
         }
         Ok(PastPage { run: self.header.run(), robot: ROBOT, from, records })
@@ -263,7 +297,7 @@ impl<S: Storage> Journal<S> {
         let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
         let payload = reader.payload().map_err(io("read", &self.path))?;
         let payload = payload.ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
-        let record = self::record(payload).map_err(undecodable)?;
+        let (record, _) = self::record(payload).map_err(undecodable)?;
         let payload_bytes = payload.len();
         reader.skip(payload_bytes);
         Ok(record)
@@ -308,13 +342,29 @@ impl<S: Storage> Journal<S> {
 /// written without opening the journal.
 #[must_use]
 pub fn record_of(bytes: &[u8]) -> Option<Record> {
-    record(frame::payload(bytes, RECORD_BYTES_MAX)?).ok()
+    let (record, _) = record(frame::payload(bytes, RECORD_BYTES_MAX)?).ok()?;
+    Some(record)
 }
 
-/// The record of a frame's payload. The bounds of the wire are those of the journal too; they are stated there.
-fn record(payload: &[u8]) -> Result<Record, String> {
-    let record: Record = codec::decode(payload)?;
-    Record::try_from(&RecordV3::from(&record)).map_err(|refusal| refusal.to_string())
+/// The record of a frame's payload, with the route that it announces. The bounds of the wire are those of the journal too;
+/// they are stated there.
+fn record(payload: &[u8]) -> Result<(Record, Option<Route>), String> {
+    let (record, rest): (Record, _) = codec::decode_first(payload)?;
+    let record = Record::try_from(&RecordV4::from(&record)).map_err(|refusal| refusal.to_string())?;
+    let Action::Announce(id) = record.action else {
+        return if rest.is_empty() {
+            Ok((record, None))
+        } else {
+            Err(format!("needs {} bytes, got {}", payload.len() - rest.len(), payload.len()))
+        };
+    };
+    let waypoints: Vec<Waypoint> = codec::decode(rest)?;
+    let route = Route::new(waypoints).map_err(|refusal| refusal.to_string())?;
+    if route.id() == id {
+        Ok((record, Some(route)))
+    } else {
+        Err(format!("needs the points of route {id}, got those of {}", route.id()))
+    }
 }
 
 /// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.

@@ -1,9 +1,10 @@
 //! What a whole journal proves, checked from its first byte to its last.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RunId, Status, Term};
+use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RobotId, RunId, Status, Term};
 use report::{Fallbacks, Leadership};
 use serde::Serialize;
 
@@ -51,6 +52,9 @@ pub struct Verification {
     pub commander: Incarnation,
 }
 
+/// The life that commanded each robot last.
+type Commanders = BTreeMap<RobotId, Incarnation>;
+
 impl Verification {
     /// Whether every decision was executed exactly once and the chain holds. A torn tail is no
     /// fault: what was not wholly written did not happen.
@@ -87,10 +91,10 @@ impl Verification {
     /// If it cannot be read through.
     pub fn of<S: Storage>(history: &JournalReader<S>) -> Result<Self, JournalError> {
         let mut verification = Self::new(history);
-        let mut due = Decision(0);
+        let (mut due, mut commanders) = (Decision(0), BTreeMap::new());
         let mut records = history.records();
         for record in &mut records {
-            verification.observe(&record?, &mut due);
+            verification.observe(&record?, &mut due, &mut commanders);
         }
         verification.torn_bytes = records.torn_bytes();
         Ok(verification)
@@ -122,7 +126,7 @@ impl Verification {
     }
 
     /// Folds in the next record; `due` is the decision after the highest so far.
-    fn observe(&mut self, record: &Record, due: &mut Decision) {
+    fn observe(&mut self, record: &Record, due: &mut Decision, commanders: &mut Commanders) {
         if record.decision < *due {
             self.duplicates += 1;
         } else {
@@ -142,31 +146,20 @@ impl Verification {
         self.fallbacks.count(record.origin);
         // A fallback leaves the command where it is.
         if !record.origin.is_fallback() {
-            self.name_planner(record);
+            self.name_planner(record, commanders);
         }
     }
 
-    fn name_planner(&mut self, record: &Record) {
-        let leader = &record.leader;
-        match self.planners.last_mut() {
-            Some(leadership)
-                if (leadership.name, leadership.term, self.commander)
-                    == (leader.planner, leader.term, leader.incarnation) =>
-            {
-                leadership.to_decision = record.decision;
-            }
-            last => {
-                // Term 0 is before every planner; a change of hands takes a higher term.
-                self.terms_rise &= leader.term > last.map_or(Term(0), |leadership| leadership.term);
-                self.commander = leader.incarnation;
-                self.planners.push(Leadership {
-                    name: leader.planner,
-                    term: leader.term,
-                    from_decision: record.decision,
-                    to_decision: record.decision,
-                });
-            }
-        }
+    fn name_planner(&mut self, record: &Record, commanders: &mut Commanders) {
+        let (leader, robot) = (&record.leader, record.robot);
+        let before = commanders.insert(robot, leader.incarnation).unwrap_or_default();
+        let last = self.planners.iter().rev().find(|leadership| leadership.robot == robot);
+        let goes_on = last.is_some_and(|last| (last.name, last.term) == (leader.planner, leader.term))
+            && before == leader.incarnation;
+        // Term 0 is before every planner; a change of hands takes a higher term.
+        self.terms_rise &= goes_on || leader.term > last.map_or(Term(0), |last| last.term);
+        self.commander = leader.incarnation;
+        Leadership::note(&mut self.planners, leader, robot, record.decision);
     }
 }
 
@@ -178,8 +171,8 @@ impl fmt::Display for Verification {
             format!("{} of {}, seed {}, profile {}", self.run, self.scenario, self.seed, self.profile),
         )?;
         fact("decisions", format!("{}, {} steps, {}", self.decisions, self.steps, self.outcome))?;
-        for Leadership { name, term, from_decision, to_decision } in &self.planners {
-            fact("command", format!("{name}, term {term}, decisions {from_decision} to {to_decision}"))?;
+        for leadership in &self.planners {
+            fact("command", leadership.to_string())?;
         }
         if self.vetoes > 0 || self.fallbacks.total() > 0 {
             fact("guard", report::guard_phrase(self.vetoes, self.fallbacks))?;

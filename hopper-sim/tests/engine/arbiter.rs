@@ -1,12 +1,15 @@
 //! Who may command, when a hop has happened, who is told.
 
 use contract::{
-    Action, Cell, Command, Decision, Incarnation, MonotonicNs, Refusal, RobotId, RunId, Status, Term,
+    Action, Cell, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PeerTable, Refusal, RobotId, Role,
+    RunId, Status, Term,
 };
 use hopper_sim::arbiter::BID_GRACE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, REPUBLISH_NS};
 
-use crate::fixture::{EAST, Host, LINGER_NS, RUN, WEST, command, mission, name, sure_mission, undisturbed};
+use crate::fixture::{
+    EAST, Host, LINGER_NS, RUN, WEST, beat, command, mission, name, sure_mission, undisturbed,
+};
 
 /// The same command from another planner, for `term`.
 fn rival(command: Command, term: u64) -> Command {
@@ -188,7 +191,7 @@ fn of_two_rivals_for_one_term_the_first_wins() {
     host.send(first);
     host.send(second);
     assert_eq!(host.refused, ["repeated_decision"], "its decision is gone");
-    host.send(Command { decision: host.state().decision, ..second });
+    host.send(Command { decision: host.state().decision, digest: host.state().digest, ..second });
     assert_eq!(host.refused[1..], ["not_leader"], "and so is its term");
     assert_eq!(host.state().leader.incarnation, Incarnation(2));
 }
@@ -250,6 +253,20 @@ fn a_wrong_run_or_robot_or_a_future_decision_is_refused_and_counted() {
     assert_eq!(host.records.len(), 1);
 }
 
+/// P-TIMELINE: planned on a past that the journal has lost meanwhile, for a decision that is due again.
+#[test]
+fn a_command_planned_on_another_past_is_refused_and_its_sender_hears_the_state() {
+    let mut host = led();
+    let order = command(&host.state(), EAST);
+    let published = host.published.len();
+    host.send(Command { digest: contract::Digest([9; 32]), ..order });
+    assert_eq!(host.refused, ["other_past"]);
+    assert_eq!((host.records.len(), host.published.len()), (1, published + 1));
+    assert_eq!(host.published.last(), Some(&host.state()));
+    host.send(order);
+    assert_eq!(host.records.len(), 2);
+}
+
 #[test]
 fn when_the_mission_is_over_nothing_more_is_executed() {
     let mut host = Host::fresh();
@@ -262,6 +279,40 @@ fn when_the_mission_is_over_nothing_more_is_executed() {
     host.send(Command { decision: Decision(order.decision.0 - 1), ..order });
     assert_eq!(host.published.last(), Some(&host.state()), "who missed the end is told");
     assert_eq!(host.records.len(), flown);
+}
+
+/// Whether a mission is manned by those who beat so.
+fn is_manned(arbiter: &Arbiter, beats: &[Heartbeat]) -> bool {
+    let now = MonotonicNs(2_000);
+    let mut peers = PeerTable::default();
+    beats.iter().for_each(|beat| peers.observe(*beat, now));
+    arbiter.is_manned(&peers, now)
+}
+
+#[test]
+fn a_mission_is_manned_by_a_perception_that_knows_its_run_and_a_planner() {
+    let arbiter = bare(Pace::Max);
+    let [perception, planner] =
+        [(Role::Perception, 2), (Role::Planner, 3)].map(|(role, life)| beat(role, life, 1, Status::Underway));
+    assert!(is_manned(&arbiter, &[perception, planner]));
+    let stranger = Heartbeat { run: RunId(9), ..perception };
+    for few in [&[][..], &[perception], &[planner], &[stranger, planner]] {
+        assert!(!is_manned(&arbiter, few), "{few:?}");
+    }
+}
+
+#[test]
+fn a_mission_that_is_over_or_under_way_with_a_fallback_needs_nobody() {
+    let mut host = Host::fresh();
+    host.fly();
+    assert!(is_manned(&host.arbiter, &[]));
+    let mut mission = mission();
+    mission.brief.guard.deadline_ns = 1_000_000;
+    let mut host = Host::new(mission, Vec::new(), Pace::Max);
+    assert!(!is_manned(&host.arbiter, &[]), "the first decision is a planner's");
+    host.send(command(&host.state(), EAST));
+    assert!(is_manned(&host.arbiter, &[]));
+    assert!(!is_manned(&led().arbiter, &[]), "there is no deadline");
 }
 
 #[test]

@@ -38,6 +38,7 @@ fn a_pause_holds_the_landing_and_costs_no_decision_time() {
     hop(&mut host);
     host.tick_after(60 * SECOND_NS);
     assert_eq!(host.state().decision.0, 0, "it is still in the air");
+    assert!(host.arbiter.wake_at().is_some_and(|at| at > host.now), "nobody waits awake for it");
     give(&mut host, Order::Resume);
     assert_eq!(host.state().decision.0, 1);
     assert_eq!(host.state().landed, host.now, "the pause belongs to the flight");

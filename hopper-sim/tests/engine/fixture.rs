@@ -31,7 +31,11 @@ pub fn brief() -> Brief {
         goal: Cell::new(7, 6),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
         payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
-        priors: Priors { safety: Range { min: -0.1, max: 5.0 }, height_m: Range { min: -0.2, max: 0.2 } },
+        priors: Priors {
+            safety: Range { min: -0.1, max: 5.0 },
+            height_m: Range { min: -0.2, max: 0.2 },
+            treasures: 0,
+        },
         motion: MotionParameters {
             hard: soil(0.9, 0.0, 0.05, 1),
             sand: soil(0.7, 0.1, 0.1, 2),
@@ -49,6 +53,8 @@ pub fn brief() -> Brief {
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
+        cover: None,
+        scout: None,
         patrol: None,
     }
 }
@@ -61,9 +67,15 @@ pub fn mission() -> Mission {
         gradient: [0.01, 0.02],
         soil: if (3..=5).contains(&cell.x) { Soil::Sand } else { Soil::Hard },
         passable: cell != Cell::new(8, 0),
+        speed: None,
     };
     let cells = brief.grid.iter().map(ground).collect();
-    Mission { terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new() }, brief, seed: 42 }
+    Mission {
+        terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() },
+        brief,
+        seed: 42,
+        fleet: None,
+    }
 }
 
 /// The mission with hops that always land where they are meant to, from `start`.
@@ -80,7 +92,12 @@ pub fn sure_mission(start: Cell) -> Mission {
 }
 
 pub fn header(mission: &Mission) -> JournalHeader {
-    JournalHeader { brief: mission.brief, seed: mission.seed, resolved: "[truth]\nkind = \"ramp\"\n".into() }
+    JournalHeader {
+        brief: mission.brief,
+        seed: mission.seed,
+        resolved: "[truth]\nkind = \"ramp\"\n".into(),
+        fleet: None,
+    }
 }
 
 /// Towards the goal along the longer side, with a halt every seventh decision.
@@ -101,6 +118,7 @@ pub fn command(state: &State, action: Action) -> Command {
         run: state.run,
         robot: ROBOT,
         decision: state.decision,
+        digest: state.digest,
         term: Term(1),
         action,
         observation: 5,

@@ -30,7 +30,8 @@ fn host(mission: Mission) -> Host {
 
 fn hazards(mission: &Mission, cell: Cell) -> [f64; 5] {
     let pose = Pose { cell, height_m: mission.terrain.ground(cell).unwrap().height_m };
-    Action::ALL.map(|action| Guard::new(&mission.brief, &mission.terrain, pose).hazard(action))
+    let hazard = |action| Guard::new(&mission.brief, &mission.terrain, pose).hazard(action);
+    [0, 1, 2, 3, 4].map(|code| hazard(Action::from_code(code).unwrap()))
 }
 
 fn policy(mission: &Mission, planner: &str, action: Action) -> Policy {
@@ -146,7 +147,7 @@ fn hazards_up_to_the_limit_pass_and_standing_still_always_does() {
         assert_eq!(host.state().decision.0 == 1, passes, "{hazard_max}");
     }
     let mut walled = host(guarded(Cell::new(0, 0), &[Cell::new(1, 0), Cell::new(0, 1)], 0.0, 0));
-    for action in Action::ALL {
+    for action in Action::ALL.into_iter().filter(|action| matches!(action, Action::Hold | Action::Hop(_))) {
         walled.send(command(&walled.state(), action));
     }
     assert_eq!((walled.records[0].action, walled.refused.len()), (Action::Hold, 4));
@@ -249,6 +250,24 @@ fn where_nothing_is_safe_the_fallback_holds() {
     let record = host.records[0];
     assert_eq!((record.origin, record.action), (Origin::Hold, Action::Hold));
     assert_eq!(record.leader, Leader::default(), "before the first command nobody commands");
+}
+
+/// P-FALLBACK.
+#[test]
+fn the_fallback_aims_at_no_visible_danger_even_where_the_guard_lets_it_pass() {
+    let mut host = host(guarded(Cell::new(1, 2), &[Cell::new(2, 2)], 1.0, DEADLINE_NS));
+    host.tick_after(DEADLINE_NS);
+    // East comes nearest to the goal, and is a rock.
+    assert_eq!((host.records[0].origin, host.records[0].action), (Origin::Greedy, NORTH));
+}
+
+#[test]
+fn what_the_fallback_did_is_not_repeated_after_the_end() {
+    let mut host = host(guarded(Cell::new(1, 4), &[], 1.0, DEADLINE_NS));
+    host.fly();
+    let flown = host.records.len();
+    host.on(Event::Repeat(Fallback { action: EAST, origin: Origin::Greedy }));
+    assert_eq!(host.records.len(), flown);
 }
 
 /// P-FALLBACK-REPEATED.

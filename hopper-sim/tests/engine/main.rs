@@ -15,6 +15,7 @@ mod journal;
 mod linger;
 mod patrol;
 mod resume;
+mod scouts;
 mod truth;
 mod verification;
 mod wire;

@@ -38,7 +38,7 @@ fn the_leader_goes_on_after_a_restart_and_a_stale_one_is_still_refused() {
     let mut host = Host::new(mission(), host.records, Pace::Max);
     host.send(command(&host.state(), EAST));
     assert_eq!(host.refused, ["stale_term"], "the term became durable with its first hop");
-    host.send(Command { decision: host.state().decision, ..takeover });
+    host.send(Command { decision: host.state().decision, digest: host.state().digest, ..takeover });
     assert_eq!((host.state().decision, host.state().leader.term), (Decision(3), Term(2)));
 }
 

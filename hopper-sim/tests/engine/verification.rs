@@ -2,14 +2,20 @@
 
 use contract::{Decision, Digest, Name, Record, Status, Term};
 use hopper_sim::journal::Show;
-use hopper_sim::{Journal, JournalError, Mission, Pace, Verification, verify};
+use hopper_sim::{Journal, JournalError, Mission, Pace, ROBOT, Verification, verify};
 use report::Leadership;
 
 use crate::fixture::{Host, header, mission, name, undisturbed};
 use crate::journal::Written;
 
 fn leadership(name: Name, term: u64, from: u64, to: u64) -> Leadership {
-    Leadership { name, term: Term(term), from_decision: Decision(from), to_decision: Decision(to) }
+    Leadership {
+        name,
+        term: Term(term),
+        from_decision: Decision(from),
+        to_decision: Decision(to),
+        robot: ROBOT,
+    }
 }
 
 /// The undisturbed records, with terms and planners as `leader` gives them.

@@ -1,19 +1,19 @@
 //! What a rogue process may write, and that none of it moves the hopper.
 
 use bytemuck::Zeroable;
-use contract::wire::{CommandV1, RecordV3, StateV3};
+use contract::wire::{CommandV3, RecordV4, StateV4};
 use contract::{Command, MonotonicNs, Record, State};
 use hopper_sim::{Effect, Event};
 use proptest::prelude::*;
 
 use crate::fixture::{EAST, Host, command, undisturbed};
 
-fn valid() -> CommandV1 {
-    CommandV1::from(&command(&Host::fresh().state(), EAST))
+fn valid() -> CommandV3 {
+    CommandV3::from(&command(&Host::fresh().state(), EAST))
 }
 
 /// A change to a valid command with the reason for which it is refused.
-type Case = (&'static str, fn(&mut CommandV1));
+type Case = (&'static str, fn(&mut CommandV3));
 
 /// P-HOSTILE.
 #[test]
@@ -42,7 +42,7 @@ fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
         ("malformed", |wire| wire.planner[0] = b' '),
         ("malformed", |wire| wire.planning_ended_ns = 0),
         ("malformed", |wire| wire.planning_started_ns = u64::MAX),
-        ("malformed", |wire| *wire = CommandV1::zeroed()),
+        ("malformed", |wire| *wire = CommandV3::zeroed()),
     ];
     for (index, (reason, change)) in refused.into_iter().enumerate() {
         let mut wire = valid();
@@ -52,7 +52,7 @@ fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
         assert_eq!(host.refused, [reason], "case {index}: {wire:?}");
         assert_eq!((host.records.len(), host.arbiter.refusals().of(reason)), (0, 1));
     }
-    let harmless: [fn(&mut CommandV1); 10] = [
+    let harmless: [fn(&mut CommandV3); 10] = [
         |_| {},
         |wire| wire.incarnation = u64::MAX,
         |wire| wire.observation = u64::MAX,
@@ -81,8 +81,8 @@ fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
 
 proptest! {
     #[test]
-    fn random_bytes_never_move_the_hopper(bytes in prop::collection::vec(any::<u8>(), size_of::<CommandV1>())) {
-        let wire: CommandV1 = bytemuck::pod_read_unaligned(&bytes);
+    fn random_bytes_never_move_the_hopper(bytes in prop::collection::vec(any::<u8>(), size_of::<CommandV3>())) {
+        let wire: CommandV3 = bytemuck::pod_read_unaligned(&bytes);
         let mut host = Host::fresh();
         let effects = host.arbiter.on(Event::Command(Command::try_from(&wire)), MonotonicNs(2_000));
         prop_assert!(matches!(effects[..], [Effect::Refused(_)]), "{:?}", effects);
@@ -94,7 +94,7 @@ const NO_NUMBERS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e30
 
 #[test]
 fn a_state_with_a_float_that_is_no_number_is_refused() {
-    let floats: [fn(&mut StateV3) -> &mut f64; 7] = [
+    let floats: [fn(&mut StateV4) -> &mut f64; 7] = [
         |wire| &mut wire.pose.height_m,
         |wire| &mut wire.last.launch_speed_mps,
         |wire| &mut wire.last.launch_angle_rad,
@@ -104,10 +104,10 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
         |wire| &mut wire.last.flight_time_s,
     ];
     let state = Host::new(crate::fixture::mission(), undisturbed(), hopper_sim::Pace::Max).state();
-    assert_eq!(State::try_from(&StateV3::from(&state)).unwrap(), state);
+    assert_eq!(State::try_from(&StateV4::from(&state)).unwrap(), state);
     for float in floats {
         for value in NO_NUMBERS {
-            let mut wire = StateV3::from(&state);
+            let mut wire = StateV4::from(&state);
             *float(&mut wire) = value;
             assert_eq!(State::try_from(&wire).unwrap_err().reason(), "malformed");
         }
@@ -117,12 +117,12 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
 #[test]
 fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
     for record in undisturbed() {
-        assert_eq!(Record::try_from(&RecordV3::from(&record)).unwrap(), record);
+        assert_eq!(Record::try_from(&RecordV4::from(&record)).unwrap(), record);
     }
-    let changes: [fn(&mut RecordV3); 12] = [
+    let changes: [fn(&mut RecordV4); 12] = [
         |wire| wire.decision = u64::MAX,
         |wire| wire.leader.term = u64::MAX,
-        |wire| wire.action = 9,
+        |wire| wire.action = 14,
         |wire| wire.cut = 9,
         |wire| wire.status = 0,
         |wire| wire.outcome.branch = 0,
@@ -131,10 +131,10 @@ fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
         |wire| wire.collected = 1 << 16,
         |wire| wire.origin = 0,
         |wire| wire.origin = 5,
-        |wire| wire.vetoed = 1 << 5,
+        |wire| wire.vetoed = 1 << 14,
     ];
     for (index, change) in changes.into_iter().enumerate() {
-        let mut wire = RecordV3::from(&undisturbed()[0]);
+        let mut wire = RecordV4::from(&undisturbed()[0]);
         change(&mut wire);
         assert!(Record::try_from(&wire).is_err(), "change {index}");
     }

@@ -4,7 +4,10 @@ use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy,
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{History, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory, RunHistory, SeenCells};
+use super::reason::Ends;
+use super::{
+    History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory, Reason, RunHistory, SeenCells,
+};
 
 /// Most hops in one frame.
 pub const HOPS_A_FRAME: usize = 256;
@@ -48,7 +51,7 @@ impl Cursor {
 }
 
 /// One hop as a row: decision, branch, from x and y, to x and y, height, term, steps, status, treasures, visits,
-/// origin, letters of vetoed actions, time of the landing before it in milliseconds, then seven stages in
+/// origin, letters of vetoed actions, time of the landing before it in milliseconds, robot, then seven stages in
 /// microseconds.
 type Row = Vec<Value>;
 
@@ -98,6 +101,12 @@ impl History {
             || !log.is_empty()
             || cursor.events < self.peers.events_count()
             || (cursor.status < self.progress.0 && self.progress.1.is_some())
+    }
+
+    /// The reason for a hop from `cell` when decision `at` is due, or null, as JSON in one line.
+    #[must_use]
+    pub fn reason_json(&self, cell: Cell, at: Decision) -> String {
+        self.reason(cell, at).as_ref().map_or(Value::Null, reason).to_string()
     }
 
     fn status(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
@@ -153,6 +162,7 @@ fn mission(brief: &Brief) -> Value {
         "height_m": [brief.priors.height_m.min, brief.priors.height_m.max],
         "sensor": brief.sensor,
         "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
+        "robots": brief.robots,
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
@@ -187,6 +197,7 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
             json!(hop.origin),
             json!(letters(hop.vetoed)),
             rounded(hop.landed.0 as f64 / 1e6, 1.0),
+            json!(hop.robot),
         ];
         row.extend(hop.stages_ns.map(|ns| rounded(ns as f64 / 1e3, 10.0)));
         rows.push(row);
@@ -235,7 +246,7 @@ fn events(peers: &PeerHistory, cursor: &mut Cursor) -> Option<Frame> {
     }
     let events: Vec<Value> = peers.events_from(cursor.events).map(event).collect();
     cursor.events = peers.events_count();
-    Some(frame("reigns", &Value::Array(events)))
+    Some(frame("marks", &Value::Array(events)))
 }
 
 fn event(event: &PeerEvent) -> Value {
@@ -294,10 +305,44 @@ impl Window {
     }
 }
 
+/// The reason for a hop as the page shows it; chances in the order as aimed, stuck, left, right.
+fn reason(reason: &Reason) -> Value {
+    let hop = |hop: &HopReason| {
+        let chances = hop.chances;
+        let chances = [chances.intended, chances.stayed, chances.left, chances.right];
+        let ends = hop.ends.map(|ends| match ends {
+            Ends::AtGoal => "goal",
+            Ends::OffMap => "off the map",
+            Ends::Impassable => "impassable",
+        });
+        json!({
+            "action": letter(Action::Hop(hop.direction)).to_string(),
+            "chances": chances.map(|chance| rounded(chance, 1e4)).to_vec(),
+            "terms": hop.terms.map(|terms| terms.map(|term| rounded(term, 1e3)).to_vec()),
+            "ends": ends,
+            "value": hop.value.map(|value| rounded(value, 1e4)),
+        })
+    };
+    let policy = reason.policy.map(|(planner, decision, action)| {
+        json!({ "planner": planner, "decision": decision, "action": letter(action).to_string() })
+    });
+    json!({
+        "cell": [reason.cell.x, reason.cell.y],
+        "seen": reason.ground.is_some(),
+        "sand": reason.ground.is_some_and(|ground| ground.soil == contract::Soil::Sand),
+        "slope_deg": reason.ground.map(|ground| rounded(ground.steepness().atan().to_degrees(), 10.0)),
+        "policy": policy,
+        "vetoed": letters(reason.vetoed),
+        "hops": reason.hops.iter().map(hop).collect::<Vec<_>>(),
+    })
+}
+
 fn letter(action: Action) -> char {
     match action {
         Action::Hold => '-',
-        Action::Hop(direction) => ['n', 'e', 's', 'w'][direction as usize],
+        Action::Hop(direction) | Action::Step(direction) => ['n', 'e', 's', 'w'][direction as usize],
+        // Robots that go from point to point have no arrows.
+        _ => '*',
     }
 }
 

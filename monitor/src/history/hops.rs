@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Origin, Status, Term, Vetoed};
+use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Origin, RobotId, Status, Term, Vetoed};
 use report::Executed;
 
 /// Number of hops that are kept, the last ones.
@@ -14,6 +14,8 @@ const LEADER_CHANGES_KEPT: usize = 4096;
 /// One executed decision with the fields that are displayed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hop {
+    /// Robot that took it.
+    pub robot: RobotId,
     /// How it ended: as intended, as a slip, or not at all.
     pub branch: Branch,
     /// Cell it began in.
@@ -142,6 +144,7 @@ impl Hops {
             self.first += 1;
         }
         self.kept.push_back(Hop {
+            robot: executed.robot,
             branch: outcome.branch,
             from: outcome.from,
             to: outcome.to,

@@ -7,17 +7,19 @@
 mod frame;
 mod hops;
 mod peers;
+pub mod reason;
 mod seen_cells;
 
 use contract::{
     Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    Pacing, PastPage, Policy, Replica, RobotId, State, Timeline,
+    Pacing, PastPage, Policy, Replica, RobotId, Role, State, Timeline,
 };
 use report::Executed;
 
 pub use frame::{CELLS_A_FRAME, Cursor, Frame, HOPS_A_FRAME, POLICY_SIDE_MAX};
 pub use hops::{HOPS_KEPT, Hop, Hops, LeaderChange};
 pub use peers::{EVENTS_KEPT, Peer, PeerChange, PeerEvent, PeerHistory};
+pub use reason::{HopReason, Reason};
 pub use seen_cells::{Seen, SeenCells};
 
 use crate::Progress;
@@ -178,6 +180,16 @@ impl History {
         &self.peers
     }
 
+    /// The role without which nothing goes on although hopper-sim lives: a perception, else a planner that was not heard
+    /// or fell silent; `None` once the mission is over.
+    #[must_use]
+    pub fn lacking(&self) -> Option<Role> {
+        let over = self.progress().is_none_or(|progress| progress.status.is_over());
+        let alive = |role| self.peers.peers().iter().any(|peer| peer.beat.role == role && !peer.silent);
+        let wanted = !over && alive(Role::HopperSim);
+        [Role::Perception, Role::Planner].into_iter().find(|&role| wanted && !alive(role))
+    }
+
     /// How hopper-sim paces landings; `None` until it says so.
     #[must_use]
     pub fn pacing(&self) -> Option<&Pacing> {
@@ -219,7 +231,7 @@ impl History {
 impl RunHistory {
     fn new(robot: RobotId, brief: &Brief) -> Self {
         let mut replica = Replica::new(robot);
-        replica.begin(brief.run, brief.grid);
+        replica.begin(brief);
         Self {
             brief: *brief,
             state: None,
@@ -257,7 +269,8 @@ impl RunHistory {
 
     /// Adds the records that are due. False if they continue from another past than the hops so far.
     fn past(&mut self, page: &PastPage) -> bool {
-        for record in page.records.iter().filter(|record| record.robot == page.robot) {
+        let robots = self.brief.robots;
+        for record in page.records.iter().filter(|record| record.robot.0 < robots) {
             if record.decision != self.hops.due() {
                 continue;
             }

@@ -38,6 +38,8 @@ pub struct SeenCells {
     learnt: Option<(u64, u64)>,
     treasures: Vec<Cell>,
     seen: usize,
+    /// Lowest and highest seen so far, metres.
+    heights_m: Option<(f32, f32)>,
 }
 
 impl SeenCells {
@@ -55,7 +57,14 @@ impl SeenCells {
             learnt: None,
             treasures: Vec::new(),
             seen: 0,
+            heights_m: None,
         }
+    }
+
+    /// Lowest and highest ground seen so far, metres above the datum; `None` before the first.
+    #[must_use]
+    pub fn heights_m(&self) -> Option<(f32, f32)> {
+        self.heights_m
     }
 
     /// The cell at `index`; `None` if it was not seen.
@@ -121,6 +130,9 @@ impl SeenCells {
         let Some(ground) = map.cells()[index] else { return 0 };
         let known = self.cells[index];
         let sand = ground.soil == Soil::Sand;
+        let height_m = ground.height_m as f32;
+        let (low, high) = self.heights_m.unwrap_or((height_m, height_m));
+        self.heights_m = Some((low.min(height_m), high.max(height_m)));
         let now = Seen { height_m: ground.height_m as f32, sand, passable: ground.passable, at: known.at };
         if known.at == UNSEEN {
             self.cells[index] = Seen { at: PENDING, ..now };

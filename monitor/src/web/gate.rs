@@ -7,7 +7,7 @@
 // Addresses, but no sockets.
 use core::net::{IpAddr, SocketAddr};
 
-use contract::Order;
+use contract::{Cell, Decision, Order};
 
 use super::asset::{Asset, asset};
 use super::order::order;
@@ -23,6 +23,9 @@ pub const BODY_BYTES_MAX: usize = 512;
 
 /// Paths of the event streams: history, policies.
 const STREAMS: [&str; 2] = ["/events", "/policy"];
+
+/// Path of the reason for a hop: `/why?x=3&y=4&at=17`.
+const WHY: &str = "/why";
 
 /// Headers of every response: no foreign content, no embedding in frames, no guessing of types.
 pub const HEADERS: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -51,6 +54,8 @@ pub enum Answer {
         /// Whether the request has the key that orders need, so that it may use a place kept free for it.
         keyed: bool,
     },
+    /// With the reason for a hop from a cell when a decision is due.
+    Reason(Cell, Decision),
     /// By passing on an order.
     Order(Order),
 }
@@ -190,6 +195,7 @@ impl Gate {
         }
         match head.method.as_str() {
             "GET" if head.path == "/control" => Err(Rejection::new(405, "an order needs POST")),
+            "GET" if head.path == WHY && head.length == 0 => reason(&head.query).map(drop),
             "GET" if !STREAMS.contains(&head.path.as_str()) && asset(&head.path).is_none() => {
                 Err(Rejection::new(404, "there is no such path"))
             }
@@ -238,6 +244,9 @@ impl Gate {
                 .is_some_and(|(key, given)| same(given.as_bytes(), key.as_bytes()));
             return Ok(Answer::Events { policy: head.path == STREAMS[1], keyed });
         }
+        if head.path == WHY {
+            return reason(&head.query);
+        }
         asset(&head.path).map(Answer::Asset).ok_or_else(|| Rejection::new(404, "there is no such path"))
     }
 
@@ -258,6 +267,20 @@ impl Gate {
         let ours = self.address.ip();
         literal.parse::<IpAddr>().is_ok_and(|ip| ip == ours || ip.is_loopback() || ours.is_unspecified())
     }
+}
+
+/// The cell and the decision that `x=3&y=4&at=17` asks about; each once, in digits.
+fn reason(query: &str) -> Result<Answer, Rejection> {
+    let need =
+        || Rejection::new(400, format!("{WHY} needs x, y and at in digits, as in {WHY}?x=3&y=4&at=17"));
+    let field = |name: &str| {
+        let mut values = query.split('&').filter_map(|part| part.split_once('='));
+        let digits = |text: &&str| text.len() <= 15 && text.bytes().all(|byte| byte.is_ascii_digit());
+        let value = values.find(|(key, _)| *key == name).map(|(_, value)| value).filter(digits);
+        value.and_then(|value| value.parse::<u64>().ok()).ok_or_else(need)
+    };
+    let side = |name: &str| i32::try_from(field(name)?).map_err(|_| need());
+    Ok(Answer::Reason(Cell::new(side("x")?, side("y")?), Decision(field("at")?)))
 }
 
 /// Whether two keys are equal, compared in constant time.

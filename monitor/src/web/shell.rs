@@ -1,5 +1,6 @@
 //! The page's sockets: a bounded number of connections, each in a thread of its own.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -177,7 +178,7 @@ impl Page {
     }
 }
 
-impl Screen for Page {
+impl Screen for Arc<Page> {
     fn wants_policy(&self) -> bool {
         Page::wants_policy(self)
     }
@@ -264,7 +265,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
 /// What a client gets.
 enum Served<'a> {
     /// Status, content type and text.
-    Text(&'static str, &'static str, &'static str),
+    Text(&'static str, &'static str, Cow<'static, str>),
     /// Policies or the history, and the place among the streams.
     Stream(bool, CountGuard<'a>),
 }
@@ -279,16 +280,19 @@ fn connection(mut stream: &TcpStream, shared: &Shared) -> std::io::Result<()> {
         Some(_) => request(stream, &shared.gate),
     };
     let served = answer.and_then(|answer| match answer {
-        Answer::Asset(asset) => Ok(Served::Text("200 OK", asset.kind, asset.text)),
+        Answer::Asset(asset) => Ok(Served::Text("200 OK", asset.kind, asset.text.into())),
+        Answer::Reason(cell, at) => {
+            Ok(Served::Text("200 OK", "application/json", shared.history().reason_json(cell, at).into()))
+        }
         Answer::Order(order) => {
-            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "told\n"))
+            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "told\n".into()))
         }
         Answer::Events { policy, keyed } => {
             stream_slot(shared, policy, keyed).map(|slot| Served::Stream(policy, slot))
         }
     });
     match served {
-        Ok(Served::Text(status, kind, text)) => respond(stream, status, kind, text),
+        Ok(Served::Text(status, kind, text)) => respond(stream, status, kind, &text),
         Ok(Served::Stream(policy, slot)) => {
             drop(counted);
             events(stream, shared, policy, slot)

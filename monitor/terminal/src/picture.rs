@@ -9,6 +9,7 @@ use ratatui::widgets::{Block, Paragraph};
 
 use monitor::History;
 use monitor::history::{Hop, PeerChange, SeenCells};
+use report::picture::colour;
 
 /// Smallest width of the terminal, columns.
 pub const COLUMNS_MIN: u16 = 80;
@@ -102,7 +103,10 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
         }
         _ if settings.at.is_some() => ("looking back".to_owned(), BOLD.fg(AMBER)),
         _ if paused => ("paused".to_owned(), BOLD.fg(AMBER)),
-        _ => ("under way".to_owned(), GOOD),
+        _ => match history.lacking() {
+            Some(role) => (format!("waiting for hopper {role}"), BOLD.fg(AMBER)),
+            None => ("under way".to_owned(), GOOD),
+        },
     };
     line.push(Span::raw(format!("{} · {} ", brief.scenario, brief.profile)));
     line.push(Span::styled(format!("● {word} "), style));
@@ -144,6 +148,8 @@ struct View<'a> {
     places: (i32, i32),
     policy: bool,
     heights_m: (f32, f32),
+    /// Number of robots; with more than one each is shown by its number.
+    robots: u16,
 }
 
 impl<'a> View<'a> {
@@ -164,7 +170,6 @@ impl<'a> View<'a> {
         let policy = history
             .policy()
             .is_some_and(|policy| change.is_none_or(|change| change.planner == policy.planner));
-        let prior = brief.priors.height_m;
         Some(Self {
             history,
             ground,
@@ -173,7 +178,8 @@ impl<'a> View<'a> {
             corner: Cell::new(left, bottom + places.1 * stride - 1),
             places,
             policy: settings.policy && stride == 1 && policy,
-            heights_m: (prior.min as f32, prior.max as f32),
+            heights_m: ground.heights_m().unwrap_or((0.0, 1.0)),
+            robots: brief.robots,
         })
     }
 
@@ -187,9 +193,10 @@ impl<'a> View<'a> {
             for column in 0..self.places.0 {
                 let cell = Cell::new(self.corner.x + column * self.stride, self.corner.y - row * self.stride);
                 let (mut text, mut style) = self.ground_at(cell);
-                if let Some((symbol, paint)) = symbols[(row * self.places.0 + column) as usize] {
+                if let Some((symbol, (ink, ground))) = symbols[(row * self.places.0 + column) as usize] {
                     text = symbol;
-                    style = style.fg(paint).add_modifier(Modifier::BOLD);
+                    style = style.fg(ink).add_modifier(Modifier::BOLD);
+                    style = ground.map_or(style, |ground| style.bg(ground));
                 }
                 let (x, y) = (area.x + (indent + 2 * column) as u16, area.y + (drop + row) as u16);
                 buffer.set_string(x, y, text, style);
@@ -198,8 +205,8 @@ impl<'a> View<'a> {
     }
 
     /// Symbols of route, stray hops, start, treasures, goals and hopper; later ones replace earlier ones.
-    fn symbols(&self, symbols: &mut [Option<(&'static str, Color)>]) {
-        let mut put = |cell: Cell, symbol: &'static str, paint: Color| {
+    fn symbols(&self, symbols: &mut [Option<(&'static str, Paint)>]) {
+        let mut put = |cell: Cell, symbol: &'static str, paint: Paint| {
             let (dx, dy) = (cell.x - self.corner.x, self.corner.y - cell.y);
             let (column, row) = (dx.div_euclid(self.stride), dy.div_euclid(self.stride));
             if (0..self.places.0).contains(&column) && (0..self.places.1).contains(&row) {
@@ -211,25 +218,45 @@ impl<'a> View<'a> {
         // On a patrol only the current leg and the one before are shown.
         let visits = hop_before(self.history, self.at).map_or(0, |hop| hop.visits);
         for hop in hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits) {
-            put(hop.from, "• ", Color::White);
+            put(hop.from, "• ", ROUTE);
             match hop.branch {
-                Branch::Left | Branch::Right => put(hop.to, "× ", Color::LightRed),
-                Branch::Stayed => put(hop.to, "o ", Color::LightRed),
-                Branch::Intended => put(hop.to, "• ", Color::White),
+                Branch::Left | Branch::Right => put(hop.to, "× ", STRAY),
+                Branch::Stayed | Branch::Stranded => put(hop.to, "o ", STRAY),
+                Branch::Intended => put(hop.to, "• ", ROUTE),
                 Branch::Held => {}
             }
         }
-        put(brief.start, "S ", Color::White);
+        if self.robots > 1 {
+            for (robot, cell) in self.robot_cells() {
+                put(cell, ROBOT_NUMBERS[robot % ROBOT_NUMBERS.len()], robot_paint(robot));
+            }
+            return;
+        }
+        put(brief.start, "S ", START);
         for treasure in self.history.treasures(self.at) {
-            put(treasure, "★ ", Color::Yellow);
+            put(treasure, "✦ ", TREASURE);
         }
         for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
-            put(goal, "⚑ ", Color::Gray);
+            put(goal, "★ ", LATER_GOAL);
         }
-        put(goal(self.history, brief, self.at), "⚑ ", Color::LightGreen);
+        put(goal(self.history, brief, self.at), "★ ", GOAL);
         if let Some(cell) = pose(self.history, self.at) {
-            put(cell, "@ ", AMBER);
+            put(cell, "@ ", HOPPER);
         }
+    }
+
+    /// Where each robot stood at the moment that is shown, as far as it is known.
+    fn robot_cells(&self) -> Vec<(usize, Cell)> {
+        let Some(hops) = self.history.hops() else { return Vec::new() };
+        let members = self.history.progress().map_or(&[][..], |progress| &progress.robots);
+        let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
+        let of_robot = |robot: usize| {
+            let own = |hop: &&Hop| usize::from(hop.robot.0) == robot;
+            let before = hops.from(hops.first()).take(flown).rev().find(own).map(|hop| hop.to);
+            let later = || hops.from(hops.first()).find(own).map(|hop| hop.from);
+            before.or_else(later).or_else(|| members.get(robot).map(|member| member.at.cell))
+        };
+        (0..usize::from(self.robots)).filter_map(|robot| Some((robot, of_robot(robot)?))).collect()
     }
 
     /// Text and style of a character pair without symbols: policy arrow, impassable, sand, or height alone.
@@ -275,15 +302,41 @@ fn pose(history: &History, at: Decision) -> Option<Cell> {
     Some(hop_before(history, at).map_or(start, |hop| hop.to))
 }
 
-/// Background colour: dark to light by height, ochre on sand.
+/// Background colour: that of the pictures by height, greyer on sand.
 fn shade(height_m: f32, (low, high): (f32, f32), sand: bool) -> Color {
     let share = ((height_m - low) / (high - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-    let mix = |dark: f32, bright: f32| (dark + (bright - dark) * share) as u8;
-    if sand {
-        Color::Rgb(mix(150.0, 235.0), mix(105.0, 185.0), mix(40.0, 90.0))
-    } else {
-        Color::Rgb(mix(60.0, 232.0), mix(58.0, 214.0), mix(72.0, 180.0))
-    }
+    let rgb = colour::height_rgb(f64::from(share));
+    let [r, g, b] = if sand { mixed(rgb, [125, 130, 136], 0.4) } else { rgb };
+    Color::Rgb(r, g, b)
+}
+
+/// `share` of `other` in `colour`.
+fn mixed(colour: [u8; 3], other: [u8; 3], share: f64) -> [u8; 3] {
+    let band = |n: usize| ((1.0 - share) * f64::from(colour[n]) + share * f64::from(other[n])).round() as u8;
+    [band(0), band(1), band(2)]
+}
+
+/// Ink of a symbol, and the ground it stands on where that of the map would not set it off.
+type Paint = (Color, Option<Color>);
+
+const BLACK: Color = Color::Rgb(17, 17, 17);
+const WHITE: Color = Color::Rgb(255, 255, 255);
+const ROUTE: Paint = (BLACK, None);
+const STRAY: Paint = (Color::Rgb(227, 0, 15), Some(WHITE));
+const START: Paint = (WHITE, Some(Color::Rgb(31, 111, 224)));
+const TREASURE: Paint = (BLACK, Some(Color::Rgb(255, 196, 0)));
+const GOAL: Paint = (WHITE, Some(Color::Rgb(227, 0, 15)));
+const LATER_GOAL: Paint = (WHITE, Some(Color::Rgb(110, 60, 62)));
+const HOPPER: Paint = (BLACK, Some(Color::Rgb(255, 212, 0)));
+
+/// A robot by its number.
+const ROBOT_NUMBERS: [&str; 16] =
+    ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "7 ", "8 ", "9 ", "10", "11", "12", "13", "14", "15"];
+
+/// A robot's colour; the same as on the page.
+fn robot_paint(robot: usize) -> Paint {
+    let [r, g, b] = colour::ROBOTS[robot % colour::ROBOTS.len()];
+    (BLACK, Some(Color::Rgb(r, g, b)))
 }
 
 fn side(history: &History, settings: &ViewSettings, now: MonotonicNs, area: Rect) -> Vec<Line<'static>> {

@@ -51,11 +51,13 @@ impl Terminal {
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
                 return Some(Wish::Quit);
             }
-            KeyCode::Char('q') | KeyCode::Esc => return Some(Wish::Quit),
-            KeyCode::Char(' ' | 's') if !obeys => {
+            KeyCode::Char('q') => return Some(Wish::Quit),
+            KeyCode::Esc if self.settings.at.is_none() => return Some(Wish::Quit),
+            KeyCode::Esc => self.settings.at = None,
+            KeyCode::Char(' ' | 'k' | 's') if !obeys => {
                 tracing::warn!("hopper-sim obeys no orders: it was started without --control");
             }
-            KeyCode::Char(' ') => {
+            KeyCode::Char(' ' | 'k') => {
                 return order(if paused { contract::Order::Resume } else { contract::Order::Pause });
             }
             KeyCode::Char('s') => return order(contract::Order::Step),

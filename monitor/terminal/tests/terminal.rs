@@ -72,12 +72,13 @@ fn account() -> History {
     let (_, map) = ground(&brief);
     let seen = map.cells().iter().enumerate();
     let cells = seen
-        .filter_map(|(index, ground)| Some(SeenCell { index: index as u32, ground: (*ground)? }))
+        .filter_map(|(index, ground)| Some(SeenCell { index: index as u32, visits: 0, ground: (*ground)? }))
         .collect();
     let patch = MapPatch {
         run: brief.run,
         robot: ROBOT,
         through: Decision(records.len() as u64),
+        digest: records.last().unwrap().digest,
         more: 0,
         sequence: 1,
         before: ObservedMap::unseen(brief.run, ROBOT, brief.grid).observation(),

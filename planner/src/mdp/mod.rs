@@ -1,6 +1,7 @@
 //! The algorithm that solves the grid world as a Markov decision process before every hop (P23 section III).
 
 pub mod hop_lattice;
+pub mod hunt;
 pub mod model;
 pub mod online_model;
 pub mod policy;
@@ -10,6 +11,7 @@ use contract::{Action, Name, PolicyCell};
 use solver::online::Method;
 use solver::{GoalSearch, Solver};
 
+use self::hunt::Hunt;
 use self::model::Model;
 use self::online_model::OnlineModel;
 use self::treasure_sets::TreasureSets;
@@ -30,6 +32,7 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   do not take the guard into account; where leaving the map and impassable ground have a price, as in profile
 ///   `hopper`, there is little to veto.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
+/// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
     /// The model of the last brief planned for online.
@@ -54,7 +57,9 @@ impl Planner for Mdp {
         if here == situation.brief.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        if budget.work_max.is_none() && situation.map.treasures().is_empty() {
+        let hunt = Hunt::of(situation);
+        let is_plain = situation.map.treasures().is_empty() && !hunt.is_some_and(|hunt| hunt.searches());
+        if budget.work_max.is_none() && is_plain {
             let plan = self.plan_online(situation, budget.pulse);
             if !situation.state.vetoed.has(plan.action) {
                 return plan;
@@ -62,7 +67,11 @@ impl Planner for Mdp {
             self.is_online = false;
         }
         let mut model = Model::new(situation);
-        self.treasures.rebuild(situation, &model);
+        if let Some(hunt) = hunt {
+            hunt.prepare(situation, &mut model, budget.pulse);
+        }
+        let treasure = hunt.map_or(situation.brief.payoff.treasure, |hunt| hunt.treasure);
+        self.treasures.rebuild(situation, &model, treasure);
         let mut reach = GoalSearch::default();
         let leads_to_goal = |&node: &usize| reach.leads_to_goal(&model.world, node);
         let Some(node) = model.lattice.node(here).filter(leads_to_goal) else {
@@ -98,12 +107,13 @@ impl Planner for Mdp {
 impl Mdp {
     /// Plans with the online model.
     fn plan_online(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Plan {
-        let Situation { brief, map, state } = *situation;
-        let mut online = self.online.take().filter(|online| online.is_of(brief));
-        if let Some(online) = &mut online {
-            online.follow(map);
+        let Situation { brief, map, state, .. } = *situation;
+        // In place: the model is large.
+        match &mut self.online {
+            Some(online) if online.is_of(brief) => online.follow(map),
+            online => *online = Some(OnlineModel::new(brief, map)),
         }
-        let online = self.online.insert(online.unwrap_or_else(|| OnlineModel::new(brief, map)));
+        let online = self.online.as_mut().expect("the model was just brought up to date");
         // There is no decision off the hop lattice, and no hop where no goal can be reached.
         let decision = online.act(state.pose.cell, pulse);
         let Some((decision, hop)) = decision.and_then(|decision| Some((decision, decision.action?))) else {

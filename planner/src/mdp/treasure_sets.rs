@@ -47,8 +47,9 @@ pub struct TreasureSolution {
 }
 
 impl TreasureSets {
-    /// Chooses the treasures of `situation` to plan for: the nearest first, ties in index order.
-    pub fn rebuild(&mut self, situation: &Situation<'_>, model: &Model) {
+    /// Chooses the treasures of `situation` to plan for, each of which pays `payoff`: the nearest first, ties in index
+    /// order.
+    pub fn rebuild(&mut self, situation: &Situation<'_>, model: &Model, payoff: f64) {
         let here = situation.state.pose.cell;
         let mut cells: Vec<Cell> = situation.map.treasures().to_vec();
         // A stable sort, so that ties stay in index order.
@@ -58,7 +59,7 @@ impl TreasureSets {
         let free = |node: &usize| world.kind(*node) == Kind::Free;
         self.nodes
             .extend(cells.into_iter().filter_map(|cell| lattice.node(cell)).filter(free).take(EXACT_MAX));
-        self.payoff = situation.brief.payoff.treasure;
+        self.payoff = payoff;
         self.landing.clear();
         self.landing.extend(self.nodes.iter().map(|&node| world.payoff(node)));
         self.after.clear();

@@ -40,7 +40,7 @@ impl Costs {
     /// The graph over the ground as believed in `situation`.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
-        let Situation { brief, map, state } = *situation;
+        let Situation { brief, map, state, .. } = *situation;
         let (grid, belief) = (brief.grid, Belief::new(brief, map));
         let unseen = costs(&brief.motion, &belief.unseen);
         let enters = |cell: Cell| cell == brief.goal || (grid.contains(cell) && belief.ground(cell).passable);

@@ -48,7 +48,7 @@ fn backup(
 /// Solves V = c + P V for the policy with LU, and holds the planner's values to it.
 fn check(world: &World, map: &ObservedMap) -> Option<Plan> {
     let state = world.state(world.brief.start, Decision(0), 0);
-    let situation = Situation { brief: &world.brief, map, state: &state };
+    let situation = Situation { brief: &world.brief, map, state: &state, team: None, scouting: None };
     let mut planner = Mdp::default();
     let plan = planner.plan(&situation, &Budget::default());
     let Some(policy) = planner.policy() else {

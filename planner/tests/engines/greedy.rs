@@ -61,6 +61,7 @@ fn greedy_never_hops_off_the_map() {
                 assert!(world.brief.grid.contains(world.brief.grid.hop(cell, direction)))
             }
             Action::Hold => assert_eq!(cell, world.brief.goal),
+            _ => panic!("a hopper does not drive or fly"),
         }
     }
 }

@@ -14,7 +14,7 @@ fn a_long_plan_beats_as_its_work_goes_on() {
     let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
     let map = world.unseen();
     let state = world.state(world.brief.start, Decision(0), 0);
-    let situation = Situation { brief: &world.brief, map: &map, state: &state };
+    let situation = Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
     // Under a bound on its work the MDP counts sweeps, without one backups.
     for (name, stride, work_max) in [
         ("mdp", 48, Some(u64::MAX)),
@@ -45,7 +45,8 @@ fn a_session_beats_whenever_it_works_on_news() {
             cell = Cell::new(cell.x + 1, cell.y + decision % 2);
             world.sense(&mut map, cell);
             let state = world.state(cell, Decision(decision as u64), 0);
-            let situation = Situation { brief: &world.brief, map: &map, state: &state };
+            let situation =
+                Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
             let beats = Counter::new(0);
             let beat = || beats.set(beats.get() + 1);
             let plan = mdp.plan(&situation, &Budget { work_max: None, pulse: Pulse::new(&beat) });

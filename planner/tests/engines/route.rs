@@ -51,7 +51,7 @@ fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
 
 fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
     let state = world.state(here, Decision(0), 0);
-    Costs::new(&Situation { brief: &world.brief, map, state: &state })
+    Costs::new(&Situation { brief: &world.brief, map, state: &state, team: None, scouting: None })
 }
 
 /// P-ROUTE.

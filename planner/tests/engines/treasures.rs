@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use contract::{Action, Cell, Direction, ObservedMap, Profile};
+use contract::{Action, Cell, Collected, Decision, Direction, ObservedMap, Profile};
+use planner::mdp::hunt::Hunt;
 use planner::mdp::model::Model;
 use planner::mdp::treasure_sets::EXACT_MAX;
-use planner::{Planner, Situation, algorithm};
+use planner::{Budget, Planner, Situation, algorithm};
 use solver::{Hop, Kind, Leaving, Scatter};
 
 use crate::world::{Soils, World, with_treasures};
@@ -15,7 +16,13 @@ use crate::world::{Soils, World, with_treasures};
 fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<f64>>) {
     let plain = with_treasures(map.clone(), &[]);
     let state = world.state(here, contract::Decision(0), 0);
-    let model = Model::new(&Situation { brief: &world.brief, map: &plain, state: &state });
+    let model = Model::new(&Situation {
+        brief: &world.brief,
+        map: &plain,
+        state: &state,
+        team: None,
+        scouting: None,
+    });
     let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.lattice.node(cell).unwrap()).collect();
     let process = &model.world;
     let rules = process.rules();
@@ -164,4 +171,75 @@ fn of_more_treasures_than_are_planned_for_the_nearest_count() {
     };
     let with_a_far_one = [&near[..], &[Cell::new(0, 8)]].concat();
     assert_eq!(value(with_a_far_one), value(near));
+}
+
+/// P-TREASURE-HUNT: with steps to spare, and where the brief tells of treasures.
+#[test]
+fn profile_hopper_makes_detours_for_treasures_while_it_has_steps_to_spare() {
+    let here = Cell::new(3, 4);
+    let action = |profile, treasures, steps| {
+        let mut world = World::flat(9, here, Cell::new(7, 4), profile);
+        world.brief.payoff.treasure = 20.0;
+        world.brief.priors.treasures = treasures;
+        let map = with_treasures(world.seen(), &[Cell::new(3, 2)]);
+        let state = world.state(here, Decision(0), steps);
+        let situation =
+            Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+        let hunts = Hunt::of(&situation).is_some();
+        (hunts, planner::mdp::Mdp::default().plan(&situation, &Budget::default()).action)
+    };
+    let (south, east) = (Action::Hop(Direction::South), Action::Hop(Direction::East));
+    assert_eq!(action(Profile::Hopper, 1, 0), (true, south));
+    assert_eq!(action(Profile::Hopper, 1, 100), (true, south));
+    // Four hops to the goal take nine steps, and 1.25 times as many and 30 are kept.
+    assert_eq!(action(Profile::Hopper, 1, 110), (false, east), "of 150 steps 40 are left");
+    assert_eq!(action(Profile::Hopper, 1, 200), (false, east), "beyond the limit");
+    assert_eq!(action(Profile::Hopper, 0, 0), (false, east), "the brief tells of none");
+    assert!(!action(Profile::Paper2023, 1, 0).0);
+}
+
+/// P-TREASURE-HUNT: of two ways of equal length, the one from which more is seen.
+#[test]
+fn a_hunt_goes_where_unseen_cells_come_into_sight() {
+    let (here, goal) = (Cell::new(0, 0), Cell::new(6, 6));
+    for unseen_above in [true, false] {
+        let mut world = World::flat(7, here, goal, Profile::Hopper);
+        world.brief.payoff.treasure = 20.0;
+        let grid = world.brief.grid;
+        // One half is unseen, on one side of the diagonal.
+        let map = world.seen_where(|index| {
+            let cell = grid.cell(index);
+            if unseen_above { cell.y <= cell.x + 1 } else { cell.x <= cell.y + 1 }
+        });
+        let mut first = |treasures, collected| {
+            world.brief.priors.treasures = treasures;
+            let mut state = world.state(here, Decision(0), 0);
+            state.collected = collected;
+            let situation =
+                Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+            planner::mdp::Mdp::default().plan(&situation, &Budget::default()).action
+        };
+        let towards = if unseen_above { Direction::North } else { Direction::East };
+        assert_eq!(first(3, Collected(0b1)), Action::Hop(towards));
+        assert_eq!(first(3, Collected(0b111)), first(0, Collected(0)), "all are found");
+    }
+}
+
+/// P-TREASURE-HUNT: a planner restarted with nothing decides as the one that has flown.
+#[test]
+fn a_hunt_does_not_depend_on_what_the_planner_remembers() {
+    let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
+    world.brief.payoff.treasure = 20.0;
+    world.brief.priors.treasures = 4;
+    // Too few for a hunt at the start, and enough once half of the way has gone well.
+    world.brief.limits.steps_max = 110;
+    let (mut hunts, mut others) = (0, 0);
+    for seed in 0..4 {
+        world.fly(&mut planner::mdp::Mdp::default(), seed, |situation, plan| {
+            let fresh = planner::mdp::Mdp::default().plan(situation, &Budget::default());
+            assert_eq!((fresh.action, fresh.error_bound), (plan.action, plan.error_bound));
+            *(if Hunt::of(situation).is_some() { &mut hunts } else { &mut others }) += 1;
+        });
+    }
+    assert!(hunts > 0 && others > 0, "{hunts} {others}");
 }

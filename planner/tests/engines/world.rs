@@ -91,6 +91,7 @@ impl World {
                     gradient: [slope * (2.0 * gx - 1.0), slope * (2.0 * gy - 1.0)],
                     soil: if soil < sand { Soil::Sand } else { Soil::Hard },
                     passable: may_stand || rock > 0.3 * impassable,
+                    speed: None,
                 }
             })
             .collect();
@@ -147,6 +148,7 @@ impl World {
             priors: Priors {
                 safety: range(cells.iter().map(safety)),
                 height_m: range(cells.iter().map(|ground| ground.height_m)),
+                treasures: 0,
             },
             motion: MOTION,
             sensor: SensorParameters {
@@ -159,6 +161,8 @@ impl World {
             limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
             guard: contract::Guard::OFF,
             reading: contract::Reading::default(),
+            cover: None,
+            scout: None,
             patrol: None,
         };
         Self { brief, cells }
@@ -216,6 +220,7 @@ impl World {
             pose: Pose { cell, height_m: self.ground(cell).map_or(0.0, |ground| ground.height_m) },
             collected: contract::Collected::default(),
             last: None,
+            previous: Digest::default(),
             digest: Digest::default(),
             landed: MonotonicNs(0),
             published: MonotonicNs(0),
@@ -241,19 +246,20 @@ impl World {
         budget: &Budget,
     ) -> Plan {
         let state = self.state(cell, Decision(0), 0);
-        planner.plan(&Situation { brief: &self.brief, map, state: &state }, budget)
+        planner
+            .plan(&Situation { brief: &self.brief, map, state: &state, team: None, scouting: None }, budget)
     }
 
     /// Where `action` leads from `cell`, and what it costs in steps.
     pub fn hop(&self, cell: Cell, action: Action, seed: u64, decision: Decision) -> (Cell, u64) {
         let ground = self.ground(cell).expect("the hopper stands on the map");
         let (branch, to) = match action {
-            Action::Hold => (Branch::Held, cell),
             Action::Hop(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), decision).uniform();
                 let branch = transition(&self.brief.motion, ground, direction).branch(uniform);
                 (branch, landing(&self.brief.grid, cell, direction, branch))
             }
+            _ => (Branch::Held, cell),
         };
         (to, steps(ground.soil, action, branch))
     }
@@ -271,7 +277,8 @@ impl World {
         for decision in (0..).map(Decision) {
             self.sense(&mut map, cell);
             let state = self.state(cell, decision, steps);
-            let situation = Situation { brief: &self.brief, map: &map, state: &state };
+            let situation =
+                Situation { brief: &self.brief, map: &map, state: &state, team: None, scouting: None };
             let plan = planner.plan(&situation, &Budget::default());
             watch(&situation, &plan);
             let (to, cost) = self.hop(cell, plan.action, seed, decision);

@@ -70,6 +70,34 @@ datum_m = "survey"
 hop_distance_m = 2.0
 "#;
 
+/// A scenario of two rovers, one of which fails.
+pub const ROVERS: &str = r#"
+[truth.terrain.obstacles]
+width_cells = 7
+height_cells = 6
+cell_size_m = 0.5
+percent = 10.0
+seed = 3
+[mission]
+kind = "cover"
+percent = 90
+mode = "voronoi"
+[brief]
+name = "rovers"
+[[robots]]
+start = [0, 0]
+speed_mps = 0.2
+planner = "spiral"
+[[robots]]
+start = [6, 5]
+heading = "west"
+sensor_range_cells = 2
+speed_mps = 0.5
+[[faults]]
+robot = 1
+action = 4
+"#;
+
 /// The run of the missions here.
 pub const RUN: RunId = RunId(0x0123_4567_89ab_cdef_0011_2233_4455_6677);
 
@@ -96,7 +124,7 @@ pub fn brief() -> Brief {
 /// A mission in [`world`].
 #[must_use]
 pub fn mission() -> Mission {
-    Mission { brief: brief(), terrain: world().terrain.clone(), seed: 42 }
+    Mission { brief: brief(), terrain: world().terrain.clone(), seed: 42, fleet: None }
 }
 
 /// The command of the planner in command at `state`: towards the goal.
@@ -115,6 +143,7 @@ pub fn command(state: &State) -> Command {
         run: RUN,
         robot: ROBOT,
         decision: state.decision,
+        digest: state.digest,
         term: Term(1),
         action: Action::Hop(direction),
         observation: 5,

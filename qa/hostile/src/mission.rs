@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV4, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, RecordV3, SeenCellV1, StateV3, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
+    BriefV7, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
+    PastRequestV1, RecordV4, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
     page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
@@ -107,7 +107,7 @@ impl<'a> Processes<'a> {
     fn new(bytes: &'a [u8]) -> Self {
         let now = MonotonicNs(1_000_000_000);
         let config = PilotConfig {
-            robot: ROBOT,
+            robots: contract::RobotSet::default(),
             incarnation: fixtures::LIFE,
             pid: 100,
             planner: fixtures::heartbeat().planner,
@@ -151,7 +151,7 @@ impl<'a> Processes<'a> {
     }
 
     fn brief(&mut self) {
-        let wire = self.script.damaged(BriefV4::from(&self.arbiter.mission().brief));
+        let wire = self.script.damaged(BriefV7::from(&self.arbiter.mission().brief));
         if let Ok(brief) = Brief::try_from(&wire) {
             self.cartographer(cartographer::Event::Brief(brief));
             self.pilot(pilot::Event::Brief(brief));
@@ -169,14 +169,14 @@ impl<'a> Processes<'a> {
         let treasures = terrain.treasures.clone();
         let page = TruthPage { run: fixtures::RUN, grid: terrain.grid, from: request.from, cells, treasures };
         let header = self.script.damaged(TruthPageV1::from(&page));
-        let cells: Vec<_> = page.cells.iter().map(GroundV1::from).collect();
+        let cells: Vec<_> = page.cells.iter().map(GroundV2::from).collect();
         if let Ok(page) = truth_page_from_wire(&header, &self.one_damaged(cells)) {
             self.cartographer(cartographer::Event::Truth(page));
         }
     }
 
     fn state(&mut self, reader: Role) {
-        let wire = self.script.damaged(StateV3::from(self.arbiter.state()));
+        let wire = self.script.damaged(StateV4::from(self.arbiter.state()));
         match (State::try_from(&wire), reader) {
             (Ok(state), Role::Perception) => self.cartographer(cartographer::Event::State(state)),
             (Ok(state), Role::Planner) => self.pilot(pilot::Event::State(state)),
@@ -187,8 +187,8 @@ impl<'a> Processes<'a> {
 
     fn patch(&mut self) {
         let patch = self.patches.pop_front().unwrap_or_else(crate::wire::patch);
-        let header = self.script.damaged(MapPatchV1::from(&patch));
-        let cells = self.one_damaged(patch.cells.iter().map(SeenCellV1::from).collect());
+        let header = self.script.damaged(MapPatchV2::from(&patch));
+        let cells = self.one_damaged(patch.cells.iter().map(SeenCellV3::from).collect());
         match patch_from_wire(&header, &cells) {
             Ok(patch) => {
                 self.watcher(watcher::Event::Map(patch.clone()));
@@ -203,8 +203,8 @@ impl<'a> Processes<'a> {
         let wire = self.script.damaged(MapRequestV1::from(&asked));
         let Ok(request) = MapRequest::try_from(&wire) else { return };
         let page = self.cartographer.page(&request).unwrap_or_else(crate::wire::page);
-        let header = self.script.damaged(MapPageV1::from(&page));
-        let cells = self.one_damaged(page.cells.iter().map(SeenCellV1::from).collect());
+        let header = self.script.damaged(MapPageV2::from(&page));
+        let cells = self.one_damaged(page.cells.iter().map(SeenCellV3::from).collect());
         match map_page_from_wire(&header, &cells) {
             Ok(page) => self.pilot(pilot::Event::Page(page)),
             Err(refusal) => self.pilot(pilot::Event::Refused(refusal)),
@@ -213,7 +213,7 @@ impl<'a> Processes<'a> {
 
     fn command(&mut self) {
         let honest = self.commands.pop_front().unwrap_or_else(|| fixtures::command(self.arbiter.state()));
-        let wire = self.script.damaged(CommandV1::from(&honest));
+        let wire = self.script.damaged(CommandV3::from(&honest));
         self.arbiter(hopper_sim::Event::Command(Command::try_from(&wire)));
     }
 
@@ -227,7 +227,7 @@ impl<'a> Processes<'a> {
         let until = (from + PAST_PAGE_RECORDS).min(self.records.len());
         let page = PastPage { run, robot, from: request.from, records: self.records[from..until].to_vec() };
         let header = self.script.damaged(PastHeaderV1::from(&page));
-        let records = self.one_damaged(page.records.iter().map(RecordV3::from).collect());
+        let records = self.one_damaged(page.records.iter().map(RecordV4::from).collect());
         match (page_from_wire(&header, &records), reader) {
             (Ok(page), Role::Perception) => self.cartographer(cartographer::Event::Past(page)),
             (Ok(page), _) => self.watcher(watcher::Event::Past(page)),
@@ -289,7 +289,9 @@ impl<'a> Processes<'a> {
                     let now = self.now;
                     self.patches.extend(self.cartographer.patches(now, &mut || now));
                 }
-                cartographer::Effect::Refused(_) | cartographer::Effect::Finished(_) => {}
+                cartographer::Effect::RequestRoute(_)
+                | cartographer::Effect::Refused(_)
+                | cartographer::Effect::Finished(_) => {}
             }
         }
     }

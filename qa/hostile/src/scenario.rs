@@ -45,6 +45,9 @@ fn is_small(scenario: &Scenario) -> bool {
         TerrainSource::RandomHills(hills) => {
             small(hills.width_cells, hills.height_cells, hills.hills as usize)
         }
+        TerrainSource::Obstacles(field) => small(field.width_cells, field.height_cells, 0),
+        // Always 200 x 200 cells.
+        TerrainSource::Passages(_) => true,
         TerrainSource::ElevationFile(_) => false,
     };
     built && scenario.truth.sand.mask_file.is_none()
@@ -53,5 +56,5 @@ fn is_small(scenario: &Scenario) -> bool {
 /// One of each kind of generated ground.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
-    vec![fixtures::GAUSSIANS.into(), fixtures::RANDOM_HILLS.into()]
+    vec![fixtures::GAUSSIANS.into(), fixtures::RANDOM_HILLS.into(), fixtures::ROVERS.into()]
 }

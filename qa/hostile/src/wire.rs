@@ -6,16 +6,23 @@
 use std::fmt::Debug;
 
 use bytemuck::Zeroable;
-use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, TRUTH_PAGE_CELLS};
+use contract::limits::{
+    MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, PRIOR_PAGE_CELLS, ROBOTS_MAX, ROUTE_POINTS_MAX,
+    TRUTH_PAGE_CELLS,
+};
 use contract::wire::{
-    BriefV4, CommandV1, ControlV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, MapRequestV1, PastHeaderV1,
-    PastRequestV1, PolicyCellV1, PolicyHeaderV1, RecordV3, SeenCellV1, StateV3, TempoV1, TruthPageV1,
-    TruthRequestV1, Wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
-    truth_page_from_wire,
+    AnnouncementV1, BriefV7, CommandV3, ControlV1, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2,
+    MapRequestV1, MemberV2, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorPageV1,
+    PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, SpeedPriorV1, StateV4, TeamHeaderV1,
+    TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire, map_page_from_wire,
+    page_from_wire, patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire,
+    team_from_wire, truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Control, Decision, Ground, Heartbeat, MapPage, MapPatch, MapRequest, Order, Pace, Pacing,
-    PastRequest, Policy, PolicyCell, Record, Refusal, RobotId, SeenCell, State, TruthPage, TruthRequest,
+    Announcement, Brief, Cell, Command, Control, Decision, Direction, Ground, Heartbeat, MapPage, MapPatch,
+    MapRequest, Member, Order, Pace, Pacing, PastRequest, Placement, Policy, PolicyCell, PriorPage,
+    PriorRequest, Record, Refusal, Robot, RobotId, Route, RoutePage, RouteRequest, SeenCell, Sensor,
+    SpeedPrior, Standing, State, Team, TruthPage, TruthRequest, Vehicle, Waypoint,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -24,12 +31,12 @@ use crate::{fixtures, told};
 
 /// Reads a message of `hop/brief`.
 pub fn brief(bytes: &[u8]) {
-    there_and_back::<BriefV4, Brief>(&header(bytes).0);
+    there_and_back::<BriefV7, Brief>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/command`.
 pub fn command(bytes: &[u8]) {
-    there_and_back::<CommandV1, Command>(&header(bytes).0);
+    there_and_back::<CommandV3, Command>(&header(bytes).0);
 }
 
 /// Reads messages of `hop/rN/control` and `hop/rN/tempo`.
@@ -45,7 +52,7 @@ pub fn heartbeat(bytes: &[u8]) {
 
 /// Reads a message of `hop/rN/state`.
 pub fn state(bytes: &[u8]) {
-    there_and_back::<StateV3, State>(&header(bytes).0);
+    there_and_back::<StateV4, State>(&header(bytes).0);
 }
 
 /// `hop/rN/map`: a header with its cells.
@@ -53,8 +60,8 @@ pub fn map_patch(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(patch_from_wire(&header, &payload(rest)), |patch| {
         assert!(patch.cells.len() <= MAP_PATCH_CELLS);
-        let cells: Vec<SeenCellV1> = patch.cells.iter().map(SeenCellV1::from).collect();
-        patch_from_wire(&MapPatchV1::from(patch), &cells)
+        let cells: Vec<SeenCellV3> = patch.cells.iter().map(SeenCellV3::from).collect();
+        patch_from_wire(&MapPatchV2::from(patch), &cells)
     });
 }
 
@@ -63,8 +70,8 @@ pub fn map_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(map_page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.cells.len() <= MAP_PAGE_CELLS);
-        let cells: Vec<SeenCellV1> = page.cells.iter().map(SeenCellV1::from).collect();
-        map_page_from_wire(&MapPageV1::from(page), &cells)
+        let cells: Vec<SeenCellV3> = page.cells.iter().map(SeenCellV3::from).collect();
+        map_page_from_wire(&MapPageV2::from(page), &cells)
     });
 }
 
@@ -73,9 +80,46 @@ pub fn past_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.records.len() <= PAST_PAGE_RECORDS);
-        let records: Vec<RecordV3> = page.records.iter().map(RecordV3::from).collect();
+        let records: Vec<RecordV4> = page.records.iter().map(RecordV4::from).collect();
         page_from_wire(&PastHeaderV1::from(page), &records)
     });
+}
+
+/// `hop/team`: a header with the robots.
+pub fn team(bytes: &[u8]) {
+    let (header, rest) = header(bytes);
+    paged(team_from_wire(&header, &payload(rest)), |team| {
+        assert!((1..=ROBOTS_MAX).contains(&team.members.len()));
+        let members: Vec<MemberV2> = team.members.iter().map(MemberV2::from).collect();
+        team_from_wire(&TeamHeaderV1::from(team), &members)
+    });
+}
+
+/// Reads an announcement of `hop/rN/route`, and an answer of `hop/routes`.
+pub fn route(bytes: &[u8]) {
+    let (announced, rest) = header(bytes);
+    paged(announcement_from_wire(&announced, &payload(rest)), |announcement| {
+        assert!((1..=ROUTE_POINTS_MAX).contains(&announcement.route.waypoints().len()));
+        let points: Vec<WaypointV1> = announcement.route.waypoints().iter().map(WaypointV1::from).collect();
+        announcement_from_wire(&AnnouncementV1::from(announcement), &points)
+    });
+    let (page, rest) = header(bytes);
+    paged(route_page_from_wire(&page, &payload(rest)), |page| {
+        let points: Vec<WaypointV1> = page.route.waypoints().iter().map(WaypointV1::from).collect();
+        route_page_from_wire(&RoutePageV1::from(page), &points)
+    });
+    there_and_back::<RouteRequestV1, RouteRequest>(&header(bytes).0);
+}
+
+/// Reads an answer of `hop/prior`.
+pub fn prior_page(bytes: &[u8]) {
+    let (page, rest) = header(bytes);
+    paged(prior_page_from_wire(&page, &payload(rest)), |page| {
+        assert!(page.cells.len() <= PRIOR_PAGE_CELLS);
+        let cells: Vec<SpeedPriorV1> = page.cells.iter().map(SpeedPriorV1::from).collect();
+        prior_page_from_wire(&PriorPageV1::from(page), &cells)
+    });
+    there_and_back::<PriorRequestV1, PriorRequest>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/policy`.
@@ -92,16 +136,16 @@ pub fn truth_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(truth_page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.cells.len() <= TRUTH_PAGE_CELLS);
-        let cells: Vec<GroundV1> = page.cells.iter().map(GroundV1::from).collect();
+        let cells: Vec<GroundV2> = page.cells.iter().map(GroundV2::from).collect();
         truth_page_from_wire(&TruthPageV1::from(page), &cells)
     });
 }
 
 /// Cells of the map and of the truth, and records, each alone.
 pub fn cell(bytes: &[u8]) {
-    there_and_back::<SeenCellV1, SeenCell>(&header(bytes).0);
-    there_and_back::<RecordV3, Record>(&header(bytes).0);
-    there_and_back::<GroundV1, Ground>(&header(bytes).0);
+    there_and_back::<SeenCellV3, SeenCell>(&header(bytes).0);
+    there_and_back::<RecordV4, Record>(&header(bytes).0);
+    there_and_back::<GroundV2, Ground>(&header(bytes).0);
 }
 
 /// Requests of every kind.
@@ -147,7 +191,7 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 /// The brief of [`fixtures`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&BriefV4::from(&fixtures::brief()), &[])]
+    vec![bytes_of::<_, GroundV2>(&BriefV7::from(&fixtures::brief()), &[])]
 }
 
 /// An order, and a pacing.
@@ -156,19 +200,19 @@ pub fn controls() -> Vec<Vec<u8>> {
     let (run, robot, pace) = (fixtures::brief().run, ROBOT, Pace::Hertz(2.0));
     let control = ControlV1::from(&Control { run, robot, order: Order::Pace(pace) });
     let pacing = TempoV1::from(&Pacing { run, robot, pace, paused: true, obeys: true });
-    vec![bytes_of::<_, GroundV1>(&control, &[]), bytes_of::<_, GroundV1>(&pacing, &[])]
+    vec![bytes_of::<_, GroundV2>(&control, &[]), bytes_of::<_, GroundV2>(&pacing, &[])]
 }
 
 /// A command in wire form.
 #[must_use]
 pub fn commands() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&CommandV1::from(&fixtures::command(&fixtures::flown().1[0])), &[])]
+    vec![bytes_of::<_, GroundV2>(&CommandV3::from(&fixtures::command(&fixtures::flown().1[0])), &[])]
 }
 
 /// A heartbeat in wire form.
 #[must_use]
 pub fn heartbeats() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV1>(&HeartbeatV1::from(&fixtures::heartbeat()), &[])]
+    vec![bytes_of::<_, GroundV2>(&HeartbeatV1::from(&fixtures::heartbeat()), &[])]
 }
 
 /// The opening state, one amid the mission, and the last.
@@ -176,7 +220,7 @@ pub fn heartbeats() -> Vec<Vec<u8>> {
 pub fn states() -> Vec<Vec<u8>> {
     let states = fixtures::flown().1;
     let some = [0, states.len() / 2, states.len() - 1];
-    some.map(|index| bytes_of::<_, GroundV1>(&StateV3::from(&states[index]), &[])).into()
+    some.map(|index| bytes_of::<_, GroundV2>(&StateV4::from(&states[index]), &[])).into()
 }
 
 /// What has been seen at the start.
@@ -190,7 +234,7 @@ fn observation() -> Observation {
 fn seen_cells() -> Vec<SeenCell> {
     let observation = observation();
     let cells = (0..).zip(observation.map().cells());
-    cells.filter_map(|(index, ground)| Some(SeenCell { index, ground: (*ground)? })).collect()
+    cells.filter_map(|(index, ground)| Some(SeenCell { index, visits: 0, ground: (*ground)? })).collect()
 }
 
 /// The first patch of the fixtures' mission.
@@ -202,6 +246,7 @@ pub fn patch() -> MapPatch {
         run: map.run,
         robot: map.robot,
         through: Decision(0),
+        digest: map.digest,
         more: 0,
         sequence: 1,
         before: 0,
@@ -218,13 +263,26 @@ pub fn patch() -> MapPatch {
 /// The page that holds what [`patch`] brings.
 #[must_use]
 pub fn page() -> MapPage {
-    let MapPatch { run, robot, through, sequence, after, sensed, published, grid, treasures, cells, .. } =
-        patch();
+    let MapPatch {
+        run,
+        robot,
+        through,
+        digest,
+        sequence,
+        after,
+        sensed,
+        published,
+        grid,
+        treasures,
+        cells,
+        ..
+    } = patch();
     let (from, next) = (0, grid.cells() as u32);
     MapPage {
         run,
         robot,
         through,
+        digest,
         sequence,
         observation: after,
         sensed,
@@ -249,27 +307,83 @@ pub fn truth() -> TruthPage {
 #[must_use]
 pub fn map_patches() -> Vec<Vec<u8>> {
     let patch = patch();
-    let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
-    vec![bytes_of(&MapPatchV1::from(&patch), &cells)]
+    let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
+    vec![bytes_of(&MapPatchV2::from(&patch), &cells)]
 }
 
 /// [`page`] in wire form.
 #[must_use]
 pub fn map_pages() -> Vec<Vec<u8>> {
     let page = page();
-    let cells: Vec<_> = page.cells.iter().map(SeenCellV1::from).collect();
-    vec![bytes_of(&MapPageV1::from(&page), &cells)]
+    let cells: Vec<_> = page.cells.iter().map(SeenCellV3::from).collect();
+    vec![bytes_of(&MapPageV2::from(&page), &cells)]
 }
 
 /// The first records of the fixtures' mission.
 #[must_use]
 pub fn past_pages() -> Vec<Vec<u8>> {
     let header = PastHeaderV1 {
-        run: CommandV1::from(&fixtures::command(&fixtures::flown().1[0])).run,
+        run: CommandV3::from(&fixtures::command(&fixtures::flown().1[0])).run,
         ..PastHeaderV1::zeroed()
     };
-    let records: Vec<_> = fixtures::flown().0.iter().take(3).map(RecordV3::from).collect();
+    let records: Vec<_> = fixtures::flown().0.iter().take(3).map(RecordV4::from).collect();
     vec![bytes_of(&header, &records)]
+}
+
+/// A route of three points, as it is announced and as it is answered.
+#[must_use]
+pub fn routes() -> Vec<Vec<u8>> {
+    let run = fixtures::flown().1[0].run;
+    let points = [0.0, 1.5, 9.0].map(|x_m| Waypoint { x_m, y_m: 2.5 });
+    let route = Route::new(points.to_vec()).expect("three points");
+    let points: Vec<WaypointV1> = points.iter().map(WaypointV1::from).collect();
+    let announcement = Announcement { run, robot: RobotId(1), route: route.clone() };
+    let page = RoutePage { run, route };
+    vec![
+        bytes_of(&AnnouncementV1::from(&announcement), &points),
+        bytes_of(&RoutePageV1::from(&page), &points),
+    ]
+}
+
+/// A page of two cells.
+#[must_use]
+pub fn prior_pages() -> Vec<Vec<u8>> {
+    let state = &fixtures::flown().1[0];
+    let prior = |stuck| SpeedPrior::new([stuck, 0.0, 0.0, 1.0 - stuck]).expect("probabilities");
+    let cells = vec![prior(0.5), prior(0.0)];
+    let page = PriorPage { run: state.run, grid: fixtures::brief().grid, from: 1, cells };
+    let cells: Vec<SpeedPriorV1> = page.cells.iter().map(SpeedPriorV1::from).collect();
+    vec![bytes_of(&PriorPageV1::from(&page), &cells)]
+}
+
+/// Two rovers, the second of which is due.
+#[must_use]
+pub fn teams() -> Vec<Vec<u8>> {
+    let state = &fixtures::flown().1[0];
+    let at = |x| Placement { cell: Cell::new(x, 1), heading: Direction::North };
+    let member = |x| Member {
+        robot: Robot {
+            vehicle: Vehicle::Rover { speed_mps: 0.5 },
+            sensor: Sensor::Square { range_cells: 1 },
+            start: at(x),
+        },
+        at: at(x),
+        ready_at_ns: 2_000_000_000,
+        standing: Standing::Active,
+        leader: state.leader,
+        last: None,
+        travel: None,
+    };
+    let team = Team {
+        run: state.run,
+        decision: state.decision,
+        digest: state.digest,
+        due: RobotId(1),
+        actor: Some(ROBOT),
+        members: vec![member(1), member(2)],
+    };
+    let members: Vec<MemberV2> = team.members.iter().map(MemberV2::from).collect();
+    vec![bytes_of(&TeamHeaderV1::from(&team), &members)]
 }
 
 /// A policy of three cells.
@@ -293,7 +407,7 @@ pub fn policies() -> Vec<Vec<u8>> {
 #[must_use]
 pub fn truth_pages() -> Vec<Vec<u8>> {
     let page = truth();
-    let cells: Vec<_> = page.cells.iter().map(GroundV1::from).collect();
+    let cells: Vec<_> = page.cells.iter().map(GroundV2::from).collect();
     vec![bytes_of(&TruthPageV1::from(&page), &cells)]
 }
 
@@ -302,9 +416,9 @@ pub fn truth_pages() -> Vec<Vec<u8>> {
 pub fn cells() -> Vec<Vec<u8>> {
     let (seen, ground) = (seen_cells()[0], fixtures::world().terrain.cells[0]);
     vec![
-        bytes_of::<_, GroundV1>(&SeenCellV1::from(&seen), &[]),
-        bytes_of::<_, GroundV1>(&GroundV1::from(&ground), &[]),
-        bytes_of::<_, GroundV1>(&RecordV3::from(&fixtures::flown().0[0]), &[]),
+        bytes_of::<_, GroundV2>(&SeenCellV3::from(&seen), &[]),
+        bytes_of::<_, GroundV2>(&GroundV2::from(&ground), &[]),
+        bytes_of::<_, GroundV2>(&RecordV4::from(&fixtures::flown().0[0]), &[]),
     ]
 }
 
@@ -313,11 +427,11 @@ pub fn cells() -> Vec<Vec<u8>> {
 pub fn requests() -> Vec<Vec<u8>> {
     let (run, robot) = (fixtures::RUN, RobotId(0));
     vec![
-        bytes_of::<_, GroundV1>(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(2) }), &[]),
-        bytes_of::<_, GroundV1>(
+        bytes_of::<_, GroundV2>(&PastRequestV1::from(&PastRequest { run, robot, from: Decision(2) }), &[]),
+        bytes_of::<_, GroundV2>(
             &MapRequestV1::from(&MapRequest { run, robot, from: 3, observation: 9 }),
             &[],
         ),
-        bytes_of::<_, GroundV1>(&TruthRequestV1::from(&TruthRequest { run, from: 5 }), &[]),
+        bytes_of::<_, GroundV2>(&TruthRequestV1::from(&TruthRequest { run, from: 5 }), &[]),
     ]
 }

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::wire::{
-    BriefV4, CommandV1, GroundV1, HeartbeatV1, MapPageV1, MapPatchV1, PastHeaderV1, RecordV3, SeenCellV1,
-    StateV3, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
+    BriefV7, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
+    StateV4, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
@@ -34,7 +34,7 @@ fn a_strangers_command_with_any_field_at_any_extreme_is_refused_and_counted() {
     let mut arbiter = led();
     let before = *arbiter.state();
     let stranger = Command { incarnation: Incarnation(0xbad), ..fixtures::command(&before) };
-    let commands = extremes::of(&CommandV1::from(&stranger));
+    let commands = extremes::of(&CommandV3::from(&stranger));
     assert!(commands.len() > 400, "{}", commands.len());
     for wire in &commands {
         let effects = arbiter.on(Event::Command(Command::try_from(wire)), NOW);
@@ -59,7 +59,7 @@ struct Processes {
 impl Processes {
     fn new() -> Self {
         let config = PilotConfig {
-            robot: ROBOT,
+            robots: contract::RobotSet::default(),
             incarnation: Incarnation(77),
             pid: 1,
             planner: fixtures::heartbeat().planner,
@@ -122,9 +122,9 @@ impl Processes {
 fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (records, states) = fixtures::flown();
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
-    let cells: Vec<_> = patch.cells.iter().map(SeenCellV1::from).collect();
-    let ground: Vec<_> = truth.cells.iter().map(GroundV1::from).collect();
-    for wire in extremes::of(&BriefV4::from(&fixtures::brief())) {
+    let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
+    let ground: Vec<_> = truth.cells.iter().map(GroundV2::from).collect();
+    for wire in extremes::of(&BriefV7::from(&fixtures::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
             for run in [fixtures::RUN, brief.run] {
                 let mut processes = Processes::aboard();
@@ -134,7 +134,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             }
         }
     }
-    for wire in extremes::of(&StateV3::from(&states[1])) {
+    for wire in extremes::of(&StateV4::from(&states[1])) {
         if let Ok(state) = State::try_from(&wire) {
             let mut processes = Processes::aboard();
             processes.state(state);
@@ -142,7 +142,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             processes.tick();
         }
     }
-    for header in extremes::of(&MapPatchV1::from(&patch)) {
+    for header in extremes::of(&MapPatchV2::from(&patch)) {
         if let Ok(patch) = patch_from_wire(&header, &cells) {
             let mut processes = Processes::aboard();
             processes.watcher.on(watcher::Event::Map(patch.clone()), NOW);
@@ -150,7 +150,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             processes.tick();
         }
     }
-    for header in extremes::of(&MapPageV1::from(&page)) {
+    for header in extremes::of(&MapPageV2::from(&page)) {
         if let Ok(page) = map_page_from_wire(&header, &cells) {
             let mut processes = Processes::aboard();
             processes.pilot.on(pilot::Event::Page(page), NOW);
@@ -168,7 +168,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     }
     let page =
         PastPage { run: fixtures::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
-    for record in extremes::of(&RecordV3::from(&records[0])) {
+    for record in extremes::of(&RecordV4::from(&records[0])) {
         if let Ok(page) = page_from_wire(&PastHeaderV1::from(&page), &[record]) {
             let mut processes = Processes::aboard();
             processes.state(states[2]);
@@ -188,7 +188,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             processes.tick();
         }
     }
-    assert!(Record::try_from(&RecordV3::from(&records[0])).is_ok());
+    assert!(Record::try_from(&RecordV4::from(&records[0])).is_ok());
 }
 
 /// What a plan may take: sweeps, expansions.
@@ -198,20 +198,26 @@ const WORK_MAX: u64 = 200_000;
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV4::from(&fixtures::brief())) {
+    for wire in extremes::of(&BriefV7::from(&fixtures::brief())) {
         let Ok(brief) = Brief::try_from(&wire) else { continue };
         let mut terrain = fixtures::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {
             continue;
         }
         terrain.grid = brief.grid;
-        let mission = Mission { brief, terrain: terrain.clone(), seed: 1 };
+        let mission = Mission { brief, terrain: terrain.clone(), seed: 1, fleet: None };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
         observation.fold(&brief, &terrain, state.pose, Decision(0));
         for name in planner::ALGORITHMS {
             let mut planner = algorithm(name).unwrap();
-            let situation = Situation { brief: &brief, map: observation.map(), state: &state };
+            let situation = Situation {
+                brief: &brief,
+                map: observation.map(),
+                state: &state,
+                team: None,
+                scouting: None,
+            };
             let plan = planner.plan(&situation, &Budget::of(Some(WORK_MAX)));
             assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
             assert!(plan.work <= WORK_MAX, "{name}: work {} under {brief:?}", plan.work);

@@ -7,8 +7,7 @@
 
 mod mission;
 mod study;
-mod world;
 
 pub use mission::{Arm, Outcome, RoverPlanner, Samples, announce, fly};
+pub use scout_world::{World, monte_carlo, monte_carlo_regions};
 pub use study::{Spread, Study};
-pub use world::{World, monte_carlo, monte_carlo_regions};

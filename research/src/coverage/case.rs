@@ -1,6 +1,6 @@
 //! Missions of one kind, on many random worlds.
 
-use ::coverage::{Algorithm, Mode};
+use ::coverage::{Algorithm, CoverMode};
 use contract::Grid;
 use coverage_world::{Mission, Setup, World};
 use node::Failure;
@@ -30,7 +30,7 @@ pub struct Case {
     /// Planner of all rovers.
     pub algorithm: Algorithm,
     /// How they share the ground.
-    pub mode: Mode,
+    pub mode: CoverMode,
     /// Number of rovers, with random starts and headings.
     pub rovers: usize,
 }
@@ -123,10 +123,10 @@ fn ratios(case: Case, percents: &[u32], seed: u64) -> Result<Vec<f64>, Failure> 
     let ratio = |steps: u64| steps as f64 / grid.cells() as f64;
     match case.mode {
         // No rover stops before all do, so one mission shows when each share was covered.
-        Mode::Overlap => {
+        CoverMode::Overlap => {
             let outcome = run(percents.iter().copied().max().unwrap_or(100))?;
             Ok(percents.iter().filter_map(|percent| outcome.steps_to(*percent)).map(ratio).collect())
         }
-        Mode::Voronoi => percents.iter().map(|percent| Ok(ratio(run(*percent)?.steps))).collect(),
+        CoverMode::Voronoi => percents.iter().map(|percent| Ok(ratio(run(*percent)?.steps))).collect(),
     }
 }

@@ -1,6 +1,6 @@
 //! All runs that the figures and claims of P19 need, and those of our planner beside them.
 
-use ::coverage::{Algorithm, Mode};
+use ::coverage::{Algorithm, CoverMode};
 use node::Failure;
 use serde::Serialize;
 
@@ -110,7 +110,7 @@ pub fn row(rows: &[Row], algorithm: Algorithm, percent: u32) -> &Row {
 }
 
 fn one(ground: Ground, algorithm: Algorithm) -> Case {
-    Case { ground, algorithm, mode: Mode::Overlap, rovers: 1 }
+    Case { ground, algorithm, mode: CoverMode::Overlap, rovers: 1 }
 }
 
 fn all<T>(
@@ -128,11 +128,11 @@ fn sharing(side: u32, rovers: usize, percent: u32, sampling: Sampling) -> Result
     let ground = Ground { side, ..PAPER };
     let case = |mode| Case { ground, algorithm: Algorithm::Spiral, mode, rovers };
     let row = |mode| Ok::<_, Failure>(rows(case(mode), &[percent], sampling)?.remove(0));
-    Ok(Sharing { overlap: row(Mode::Overlap)?, voronoi: row(Mode::Voronoi)? })
+    Ok(Sharing { overlap: row(CoverMode::Overlap)?, voronoi: row(CoverMode::Voronoi)? })
 }
 
 fn ours_beside(ground: Ground, rovers: usize, sampling: Sampling) -> Result<Vec<Ours>, Failure> {
-    let case = |algorithm| Case { ground, algorithm, mode: Mode::Overlap, rovers };
+    let case = |algorithm| Case { ground, algorithm, mode: CoverMode::Overlap, rovers };
     let rows = |algorithm| rows(case(algorithm), &[95, 99, 100], sampling);
     let pairs = rows(Algorithm::Spiral)?.into_iter().zip(rows(Algorithm::CoverFrontier)?);
     let cells = f64::from(ground.side * ground.side);

@@ -29,6 +29,9 @@ const FLUSH_NS: u64 = 500_000_000;
 /// Longest wait for a row before checking whether to stop.
 const TICK: Duration = Duration::from_millis(50);
 
+/// Rows are gathered for so long before they are kept; a thread flies some five ordinary missions meanwhile.
+const GATHER: Duration = Duration::from_millis(3);
+
 /// Arguments of `hopper campaign run`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
@@ -196,9 +199,10 @@ fn fly_all(
             });
         }
         begun = last;
-        if let Ok((index, row)) = flown.recv_timeout(TICK) {
-            early.insert(index, row);
-        }
+        // Not row by row: to be woken for each costs more than to keep it.
+        std::thread::sleep(GATHER);
+        early.extend(flown.recv_timeout(TICK));
+        early.extend(flown.try_iter());
         while let Some(row) = early.remove(&store.done()) {
             let (row, times) = row?;
             paper_s += usize::try_from(row.cell).ok().and_then(|cell| paper_s_of.get(cell)).unwrap_or(&0.0);
@@ -253,7 +257,8 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 /// If the planner of the trial is unknown.
 pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: trial.seed };
+    let mission =
+        Mission { brief, terrain: world.terrain.clone(), seed: trial.seed, fleet: world.fleet.clone() };
     let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();

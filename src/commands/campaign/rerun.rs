@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, row.seed)?;
     let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
     let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir, journal)?;
-    output_dir.illustrate(&world, &mut summary)?;
+    output_dir.illustrate(&world, &mut summary, report::PictureStyle::Screen)?;
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;
     if summary.digest != row.digest {

@@ -8,13 +8,14 @@
 //! | `times.csv` | wall-clock times of each trial; of that machine and that day |
 //! | `run.json` | how the last run of this folder went |
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 pub use ::campaign::Manifest;
 use ::campaign::manifest::MANIFEST_BYTES_MAX;
 use ::campaign::{Row, Rows as Lines};
+use hopper_sim::private_file::{self, FileError};
 use node::{Exit, Failure};
 use serde::{Deserialize, Serialize};
 
@@ -216,14 +217,7 @@ fn difference(dir: &Path, need: &Manifest, held: &Manifest) -> String {
 }
 
 fn file(dir: &Path, name: &str) -> Result<File, Failure> {
-    let path = dir.join(name);
-    OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(&path)
-        .map_err(|error| failed(&path, &error))
+    private_file::open_shared(&dir.join(name)).map_err(refused)
 }
 
 fn whole_lines(file: &File) -> Result<u64, Failure> {
@@ -282,9 +276,15 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 /// Writes a file whole or not at all.
 fn write(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
     let (path, fresh) = (dir.join(name), dir.join(format!("{name}.new")));
-    std::fs::write(&fresh, text)
-        .and_then(|()| std::fs::rename(&fresh, &path))
-        .map_err(|error| failed(&path, &error))
+    private_file::write_shared(&fresh, text).map_err(refused)?;
+    std::fs::rename(&fresh, &path).map_err(|error| failed(&path, &error))
+}
+
+fn refused(error: FileError) -> Failure {
+    match &error {
+        FileError::Io { path, source, .. } => failed(path, source),
+        _ => Failure::usage(error),
+    }
 }
 
 fn failed(path: &Path, error: &std::io::Error) -> Failure {

@@ -68,6 +68,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 #[must_use]
 pub fn hopper_command() -> clap::Command {
     let tools = [
+        hopper_figures::Command::augment_subcommands(clap::Command::new("hopper-figures")),
         hopper_recordings::Command::augment_subcommands(clap::Command::new("hopper-recordings")),
         hopper_research::Command::augment_subcommands(clap::Command::new("hopper-research")),
         hopper_qa::Command::augment_subcommands(clap::Command::new("hopper-qa")),
@@ -78,7 +79,7 @@ pub fn hopper_command() -> clap::Command {
         // What is for developers alone is not served by `hopper`.
         let served_by_hopper: Vec<_> = tool
             .get_subcommands()
-            .filter(|command| hopper.find_subcommand(command.get_name()).is_some())
+            .filter(|command| !command.is_hide_set() && hopper.find_subcommand(command.get_name()).is_some())
             .collect();
         for command in served_by_hopper {
             let about =

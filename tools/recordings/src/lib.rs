@@ -2,6 +2,7 @@
 
 pub mod bag;
 pub mod latency;
+pub mod view;
 
 use clap::Subcommand;
 use node::{Exit, Failure};
@@ -21,6 +22,9 @@ pub enum Command {
         after_help = "Examples:\n  hopper latency report hard.mcap --budget 600ms\n  hopper latency report --instance hopper\n  hopper latency report --compare a.mcap b.mcap"
     )]
     Latency(latency::Command),
+    /// Show a recording in a browser.
+    #[command(hide = true)]
+    View(view::Args),
 }
 
 /// Runs the command.
@@ -31,5 +35,6 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Bag(command) => bag::run(command),
         Command::Latency(command) => latency::run(command),
+        Command::View(args) => view::run(args),
     }
 }

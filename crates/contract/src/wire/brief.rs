@@ -8,11 +8,13 @@ use crate::fixed_payload;
 use super::{
     Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
 };
-use crate::limits::{BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::limits::{
+    BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX, TREASURES_MAX,
+};
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, DistanceNorm, GradientSource, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff,
-    Priors, Profile, Range, Reading, Refusal, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Grid, Guard, Limits, MotionParameters, Name,
+    Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, Scout, SensorParameters, SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -32,7 +34,7 @@ pub struct SoilMotionV1 {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV4 {
+pub struct BriefV7 {
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
     pub scenario: [u8; Name::BYTES],
@@ -70,6 +72,9 @@ pub struct BriefV4 {
     pub safety_range: [f64; 2],
     /// Range of I, metres, lower end first.
     pub height_range_m: [f64; 2],
+    /// Treasures on the map; 0 for none or an unknown number.
+    pub treasures: u32,
+    pub reserved: u32,
     /// Scatter on hard ground.
     pub hard: SoilMotionV1,
     /// Scatter on sand.
@@ -108,13 +113,23 @@ pub struct BriefV4 {
     pub goal_count: u32,
     /// The goals (x, y), cells, the rest zero.
     pub goals: [[i32; 2]; GOALS_MAX],
+    /// Share of the ground that rovers shall cover, %; 0 for another task.
+    pub cover_percent: u32,
+    /// 0 overlap, 1 Voronoi.
+    pub cover_mode: u32,
+    /// Seed of planners of routes.
+    pub scout_seed: u64,
+    /// Samples of a rover's planner; 0 for another task.
+    pub rover_samples: u32,
+    /// Samples of a helicopter's planner.
+    pub helicopter_samples: u32,
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV4>() == 544);
+const _: () = assert!(size_of::<BriefV7>() == 576);
 
-impl Wire for BriefV4 {
-    const NAME: &'static str = "hop.Brief.v4";
+impl Wire for BriefV7 {
+    const NAME: &'static str = "hop.Brief.v7";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -147,7 +162,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV4 {
+impl From<&Brief> for BriefV7 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -173,6 +188,8 @@ impl From<&Brief> for BriefV4 {
             sand_term: brief.payoff.sand_term,
             safety_range: [brief.priors.safety.min, brief.priors.safety.max],
             height_range_m: [brief.priors.height_m.min, brief.priors.height_m.max],
+            treasures: brief.priors.treasures,
+            reserved: 0,
             hard: (&brief.motion.hard).into(),
             sand: (&brief.motion.sand).into(),
             slope_limit_rad: brief.motion.slope_limit_rad,
@@ -195,15 +212,23 @@ impl From<&Brief> for BriefV4 {
             },
             goal_count: brief.patrol.map_or(0, |patrol| patrol.goals().len() as u32),
             goals: goals_to_wire(brief.patrol.as_ref()),
+            cover_percent: brief.cover.map_or(0, |cover| cover.percent),
+            cover_mode: brief.cover.map_or(0, |cover| match cover.mode {
+                CoverMode::Overlap => 0,
+                CoverMode::Voronoi => 1,
+            }),
+            scout_seed: brief.scout.map_or(0, |scout| scout.seed),
+            rover_samples: brief.scout.map_or(0, |scout| scout.rover_samples),
+            helicopter_samples: brief.scout.map_or(0, |scout| scout.helicopter_samples),
         }
     }
 }
 
-impl TryFrom<&BriefV4> for Brief {
+impl TryFrom<&BriefV7> for Brief {
     type Error = Refusal;
 
     // Long: every field is validated once, in the order of the struct.
-    fn try_from(wire: &BriefV4) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV7) -> Result<Self, Refusal> {
         let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
             .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
@@ -249,6 +274,7 @@ impl TryFrom<&BriefV4> for Brief {
             priors: Priors {
                 safety: range("brief.priors.safety", wire.safety_range)?,
                 height_m: range("brief.priors.height_m", wire.height_range_m)?,
+                treasures: treasures_from_wire(wire.treasures)?,
             },
             motion: MotionParameters {
                 hard: (&wire.hard).try_into()?,
@@ -298,6 +324,8 @@ impl TryFrom<&BriefV4> for Brief {
                 deadline_ns: wire.deadline_ns,
             },
             reading: reading_from_wire(wire)?,
+            cover: cover_from_wire(wire)?,
+            scout: scout_from_wire(wire)?,
         })
     }
 }
@@ -305,7 +333,15 @@ impl TryFrom<&BriefV4> for Brief {
 /// Smallest distance at which D may be −1, cells: the payoff stays within bounds.
 const SCALE_MIN_CELLS: f64 = 1e-3;
 
-fn reading_from_wire(wire: &BriefV4) -> Result<Reading, Refusal> {
+fn treasures_from_wire(treasures: u32) -> Result<u32, Refusal> {
+    if treasures as usize <= TREASURES_MAX {
+        Ok(treasures)
+    } else {
+        Err(Refusal::malformed("brief.priors.treasures", &format!("at most {TREASURES_MAX}"), treasures))
+    }
+}
+
+fn reading_from_wire(wire: &BriefV7) -> Result<Reading, Refusal> {
     let given = |value: f64| (value != 0.0).then_some(value);
     let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
     let scale = match given(wire.distance_scale_cells) {
@@ -330,6 +366,40 @@ fn reading_from_wire(wire: &BriefV4) -> Result<Reading, Refusal> {
     })
 }
 
+fn cover_from_wire(wire: &BriefV7) -> Result<Option<Cover>, Refusal> {
+    if wire.cover_percent > 100 {
+        return Err(Refusal::malformed("brief.cover.percent", "at most 100", wire.cover_percent));
+    }
+    if wire.cover_percent > 0 && wire.robots as usize > ROBOTS_MAX {
+        return Err(Refusal::malformed("brief.robots", &format!("1 to {ROBOTS_MAX}"), wire.robots));
+    }
+    let mode = tag("brief.cover.mode", wire.cover_mode, |code| match code {
+        0 => Some(CoverMode::Overlap),
+        1 => Some(CoverMode::Voronoi),
+        _ => None,
+    })?;
+    Ok((wire.cover_percent > 0).then_some(Cover { percent: wire.cover_percent, mode }))
+}
+
+fn scout_from_wire(wire: &BriefV7) -> Result<Option<Scout>, Refusal> {
+    let BriefV7 { scout_seed: seed, rover_samples, helicopter_samples, .. } = *wire;
+    if rover_samples == 0 && helicopter_samples == 0 {
+        return Ok(None);
+    }
+    for (field, samples) in
+        [("brief.scout.rover_samples", rover_samples), ("brief.scout.helicopter_samples", helicopter_samples)]
+    {
+        if !(1..=SAMPLES_MAX).contains(&samples) {
+            return Err(Refusal::malformed(field, &format!("1 to {SAMPLES_MAX}"), samples));
+        }
+    }
+    if wire.cover_percent > 0 || wire.robots as usize > ROBOTS_MAX {
+        let need = format!("no ground to cover, and 1 to {ROBOTS_MAX} robots");
+        return Err(Refusal::malformed("brief.scout", &need, wire.robots));
+    }
+    Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
+}
+
 fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
     let mut cells = [[0; 2]; GOALS_MAX];
     for (wire, goal) in cells.iter_mut().zip(patrol.map_or(&[][..], Patrol::goals)) {
@@ -339,7 +409,7 @@ fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
 }
 
 fn patrol_from_wire(
-    wire: &BriefV4,
+    wire: &BriefV7,
     on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
 ) -> Result<Option<Patrol>, Refusal> {
     if wire.goal_count == 0 && wire.hops_max == 0 {
@@ -354,7 +424,7 @@ fn patrol_from_wire(
     Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }
 
-fixed_payload!(Brief => BriefV4);
+fixed_payload!(Brief => BriefV7);
 
 /// Tells every process of the run; a late reader gets the last one.
 impl Message for Brief {

@@ -8,11 +8,11 @@ use crate::fixed_payload;
 use super::{Wire, flag, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
 use crate::limits::DECISIONS_MAX;
 use crate::message::{Message, PublishSubscribe};
-use crate::{Action, Command, Decision, Incarnation, MonotonicNs, Name, Refusal, Term};
+use crate::{Action, Command, Decision, Digest, Incarnation, MonotonicNs, Name, Refusal, Term};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct CommandV1 {
+pub struct CommandV3 {
     pub run: [u64; 2],
     pub decision: u64,
     /// Term it speaks for, at least 1.
@@ -40,15 +40,19 @@ pub struct CommandV1 {
     pub cut: u32,
     /// Algorithm, zero-padded ASCII, not empty.
     pub planner: [u8; Name::BYTES],
+    /// Digest of the state that it answers.
+    pub digest: [u8; 32],
+    /// Fingerprint of the route that is announced; 0 for none.
+    pub route: u64,
 }
 
-const _: () = assert!(size_of::<CommandV1>() == 136);
+const _: () = assert!(size_of::<CommandV3>() == 176);
 
-impl Wire for CommandV1 {
-    const NAME: &'static str = "hop.Command.v1";
+impl Wire for CommandV3 {
+    const NAME: &'static str = "hop.Command.v3";
 }
 
-impl From<&Command> for CommandV1 {
+impl From<&Command> for CommandV3 {
     fn from(command: &Command) -> Self {
         Self {
             run: run_to_wire(command.run),
@@ -66,14 +70,16 @@ impl From<&Command> for CommandV1 {
             pid: command.pid,
             cut: u32::from(command.cut),
             planner: command.planner.bytes(),
+            digest: command.digest.0,
+            route: command.action.route(),
         }
     }
 }
 
-impl TryFrom<&CommandV1> for Command {
+impl TryFrom<&CommandV3> for Command {
     type Error = Refusal;
 
-    fn try_from(wire: &CommandV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &CommandV3) -> Result<Self, Refusal> {
         if wire.decision > DECISIONS_MAX {
             return Err(Refusal::malformed(
                 "command.decision",
@@ -102,8 +108,9 @@ impl TryFrom<&CommandV1> for Command {
             run: run_from_wire(wire.run),
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(wire.decision),
+            digest: Digest(wire.digest),
             term: Term(wire.term),
-            action: tag("command.action", wire.action, Action::from_code)?,
+            action: tag("command.action", wire.action, |code| Action::with_route(code, wire.route))?,
             observation: wire.observation,
             planner,
             incarnation: Incarnation(wire.incarnation),
@@ -118,7 +125,7 @@ impl TryFrom<&CommandV1> for Command {
     }
 }
 
-fixed_payload!(Command => CommandV1);
+fixed_payload!(Command => CommandV3);
 
 /// Wakes hopper-sim, the only reader that acts on it. The budget allows for the leader and one that stands by.
 impl Message for Command {

@@ -5,18 +5,19 @@ use bytemuck::{Pod, Zeroable};
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
+use super::ground::{soil_code, soil_from_code};
 use super::{
-    Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, tag,
-    treasures_from_wire, treasures_to_wire,
+    Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, treasures_from_wire,
+    treasures_to_wire,
 };
 use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
-use crate::{Decision, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell, Soil};
+use crate::{Decision, Digest, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell};
 
 /// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MapPatchV1 {
+pub struct MapPatchV2 {
     pub run: [u64; 2],
     /// Decision of the landing.
     pub through: u64,
@@ -44,6 +45,8 @@ pub struct MapPatchV1 {
     /// Treasures seen and not yet collected.
     pub treasure_count: u32,
     pub reserved: u32,
+    /// Digest of the state whose pose was folded in last.
+    pub digest: [u8; 32],
     /// Their cells (x, y) in index order; zero beyond the count.
     pub treasures: [[i32; 2]; TREASURES_MAX],
 }
@@ -62,7 +65,7 @@ pub struct MapRequestV1 {
 /// A page of the map; the payload is its seen cells.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MapPageV1 {
+pub struct MapPageV2 {
     pub run: [u64; 2],
     /// Last decision folded in.
     pub through: u64,
@@ -88,86 +91,87 @@ pub struct MapPageV1 {
     /// Treasures seen and not yet collected.
     pub treasure_count: u32,
     pub reserved: u32,
+    /// Digest of the state whose pose was folded in last.
+    pub digest: [u8; 32],
     /// Their cells (x, y) in index order; zero beyond the count.
     pub treasures: [[i32; 2]; TREASURES_MAX],
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct SeenCellV1 {
+pub struct SeenCellV3 {
     /// Height above the datum, metres.
     pub height_m: f64,
     /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
     pub gradient: [f64; 2],
     pub index: u32,
-    /// 1 hard, 2 sand.
-    pub soil: u16,
-    /// 1 where the hopper survives landing.
-    pub passable: u16,
+    /// How often rovers have entered it.
+    pub visits: u16,
+    /// As in [`super::GroundV2`]: 1 hard, 2 sand, plus 16 for each speed up to the cell's.
+    pub soil: u8,
+    /// 1 where a robot can stand.
+    pub passable: u8,
 }
 
-const _: () = assert!(size_of::<MapPatchV1>() == 232);
+const _: () = assert!(size_of::<MapPatchV2>() == 264);
 const _: () = assert!(size_of::<MapRequestV1>() == 32);
-const _: () = assert!(size_of::<MapPageV1>() == 224);
-const _: () = assert!(size_of::<SeenCellV1>() == 32);
+const _: () = assert!(size_of::<MapPageV2>() == 256);
+const _: () = assert!(size_of::<SeenCellV3>() == 32);
 
-impl Wire for MapPatchV1 {
-    const NAME: &'static str = "hop.MapPatch.v1";
+impl Wire for MapPatchV2 {
+    const NAME: &'static str = "hop.MapPatch.v2";
 }
 
 impl Wire for MapRequestV1 {
     const NAME: &'static str = "hop.MapRequest.v1";
 }
 
-impl Wire for MapPageV1 {
-    const NAME: &'static str = "hop.MapPage.v1";
+impl Wire for MapPageV2 {
+    const NAME: &'static str = "hop.MapPage.v2";
 }
 
-impl Wire for SeenCellV1 {
-    const NAME: &'static str = "hop.SeenCell.v1";
+impl Wire for SeenCellV3 {
+    const NAME: &'static str = "hop.SeenCell.v3";
 }
 
-impl From<&SeenCell> for SeenCellV1 {
+impl From<&SeenCell> for SeenCellV3 {
     #[inline]
     fn from(cell: &SeenCell) -> Self {
         Self {
             height_m: cell.ground.height_m,
             gradient: cell.ground.gradient,
             index: cell.index,
-            soil: match cell.ground.soil {
-                Soil::Hard => 1,
-                Soil::Sand => 2,
-            },
-            passable: u16::from(cell.ground.passable),
+            soil: soil_code(&cell.ground) as u8,
+            visits: cell.visits,
+            passable: u8::from(cell.ground.passable),
         }
     }
 }
 
-impl TryFrom<&SeenCellV1> for SeenCell {
+impl TryFrom<&SeenCellV3> for SeenCell {
     type Error = Refusal;
 
     #[inline]
-    fn try_from(wire: &SeenCellV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &SeenCellV3) -> Result<Self, Refusal> {
+        let (soil, speed) = soil_from_code("cell.soil", wire.soil.into())?;
         let ground = Ground {
             height_m: length("cell.height_m", wire.height_m)?,
             gradient: gradient("cell.gradient", wire.gradient)?,
-            soil: tag("cell.soil", wire.soil.into(), |code| match code {
-                1 => Some(Soil::Hard),
-                2 => Some(Soil::Sand),
-                _ => None,
-            })?,
+            soil,
             passable: flag("cell.passable", wire.passable.into())?,
+            speed,
         };
-        Ok(Self { index: wire.index, ground })
+        Ok(Self { index: wire.index, visits: wire.visits, ground })
     }
 }
 
-impl From<&MapPatch> for MapPatchV1 {
+impl From<&MapPatch> for MapPatchV2 {
     fn from(patch: &MapPatch) -> Self {
         let (treasure_count, treasures) = treasures_to_wire(&patch.treasures);
         Self {
             run: run_to_wire(patch.run),
             through: patch.through.0,
+            digest: patch.digest.0,
             sequence: patch.sequence,
             before: patch.before,
             after: patch.after,
@@ -187,12 +191,13 @@ impl From<&MapPatch> for MapPatchV1 {
     }
 }
 
-impl From<&MapPage> for MapPageV1 {
+impl From<&MapPage> for MapPageV2 {
     fn from(page: &MapPage) -> Self {
         let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
         Self {
             run: run_to_wire(page.run),
             through: page.through.0,
+            digest: page.digest.0,
             sequence: page.sequence,
             observation: page.observation,
             sensed_ns: page.sensed.0,
@@ -240,7 +245,7 @@ impl TryFrom<&MapRequestV1> for MapRequest {
 /// # Errors
 /// If the lattice or a number is out of range, there are too many cells, or one is out of range, off the
 /// lattice or out of order.
-pub fn patch_from_wire(header: &MapPatchV1, cells: &[SeenCellV1]) -> Result<MapPatch, Refusal> {
+pub fn patch_from_wire(header: &MapPatchV2, cells: &[SeenCellV3]) -> Result<MapPatch, Refusal> {
     let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
     let whole = grid.cells() as u32;
     if header.seen_cells > whole {
@@ -254,6 +259,7 @@ pub fn patch_from_wire(header: &MapPatchV1, cells: &[SeenCellV1]) -> Result<MapP
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
         through: through(header.through)?,
+        digest: Digest(header.digest),
         more: header.more,
         sequence: sequence(header.sequence)?,
         before: header.before,
@@ -271,7 +277,7 @@ pub fn patch_from_wire(header: &MapPatchV1, cells: &[SeenCellV1]) -> Result<MapP
 ///
 /// # Errors
 /// As [`patch_from_wire`], and if the stretch is none or a cell lies outside of it.
-pub fn map_page_from_wire(header: &MapPageV1, cells: &[SeenCellV1]) -> Result<MapPage, Refusal> {
+pub fn map_page_from_wire(header: &MapPageV2, cells: &[SeenCellV3]) -> Result<MapPage, Refusal> {
     let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
     let whole = grid.cells() as u32;
     let (from, next) = (header.from, header.next);
@@ -283,6 +289,7 @@ pub fn map_page_from_wire(header: &MapPageV1, cells: &[SeenCellV1]) -> Result<Ma
         run: run_from_wire(header.run),
         robot: robot_from_wire(header.robot)?,
         through: through(header.through)?,
+        digest: Digest(header.digest),
         sequence: sequence(header.sequence)?,
         observation: header.observation,
         sensed: MonotonicNs(header.sensed_ns),
@@ -313,7 +320,7 @@ fn sequence(sequence: u64) -> Result<u64, Refusal> {
 }
 
 /// At most `most` cells with indices from `from` on and below `next`, in order.
-fn seen_cells(cells: &[SeenCellV1], most: usize, from: u32, next: u32) -> Result<Vec<SeenCell>, Refusal> {
+fn seen_cells(cells: &[SeenCellV3], most: usize, from: u32, next: u32) -> Result<Vec<SeenCell>, Refusal> {
     if cells.len() > most {
         return Err(Refusal::malformed("map.cells", &format!("at most {most} cells"), cells.len()));
     }
@@ -331,13 +338,14 @@ fn seen_cells(cells: &[SeenCellV1], most: usize, from: u32, next: u32) -> Result
     Ok(seen)
 }
 
-slice_payload!(MapPatch => MapPatchV1, SeenCellV1, cells, patch_from_wire);
+slice_payload!(MapPatch => MapPatchV2, SeenCellV3, cells, patch_from_wire);
 
 /// Wakes planners. A late reader asks for the map ([`MapRequest`]), and so does every reader after a landing of
 /// more patches than the buffer holds: one that reveals more than 16,384 cells, which no sensor of the built-in
 /// scenarios can.
 impl Message for MapPatch {
     const SERVICE: PublishSubscribe = PublishSubscribe {
+        max_subscribers: 16,
         history: 0,
         buffer: 16,
         event: true,
@@ -348,7 +356,7 @@ impl Message for MapPatch {
 
 fixed_payload!(MapRequest => MapRequestV1);
 
-slice_payload!(MapPage => MapPageV1, SeenCellV1, cells, map_page_from_wire);
+slice_payload!(MapPage => MapPageV2, SeenCellV3, cells, map_page_from_wire);
 
 /// The map for whoever has missed a patch.
 impl Request for MapRequest {
@@ -356,7 +364,7 @@ impl Request for MapRequest {
     const SERVICE: RequestResponse = RequestResponse {
         name: "hop/rN/snapshot",
         server: Role::Perception,
-        max_clients: 8,
+        max_clients: 16,
         page: MAP_PAGE_CELLS,
     };
 }

@@ -20,18 +20,26 @@ mod heartbeat;
 mod map;
 mod past;
 mod policy;
+mod prior;
+mod route;
 mod state;
+mod team;
 mod truth;
 
-pub use brief::{BriefV4, SoilMotionV1};
-pub use command::CommandV1;
+pub use brief::{BriefV7, SoilMotionV1};
+pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
-pub use ground::GroundV1;
+pub use ground::GroundV2;
 pub use heartbeat::HeartbeatV1;
-pub use map::{MapPageV1, MapPatchV1, MapRequestV1, SeenCellV1, map_page_from_wire, patch_from_wire};
-pub use past::{PastHeaderV1, PastRequestV1, RecordV3, page_from_wire};
+pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV3, map_page_from_wire, patch_from_wire};
+pub use past::{PastHeaderV1, PastRequestV1, RecordV4, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
-pub use state::StateV3;
+pub use prior::{PriorPageV1, PriorRequestV1, SpeedPriorV1, prior_page_from_wire};
+pub use route::{
+    AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
+};
+pub use state::StateV4;
+pub use team::{MemberV2, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};
@@ -44,8 +52,8 @@ use crate::{
     Refusal, RobotId, RunId, Term, Timing, Vetoed,
 };
 use crate::{
-    Brief, Command, Control, Heartbeat, MapPatch, MapRequest, Pacing, PastRequest, Policy, State,
-    TruthRequest,
+    Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, Pacing, PastRequest, Policy,
+    PriorRequest, RouteRequest, State, Team, TruthRequest,
 };
 
 /// Shows `visitor` every message and request: the one list of them.
@@ -53,7 +61,9 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.message::<Brief>();
     visitor.message::<Heartbeat>();
     visitor.message::<State>();
+    visitor.message::<Team>();
     visitor.message::<Command>();
+    visitor.message::<Announcement>();
     visitor.message::<Control>();
     visitor.message::<Pacing>();
     visitor.message::<MapPatch>();
@@ -61,6 +71,8 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.request::<PastRequest>();
     visitor.request::<TruthRequest>();
     visitor.request::<MapRequest>();
+    visitor.request::<PriorRequest>();
+    visitor.request::<RouteRequest>();
 }
 
 /// The run nonce: high half, then low half.
@@ -134,10 +146,10 @@ pub(crate) fn collected(field: &str, marks: u32) -> Result<Collected, Refusal> {
 
 /// A mark for each vetoed action.
 pub(crate) fn vetoed(field: &str, marks: u32) -> Result<Vetoed, Refusal> {
-    if marks >> Action::ALL.len() == 0 {
+    if marks >> Action::CODES == 0 {
         Ok(Vetoed(marks))
     } else {
-        Err(Refusal::malformed(field, &format!("at most {} marks", Action::ALL.len()), format!("{marks:#b}")))
+        Err(Refusal::malformed(field, &format!("at most {} marks", Action::CODES), format!("{marks:#b}")))
     }
 }
 

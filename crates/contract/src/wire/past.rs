@@ -36,7 +36,7 @@ pub struct PastHeaderV1 {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct RecordV3 {
+pub struct RecordV4 {
     pub decision: u64,
     /// Fingerprint of the map it was decided on.
     pub observation: u64,
@@ -71,11 +71,13 @@ pub struct RecordV3 {
     pub previous: [u8; 32],
     /// Digest after.
     pub digest: [u8; 32],
+    /// Fingerprint of the route that was announced; 0 for none.
+    pub route: u64,
 }
 
 const _: () = assert!(size_of::<PastRequestV1>() == 32);
 const _: () = assert!(size_of::<PastHeaderV1>() == 32);
-const _: () = assert!(size_of::<RecordV3>() == 344);
+const _: () = assert!(size_of::<RecordV4>() == 352);
 
 impl Wire for PastRequestV1 {
     const NAME: &'static str = "hop.PastRequest.v1";
@@ -85,8 +87,8 @@ impl Wire for PastHeaderV1 {
     const NAME: &'static str = "hop.PastHeader.v1";
 }
 
-impl Wire for RecordV3 {
-    const NAME: &'static str = "hop.Record.v3";
+impl Wire for RecordV4 {
+    const NAME: &'static str = "hop.Record.v4";
 }
 
 impl From<&PastRequest> for PastRequestV1 {
@@ -121,7 +123,7 @@ impl From<&PastPage> for PastHeaderV1 {
     }
 }
 
-impl From<&Record> for RecordV3 {
+impl From<&Record> for RecordV4 {
     fn from(record: &Record) -> Self {
         Self {
             decision: record.decision.0,
@@ -143,19 +145,20 @@ impl From<&Record> for RecordV3 {
             timing_ns: timing_to_wire(&record.timing),
             previous: record.previous.0,
             digest: record.digest.0,
+            route: record.action.route(),
         }
     }
 }
 
-impl TryFrom<&RecordV3> for Record {
+impl TryFrom<&RecordV4> for Record {
     type Error = Refusal;
 
-    fn try_from(wire: &RecordV3) -> Result<Self, Refusal> {
+    fn try_from(wire: &RecordV4) -> Result<Self, Refusal> {
         Ok(Self {
             robot: robot_from_wire(wire.robot)?,
             decision: Decision(counted("record.decision", wire.decision)?),
             leader: (&wire.leader).try_into()?,
-            action: tag("record.action", wire.action, Action::from_code)?,
+            action: tag("record.action", wire.action, |code| Action::with_route(code, wire.route))?,
             origin: tag("record.origin", wire.origin, Origin::from_code)?,
             vetoed: vetoed("record.vetoed", wire.vetoed)?,
             observation: wire.observation,
@@ -178,7 +181,7 @@ impl TryFrom<&RecordV3> for Record {
 ///
 /// # Errors
 /// If it is too long, a record is malformed, or its decisions are not consecutive.
-pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV3]) -> Result<PastPage, Refusal> {
+pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV4]) -> Result<PastPage, Refusal> {
     if records.len() > PAST_PAGE_RECORDS {
         return Err(Refusal::malformed(
             "past.records",
@@ -203,7 +206,7 @@ pub fn page_from_wire(header: &PastHeaderV1, records: &[RecordV3]) -> Result<Pas
 
 fixed_payload!(PastRequest => PastRequestV1);
 
-slice_payload!(PastPage => PastHeaderV1, RecordV3, records, page_from_wire);
+slice_payload!(PastPage => PastHeaderV1, RecordV4, records, page_from_wire);
 
 /// The journal's public projection.
 impl Request for PastRequest {

@@ -15,7 +15,7 @@ use crate::{Decision, Digest, MonotonicNs, Origin, Refusal, State, Status};
 /// The state at one decision.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct StateV3 {
+pub struct StateV4 {
     pub run: [u64; 2],
     pub decision: u64,
     /// Steps so far, in the paper's count.
@@ -44,17 +44,19 @@ pub struct StateV3 {
     pub last: OutcomeV1,
     /// Chained SHA-256.
     pub digest: [u8; 32],
+    /// The digest before the last decision; all zero at decision 0.
+    pub previous: [u8; 32],
     /// Moments of the last decision, monotonic nanoseconds.
     pub last_timing_ns: [u64; 8],
 }
 
-const _: () = assert!(size_of::<StateV3>() == 320);
+const _: () = assert!(size_of::<StateV4>() == 352);
 
-impl Wire for StateV3 {
-    const NAME: &'static str = "hop.State.v3";
+impl Wire for StateV4 {
+    const NAME: &'static str = "hop.State.v4";
 }
 
-impl From<&State> for StateV3 {
+impl From<&State> for StateV4 {
     fn from(state: &State) -> Self {
         Self {
             run: run_to_wire(state.run),
@@ -73,15 +75,16 @@ impl From<&State> for StateV3 {
             pose: (&state.pose).into(),
             last: state.last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from),
             digest: state.digest.0,
+            previous: state.previous.0,
             last_timing_ns: timing_to_wire(&state.last_timing),
         }
     }
 }
 
-impl TryFrom<&StateV3> for State {
+impl TryFrom<&StateV4> for State {
     type Error = Refusal;
 
-    fn try_from(wire: &StateV3) -> Result<Self, Refusal> {
+    fn try_from(wire: &StateV4) -> Result<Self, Refusal> {
         Ok(Self {
             run: run_from_wire(wire.run),
             robot: robot_from_wire(wire.robot)?,
@@ -97,6 +100,7 @@ impl TryFrom<&StateV3> for State {
             last_origin: tag("state.last_origin", wire.last_origin, Origin::from_code)?,
             last_vetoed: vetoed("state.last_vetoed", wire.last_vetoed)?,
             digest: Digest(wire.digest),
+            previous: Digest(wire.previous),
             landed: MonotonicNs(wire.landed_ns),
             published: MonotonicNs(wire.published_ns),
             last_timing: timing_from_wire(wire.last_timing_ns),
@@ -104,7 +108,7 @@ impl TryFrom<&StateV3> for State {
     }
 }
 
-fixed_payload!(State => StateV3);
+fixed_payload!(State => StateV4);
 
 /// Wakes perception.
 impl Message for State {

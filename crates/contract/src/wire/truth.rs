@@ -1,11 +1,11 @@
-//! `truth/terrain`: request and header; the payload is one [`super::GroundV1`] per cell.
+//! `truth/terrain`: request and header; the payload is one [`super::GroundV2`] per cell.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
-use super::{GroundV1, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
+use super::{GroundV2, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
 use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
 use crate::message::{Request, RequestResponse};
 use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
@@ -85,7 +85,7 @@ impl From<&TruthPage> for TruthPageV1 {
 ///
 /// # Errors
 /// If the lattice is out of bounds, there are too many cells, or one is out of range.
-pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<TruthPage, Refusal> {
+pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV2]) -> Result<TruthPage, Refusal> {
     let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
         .map_err(|error| Refusal::malformed("truth.grid", "a grid within bounds", error))?;
     let most = TRUTH_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
@@ -99,7 +99,7 @@ pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV1]) -> Result<
 
 fixed_payload!(TruthRequest => TruthRequestV1);
 
-slice_payload!(TruthPage => TruthPageV1, GroundV1, cells, truth_page_from_wire);
+slice_payload!(TruthPage => TruthPageV1, GroundV2, cells, truth_page_from_wire);
 
 /// The true ground: perception asks for it, and whoever echoes it by hand; no planner may.
 impl Request for TruthRequest {

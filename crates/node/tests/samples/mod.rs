@@ -78,7 +78,11 @@ pub fn brief() -> Brief {
         goal: Cell::new(4, 3),
         weights: Weights { safety: 1.0, information: 1.0, distance: 1.0 },
         payoff: Payoff { goal: 10.0, treasure: 5.0, discount: 0.9, sand_term: 0.5 },
-        priors: Priors { safety: Range { min: -2.0, max: 0.0 }, height_m: Range { min: 0.0, max: 3.0 } },
+        priors: Priors {
+            safety: Range { min: -2.0, max: 0.0 },
+            height_m: Range { min: 0.0, max: 3.0 },
+            treasures: 0,
+        },
         motion: MotionParameters {
             hard: soil(0.1, 0.05),
             sand: soil(0.2, 0.1),
@@ -96,6 +100,8 @@ pub fn brief() -> Brief {
         limits: Limits { steps_max: 100, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
+        cover: None,
+        scout: None,
         patrol: None,
     }
 }
@@ -120,6 +126,7 @@ pub fn state(decision: u64) -> State {
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
         collected: contract::Collected::default(),
         last: (decision > 0).then(outcome),
+        previous: Digest([2; 32]),
         digest: Digest([3; 32]),
         landed: MonotonicNs(5),
         published: MonotonicNs(6),
@@ -136,6 +143,7 @@ pub fn command(decision: u64) -> Command {
         run: RUN,
         robot: ROBOT,
         decision: Decision(decision),
+        digest: Digest([3; 32]),
         term: Term(1),
         action: Action::Hop(Direction::East),
         observation: 42,
@@ -156,6 +164,7 @@ pub fn patch(sequence: u64) -> MapPatch {
         run: RUN,
         robot: ROBOT,
         through: Decision(sequence),
+        digest: Digest([3; 32]),
         more: 0,
         sequence,
         before: 1,
@@ -170,7 +179,7 @@ pub fn patch(sequence: u64) -> MapPatch {
 }
 
 fn seen_cells(indices: std::ops::Range<u32>) -> Vec<SeenCell> {
-    indices.map(|index| SeenCell { index, ground: ground(f64::from(index)) }).collect()
+    indices.map(|index| SeenCell { index, visits: 0, ground: ground(f64::from(index)) }).collect()
 }
 
 pub fn map_page(request: &MapRequest) -> MapPage {
@@ -178,6 +187,7 @@ pub fn map_page(request: &MapRequest) -> MapPage {
         run: request.run,
         robot: request.robot,
         through: Decision(8),
+        digest: Digest([3; 32]),
         sequence: 9,
         observation: 7,
         sensed: MonotonicNs(3),

@@ -21,7 +21,15 @@ pub const EDGE: &str = "#3f4650";
 /// Cells of unknown height.
 pub const NOTHING: &str = "#e4e7ec";
 
+/// Colour of a robot by its number.
+#[must_use]
+pub fn robot(number: u16) -> String {
+    let [r, g, b] = ROBOTS[usize::from(number) % ROBOTS.len()];
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
 /// Colour of a policy arrow: four as in P23 fig. 4, chosen so that colour-blind readers can distinguish them.
+#[must_use]
 pub fn arrow(direction: Direction) -> &'static str {
     match direction {
         Direction::North => "#0050d8",
@@ -31,13 +39,42 @@ pub fn arrow(direction: Direction) -> &'static str {
     }
 }
 
+/// The start, as in P23.
+pub const START: &str = "#1f6fe0";
+/// The hopper, as in P23.
+pub const HOPPER: &str = "#ffd400";
+/// A goal, as in P23.
+pub const GOAL: &str = "#e3000f";
+/// Robots by their numbers, red, green and blue; every eighth has the same.
+pub const ROBOTS: [[u8; 3]; 8] = [
+    [0xff, 0xd4, 0x00],
+    [0x1f, 0x9f, 0xe0],
+    [0xff, 0x8a, 0x3d],
+    [0x7f, 0xd0, 0x69],
+    [0xc9, 0x8b, 0xe8],
+    [0xf2, 0x6d, 0x9a],
+    [0x4f, 0xd0, 0xc0],
+    [0xc9, 0xb4, 0x58],
+];
+/// A treasure.
+pub const TREASURE: &str = "#111111";
+/// A treasure that was collected.
+pub const COLLECTED: &str = "#ffc400";
+
 /// Colour of a height at `share` of the scale: 0 is the lowest, 1 the highest.
+#[must_use]
 pub fn height(share: f64) -> String {
+    let [r, g, b] = height_rgb(share);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// As [`height`], in red, green and blue, 0 to 255.
+#[must_use]
+pub fn height_rgb(share: f64) -> [u8; 3] {
     let lightness = 0.55 + 0.42 * share;
     let chroma = 0.080 + 0.025 * (1.0 - share) * share * 4.0 - 0.035 * share;
     let hue_rad = (48.0 + 47.0 * share).to_radians();
-    let [r, g, b] = srgb(lightness, chroma * hue_rad.cos(), chroma * hue_rad.sin());
-    format!("#{r:02x}{g:02x}{b:02x}")
+    srgb(lightness, chroma * hue_rad.cos(), chroma * hue_rad.sin())
 }
 
 /// From Oklab (Ottosson 2020) to 8-bit sRGB.

@@ -6,9 +6,12 @@ use contract::{Cell, Grid, Range};
 
 use super::colour;
 use super::scale::Ticks;
+use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 
 pub const MARGIN_RIGHT: f64 = 118.0;
+/// What the larger letters of a picture for a paper need beyond [`MARGIN_RIGHT`].
+pub const PAPER_ROOM: f64 = 16.0;
 /// Number of shades of the height scale.
 pub const SHADES: usize = 40;
 /// Shortest side of the frame, so that even a strip of cells leaves room for its colour bar.
@@ -27,6 +30,8 @@ pub struct Frame {
     pub place: usize,
     /// Number of an earlier plot with the same terrain, whose drawing is reused.
     pub ground: Option<usize>,
+    /// What the plot is drawn for.
+    pub style: PictureStyle,
 }
 
 impl Frame {
@@ -35,7 +40,16 @@ impl Frame {
         let (columns, rows) = (f64::from(grid.width), f64::from(grid.height));
         let pitch = side / columns.max(rows);
         let (width, height) = ((columns * pitch).max(FRAME_MIN), (rows * pitch).max(FRAME_MIN));
-        Self { left: 0.0, top: 0.0, width, height, pitch, place: 0, ground: None }
+        Self {
+            left: 0.0,
+            top: 0.0,
+            width,
+            height,
+            pitch,
+            place: 0,
+            ground: None,
+            style: PictureStyle::Screen,
+        }
     }
 
     /// An element id that is unique in the document.
@@ -117,9 +131,7 @@ pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, heights: Range) {
         svg.text(left + width + 9.0, y + 4.5, "", &label);
     }
     svg.path(&strokes, "stroke=\"#333\"");
-    svg.text_upwards(
-        frame.left + frame.width + MARGIN_RIGHT - 12.0,
-        top + height / 2.0,
-        "height above datum (m)",
-    );
+    // The larger letters of a paper's picture need more room.
+    let room = if frame.style == PictureStyle::Paper { MARGIN_RIGHT + PAPER_ROOM } else { MARGIN_RIGHT };
+    svg.text_upwards(frame.left + frame.width + room - 12.0, top + height / 2.0, "height above datum (m)");
 }

@@ -27,6 +27,9 @@ fn entry(words: impl Into<String>, swatch: impl Fn(f64, f64) -> String + 'static
 
 /// The entries for the elements that `picture` shows.
 pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
+    if picture.brief.robots > 1 {
+        return team_entries(picture, tiles);
+    }
     let mut entries = vec![
         entry("start", |x, y| start(x, y, 7.0)),
         entry("goal", |x, y| goal(x, y, 7.0)),
@@ -57,7 +60,28 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     if took(|branch| branch == Branch::Stayed) {
         entries.push(entry("stray hop, got nowhere", |x, y| dot(x, y, 6.0, "#fff", colour::STRAY)));
     }
+    entries.extend(ground_entries(tiles));
+    if picture.policy.is_some() {
+        entries.push(entry("policy N, S, E, W", compass));
+    }
+    entries
+}
+
+/// The entries of a picture of several robots.
+fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
+    let robots = (0..picture.brief.robots).map(|robot| {
+        entry(format!("robot {robot}"), move |x, y| dot(x, y, 7.0, &colour::robot(robot), "#111"))
+    });
+    let visited = entry("visited, darker the more often", |x, y| {
+        patch(x, y, &colour::height(0.5), "") + &patch(x, y, colour::ROUTE, " fill-opacity=\".4\"")
+    });
+    robots.chain([visited]).chain(ground_entries(tiles)).collect()
+}
+
+/// The entries for the ground that is shown.
+fn ground_entries(tiles: &TileMap) -> Vec<Entry> {
     let any = |wanted: fn(&Tile) -> bool| tiles.tiles().iter().any(wanted);
+    let mut entries = Vec::new();
     if any(|tile| !tile.seen) {
         entries.push(entry("not seen", unseen));
     }
@@ -70,9 +94,6 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
         entries.push(entry("impassable", |x, y| {
             patch(x, y, &colour::height(0.5), "") + &patch(x, y, colour::BLOCKED, " fill-opacity=\".75\"")
         }));
-    }
-    if picture.policy.is_some() {
-        entries.push(entry("policy N, S, E, W", compass));
     }
     entries
 }

@@ -10,12 +10,13 @@ use contract::{
 use super::colour;
 use super::frame::{Frame, SHADES};
 use super::quiver::Quiver;
+use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
 use crate::Ending;
 use crate::ReportError;
-use crate::phrases::{EndSentence, counted, planners_in_order};
+use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
 const ARROW_PITCH_MIN: f64 = 0.026;
@@ -59,7 +60,14 @@ impl Picture<'_> {
         svg.close("defs");
         self.ground(svg, frame, tiles, heights);
         self.arrows(svg, frame);
+        if self.brief.robots > 1 {
+            self.team(svg, frame);
+            return;
+        }
         self.route_lines(svg, frame);
+        if frame.style == PictureStyle::Paper {
+            self.hop_numbers(svg, frame);
+        }
         self.markers(svg, frame);
     }
 
@@ -97,6 +105,9 @@ impl Picture<'_> {
         };
         svg.raw(&stripes(&id("unseen-hatch"), 7.0, 0.9, 45, colour::HATCH));
         svg.raw(&stripes(&id("blocked-hatch"), 4.0, 1.6, 135, colour::BLOCKED));
+        if frame.style == PictureStyle::Paper {
+            svg.raw(&stripes(&id("sand-hatch"), 5.0, 0.8, 90, colour::BLOCKED));
+        }
     }
 
     fn ground(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
@@ -137,13 +148,18 @@ impl Picture<'_> {
         let pitch_min = (ARROW_PITCH_MIN * frame.width.max(frame.height)).max(ARROW_PITCH_LEAST);
         let hops = ((pitch_min / (frame.pitch * f64::from(span))).ceil() as u32).max(1);
         let stride = (hops * span) as i32;
-        let quiver = Quiver::new((0.66 * frame.pitch * f64::from(stride)).min(26.0));
+        let share = if frame.style == PictureStyle::Paper { 0.46 } else { 0.66 };
+        let quiver = Quiver::new((share * frame.pitch * f64::from(stride)).min(26.0));
         let drawn = |cell: &Cell| {
             (cell.x - self.brief.start.x).rem_euclid(stride) == 0
                 && (cell.y - self.brief.start.y).rem_euclid(stride) == 0
         };
         quiver.open(svg);
-        for (seen, opacity) in [(false, ".4"), (true, "1")] {
+        let layers: &[(bool, &str)] = match frame.style {
+            PictureStyle::Screen => &[(false, ".4"), (true, "1")],
+            PictureStyle::Paper => &[(true, ".7")],
+        };
+        for &(seen, opacity) in layers {
             for direction in Direction::ALL {
                 let mut at = Vec::new();
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
@@ -198,6 +214,17 @@ impl Picture<'_> {
                 Number(y),
                 colour::STRAY
             ));
+        }
+    }
+
+    /// Numbers every tenth hop beside where it landed.
+    fn hop_numbers(&self, svg: &mut SvgWriter, frame: &Frame) {
+        let tenth = |record: &&Record| (record.decision.0 + 1).is_multiple_of(10);
+        for record in self.route.iter().filter(tenth) {
+            let (x, y) = frame.centre(record.pose.cell);
+            let number = (record.decision.0 + 1).to_string();
+            let attributes = "font-size=\"13\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"";
+            svg.text(x + 5.0, y - 5.0, attributes, &number);
         }
     }
 
@@ -272,6 +299,7 @@ impl Picture<'_> {
         // The route of a long patrol is its end only, so its hops cannot be counted.
         let whole = self.route.first().is_none_or(|record| record.decision == Decision(0));
         let decisions = last.map_or(0, |record| record.decision.next().0);
+        let visits = last.map_or(0, |record| record.visits);
         let ending = EndSentence {
             outcome: self.outcome,
             hops: if whole { self.hops(|_| true) } else { decisions },
@@ -279,7 +307,8 @@ impl Picture<'_> {
             steps_max: self.brief.limits.steps_max,
             cell,
             distance_to_goal_m: cell.distance_cells(self.leg().goal) * self.brief.grid.cell_size_m,
-            patrolled: self.brief.patrol.map(|_| last.map_or(0, |record| record.visits)),
+            patrolled: self.brief.patrol.map(|_| visits),
+            team: TeamEffort::of(self.brief, decisions, visits),
         };
         ending.to_string()
     }
@@ -324,7 +353,11 @@ fn draw_terrain(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Ra
         let cells = tiles.fill(|tile| tile.height_m.is_some_and(|height_m| shade_of(height_m) == shade));
         svg.path(&cells, &format!("fill=\"{colour}\""));
     }
-    svg.path(&tiles.fill(|tile| tile.sand), &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND));
+    let sand = tiles.fill(|tile| tile.sand);
+    match frame.style {
+        PictureStyle::Screen => svg.path(&sand, &format!("fill=\"{}\" fill-opacity=\".5\"", colour::SAND)),
+        PictureStyle::Paper => svg.path(&sand, &format!("fill=\"url(#{})\"", frame.id("sand-hatch"))),
+    }
     let blocked = tiles.fill(|tile| tile.blocked);
     svg.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
     svg.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));

@@ -8,21 +8,26 @@
 //! Coordinates are metres from the centre of cell (0, 0). The output depends only on the [`Picture`], to the
 //! byte.
 
-mod colour;
+pub mod colour;
 mod curves;
 mod frame;
 mod legend;
 mod mission;
 mod panels;
+mod paper;
 mod picture_grid;
 mod quiver;
 mod scale;
+mod style;
 mod svg_writer;
 mod symbols;
+mod team;
 mod tile_map;
 
 pub use curves::{Chart, Curves, Line};
 pub use mission::Picture;
 pub use panels::{Aim, Panel, Panels};
+pub use paper::COLUMN_MM;
 pub use picture_grid::{PictureGrid, TitledPicture};
+pub use style::PictureStyle;
 pub(crate) use svg_writer::escaped;

@@ -25,12 +25,26 @@ pub struct SvgWriter {
 impl SvgWriter {
     /// A white document of `width` × `height` units; screen readers announce `title`.
     pub fn new(width: f64, height: f64, title: &str) -> Self {
+        let size = [width, height].map(|side| Number(side.ceil()).to_string());
+        Self::sized(width, height, title, &size, 12.5)
+    }
+
+    /// As [`SvgWriter::new`], `width_mm` millimetres wide on paper.
+    pub fn column(width: f64, height: f64, width_mm: f64, title: &str) -> Self {
+        let scale = width_mm / width.ceil();
+        let size = [width, height].map(|side| format!("{}mm", Number(side.ceil() * scale)));
+        Self::sized(width, height, title, &size, 15.0)
+    }
+
+    fn sized(width: f64, height: f64, title: &str, size: &[String; 2], font_size: f64) -> Self {
         let sheet_width = width.ceil();
+        let [shown_width, shown_height] = size;
         let (width, height) = (Number(sheet_width), Number(height.ceil()));
         let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{shown_width}\" height=\"{shown_height}\" \
              viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"DejaVu Sans, Verdana, Helvetica, sans-serif\" \
-             font-size=\"12.5\" fill=\"#222\">\n"
+             font-size=\"{}\" fill=\"#222\">\n",
+            Number(font_size)
         );
         let _ = writeln!(text, "<title>{}</title>", escaped(title));
         let _ = writeln!(text, "<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>");

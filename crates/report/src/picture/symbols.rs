@@ -1,5 +1,6 @@
 //! Symbols of start, goal, hopper and treasures.
 
+use super::colour;
 use super::svg_writer::Number;
 
 /// Whether a treasure was collected, seen or neither.
@@ -12,12 +13,12 @@ pub enum TreasureState {
 
 /// Symbol of the start: a blue dot, as in P23.
 pub fn start(x: f64, y: f64, size: f64) -> String {
-    dot(x, y, size, "#1f6fe0", "#fff")
+    dot(x, y, size, colour::START, "#fff")
 }
 
 /// Symbol of the hopper: a yellow dot, as in P23.
 pub fn hopper(x: f64, y: f64, size: f64) -> String {
-    dot(x, y, size, "#ffd400", "#111")
+    dot(x, y, size, colour::HOPPER, "#111")
 }
 
 pub fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
@@ -31,7 +32,7 @@ pub fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
 
 /// Symbol of a goal: a red star instead of P23's red dot, so that the shape differs too.
 pub fn goal(x: f64, y: f64, size: f64) -> String {
-    star(x, y, size, "fill=\"#e3000f\" stroke=\"#fff\"")
+    star(x, y, size, &format!("fill=\"{}\" stroke=\"#fff\"", colour::GOAL))
 }
 
 /// Symbol of a treasure: a black star, as in P23; golden once collected, faint while unseen.

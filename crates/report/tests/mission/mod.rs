@@ -27,7 +27,7 @@ pub fn brief(side: u32) -> Brief {
         goal: Cell::new(side as i32 - 2, side as i32 - 2),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
         payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
-        priors: Priors { safety: range, height_m: range },
+        priors: Priors { safety: range, height_m: range, treasures: 0 },
         motion: MotionParameters {
             hard: soil,
             sand: soil,
@@ -45,6 +45,8 @@ pub fn brief(side: u32) -> Brief {
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
+        cover: None,
+        scout: None,
         patrol: None,
     }
 }
@@ -120,6 +122,7 @@ pub fn ground(brief: &Brief) -> (Vec<Ground>, ObservedMap) {
                 height_m: 0.4 * (9.0 * x).sin() * (7.0 * y).cos() + 0.05 * (97.0 * x * y).sin(),
                 soil: if (0.4..0.6).contains(&x) && y < 0.5 { Soil::Sand } else { Soil::Hard },
                 passable: !(0.7..0.8).contains(&x) || y > 0.3,
+                speed: None,
                 ..Ground::FLAT
             }
         })

@@ -75,6 +75,15 @@ impl SpeedDistribution {
         Ok(Self(probabilities.map(|probability| probability / sum)))
     }
 
+    /// The distribution with exactly these probabilities, which come from one that was normalised: dividing again might
+    /// change their last bits.
+    ///
+    /// # Errors
+    /// As [`SpeedDistribution::new`].
+    pub fn as_given(probabilities: [f64; 4]) -> Result<Self, SpeedError> {
+        Self::new(probabilities).map(|_| Self(probabilities))
+    }
+
     /// The distribution of a cell whose speed is known.
     #[must_use]
     pub fn certain(speed: Speed) -> Self {

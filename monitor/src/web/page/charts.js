@@ -17,43 +17,56 @@ function spans(axis, stages) {
   });
 }
 
-/** One decision as a bar of stages on an axis of time since landing, with the budget as a line. */
-export function drawBar(canvas, hop, names, budgetUs, logarithmic) {
+/** One decision: its stages as shares of it, and below on a scale of its own how much of the budget it took. */
+export function drawBar(canvas, hop, names, budgetUs) {
   const { context, width, height } = fitted(canvas);
-  const axis = new TimeAxis(width - 2, Math.max(hop?.totalUs ?? 0, logarithmic ? budgetUs : 0), logarithmic);
-  const [barTop, barHeight] = [13, 18];
+  const barHeight = 18;
   context.fillStyle = colour("raised");
-  context.fillRect(0, barTop, width, barHeight);
+  context.fillRect(0, 0, width, barHeight);
   context.font = FONT;
   context.textBaseline = "alphabetic";
+  if (hop) {
+    let sum = 0;
+    hop.stages.forEach((us, n) => {
+      const [from, until] = [(sum / hop.totalUs) * width, ((sum + us) / hop.totalUs) * width];
+      sum += us;
+      context.fillStyle = colour(names[n]);
+      context.fillRect(from, 0, Math.max(until - from - 0.5, 0), barHeight);
+      const text = `${Math.round((100 * us) / hop.totalUs)} %`;
+      const room = context.measureText(text).width;
+      if (until - from < room + 8) return;
+      context.fillStyle = colour("ink");
+      context.fillText(text, (from + until - room) / 2, 13);
+    });
+  }
+  // The budget's scale: logarithmic, as decisions take from a hundredth of it to all of it.
+  const axis = new TimeAxis(width - 2, Math.max(hop?.totalUs ?? 0, budgetUs), true);
+  const [line, foot] = [barHeight + 12, height - 2];
+  context.fillStyle = colour("edge");
+  context.fillRect(0, line, width, 1);
+  const isOver = hop && hop.totalUs > budgetUs;
+  if (hop) {
+    context.fillStyle = colour(isOver ? "bad" : "good");
+    context.fillRect(0, line - 1.5, axis.at(hop.totalUs), 4);
+  }
+  const budgetX = axis.at(budgetUs);
+  context.fillStyle = colour("bad");
+  context.fillRect(budgetX - 1, line - 6, 2, 13);
+  const name = `budget ${tick(budgetUs)}`;
+  const nameRoom = context.measureText(name).width;
+  const nameX = Math.min(budgetX + 5, width - nameRoom);
+  context.fillText(name, nameX > budgetX + 4 ? nameX : Math.max(budgetX - nameRoom - 5, 0), foot);
+  const taken = [Math.min(nameX, Math.max(budgetX - nameRoom - 5, 0)) - 6, budgetX + nameRoom + 10];
   for (const us of axis.ticks()) {
     const x = Math.round(axis.at(us)) + 0.5;
     context.fillStyle = colour("edge");
-    context.fillRect(x, barTop + barHeight, 1, 4);
-    context.fillStyle = colour("dim");
+    context.fillRect(x, line - 3, 1, 7);
     const text = tick(us);
     const room = context.measureText(text).width;
-    context.fillText(text, Math.min(Math.max(x - room / 2, 0), width - room), barTop + barHeight + 15);
-  }
-  if (hop) {
-    spans(axis, hop.stages).forEach(([from, until], n) => {
-      context.fillStyle = colour(names[n]);
-      context.fillRect(from, barTop, Math.max(until - from - 0.5, 0), barHeight);
-    });
-  }
-  budgetLine(context, axis, budgetUs, width, barTop - 2, barHeight + 4);
-}
-
-function budgetLine(context, axis, budgetUs, width, top, height) {
-  context.fillStyle = colour("bad");
-  const text = axis.holds(budgetUs) ? `budget ${tick(budgetUs)}` : `budget ${tick(budgetUs)}, beyond this axis →`;
-  const room = context.measureText(text).width;
-  if (axis.holds(budgetUs)) {
-    const x = axis.at(budgetUs);
-    context.fillRect(x, top, 2, height);
-    context.fillText(text, Math.min(x - room / 2, width - room), top - 2);
-  } else {
-    context.fillText(text, width - room, top - 2);
+    const left = Math.min(Math.max(x - room / 2, 0), width - room);
+    if (left + room > taken[0] && left < taken[1]) continue;
+    context.fillStyle = colour("dim");
+    context.fillText(text, left, foot);
   }
 }
 

@@ -7,14 +7,22 @@ const HOPS_KEPT = 65536;
 
 const STRAY = new Set(["stayed", "left", "right"]);
 
+/** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
+function aim(branch, dx, dy) {
+  if (branch === "intended") return dx || dy ? [dx, dy] : null;
+  // A slip to the left lands a quarter turn to the left of the aim.
+  if (branch === "left") return [dy, 0 - dx];
+  return branch === "right" ? [0 - dy, dx] : null;
+}
+
 /** One hop out of its row. */
 function hop(row) {
-  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs] = row;
-  const stages = row.slice(15);
+  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs, robot] = row;
+  const stages = row.slice(16);
   const totalUs = stages.reduce((sum, us) => sum + us, 0);
   return {
     decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs,
-    stages, totalUs, stray: STRAY.has(branch),
+    robot, stages, totalUs, stray: STRAY.has(branch), aim: aim(branch, toX - fromX, toY - fromY),
   };
 }
 
@@ -42,6 +50,7 @@ export class MissionHistory {
     this.flags = new Uint8Array(cells);
     this.seenAt = new Uint32Array(cells).fill(UNSEEN);
     this.fresh = null;
+    this.counted = null;
     this.seen = 0;
     this.low = Infinity;
     this.high = -Infinity;
@@ -111,6 +120,62 @@ export class MissionHistory {
   /** The hop that led to the moment `at`. */
   hopBefore(at) {
     return this.hops[at - this.first - 1] ?? null;
+  }
+
+  /** Number of robots of the mission. */
+  get robots() {
+    return this.mission?.robots ?? 1;
+  }
+
+  /** Whether the mission was over at a moment. */
+  isOver(at) {
+    const before = this.hopBefore(at);
+    return Boolean(before) && before.status !== "underway";
+  }
+
+  /** Where each robot stood at a moment, and how; without a cell as long as nobody has told. */
+  poses(at) {
+    const members = this.status?.progress?.robots ?? [];
+    const isNow = at >= this.due;
+    return Array.from({ length: this.robots }, (_, robot) => {
+      const member = members[robot];
+      if (isNow && member) return { cell: [member.at.cell.x, member.at.cell.y], standing: member.standing };
+      const index = this.hops.slice(0, Math.max(at - this.first, 0)).findLastIndex((hop) => hop.robot === robot);
+      const later = this.hops.find((hop) => hop.robot === robot);
+      const cell = index >= 0 ? this.hops[index].to : later ? later.from : member ? [member.at.cell.x, member.at.cell.y] : null;
+      return { cell, standing: member?.standing === "stranded" && !this.hops.some((hop) => hop.robot === robot && hop.decision >= at) ? "stranded" : "active" };
+    });
+  }
+
+  /** Whose turn it is at a moment: of the active robots the one with the least clock and number. */
+  turn(at) {
+    if (at < this.due) return this.hops[at - this.first]?.robot ?? -1;
+    const members = this.status?.progress?.robots ?? [];
+    let due = -1;
+    members.forEach((member, robot) => {
+      if (member.standing === "active" && (due < 0 || member.ready_at_ns < members[due].ready_at_ns)) due = robot;
+    });
+    return due;
+  }
+
+  /** How often robots had entered each cell by a moment, starts included. */
+  visitsUntil(at) {
+    const known = this.counted;
+    if (!known || known.at > at || known.first !== this.first) {
+      this.counted = { at: this.first, first: this.first, visits: new Uint16Array(this.width * this.height), started: new Set() };
+    }
+    const { visits, started } = this.counted;
+    const enter = ([x, y]) => { visits[y * this.width + x] += 1; };
+    for (let n = this.counted.at - this.first; n < this.hops.length && n < at - this.first; n += 1) {
+      const hop = this.hops[n];
+      if (!started.has(hop.robot)) {
+        started.add(hop.robot);
+        enter(hop.from);
+      }
+      if (hop.branch !== "held" && hop.branch !== "stranded" && (hop.from[0] !== hop.to[0] || hop.from[1] !== hop.to[1])) enter(hop.to);
+    }
+    this.counted.at = Math.min(at, this.due);
+    return visits;
   }
 
   /** Where the hopper stands at a moment. */

@@ -2,8 +2,10 @@
 
 import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
-import { MapView, drawRamp } from "./map.js";
+import { MapView, ROBOTS, drawRamp } from "./map.js";
 import { duration } from "./scale.js";
+import { SpaceView } from "./space.js";
+import { ACTIONS, STALE_HOPS, WhyView } from "./why.js";
 import * as theme from "./theme.js";
 
 const by = (id) => document.getElementById(id);
@@ -13,8 +15,14 @@ const key = new URLSearchParams(location.hash.slice(1)).get("key");
 /** A stream with the key has a place that no reader without it can take. */
 const keyed = (path) => key ? `${path}?key=${encodeURIComponent(key)}` : path;
 const map = new MapView(by("map"), history, () => { view.dirty = true; });
+const why = new WhyView(by("why"), history, map, () => { view.dirty = true; });
+const space = new SpaceView(by("space-view"), history, map, () => { view.dirty = true; });
+const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
+
+/** Hops that follow each other faster are not shown in flight. */
+const FLIGHT_GAP_MS = 80;
 
 const TEXTS = new Map();
 
@@ -65,9 +73,11 @@ function connect() {
     const zoom = [map.zoom, map.centre];
     history.begin(mission);
     map.begin();
+    why.begin();
+    space.begin();
     if (!known) {
       const small = mission.grid.width * mission.grid.height <= SMALL_CELLS;
-      [map.options.policy, map.options.follow] = [small, !small];
+      [map.options.policy, map.options.follow] = [small && mission.robots === 1, !small];
       followPolicies();
     }
     if (known) [map.zoom, map.centre] = zoom; else view.at = Infinity;
@@ -117,6 +127,7 @@ function beginMission(mission) {
   });
   items.push(make("li", { className: "total" }, make("span", { textContent: "total" }), make("b", { id: "stage-total" })));
   by("stages").replaceChildren(...items);
+  by("figures").replaceChildren();
   [...TEXTS.keys()].filter((id) => id.startsWith("stage-")).forEach((id) => TEXTS.delete(id));
 }
 
@@ -152,13 +163,53 @@ function figures(at) {
   ];
 }
 
+const TEAM_FIGURES = ["decision", "step", "covered", "seen", "visits", "again", "robots", "turn"];
+
+/** The figures of robots that cover ground. */
+function teamFigures(at) {
+  const visits = history.visitsUntil(at);
+  let [covered, entered] = [0, 0];
+  for (const count of visits) {
+    covered += count > 0 ? 1 : 0;
+    entered += count;
+  }
+  const share = (100 * (isLive() ? history.seen : history.seenAt.filter((first) => first <= at).length)) / (history.width * history.height);
+  const members = history.status?.progress?.robots ?? [];
+  const active = members.filter((member) => member.standing === "active").length;
+  const due = history.turn(at);
+  return [
+    [`${at}`, ""], [`${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], [`${covered}`, "cells"], [share.toFixed(0), "%"],
+    [`${entered}`, ""], [entered ? ((100 * (entered - covered)) / entered).toFixed(0) : "0", "%"],
+    [`${active}`, `/${history.robots}`], [due < 0 ? "–" : `robot ${due}`, ""],
+  ];
+}
+
+/** The robots, each with its colour and number. */
+function showRobots(at) {
+  const isTeam = history.robots > 1;
+  by("robots-section").hidden = !isTeam;
+  if (!isTeam) return;
+  const members = history.status?.progress?.robots ?? [];
+  const due = history.turn(at);
+  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, members[robot]?.leader?.planner ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing]);
+  const text = JSON.stringify(rows);
+  if (TEXTS.get("robots") === text) return;
+  TEXTS.set("robots", text);
+  by("robots").tBodies[0].replaceChildren(...rows.map(([robot, planner, cell, standing]) => {
+    const badge = make("i", { className: "badge", textContent: robot });
+    badge.style.background = ROBOTS[robot % ROBOTS.length];
+    return make("tr", { className: robot === due ? "chosen" : "" }, make("td", {}, badge), make("td", { textContent: planner }), make("td", { textContent: cell }), make("td", { textContent: standing }));
+  }));
+}
+
 function showFigures(at) {
   const list = by("figures");
   if (list.children.length === 0) {
-    list.append(...FIGURES.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
+    list.append(...(history.robots > 1 ? TEAM_FIGURES : FIGURES).map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
-  list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
-  figures(at).forEach(([value, unit], n) => {
+  const isTeam = history.robots > 1;
+  if (!isTeam) list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
+  (isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;
     if (number.textContent !== value) number.textContent = value;
     if (small.textContent !== unit) small.textContent = unit;
@@ -168,7 +219,7 @@ function showFigures(at) {
 function showTimes(at) {
   const { mission } = history;
   const hop = history.hopBefore(at);
-  drawBar(by("bar"), hop, mission.stages, mission.budget_us, view.logarithmic);
+  drawBar(by("bar"), hop, mission.stages, mission.budget_us);
   mission.stages.forEach((name, n) => put(`stage-${name}`, hop ? duration(hop.stages[n]) : "–"));
   put("stage-total", hop ? duration(hop.totalUs) : "–");
   const count = drawHistory(by("history"), history, at, mission.budget_us, mission.stages, view.logarithmic);
@@ -177,7 +228,7 @@ function showTimes(at) {
   const misses = history.status?.progress?.latency?.misses ?? 0;
   const missed = isLive() ? ` · ${misses} missed` : "";
   put("histogram-note", hop ? `p50 ${duration(p50)} · p99 ${duration(p99)} · max ${duration(longest)}${missed}` : "");
-  by("bar").setAttribute("aria-label", hop ? `Decision ${hop.decision}: ${duration(hop.totalUs)} of a budget of ${duration(mission.budget_us)}` : "No decision yet");
+  by("bar").setAttribute("aria-label", hop ? `Decision ${hop.decision}: ${duration(hop.totalUs)} of a budget of ${duration(mission.budget_us)}; ${mission.stages.map((name, n) => `${name} ${duration(hop.stages[n])}`).join(", ")}` : "No decision yet");
 }
 
 /** A bound on values as its planner proves it; planners without values claim none. */
@@ -204,13 +255,15 @@ function showReigns(at) {
 
 function showPeers() {
   const peers = history.status?.peers ?? [];
-  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected;
+  const status = history.status?.progress?.status;
+  const over = status && status !== "underway";
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
-    const state = !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
+    const state = over ? "finished" : !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
     const last = make("td", { className: "n" });
-    if (peer.role === "planner" && peer.alive && !peer.leads) {
+    if (peer.role === "planner" && peer.alive && !peer.leads && !over) {
       const button = make("button", { type: "button", textContent: "hand over", disabled: !key || view.connected !== "open", title: key ? `Let ${peer.planner} command` : "needs --control" });
       button.dataset.life = peer.life;
       button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
@@ -219,21 +272,21 @@ function showPeers() {
     const part = peer.role === "planner" ? (peer.leads ? "commands" : "stands by") : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
-      make("td", { textContent: peer.alive ? part : "silent" }),
+      make("td", { textContent: over ? "finished" : peer.alive ? part : "silent" }),
       make("td", { className: "n", textContent: peer.pid }),
-      make("td", { className: "n", textContent: peer.silent_ms < 1000 ? `${peer.silent_ms} ms` : `${(peer.silent_ms / 1e3).toFixed(1)} s` }),
+      make("td", { className: "n", textContent: over ? "" : peer.silent_ms < 1000 ? `${peer.silent_ms} ms` : `${(peer.silent_ms / 1e3).toFixed(1)} s` }),
       last);
   }));
 }
 
-const ACTIONS = { n: "north", e: "east", s: "south", w: "west", "-": "to stand still" };
-
-/** What the guard did of late: the last thousand hops are looked through. */
+/** What befell the hops of late, and what the guard did: the last thousand are looked through. */
 function guarded(at) {
   const until = Math.max(at - history.first, 0);
-  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin }) => {
+  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin, stray, branch, totalUs }) => {
     const events = [];
-    if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => ACTIONS[letter]).join(", ")}` });
+    if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
+    if (stray) events.push({ decision: decision + 1, kind: "stray", text: branch === "stayed" ? "stuck: the hop got nowhere" : `stray hop, slipped to the ${branch}` });
+    if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
     if (origin !== "planner") events.push({ decision, kind: "bad", text: `no command in time: the fallback acts (${origin})` });
     return events;
   });
@@ -269,6 +322,8 @@ function showHead(at) {
   const tempo = history.status?.tempo;
   const silent = (history.status?.peers ?? []).filter((peer) => !peer.alive).length;
   const over = progress && progress.status !== "underway";
+  const alive = (role) => (history.status?.peers ?? []).some((peer) => peer.role === role && peer.alive);
+  const lacking = history.status && alive("hopper-sim") ? ["perception", "planner"].find((role) => !alive(role)) : null;
   let [text, kind] = ["waiting for a mission", "warn"];
   if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
   else if (view.connected !== "open") [text, kind] = [view.connected === "lost" ? "no connection" : "connecting", "bad"];
@@ -276,6 +331,7 @@ function showHead(at) {
   else if (!isLive()) [text, kind] = ["looking back", "warn"];
   else if (tempo?.paused) [text, kind] = ["paused", "warn"];
   else if (progress?.missing > 0) [text, kind] = [`catching up: ${progress.missing} hops`, "warn"];
+  else if (lacking) [text, kind] = [`waiting for ${lacking === "planner" ? "a planner" : lacking}: hopper ${lacking}`, "warn"];
   else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
   put("status", text);
   by("status").className = `chip ${kind}`;
@@ -292,7 +348,9 @@ function policyNote(at) {
   const policy = map.policyAt(at);
   if (policy) {
     const certified = policy.error_bound > 0 ? ` · |V − V*| ≤ ${bound(policy.error_bound)}` : "";
-    return `policy of ${policy.planner} at hop ${policy.decision}${certified}`;
+    const age = map.age(policy, at);
+    const old = age > STALE_HOPS ? `, ${age} hops away from this moment` : "";
+    return `${old ? "⚠ " : ""}policy of ${policy.planner} at hop ${policy.decision}${old}${certified}`;
   }
   const planner = history.plannerAt(at);
   return planner ? `no policy of ${planner}` : "";
@@ -306,7 +364,16 @@ function showControls() {
   by("step").disabled = !allowed || !tempo?.paused;
   put("pause", tempo?.paused ? "Go on" : "Pause");
   if (!allowed && !TEXTS.get("told")) by("told").title = why;
-  by("pause").title = allowed ? "Pause or go on (K)" : why;
+  by("pause").title = allowed ? "Pause or go on (space)" : why;
+}
+
+/** Shows the hop that leads to a moment in flight, if it came one hop after the one before and there is time for it. */
+function fly(at) {
+  if (at === view.shownAt) return;
+  const now = performance.now();
+  const gap = Math.min(now - view.shownSince, 2000);
+  if (at === view.shownAt + 1 && gap >= FLIGHT_GAP_MS && !calm.matches && history.robots === 1) map.launch(at, Math.min(0.75 * gap, 700));
+  [view.shownAt, view.shownSince] = [at, now];
 }
 
 function show() {
@@ -318,12 +385,20 @@ function show() {
     return;
   }
   const at = moment();
+  fly(at);
   map.update(isLive() ? Infinity : at);
-  map.draw(at);
-  put("readout", map.reading(at));
+  if (view.space) space.draw(at, map.policyAt(at));
+  else map.draw(at);
+  put("readout", view.space ? `heights ×${(space.raised ?? 1).toFixed(1)}` : map.reading(at));
   put("policy-note", policyNote(at));
-  put("low", map.range[0].toFixed(1));
-  put("high", map.range[1].toFixed(1));
+  by("policy-note").classList.toggle("warn", policyNote(at).startsWith("⚠"));
+  by("value-key").hidden = !map.options.values;
+  if (history.robots === 1) why.update(at);
+  by("why").hidden = history.robots > 1;
+  showRobots(at);
+  const digits = map.range[1] - map.range[0] < 1 ? 2 : map.range[1] - map.range[0] < 20 ? 1 : 0;
+  put("low", (map.range[0] || 0).toFixed(digits).replace("-", "−"));
+  put("high", map.range[1].toFixed(digits).replace("-", "−"));
   showHead(at);
   showFigures(at);
   showTimes(at);
@@ -397,6 +472,19 @@ function toggle(option) {
   view.dirty = true;
 }
 
+/** Shows the ground in space, or as a map. */
+function inSpace(wanted) {
+  view.space = wanted && space.open();
+  by("space-view").hidden = !view.space;
+  by("space").setAttribute("aria-pressed", Boolean(view.space));
+  if (wanted && !view.space) put("readout", "this browser has no WebGL 2");
+}
+
+function closer(factor) {
+  if (view.space) space.magnify(factor);
+  else map.magnify(factor);
+}
+
 const KEYS = {
   Home: () => go(history.first),
   End: () => go(Infinity),
@@ -404,22 +492,28 @@ const KEYS = {
   p: () => toggle("policy"),
   v: () => toggle("values"),
   f: () => toggle("follow"),
-  "+": () => map.magnify(1.5),
-  "=": () => map.magnify(1.5),
-  "-": () => map.magnify(1 / 1.5),
-  0: () => { map.options.follow = false; map.turnTo(1); },
+  "+": () => closer(1.5),
+  "=": () => closer(1.5),
+  "-": () => closer(1 / 1.5),
+  0: () => { map.options.follow = false; map.turnTo(1); space.distance = 1.5; },
+  3: () => inSpace(!view.space),
   l: () => { view.logarithmic = !view.logarithmic; },
   t: () => { theme.toggleTheme(); map.recolour(); },
   c: () => { theme.toggleContrast(); map.recolour(); },
   k: () => { if (!by("pause").disabled) tell({ order: history.status?.tempo?.paused ? "resume" : "pause" }); },
   s: () => { if (!by("step").disabled) tell({ order: "step" }); },
+  h: () => document.querySelector("#peers button:not(:disabled)")?.click(),
+  " ": () => KEYS.k(),
+  PageUp: () => go(moment() - 10),
+  PageDown: () => go(moment() + 10),
+  Escape: () => { if (map.selected) map.select(null); else { stopReplay(); go(Infinity); } },
   "?": () => by("help").showModal(),
 };
 
 function listen() {
   const click = (id, act) => by(id).addEventListener("click", () => { act(); view.dirty = true; });
   for (const [id, name] of [["first", "Home"], ["live", "End"], ["play", "r"], ["policy", "p"], ["values", "v"], ["follow", "f"],
-    ["closer", "+"], ["farther", "-"], ["fit", "0"], ["log", "l"], ["theme", "t"], ["contrast", "c"], ["keys", "?"], ["pause", "k"], ["step", "s"]]) {
+    ["space", "3"], ["closer", "+"], ["farther", "-"], ["fit", "0"], ["log", "l"], ["theme", "t"], ["contrast", "c"], ["keys", "?"], ["pause", "k"], ["step", "s"]]) {
     click(id, KEYS[name]);
   }
   click("back", () => go(moment() - 1));
@@ -431,11 +525,12 @@ function listen() {
   });
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open) return;
+    if (event.key === " " && event.target.tagName === "BUTTON") return;
     const stride = event.shiftKey ? 10 : 1;
     const act = event.key === "ArrowLeft" ? () => go(moment() - stride) : event.key === "ArrowRight" ? () => go(moment() + stride) : KEYS[event.key] ?? KEYS[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
-    if (["ArrowLeft", "ArrowRight", "Home", "End"].includes(event.key)) stopReplay();
+    if (["ArrowLeft", "ArrowRight", "Home", "End", "PageUp", "PageDown"].includes(event.key)) stopReplay();
     act();
     view.dirty = true;
   });
@@ -446,6 +541,7 @@ function listen() {
 
 theme.begin();
 drawRamp(by("ramp"));
+drawRamp(by("value-ramp"), true);
 listen();
 connect();
 show();

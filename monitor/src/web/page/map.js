@@ -1,8 +1,11 @@
 // The ground as it is discovered, with route, disc, policy, goal.
 
+import { contours } from "./contours.js";
 import { UNSEEN } from "./history.js";
+import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
 import { fitted } from "./scale.js";
-import { colour, isLight, isStark } from "./theme.js";
+import { colour, isStark } from "./theme.js";
+import { STALE_HOPS } from "./why.js";
 
 /** About as many cells are in sight while the hopper is followed from afar. */
 const FOLLOWED_CELLS = 100;
@@ -10,18 +13,25 @@ const FOLLOWED_CELLS = 100;
 /** An arrow takes as many pixels at least. */
 const ARROW_ROOM = 12;
 
+/** Room for the ticks left of the map and below it, pixels. */
+const GUTTER = { left: 44, bottom: 22, rest: 10 };
+
+/** More cells in sight than this have no contour lines: the relief alone is read. */
+const CONTOUR_CELLS = 150 * 150;
+
+/** Height of a hop's arc on the page, as a share of the hop's length. */
+const ARC = 0.45;
+
+/** Steps of each robot that are drawn behind it. */
+const TRAIL = 24;
+
+/** Side of the inset with the whole map, pixels. */
+const INSET = 108;
+
+/** Robots by their numbers, as far as they are told apart by colour; each also has its number. */
+export const ROBOTS = ["#ffd400", "#1f9fe0", "#ff8a3d", "#7fd069", "#c98be8", "#f26d9a", "#4fd0c0", "#c9b458"];
+
 const ARROWS = { n: -Math.PI / 2, e: 0, s: Math.PI / 2, w: Math.PI };
-
-// Heights from dusk to dust, even in lightness, told apart by colour-blind eyes.
-const GROUND = [[43, 47, 66], [76, 70, 82], [117, 99, 97], [160, 134, 115], [199, 173, 141], [232, 214, 180]];
-// Values of a policy, in the manner of viridis.
-const VALUES = [[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]];
-
-function ramp(colours, share) {
-  const place = Math.min(Math.max(share, 0), 1) * (colours.length - 1);
-  const n = Math.min(Math.floor(place), colours.length - 2);
-  return colours[n].map((low, band) => low + (colours[n + 1][band] - low) * (place - n));
-}
 
 const pixel = ([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
 
@@ -39,18 +49,26 @@ export class MapView {
     this.zoom = 1;
     this.centre = null;
     this.pointer = null;
+    this.selected = null;
+    this.flight = null;
     this.listen();
   }
 
   begin() {
-    const { width, height, mission } = this.history;
+    const { width, height } = this.history;
     this.layer = new OffscreenCanvas(width, height);
     this.layerContext = this.layer.getContext("2d");
     this.image = this.layerContext.createImageData(width, height);
     this.pixels = new Uint32Array(this.image.data.buffer);
     this.colours = new Uint32Array(width * height);
     this.shownAt = Infinity;
-    this.range = this.ranged(mission.height_m);
+    this.range = [0, 1];
+    this.isRanged = false;
+    this.selected = null;
+    this.flight = null;
+    this.lines = null;
+    this.dirty = null;
+    this.small = null;
     this.centre = null;
     this.zoom = 1;
     this.valueLayer = null;
@@ -61,9 +79,17 @@ export class MapView {
     this.route = { path: new Path2D(), stray: new Path2D(), crosses: [], stuck: [], first: 0, from: 0, until: 0, at: -1 };
   }
 
-  /** The range of heights that is shaded: that of what was seen, within a little of that of the brief. */
-  ranged([low, high]) {
-    return high > low ? [low, high] : [low, low + 1];
+  /** Fits the range that is shaded to the heights seen, with some room, so that it is seldom fitted again. */
+  fitRange() {
+    const { low, high } = this.history;
+    const [rangeLow, rangeHigh] = this.range;
+    if (this.isRanged && low >= rangeLow && high <= rangeHigh) return false;
+    const room = Math.max(0.12 * (high - low), 0.005);
+    const isLower = !this.isRanged || low < rangeLow;
+    const isHigher = !this.isRanged || high > rangeHigh;
+    this.range = [isLower ? low - room : rangeLow, isHigher ? high + room : rangeHigh];
+    this.isRanged = true;
+    return true;
   }
 
   recolour() {
@@ -77,12 +103,8 @@ export class MapView {
   update(at) {
     const fresh = this.history.takeFresh();
     if (fresh) {
-      const { low, high } = this.history;
-      const [rangeLow, rangeHigh] = this.range;
-      if (low < rangeLow || high > rangeHigh) {
-        // The brief foresaw less: shade anew, with room for more.
-        const room = 0.15 * (Math.max(high, rangeHigh) - Math.min(low, rangeLow));
-        this.range = [Math.min(rangeLow, low - room), Math.max(rangeHigh, high + room)];
+      this.lines = null;
+      if (this.fitRange()) {
         this.paint({ left: 0, bottom: 0, right: this.history.width - 1, top: this.history.height - 1 });
         this.show(at, true);
       } else {
@@ -103,9 +125,9 @@ export class MapView {
   paint({ left, right, bottom, top }) {
     const { width, height, heights, flags, seenAt } = this.history;
     const [low, high] = this.range;
-    const sand = rgb(colour("sand"));
+    const [sand, blocked] = [rgb(SAND), rgb(BLOCKED)];
     const relief = 1.6 / Math.max(this.history.mission.grid.cell_size_m, 1e-9);
-    const gain = this.range[1] - this.range[0] < 4 ? 1.3 : 0.8;
+    const gain = high - low < 4 ? 1.3 : 0.8;
     for (let y = bottom; y <= top; y += 1) {
       for (let x = left; x <= right; x += 1) {
         const index = y * width + x;
@@ -119,10 +141,10 @@ export class MapView {
         };
         // Light from the north-west.
         const slope = (beside(1, 0) - beside(-1, 0) - beside(0, 1) + beside(0, -1)) * relief * gain;
-        const light = 1 - 0.42 * Math.tanh(slope / 2);
+        const light = 1 - 0.3 * Math.tanh(slope / 2);
         let shade = ramp(GROUND, (here - low) / (high - low)).map((band) => Math.min(band * light, 255));
-        if (flags[index] & 1) shade = shade.map((band, n) => 0.45 * band + 0.55 * sand[n] * Math.min(light, 1.1));
-        if (flags[index] & 2) shade = shade.map((band) => band * 0.35);
+        if (flags[index] & 1) shade = shade.map((band, n) => 0.6 * band + 0.4 * sand[n] * light);
+        if (flags[index] & 2) shade = shade.map((band, n) => 0.35 * band + 0.65 * blocked[n]);
         this.colours[index] = pixel(shade);
       }
     }
@@ -138,7 +160,16 @@ export class MapView {
         this.pixels[row + x] = seenAt[index] <= at ? this.colours[index] : 0;
       }
     }
+    const { bottom: low, top: high } = this.dirty ?? { bottom, top };
+    this.dirty = { bottom: Math.min(low, bottom), top: Math.max(high, top) };
     this.layerContext.putImageData(this.image, 0, 0, left, height - 1 - top, right - left + 1, top - bottom + 1);
+  }
+
+  /** The rows whose pixels are new since it was asked for last. */
+  takeDirty() {
+    const { dirty } = this;
+    this.dirty = null;
+    return dirty;
   }
 
   show(at, anew = false) {
@@ -150,15 +181,23 @@ export class MapView {
   /** Where the map lies on the canvas: its scale, and the corner of cell (0, 0)'s row from the top. */
   frame(width, height) {
     const { history } = this;
-    const whole = Math.min((width - 16) / history.width, (height - 16) / history.height);
+    const [wide, tall] = [width - GUTTER.left - GUTTER.rest, height - GUTTER.bottom - GUTTER.rest];
+    const whole = Math.min(wide / history.width, tall / history.height);
     const scale = whole * this.zoom;
     let [x, y] = [history.width / 2, history.height / 2];
     if (this.zoom > 1 && this.centre) {
-      const [halfX, halfY] = [Math.min(width / scale / 2, x), Math.min(height / scale / 2, y)];
+      const [halfX, halfY] = [Math.min(wide / scale / 2, x), Math.min(tall / scale / 2, y)];
       x = Math.min(Math.max(this.centre[0], halfX), history.width - halfX);
       y = Math.min(Math.max(this.centre[1], halfY), history.height - halfY);
     }
-    return { scale, left: width / 2 - x * scale, top: height / 2 - (history.height - y) * scale };
+    const left = GUTTER.left + wide / 2 - x * scale;
+    const top = GUTTER.rest + tall / 2 - (history.height - y) * scale;
+    // What of the map is in sight.
+    const view = {
+      left: Math.max(left, GUTTER.left), right: Math.min(left + history.width * scale, width - GUTTER.rest),
+      top: Math.max(top, GUTTER.rest), bottom: Math.min(top + history.height * scale, height - GUTTER.bottom),
+    };
+    return { scale, left, top, view };
   }
 
   draw(at) {
@@ -172,39 +211,218 @@ export class MapView {
     }
     const frame = this.frame(width, height);
     this.placed = frame;
-    const { scale, left, top } = frame;
-    const right = left + history.width * scale;
-    const bottom = top + history.height * scale;
+    const { scale, left, top, view } = frame;
+    const flight = this.flightAt(at);
     context.save();
     context.beginPath();
-    context.rect(left, top, right - left, bottom - top);
+    context.rect(view.left, view.top, view.right - view.left, view.bottom - view.top);
     context.fillStyle = this.hatch(context);
     context.fill();
     context.clip();
     context.imageSmoothingEnabled = scale < 1.5;
-    context.drawImage(this.layer, left, top, right - left, bottom - top);
+    context.drawImage(this.layer, left, top, history.width * scale, history.height * scale);
+    if (scale >= 5) this.drawSand(context, frame, at);
     const policy = this.policyAt(at);
-    if (policy && this.options.values) this.drawValues(context, policy, frame);
+    if (policy && this.options.values) this.drawValues(context, policy, frame, at);
+    if (history.robots > 1) this.drawVisits(context, frame, at);
+    this.drawContours(context, frame, at);
     if (scale >= 14) this.drawGrid(context, frame, width, height);
-    if (policy && this.options.policy) this.drawArrows(context, policy, frame, width, height, at);
-    const disc = history.radiusCells(pose.heightM) * scale;
-    const [x, y] = this.spot(pose.cell, frame);
-    context.beginPath();
-    context.arc(x, y, disc, 0, 2 * Math.PI);
-    context.fillStyle = `${colour("disc")}1c`;
-    context.fill();
-    context.lineWidth = 1.5;
-    context.setLineDash([5, 4]);
-    context.strokeStyle = colour("disc");
-    context.stroke();
-    context.setLineDash([]);
-    this.drawRoute(context, frame, at);
+    if (policy && this.options.policy) {
+      this.drawArrows(context, policy, frame, width, height, at);
+      this.drawExpected(context, policy, frame, at, pose.cell);
+    }
+    if (history.robots === 1) this.drawDisc(context, frame, pose);
+    this.drawRoute(context, frame, flight ? at - 1 : at);
+    if (this.selected) this.drawSelected(context, frame);
+    this.drawMarks(context, frame, at, flight);
     context.restore();
     context.strokeStyle = colour("edge");
     context.lineWidth = 1;
-    context.strokeRect(left - 0.5, top - 0.5, right - left + 1, bottom - top + 1);
-    this.drawMarks(context, frame, at, [x, y], history.inside(pose.cell));
-    this.drawScaleBar(context, scale, left, Math.min(bottom, height), Math.max(left, 0));
+    context.strokeRect(view.left - 0.5, view.top - 0.5, view.right - view.left + 1, view.bottom - view.top + 1);
+    this.drawTicks(context, frame);
+    this.drawFar(context, frame, at);
+    if (flight) this.onChange();
+  }
+
+  drawDisc(context, frame, pose) {
+    const disc = this.history.radiusCells(pose.heightM) * frame.scale;
+    const [x, y] = this.spot(pose.cell, frame);
+    context.beginPath();
+    context.arc(x, y, disc, 0, 2 * Math.PI);
+    context.lineWidth = 3;
+    context.strokeStyle = "#ffffffb0";
+    context.stroke();
+    context.lineWidth = 1.4;
+    context.setLineDash([5, 4]);
+    context.strokeStyle = DARK;
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  /** Dots on sand: it differs from hard ground without colour too. */
+  drawSand(context, { scale, left, top, view }, at) {
+    const { history } = this;
+    const size = Math.max(scale * 0.07, 0.9);
+    context.fillStyle = "#2f3338b0";
+    context.beginPath();
+    const cells = this.inSight({ scale, left, top, view });
+    for (let y = cells.bottom; y <= cells.top; y += 1) {
+      for (let x = cells.left; x <= cells.right; x += 1) {
+        const index = y * history.width + x;
+        if (!(history.flags[index] & 1) || history.seenAt[index] > at) continue;
+        const [cx, cy] = this.spot([x, y], { scale, left, top });
+        for (const [dx, dy] of [[-0.28, -0.24], [0.24, -0.3], [-0.02, 0.04], [-0.3, 0.3], [0.3, 0.26]]) {
+          context.rect(cx + dx * scale, cy + dy * scale, size, size);
+        }
+      }
+    }
+    context.fill();
+  }
+
+  /** The cells in sight. */
+  inSight({ scale, left, top, view }) {
+    const { width, height } = this.history;
+    return {
+      left: Math.max(Math.floor((view.left - left) / scale), 0), right: Math.min(Math.ceil((view.right - left) / scale), width) - 1,
+      bottom: Math.max(Math.floor(height - (view.bottom - top) / scale), 0), top: Math.min(Math.ceil(height - (view.top - top) / scale), height) - 1,
+    };
+  }
+
+  drawContours(context, frame, at) {
+    const cells = this.inSight(frame);
+    if ((cells.right - cells.left) * (cells.top - cells.bottom) > CONTOUR_CELLS || this.history.seen < 4) return;
+    const until = Math.min(at, this.history.due);
+    const key = `${Object.values(cells)}:${until < this.history.due ? until : "now"}:${this.range}`;
+    if (this.lines?.key !== key) this.lines = { key, ...contours(this.history, cells, this.range, until) };
+    context.save();
+    context.translate(frame.left, frame.top);
+    context.scale(frame.scale, frame.scale);
+    context.strokeStyle = isStark() ? "#000" : "#4a352680";
+    context.lineWidth = 1 / frame.scale;
+    context.stroke(this.lines.path);
+    context.restore();
+  }
+
+  /** Ticks in metres along the left and the lower edge. */
+  drawTicks(context, { scale, left, top, view }) {
+    const { cell_size_m: cellM } = this.history.mission.grid;
+    const perMetre = scale / cellM;
+    const stepM = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000].find((m) => m * perMetre >= 56) ?? 10000;
+    // As in the pictures, metres count from the middle of cell (0, 0).
+    const [west, south] = [left + scale / 2, top + (this.history.height - 0.5) * scale];
+    context.font = "10px system-ui, sans-serif";
+    context.fillStyle = colour("dim");
+    context.textBaseline = "alphabetic";
+    context.textAlign = "center";
+    const name = (m) => `${Number(m.toPrecision(6)) || 0}`;
+    for (let n = Math.ceil((view.left - west) / perMetre / stepM); west + n * stepM * perMetre <= view.right + 0.5; n += 1) {
+      const x = west + n * stepM * perMetre;
+      context.fillRect(Math.round(x), view.bottom + 1, 1, 4);
+      context.fillText(name(n * stepM), x, view.bottom + 16);
+    }
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    for (let n = Math.ceil((south - view.bottom) / perMetre / stepM); south - n * stepM * perMetre >= view.top - 0.5; n += 1) {
+      const y = south - n * stepM * perMetre;
+      context.fillRect(view.left - 5, Math.round(y), 4, 1);
+      context.fillText(name(n * stepM), view.left - 8, y);
+    }
+    context.textBaseline = "alphabetic";
+    context.fillText("m", view.left - 8, view.bottom + 16);
+    context.textAlign = "left";
+  }
+
+  /** The whole map in a corner while only part of it is in sight, and an arrow to the goal beyond the edge. */
+  drawFar(context, frame, at) {
+    const { history } = this;
+    const { view, left, top, scale } = frame;
+    const whole = history.width * scale <= view.right - view.left + 1 && history.height * scale <= view.bottom - view.top + 1;
+    if (whole) return;
+    const goal = history.robots === 1 ? this.spot(history.goal(at), frame) : [view.left + 1, view.top + 1];
+    const margin = 16;
+    const place = [Math.min(Math.max(goal[0], view.left + margin), view.right - margin), Math.min(Math.max(goal[1], view.top + margin), view.bottom - margin)];
+    if (place[0] !== goal[0] && goal[0] < view.left || place[0] !== goal[0] && goal[0] > view.right || goal[1] < view.top || goal[1] > view.bottom) {
+      const turn = Math.atan2(goal[1] - place[1], goal[0] - place[0]);
+      context.save();
+      context.translate(...place);
+      context.rotate(turn);
+      context.beginPath();
+      context.moveTo(12, 0); context.lineTo(-7, -8); context.lineTo(-3, 0); context.lineTo(-7, 8); context.closePath();
+      context.lineJoin = "round";
+      context.lineWidth = 4; context.strokeStyle = LIGHT; context.stroke();
+      context.fillStyle = GOAL; context.fill();
+      context.restore();
+      const text = `goal ${this.distanceM(history.goal(at), history.pose(at).cell).toFixed(0)} m`;
+      context.font = "600 11px system-ui, sans-serif";
+      context.textBaseline = "middle";
+      const room = context.measureText(text).width;
+      const x = Math.min(Math.max(place[0] - room / 2, view.left + 6), view.right - room - 6);
+      const y = place[1] + (place[1] > (view.top + view.bottom) / 2 ? -22 : 22);
+      context.fillStyle = "#ffffffd8"; context.fillRect(x - 4, y - 8, room + 8, 16);
+      context.fillStyle = DARK; context.fillText(text, x, y);
+      context.textBaseline = "alphabetic";
+    }
+    const side = INSET / Math.max(history.width, history.height);
+    const [wide, tall] = [history.width * side, history.height * side];
+    const [x, y] = [view.right - wide - 8, view.top + 8];
+    context.save();
+    context.globalAlpha = 0.94;
+    context.fillStyle = colour("unseen"); context.fillRect(x, y, wide, tall);
+    context.drawImage(this.thumbnail(wide, tall), x, y, wide, tall);
+    context.globalAlpha = 1;
+    context.strokeStyle = colour("dim"); context.lineWidth = 1; context.strokeRect(x - 0.5, y - 0.5, wide + 1, tall + 1);
+    const corner = (px, py) => [x + ((px - left) / scale) * side, y + ((py - top) / scale) * side];
+    const [[x0, y0], [x1, y1]] = [corner(view.left, view.top), corner(view.right, view.bottom)];
+    context.strokeStyle = LIGHT; context.lineWidth = 3; context.strokeRect(x0, y0, x1 - x0, y1 - y0);
+    context.strokeStyle = DARK; context.lineWidth = 1.2; context.strokeRect(x0, y0, x1 - x0, y1 - y0);
+    const dot = ([cx, cy], fill, radius) => {
+      context.beginPath();
+      context.arc(x + (cx + 0.5) * side, y + (history.height - 0.5 - cy) * side, radius, 0, 2 * Math.PI);
+      context.fillStyle = fill; context.fill(); context.strokeStyle = DARK; context.lineWidth = 1; context.stroke();
+    };
+    if (history.robots === 1) dot(history.goal(at), GOAL, 3.5);
+    dot(history.pose(at).cell, HOPPER, 3.5);
+    context.restore();
+  }
+
+  /** The whole map in small, made anew once a second at most: of a large map it would cost more than all else. */
+  thumbnail(wide, tall) {
+    const now = performance.now();
+    const ratio = window.devicePixelRatio || 1;
+    const size = [Math.max(Math.round(wide * ratio), 1), Math.max(Math.round(tall * ratio), 1)];
+    if (!this.small || this.small.width !== size[0] || this.small.height !== size[1]) {
+      this.small = new OffscreenCanvas(...size);
+      this.smallAt = -Infinity;
+    }
+    if (now - this.smallAt > 1000) {
+      const pen = this.small.getContext("2d");
+      pen.clearRect(0, 0, ...size);
+      pen.drawImage(this.layer, 0, 0, ...size);
+      this.smallAt = now;
+    }
+    return this.small;
+  }
+
+  distanceM(a, b) {
+    return Math.hypot(a[0] - b[0], a[1] - b[1]) * this.history.mission.grid.cell_size_m;
+  }
+
+  /** Starts to show the hop that led to `at` in flight. */
+  launch(at, ms) {
+    const hop = this.history.hopBefore(at);
+    if (!hop || hop.branch === "held") return;
+    this.flight = { at, began: performance.now(), ms };
+  }
+
+  /** The flight that is under way at a moment, with its share, 0 to 1. */
+  flightAt(at) {
+    if (!this.flight || this.flight.at !== at) return null;
+    const share = (performance.now() - this.flight.began) / this.flight.ms;
+    if (share >= 1) {
+      this.flight = null;
+      return null;
+    }
+    return { hop: this.history.hopBefore(at), share };
   }
 
   /** The policy, if the planner in command at a moment is the one that made it. */
@@ -253,7 +471,8 @@ export class MapView {
     context.stroke();
   }
 
-  drawValues(context, policy, { scale, left, top }) {
+  drawValues(context, policy, { scale, left, top }, at) {
+    const goal = this.history.goal(at);
     if (this.valueLayer?.policy !== policy) {
       const layer = new OffscreenCanvas(policy.width, policy.height);
       const pen = layer.getContext("2d");
@@ -271,12 +490,14 @@ export class MapView {
       };
       for (let n = 0; n < pixels.length; n += 1) {
         const [x, y] = [n % policy.width, Math.floor(n / policy.width)];
-        pixels[(policy.height - 1 - y) * policy.width + x] = pixel(ramp(VALUES, rank(policy.values[n])));
+        // The goal absorbs: its value is 0, and nothing is worth more than being there.
+        const isGoal = x + policy.x === goal[0] && y + policy.y === goal[1];
+        pixels[(policy.height - 1 - y) * policy.width + x] = pixel(ramp(VALUES, isGoal ? 1 : rank(policy.values[n])));
       }
       pen.putImageData(image, 0, 0);
       this.valueLayer = { policy, layer };
     }
-    context.globalAlpha = 0.62;
+    context.globalAlpha = this.age(policy, at) > STALE_HOPS ? 0.4 : 0.8;
     const y = top + (this.history.height - policy.y - policy.height) * scale;
     context.drawImage(this.valueLayer.layer, left + policy.x * scale, y, policy.width * scale, policy.height * scale);
     context.globalAlpha = 1;
@@ -287,7 +508,7 @@ export class MapView {
     // From afar every other cell has an arrow, or every third: they shall be read.
     const stride = Math.ceil(ARROW_ROOM / scale);
     if (stride > 8) return;
-    // Dark on what was seen, faint on what was not: the route shall stand out.
+    // Faint, and fainter on what was not seen: the expected route shall stand out.
     const [arms, faint] = [new Path2D(), new Path2D()];
     const length = scale * stride * 0.24;
     for (let n = 0; n < policy.actions.length; n += 1) {
@@ -308,10 +529,65 @@ export class MapView {
     context.lineCap = "round";
     context.lineJoin = "round";
     context.lineWidth = Math.min(Math.max(scale * 0.05, 1), 2.5);
-    context.strokeStyle = this.options.values ? "#ffffffd0" : isStark() ? "#000000" : "#1b130cb0";
+    context.strokeStyle = isStark() ? "#000000" : this.options.values ? "#ffffffb0" : "#1b130c60";
     context.stroke(arms);
-    context.strokeStyle = this.options.values ? "#ffffffa0" : colour("arrow");
+    context.strokeStyle = this.options.values ? "#ffffff70" : colour("arrow");
     context.stroke(faint);
+  }
+
+  /** How many hops lie between a policy and a moment. */
+  age(policy, at) {
+    return Math.abs(Math.min(at, this.history.due) - policy.decision);
+  }
+
+  /** The route that the policy expects from a cell, every hop landing as aimed. */
+  expected(policy, cell, at) {
+    const { width, height, history } = { ...policy, history: this.history };
+    const goal = history.goal(at);
+    const hop = history.mission.grid.hop_cells;
+    const cells = [cell];
+    let [x, y] = cell;
+    const been = new Set();
+    while (cells.length < 4 * (width + height) && !(x === goal[0] && y === goal[1])) {
+      const [column, row] = [x - policy.x, y - policy.y];
+      if (column < 0 || row < 0 || column >= width || row >= height || been.has(row * width + column)) break;
+      been.add(row * width + column);
+      const turn = ARROWS[policy.actions[row * width + column]];
+      if (turn === undefined) break;
+      [x, y] = [x + hop * Math.round(Math.cos(turn)), y - hop * Math.round(Math.sin(turn))];
+      cells.push([x, y]);
+    }
+    return cells;
+  }
+
+  drawExpected(context, policy, frame, at, from) {
+    const cells = this.expected(policy, from, at);
+    if (cells.length < 2) return;
+    context.beginPath();
+    cells.forEach((cell, n) => context[n ? "lineTo" : "moveTo"](...this.spot(cell, frame)));
+    context.lineJoin = "round";
+    context.lineCap = "round";
+    const thick = frame.scale > 10 ? 2.6 : 1.8;
+    context.globalAlpha = this.age(policy, at) > STALE_HOPS ? 0.4 : 1;
+    context.lineWidth = thick + 2.6;
+    context.strokeStyle = "#ffffffc0";
+    context.stroke();
+    context.setLineDash([0.1, 2.2 * thick]);
+    context.lineWidth = thick + 0.6;
+    context.strokeStyle = DARK;
+    context.stroke();
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+  }
+
+  drawSelected(context, frame) {
+    const [x, y] = this.spot(this.selected, frame);
+    const half = Math.max(frame.scale / 2, 5);
+    for (const [width, ink] of [[4, LIGHT], [2, DARK]]) {
+      context.lineWidth = width;
+      context.strokeStyle = ink;
+      context.strokeRect(x - half, y - half, 2 * half, 2 * half);
+    }
   }
 
   /** The route grows with the mission; it is made anew only when time goes back, or on a patrol with a visit. */
@@ -337,7 +613,35 @@ export class MapView {
     return route;
   }
 
+  /** The last steps of each robot in its colour. */
+  drawTrails(context, frame, at) {
+    const { history } = this;
+    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
+    const ends = new Map();
+    context.lineCap = "round";
+    for (let n = Math.max(until - TRAIL * history.robots, 0); n < until; n += 1) {
+      const hop = history.hops[n];
+      if (!ends.has(hop.robot)) ends.set(hop.robot, []);
+      ends.get(hop.robot).push(hop);
+    }
+    for (const [robot, hops] of ends) {
+      context.beginPath();
+      context.moveTo(...this.spot(hops[0].from, frame));
+      for (const hop of hops) context.lineTo(...this.spot(hop.to, frame));
+      context.lineJoin = "round";
+      for (const [width, ink] of [[4.6, "#111111a0"], [2.6, ROBOTS[robot % ROBOTS.length]]]) {
+        context.lineWidth = width;
+        context.strokeStyle = ink;
+        context.stroke();
+      }
+    }
+  }
+
   drawRoute(context, frame, at) {
+    if (this.history.robots > 1) {
+      this.drawTrails(context, frame, at);
+      return;
+    }
     const route = this.routeUntil(at);
     const { scale, left, top } = frame;
     const trace = (path, stroke, width, dash) => {
@@ -351,14 +655,14 @@ export class MapView {
       context.stroke(path);
       context.restore();
     };
-    const casing = `${isLight() ? "#ffffff" : "#000000"}${isStark() ? "" : isLight() ? "a0" : "90"}`;
+    const casing = isStark() ? LIGHT : "#ffffffd8";
     const thick = scale > 10 ? 3 : 1.8;
     trace(route.path, casing, thick + 3, []);
     trace(route.stray, casing, thick + 3, []);
-    trace(route.path, colour("route"), thick, []);
-    trace(route.stray, colour("stray"), thick, [1.4 * thick, 2 * thick]);
+    trace(route.path, ROUTE, thick, []);
+    trace(route.stray, STRAY, thick, [1.4 * thick, 2 * thick]);
     const size = Math.min(Math.max(scale * 0.16, 2.5), 5);
-    context.strokeStyle = colour("stray");
+    context.strokeStyle = STRAY;
     context.lineWidth = 2;
     context.beginPath();
     for (const cell of scale < 4 ? [] : route.crosses) {
@@ -374,63 +678,144 @@ export class MapView {
     context.stroke();
   }
 
-  drawMarks(context, frame, at, [x, y], inside) {
+  drawMarks(context, frame, at, flight) {
     const { history } = this;
-    const size = Math.min(Math.max(frame.scale * 0.32, 6), 11);
-    const outlined = (paint, fill) => {
+    const size = Math.min(Math.max(frame.scale * 0.3, 6), 10);
+    const symbol = (trace, fill, rim, width = 1.8) => {
       context.beginPath();
-      paint();
-      context.lineWidth = 3.5;
-      context.strokeStyle = "#000000b0";
+      trace();
+      context.lineJoin = "round";
+      context.lineWidth = width + 2.4;
+      context.strokeStyle = rim === DARK ? "#ffffffc0" : "#000000a0";
       context.stroke();
-      context.lineWidth = 1.8;
-      context.strokeStyle = "#ffffff";
+      context.lineWidth = width;
+      context.strokeStyle = rim;
       context.stroke();
-      if (fill) {
-        context.fillStyle = fill;
-        context.fill();
-      }
+      context.fillStyle = fill;
+      context.fill();
     };
+    const star = (cx, cy, reach) => () => {
+      for (let n = 0; n < 10; n += 1) {
+        const [turn, length] = [(n * Math.PI) / 5 - Math.PI / 2, reach * (n % 2 ? 0.62 : 1.45)];
+        context.lineTo(cx + Math.cos(turn) * length, cy + Math.sin(turn) * length);
+      }
+      context.closePath();
+    };
+    if (history.robots > 1) {
+      this.drawRobots(context, frame, at, symbol);
+      return;
+    }
+    for (const treasure of history.treasures(at)) symbol(star(...this.spot(treasure, frame), size * 0.72), TREASURE, LIGHT);
+    for (const { cell, decision } of history.collections) if (decision < at) symbol(star(...this.spot(cell, frame), size * 0.72), COLLECTED, DARK);
     const [startX, startY] = this.spot(history.mission.start, frame);
-    outlined(() => context.rect(startX - size * 0.6, startY - size * 0.6, size * 1.2, size * 1.2), null);
+    symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
     const goal = history.goal(at);
     for (const other of history.mission.goals) {
-      const [goalX, goalY] = this.spot(other, frame);
-      outlined(() => {
-        context.moveTo(goalX, goalY);
-        context.lineTo(goalX, goalY - 2.2 * size);
-        context.lineTo(goalX + 1.5 * size, goalY - 1.65 * size);
-        context.lineTo(goalX, goalY - 1.1 * size);
-      }, colour(other === goal ? "good" : "state"));
+      if (other !== goal) context.globalAlpha = 0.55;
+      symbol(star(...this.spot(other, frame), size), GOAL, LIGHT);
+      context.globalAlpha = 1;
     }
-    for (const treasure of history.treasures(at)) {
-      const [cx, cy] = this.spot(treasure, frame);
-      outlined(() => {
-        for (let n = 0; n < 10; n += 1) {
-          const [turn, reach] = [(n * Math.PI) / 5 - Math.PI / 2, n % 2 ? size * 0.42 : size];
-          context.lineTo(cx + Math.cos(turn) * reach, cy + Math.sin(turn) * reach);
-        }
-        context.closePath();
-      }, "#ffd447");
-    }
-    if (inside) outlined(() => context.arc(x, y, size * 0.72, 0, 2 * Math.PI), colour("accent"));
+    const hop = flight?.hop ?? history.hopBefore(at);
+    if (hop?.stray && hop.aim && !history.isOver(at)) this.drawAim(context, frame, hop);
+    const pose = history.pose(at);
+    let [x, y] = this.spot(pose.cell, frame);
+    if (flight) [x, y] = this.drawFlight(context, frame, flight);
+    if (history.inside(pose.cell) || flight) symbol(() => context.arc(x, y, size * 0.68, 0, 2 * Math.PI), HOPPER, DARK);
     else {
+      context.font = "600 11px system-ui, sans-serif";
       context.fillStyle = colour("bad");
-      context.fillText("off the map", Math.min(Math.max(x, 4), context.canvas.clientWidth - 70), Math.max(y, 14));
+      context.fillText("off the map", Math.min(Math.max(x, frame.view.left + 4), frame.view.right - 70), Math.min(Math.max(y, frame.view.top + 14), frame.view.bottom - 6));
     }
   }
 
-  drawScaleBar(context, scale, left, bottom, edge) {
-    const metre = scale / this.history.mission.grid.cell_size_m;
-    const lengthM = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((m) => m * metre >= 50) ?? 1000;
-    const [x, y] = [edge + 12, bottom - 12];
-    context.font = "11px system-ui, sans-serif";
-    const text = `${lengthM} m`;
-    context.fillStyle = "#000000a8";
-    context.fillRect(x - 6, y - 17, Math.max(lengthM * metre, context.measureText(text).width) + 12, 24);
-    context.fillStyle = "#fff";
-    context.fillText(text, x, y - 5);
-    context.fillRect(x, y, lengthM * metre, 2);
+  /** Where a stray hop had been aimed. */
+  drawAim(context, frame, hop) {
+    const [x, y] = this.spot([hop.from[0] + hop.aim[0], hop.from[1] + hop.aim[1]], frame);
+    const [fromX, fromY] = this.spot(hop.from, frame);
+    const radius = Math.min(Math.max(frame.scale * 0.28, 4), 9);
+    context.lineCap = "round";
+    for (const [width, ink] of [[3.4, "#ffffffc0"], [1.6, STRAY]]) {
+      context.lineWidth = width;
+      context.strokeStyle = ink;
+      context.setLineDash([2, 4]);
+      context.beginPath();
+      context.moveTo(fromX, fromY);
+      context.lineTo(x, y);
+      context.stroke();
+      context.setLineDash([]);
+      context.beginPath();
+      context.arc(x, y, radius, 0, 2 * Math.PI);
+      context.stroke();
+    }
+  }
+
+  /** The arc of a hop, as far as it is flown; returns where the hopper is on it. */
+  drawFlight(context, frame, { hop, share }) {
+    const [[fromX, fromY], [toX, toY]] = [this.spot(hop.from, frame), this.spot(hop.to, frame)];
+    const reach = Math.max(Math.hypot(toX - fromX, toY - fromY), hop.branch === "stayed" ? frame.scale * 0.6 : 0);
+    const along = (part) => [fromX + (toX - fromX) * part, fromY + (toY - fromY) * part - ARC * reach * 4 * part * (1 - part)];
+    const at = along(share);
+    const [shadowX, shadowY] = [fromX + (toX - fromX) * share, fromY + (toY - fromY) * share];
+    context.beginPath();
+    context.ellipse(shadowX, shadowY, Math.max(frame.scale * 0.2, 4), Math.max(frame.scale * 0.1, 2), 0, 0, 2 * Math.PI);
+    context.fillStyle = "#00000070";
+    context.fill();
+    context.beginPath();
+    for (let n = 0; n <= 16; n += 1) context[n ? "lineTo" : "moveTo"](...along((share * n) / 16));
+    context.lineCap = "round";
+    for (const [width, ink] of [[4.5, "#ffffffd0"], [2.4, hop.stray ? STRAY : ROUTE]]) {
+      context.lineWidth = width;
+      context.strokeStyle = ink;
+      context.stroke();
+    }
+    return at;
+  }
+
+  /** The robots, each with its colour and number; the one whose turn it is has a ring. */
+  drawRobots(context, frame, at, symbol) {
+    const { history } = this;
+    const size = Math.min(Math.max(frame.scale * 0.42, 8), 14);
+    const due = history.turn(at);
+    history.poses(at).forEach(({ cell, standing }, robot) => {
+      if (!cell) return;
+      const [x, y] = this.spot(cell, frame);
+      const fill = ROBOTS[robot % ROBOTS.length];
+      if (robot === due) {
+        for (const [width, ink] of [[5, LIGHT], [2.4, DARK]]) {
+          context.beginPath();
+          context.arc(x, y, size * 1.45, 0, 2 * Math.PI);
+          context.lineWidth = width;
+          context.strokeStyle = ink;
+          context.stroke();
+        }
+      }
+      symbol(() => context.arc(x, y, size, 0, 2 * Math.PI), fill, DARK);
+      context.fillStyle = DARK;
+      context.font = `700 ${Math.round(size * 1.15)}px system-ui, sans-serif`;
+      context.textAlign = "center";
+      context.textBaseline = "middle";
+      context.fillText(standing === "stranded" ? "×" : `${robot}`, x, y + 0.5);
+      context.textAlign = "left";
+      context.textBaseline = "alphabetic";
+    });
+  }
+
+  /** How often each cell was entered, by the shade of a square on it. */
+  drawVisits(context, frame, at) {
+    const { history } = this;
+    const cells = this.inSight(frame);
+    const visits = history.visitsUntil(at);
+    const inset = frame.scale > 8 ? 0.16 : 0;
+    for (let y = cells.bottom; y <= cells.top; y += 1) {
+      for (let x = cells.left; x <= cells.right; x += 1) {
+        const count = visits[y * history.width + x];
+        if (!count) continue;
+        const left = frame.left + (x + inset) * frame.scale;
+        const top = frame.top + (history.height - 1 - y + inset) * frame.scale;
+        context.fillStyle = `rgb(0 95 143 / ${Math.min(0.28 + 0.17 * (count - 1), 0.9)})`;
+        context.fillRect(left, top, frame.scale * (1 - 2 * inset), frame.scale * (1 - 2 * inset));
+      }
+    }
   }
 
   /** The cell under a point of the canvas. */
@@ -447,7 +832,8 @@ export class MapView {
     if (!cell) return "";
     const { history } = this;
     const index = cell[1] * history.width + cell[0];
-    const words = [`(${cell[0]}, ${cell[1]})`];
+    const size = history.mission.grid.cell_size_m;
+    const words = [`cell (${cell[0]}, ${cell[1]})`, `${Number((cell[0] * size).toFixed(2))}, ${Number((cell[1] * size).toFixed(2))} m`];
     if (history.seenAt[index] > at) words.push("unseen");
     else {
       words.push(`${history.heights[index].toFixed(2)} m`, history.flags[index] & 1 ? "sand" : "hard");
@@ -457,7 +843,8 @@ export class MapView {
     const policy = this.policyAt(at);
     const [x, y] = policy ? [cell[0] - policy.x, cell[1] - policy.y] : [-1, -1];
     if (policy && x >= 0 && y >= 0 && x < policy.width && y < policy.height) {
-      words.push(`value ${policy.values[y * policy.width + x].toFixed(2)}`);
+      const goal = history.goal(at);
+      words.push(cell[0] === goal[0] && cell[1] === goal[1] ? "the goal" : `value ${policy.values[y * policy.width + x].toFixed(2)}`);
     }
     return words.join(" · ");
   }
@@ -469,20 +856,34 @@ export class MapView {
     this.onChange();
   }
 
+  /** The middle of the map's place on the canvas. */
+  middle() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    return [(GUTTER.left + width - GUTTER.rest) / 2, (GUTTER.rest + height - GUTTER.bottom) / 2];
+  }
+
   /** Closer or farther, around what is in the middle. */
-  magnify(factor, [x, y] = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2]) {
+  magnify(factor, [x, y] = this.middle()) {
     if (!this.placed) return;
     const { scale, left, top } = this.placed;
     const point = [(x - left) / scale, this.history.height - (y - top) / scale];
     const zoom = Math.min(Math.max(this.zoom * factor, 1), 64);
     const next = scale * (zoom / this.zoom);
-    const middle = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
+    const middle = this.middle();
     this.turnTo(zoom, [point[0] - (x - middle[0]) / next, point[1] + (y - middle[1]) / next]);
+  }
+
+  /** Chooses a cell to be explained, or none. */
+  select(cell) {
+    const isSame = cell && this.selected && cell[0] === this.selected[0] && cell[1] === this.selected[1];
+    this.selected = isSame ? null : cell;
+    this.onChange();
   }
 
   listen() {
     const { canvas } = this;
     let dragged = null;
+    let pressed = null;
     const place = (event) => [event.offsetX, event.offsetY];
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
@@ -491,12 +892,13 @@ export class MapView {
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       dragged = place(event);
+      pressed = dragged;
     });
     canvas.addEventListener("pointermove", (event) => {
       this.pointer = place(event);
       if (dragged && this.placed) {
         const { scale, left, top } = this.placed;
-        const middle = [canvas.clientWidth / 2, canvas.clientHeight / 2];
+        const middle = this.middle();
         const shift = [this.pointer[0] - dragged[0], this.pointer[1] - dragged[1]];
         const x = (middle[0] - left - shift[0]) / scale;
         const y = this.history.height - (middle[1] - top - shift[1]) / scale;
@@ -507,7 +909,12 @@ export class MapView {
       this.onChange();
     });
     const end = () => { dragged = null; };
-    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointerup", (event) => {
+      const [x, y] = place(event);
+      // A press that did not move is a choice of a cell; the same again takes it back.
+      if (pressed && Math.hypot(x - pressed[0], y - pressed[1]) < 5) this.select(this.cellAt(x, y));
+      end();
+    });
     canvas.addEventListener("pointercancel", end);
     canvas.addEventListener("pointerleave", () => {
       this.pointer = null;
@@ -516,11 +923,11 @@ export class MapView {
   }
 }
 
-/** The ramp of heights, for the legend. */
-export function drawRamp(canvas) {
+/** A ramp for the legend: of heights, or of values. */
+export function drawRamp(canvas, isOfValues = false) {
   const context = canvas.getContext("2d");
   for (let x = 0; x < canvas.width; x += 1) {
-    context.fillStyle = `rgb(${ramp(GROUND, x / (canvas.width - 1)).map(Math.round).join(" ")})`;
+    context.fillStyle = `rgb(${ramp(isOfValues ? VALUES : GROUND, x / (canvas.width - 1)).map(Math.round).join(" ")})`;
     context.fillRect(x, 0, 1, canvas.height);
   }
 }

@@ -140,7 +140,10 @@ fn replay(
             break;
         }
         let started = Instant::now();
-        let plan = planner.plan(&Situation { brief: &brief, map, state: &state }, &Budget::default());
+        let plan = planner.plan(
+            &Situation { brief: &brief, map, state: &state, team: None, scouting: None },
+            &Budget::default(),
+        );
         deciding += started.elapsed();
         let decided = Anew { cell: state.pose.cell, action: plan.action, observation: map.observation() };
         anew.insert((state.decision, state.vetoed), decided);

@@ -1,6 +1,6 @@
 //! What planners assume about ground that has not been seen.
 
-use contract::{Brief, Cell, Ground, ObservedMap, Profile, Soil};
+use crate::{Brief, Cell, Ground, ObservedMap, Profile, Soil};
 
 /// The ground as far as it has been seen, and an assumption beyond.
 ///

@@ -1,4 +1,4 @@
-//! Writes valid input for every fuzz target: `cargo run -p hostile --example seeds -- FOLDER` makes FOLDER/TARGET/seed-N.
+//! Writes valid input for every fuzz target: `cargo run -p hostile --example corpus -- FOLDER` makes FOLDER/TARGET/seed-N.
 
 #![allow(clippy::unwrap_used, reason = "a tool for developers")]
 

@@ -1,10 +1,10 @@
-//! The payoff of landing on a cell, r = w1·S + w2·I + w3·D (P23 eq. 3), for all planners.
+//! The payoff of landing on a cell, r = w1·S + w2·I + w3·D (P23 eq. 3), for all planners and whoever explains their choices.
 //!
 //! I is the height, min–max normalised by the brief's range. S and D are the profile's.
 //!
 //! `paper-2023`: S = −|∇h| − T, min–max normalised by the brief's range, T the brief's soil term on sand
 //! and 0 on hard ground, taken with the sign it has (the paper's −5 makes sand attractive).
-//! D = −‖goal − x‖ / ‖goal − start‖, in the norm and to the scale of the brief's [`contract::Reading`].
+//! D = −‖goal − x‖ / ‖goal − start‖, in the norm and to the scale of the brief's [`crate::Reading`].
 //!
 //! `hopper`: S = −|∇h| alone, 1 on the flat and 0 at the steepest of the brief's range. The motion model already charges
 //! what sand costs in time and risk; a soil term would charge it twice, and leave little of S's range to the slopes. D is
@@ -25,7 +25,7 @@
 //! clock reaches 99.12 %, or 111.94 steps: `priced_time_leaves_nothing_for_a_clock_to_gain`, a
 //! test of the clairvoyant bounds. The rest is lost by not knowing the map.
 
-use contract::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
+use crate::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
 
 /// What a period costs in profile `hopper` besides the paper's D, in units of w3: as much as three times
 /// the distance from start to goal.
@@ -60,10 +60,19 @@ impl<'a> LandingPayoff<'a> {
         if cell == self.brief.goal {
             return self.brief.payoff.goal;
         }
+        let [safety, information, distance] = self.terms(cell, ground);
+        safety + information + distance
+    }
+
+    /// The weighted terms w1·S, w2·I and w3·D of landing on `cell`, also where the goal's payoff replaces their sum.
+    #[must_use]
+    pub fn terms(&self, cell: Cell, ground: &Ground) -> [f64; 3] {
         let weights = &self.brief.weights;
-        weights.safety * self.safety(ground)
-            + weights.information * self.brief.priors.height_m.normalise(ground.height_m)
-            + weights.distance * self.distance(cell)
+        [
+            weights.safety * self.safety(ground),
+            weights.information * self.brief.priors.height_m.normalise(ground.height_m),
+            weights.distance * self.distance(cell),
+        ]
     }
 
     /// What landing on `cell` pays in addition to [`LandingPayoff::of`]: the payoff of a treasure known to be there.

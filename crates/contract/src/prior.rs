@@ -1,0 +1,168 @@
+//! What is known of the speeds of a driving rover before the mission, and how it travels.
+//!
+//! The prior of the whole map is served in pages, as the truth is, but to planners: it holds probabilities only.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{DriveSpeed, Grid, MonotonicNs, PageCursor, Refusal, RunId};
+
+/// How likely each of the four speeds is on a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct SpeedPrior([f64; 4]);
+
+impl SpeedPrior {
+    /// How far the sum of the probabilities may be from 1.
+    pub const SUM_TOLERANCE: f64 = 1e-6;
+
+    /// The prior with these probabilities, in the order of [`DriveSpeed::ALL`]. They are kept bit for bit.
+    ///
+    /// # Errors
+    /// If one is no probability, or they do not sum to 1.
+    pub fn new(probabilities: [f64; 4]) -> Result<Self, Refusal> {
+        if let Some(got) = probabilities.iter().find(|probability| !(0.0..=1.0).contains(*probability)) {
+            return Err(Refusal::malformed("prior.probability", "0 to 1", got));
+        }
+        let sum: f64 = probabilities.iter().sum();
+        if (sum - 1.0).abs() > Self::SUM_TOLERANCE {
+            return Err(Refusal::malformed("prior.sum", "1, the sum of the four probabilities", sum));
+        }
+        Ok(Self(probabilities))
+    }
+
+    /// The probabilities in the order of [`DriveSpeed::ALL`].
+    #[must_use]
+    pub fn probabilities(&self) -> [f64; 4] {
+        self.0
+    }
+
+    /// The probability of one speed.
+    #[must_use]
+    pub fn probability(&self, speed: DriveSpeed) -> f64 {
+        self.0[speed as usize]
+    }
+}
+
+/// The prior of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prior {
+    /// Run it belongs to; whoever follows another run refuses it.
+    pub run: RunId,
+    /// Lattice of the mission.
+    pub grid: Grid,
+    /// In index order, one for each cell.
+    pub cells: Vec<SpeedPrior>,
+}
+
+/// Asks hopper-sim for the prior from an index on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PriorRequest {
+    /// Run it belongs to; whoever follows another run refuses it.
+    pub run: RunId,
+    /// First index wanted.
+    pub from: u32,
+}
+
+/// Consecutive cells of the prior, at most [`crate::limits::PRIOR_PAGE_CELLS`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PriorPage {
+    /// Run it belongs to; whoever follows another run refuses it.
+    pub run: RunId,
+    /// Lattice of the mission.
+    pub grid: Grid,
+    /// Index of the first cell.
+    pub from: u32,
+    /// In index order.
+    pub cells: Vec<SpeedPrior>,
+}
+
+/// Gathers the prior of one run page by page, asking until it is whole.
+#[derive(Clone, Debug, Default)]
+pub struct PriorGathering {
+    run: Option<RunId>,
+    cells: Vec<SpeedPrior>,
+    cursor: PageCursor,
+    whole: Option<Prior>,
+}
+
+impl PriorGathering {
+    /// Begins to gather the prior of `run`; the same run again changes nothing.
+    pub fn begin(&mut self, run: RunId) {
+        if self.run != Some(run) {
+            *self = Self { run: Some(run), ..Self::default() };
+        }
+    }
+
+    /// The prior, once it is whole.
+    #[must_use]
+    pub fn prior(&self) -> Option<&Prior> {
+        self.whole.as_ref()
+    }
+
+    /// Takes a page that was asked for; one of another run or place changes nothing.
+    ///
+    /// # Errors
+    /// If the page makes no progress, or goes beyond its grid.
+    pub fn page(&mut self, page: &PriorPage) -> Result<(), Refusal> {
+        if self.run != Some(page.run) || u64::from(page.from) != self.cursor.next() || self.whole.is_some() {
+            return Ok(());
+        }
+        let cells = page.grid.cells();
+        if page.cells.is_empty() || self.cells.len() + page.cells.len() > cells {
+            let need = format!("1 to {} more cells", cells.saturating_sub(self.cells.len()));
+            return Err(Refusal::malformed("prior.cells", &need, page.cells.len()));
+        }
+        self.cells.extend_from_slice(&page.cells);
+        self.cursor.accept(page.from.into(), self.cells.len() as u64);
+        if self.cells.len() == cells {
+            let cells = std::mem::take(&mut self.cells);
+            self.whole = Some(Prior { run: page.run, grid: page.grid, cells });
+        }
+        Ok(())
+    }
+
+    /// What to ask for at `now`: the next page, or the same again if it does not come.
+    pub fn ask(&mut self, now: MonotonicNs) -> Option<PriorRequest> {
+        let run = self.run.filter(|_| self.whole.is_none())?;
+        Some(PriorRequest { run, from: self.cursor.ask(now)? as u32 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// P-PRIOR-SUM.
+    #[test]
+    fn priors_that_do_not_add_up_are_refused_by_name() {
+        for (probabilities, need) in [
+            ([0.5, 0.5, 0.5, 0.0], "prior.sum"),
+            ([0.0; 4], "prior.sum"),
+            ([1.5, -0.5, 0.0, 0.0], "prior.probability"),
+            ([f64::NAN, 0.0, 0.0, 1.0], "prior.probability"),
+        ] {
+            let refusal = SpeedPrior::new(probabilities).unwrap_err().to_string();
+            assert!(refusal.contains(need), "{refusal}");
+        }
+        let third = [0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0];
+        assert_eq!(SpeedPrior::new(third).unwrap().probabilities(), third);
+    }
+
+    #[test]
+    fn pages_are_gathered_in_order_until_the_prior_is_whole() {
+        let grid = Grid::new(3, 2, 1.0, 1).unwrap();
+        let cell = SpeedPrior::new([0.0, 0.0, 0.0, 1.0]).unwrap();
+        let page = |from, cells| PriorPage { run: RunId(4), grid, from, cells: vec![cell; cells] };
+        let mut gathering = PriorGathering::default();
+        assert_eq!(gathering.ask(MonotonicNs(1)), None, "no run yet");
+        gathering.begin(RunId(4));
+        assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 0 }));
+        gathering.page(&page(0, 4)).unwrap();
+        gathering.page(&page(0, 4)).unwrap();
+        assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 4 }));
+        assert!(gathering.page(&page(4, 3)).is_err() && gathering.page(&page(4, 0)).is_err());
+        gathering.page(&page(4, 2)).unwrap();
+        assert_eq!(gathering.prior().map(|prior| prior.cells.len()), Some(6));
+        assert_eq!(gathering.ask(MonotonicNs(u64::MAX)), None);
+    }
+}

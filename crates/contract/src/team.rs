@@ -1,0 +1,275 @@
+//! The robots of a mission that is not a single hopper's: what each of them is, where it stands, who commands it.
+//!
+//! A decision of such a mission is the turn of one robot. [`crate::State`] tells of the robot that is due; a [`Team`],
+//! published with it, of all of them.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Waypoint};
+
+/// The body of a robot, with what its actions depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Vehicle {
+    /// Drives to one of the four neighbouring cells at a time.
+    Rover {
+        /// Speed on level ground, m/s.
+        speed_mps: f64,
+    },
+    /// A rover that drives from point to point, as fast as the ground lets it.
+    Driver {
+        /// Where it begins.
+        start: Waypoint,
+        /// Where it is to go.
+        goal: Waypoint,
+        /// How near to the goal is near enough, metres.
+        goal_radius_m: f64,
+    },
+    /// Flies from point to point, above all others.
+    Helicopter {
+        /// Where it begins.
+        start: Waypoint,
+        /// Speed over ground, m/s.
+        speed_mps: f64,
+        /// How far it flies in all, metres.
+        budget_m: f64,
+    },
+}
+
+impl Vehicle {
+    /// Where it begins, if it goes from point to point.
+    #[must_use]
+    pub fn start(&self) -> Option<Waypoint> {
+        match *self {
+            Vehicle::Rover { .. } => None,
+            Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => Some(start),
+        }
+    }
+}
+
+/// What a robot sees of the ground around it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensor {
+    /// The cells at most `range_cells` columns and rows away: 3 × 3 cells for 1.
+    Square {
+        /// 1 to [`Sensor::RANGE_MAX_CELLS`].
+        range_cells: u32,
+    },
+    /// The cells that it drives over.
+    Track,
+    /// The cells whose middle is at most `radius_m` from its way: what a camera shows that looks down in flight.
+    Camera {
+        /// Above 0, at most [`Sensor::RADIUS_MAX_M`].
+        radius_m: f64,
+    },
+}
+
+impl Sensor {
+    /// Farthest that a camera sees, metres.
+    pub const RADIUS_MAX_M: f64 = 1000.0;
+
+    /// Farthest that a sensor of square view sees, cells.
+    pub const RANGE_MAX_CELLS: u32 = 64;
+}
+
+/// A cell, and the direction in which a robot faces there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Placement {
+    /// On the grid.
+    pub cell: Cell,
+    /// The direction of the last step, or that of the start.
+    pub heading: Direction,
+}
+
+/// What is known of a robot before the mission.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Robot {
+    /// How it moves.
+    pub vehicle: Vehicle,
+    /// How it senses.
+    pub sensor: Sensor,
+    /// Where it begins. No two ground robots begin on one cell.
+    pub start: Placement,
+}
+
+/// Some of the robots of a mission, one bit each: bit 0 for robot 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct RobotSet(pub u16);
+
+impl RobotSet {
+    /// Every robot that a mission may have.
+    pub const ALL: RobotSet = RobotSet(u16::MAX);
+
+    /// The robots 0 to `count` − 1.
+    #[must_use]
+    pub fn first(count: u16) -> Self {
+        (0..count).map(RobotId).fold(Self(0), Self::with)
+    }
+
+    /// Those that a mission of `count` robots has.
+    #[must_use]
+    pub fn of(self, count: u16) -> Self {
+        Self(self.0 & Self::first(count).0)
+    }
+
+    /// Whether `robot` is among them.
+    #[must_use]
+    pub fn has(self, robot: RobotId) -> bool {
+        self.0.checked_shr(robot.0.into()).unwrap_or(0) & 1 == 1
+    }
+
+    /// These and `robot`, if a mission may have it.
+    #[must_use]
+    pub fn with(self, robot: RobotId) -> Self {
+        Self(self.0 | 1_u16.checked_shl(robot.0.into()).unwrap_or(0))
+    }
+
+    /// In the order of their numbers.
+    pub fn iter(self) -> impl Iterator<Item = RobotId> {
+        (0..16).map(RobotId).filter(move |robot| self.has(*robot))
+    }
+}
+
+impl Default for RobotSet {
+    /// Robot 0 alone: that of a hopper mission.
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+impl fmt::Display for RobotSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let numbers: Vec<String> = self.iter().map(|robot| robot.to_string()).collect();
+        f.pad(&numbers.join(","))
+    }
+}
+
+/// Whether a robot takes turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Standing {
+    /// It acts when its turn comes.
+    Active,
+    /// Its part of the mission is done.
+    Done,
+    /// It has failed: it stays where it is and still occupies its cell.
+    Stranded,
+}
+
+impl Standing {
+    /// Every standing, in the order of their wire codes.
+    pub const ALL: [Standing; 3] = [Standing::Active, Standing::Done, Standing::Stranded];
+
+    /// The code on the wire.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        self as u32 + 1
+    }
+
+    /// The standing of a wire code, if there is one.
+    #[must_use]
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|standing| standing.code() == code)
+    }
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Standing::Active => "active",
+            Standing::Done => "done",
+            Standing::Stranded => "stranded",
+        })
+    }
+}
+
+/// A robot at one decision.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// What it is.
+    pub robot: Robot,
+    /// Where it is.
+    pub at: Placement,
+    /// From when on it is ready to act, nanoseconds of simulated time since the mission began.
+    pub ready_at_ns: u64,
+    /// Whether it takes turns.
+    pub standing: Standing,
+    /// Who commands it. Terms are counted for each robot.
+    pub leader: Leader,
+    /// Its last decision; `None` before its first.
+    pub last: Option<Decision>,
+    /// How far it is on its way, if it goes from point to point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub travel: Option<Travel>,
+}
+
+/// How far a robot is on its way that goes from point to point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Travel {
+    /// Where it is, exactly.
+    pub at: Waypoint,
+    /// The route that it announced last.
+    pub route: Option<RouteId>,
+    /// The decision by which it announced that.
+    pub announced: Option<Decision>,
+    /// Points of that route that it has reached after the first.
+    pub reached: u32,
+    /// Points of that route after the first.
+    pub legs: u32,
+    /// Its last drive or flight.
+    pub moved: Option<Decision>,
+    /// Length of all its flights, metres.
+    pub flown_m: f64,
+    /// Whether it waits for another robot to act.
+    pub waits: bool,
+}
+
+impl Travel {
+    /// Before its first action.
+    #[must_use]
+    pub fn from_start(at: Waypoint) -> Self {
+        let (route, announced, moved) = (None, None, None);
+        Self { at, route, announced, reached: 0, legs: 0, moved, flown_m: 0.0, waits: false }
+    }
+
+    /// Whether its route has another point to go to.
+    #[must_use]
+    pub fn is_under_way(&self) -> bool {
+        self.reached < self.legs
+    }
+}
+
+/// All robots at one decision: published with the state of that decision.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Team {
+    /// Run it belongs to; whoever follows another run refuses it.
+    pub run: RunId,
+    /// The decision that is due.
+    pub decision: Decision,
+    /// Digest of the state that it was published with.
+    pub digest: Digest,
+    /// The robot that acts next; once the mission is over, the one that acted last.
+    pub due: RobotId,
+    /// The robot that took the last decision; `None` at decision 0.
+    pub actor: Option<RobotId>,
+    /// In the order of the robots' numbers, 1 to [`crate::limits::ROBOTS_MAX`].
+    pub members: Vec<Member>,
+}
+
+impl Team {
+    /// Whether it tells of the same moment as `state`.
+    #[must_use]
+    pub fn is_of(&self, state: &State) -> bool {
+        (self.run, self.decision, self.digest) == (state.run, state.decision, state.digest)
+    }
+
+    /// The robot of that number, if the mission has it.
+    #[must_use]
+    pub fn member(&self, robot: RobotId) -> Option<&Member> {
+        self.members.get(usize::from(robot.0))
+    }
+}

@@ -1,0 +1,145 @@
+//! `hop/prior`.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Wire, run_from_wire, run_to_wire};
+use crate::limits::PRIOR_PAGE_CELLS;
+use crate::message::{Request, RequestResponse};
+use crate::{Grid, PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
+
+/// Asks for the prior from an index on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct PriorRequestV1 {
+    pub run: [u64; 2],
+    pub from: u32,
+    pub reserved: u32,
+}
+
+/// Which run's prior follows, its lattice, and where on it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PriorPageV1 {
+    pub run: [u64; 2],
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    pub width: u32,
+    pub height: u32,
+    /// Cells that one hop spans.
+    pub hop_cells: u32,
+    /// Index of the first cell.
+    pub from: u32,
+}
+
+/// Probabilities of 0, 50, 150 and 200 m/Sol.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SpeedPriorV1 {
+    pub probabilities: [f64; 4],
+}
+
+const _: () = assert!(size_of::<PriorRequestV1>() == 24);
+const _: () = assert!(size_of::<PriorPageV1>() == 40);
+const _: () = assert!(size_of::<SpeedPriorV1>() == 32);
+
+impl Wire for PriorRequestV1 {
+    const NAME: &'static str = "hop.PriorRequest.v1";
+}
+
+impl Wire for PriorPageV1 {
+    const NAME: &'static str = "hop.PriorPage.v1";
+}
+
+impl Wire for SpeedPriorV1 {
+    const NAME: &'static str = "hop.SpeedPrior.v1";
+}
+
+impl From<&PriorRequest> for PriorRequestV1 {
+    fn from(request: &PriorRequest) -> Self {
+        Self { run: run_to_wire(request.run), from: request.from, reserved: 0 }
+    }
+}
+
+impl TryFrom<&PriorRequestV1> for PriorRequest {
+    type Error = Refusal;
+
+    fn try_from(wire: &PriorRequestV1) -> Result<Self, Refusal> {
+        Ok(Self { run: run_from_wire(wire.run), from: wire.from })
+    }
+}
+
+impl From<&SpeedPrior> for SpeedPriorV1 {
+    fn from(prior: &SpeedPrior) -> Self {
+        Self { probabilities: prior.probabilities() }
+    }
+}
+
+impl From<&PriorPage> for PriorPageV1 {
+    fn from(page: &PriorPage) -> Self {
+        Self {
+            run: run_to_wire(page.run),
+            cell_size_m: page.grid.cell_size_m,
+            width: page.grid.width,
+            height: page.grid.height,
+            hop_cells: page.grid.hop_cells,
+            from: page.from,
+        }
+    }
+}
+
+/// The page of a copied answer.
+///
+/// # Errors
+/// If the lattice is out of bounds, there are too many cells, or the probabilities of one do not add up.
+pub fn prior_page_from_wire(header: &PriorPageV1, cells: &[SpeedPriorV1]) -> Result<PriorPage, Refusal> {
+    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
+        .map_err(|error| Refusal::malformed("prior.grid", "a grid within bounds", error))?;
+    let most = PRIOR_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
+    if cells.len() > most {
+        return Err(Refusal::malformed("prior.cells", &format!("at most {most} cells"), cells.len()));
+    }
+    let cells = cells.iter().map(|cell| SpeedPrior::new(cell.probabilities)).collect::<Result<_, _>>()?;
+    Ok(PriorPage { run: run_from_wire(header.run), grid, from: header.from, cells })
+}
+
+fixed_payload!(PriorRequest => PriorRequestV1);
+
+slice_payload!(PriorPage => PriorPageV1, SpeedPriorV1, cells, prior_page_from_wire);
+
+/// What planners know of the ground before the mission. Served only where speeds are uncertain.
+impl Request for PriorRequest {
+    type Response = PriorPage;
+    const SERVICE: RequestResponse = RequestResponse {
+        name: "hop/prior",
+        server: Role::HopperSim,
+        max_clients: 16,
+        page: PRIOR_PAGE_CELLS,
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RunId;
+    use crate::message::Payload;
+
+    /// P-PRIOR-SUM.
+    #[test]
+    fn pages_that_cannot_be_are_refused_by_name() {
+        let grid = Grid::new(20, 10, 1.0, 1).unwrap();
+        let cells = vec![SpeedPrior::new([0.25, 0.0, 0.5, 0.25]).unwrap(); 3];
+        let page = PriorPage { run: RunId(1 << 90), grid, from: 190, cells };
+        let (header, cell) = (page.header(), page.cell(0));
+        assert_eq!(PriorPage::from_wire(&header, &[cell; 3]).unwrap(), page);
+        let cases = [
+            ("at most 10 cells", header, vec![cell; 11]),
+            ("prior.grid", PriorPageV1 { width: 0, ..header }, vec![cell]),
+            ("prior.sum", header, vec![SpeedPriorV1 { probabilities: [0.5, 0.5, 0.5, 0.0] }]),
+            ("prior.probability", header, vec![SpeedPriorV1 { probabilities: [f64::NAN; 4] }]),
+        ];
+        for (need, header, cells) in cases {
+            let refusal = PriorPage::from_wire(&header, &cells).unwrap_err().to_string();
+            assert!(refusal.contains(need), "{need}: {refusal}");
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Rovers that cover ground through the turns of all processes go exactly where the engine of `coverage-world` sends them.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::{
+    Action, Brief, Cell, Cover, CoverMode, Decision, Digest, Direction, Grid, Ground, Leader, Member,
+    MonotonicNs, ObservedMap, Placement, Record, Robot, RobotId, RunId, Sensor, Standing, Status, Team,
+    Vehicle,
+};
+use coverage::{Algorithm, Knowledge};
+use coverage_world::{Fault, Sensing, Setup, World};
+use hopper_sim::Mission;
+use lockstep::PlannerSchedule;
+use scenario::Fleet;
+use terrain::Terrain;
+
+/// What is covered how, and by whom.
+struct Case {
+    world: World,
+    setup: Setup,
+}
+
+impl Case {
+    fn new(side: (u32, u32), obstacle_percent: f64, rovers: usize, algorithm: Algorithm, seed: u64) -> Self {
+        let grid = Grid::new(side.0, side.1, 1.0, 1).unwrap();
+        let world = World::random(grid, obstacle_percent, seed).unwrap();
+        let starts = world.random_starts(rovers, seed).unwrap();
+        let setup = Setup::new(&world, algorithm, CoverMode::Overlap, starts, 100);
+        Self { world, setup }
+    }
+
+    /// The same mission for the processes.
+    fn mission(&self) -> Mission {
+        let Setup { mode, sensing, starts, percent, faults, steps_max, .. } = &self.setup;
+        let grid = *self.world.grid();
+        let ground = |cell| Ground { passable: self.world.is_free(cell), ..Ground::FLAT };
+        let cells = grid.iter().map(ground).collect();
+        let terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
+        let robot = |start: &Placement| Robot {
+            vehicle: Vehicle::Rover { speed_mps: 1.0 },
+            sensor: Sensor::Square { range_cells: sensing.range_cells() as u32 },
+            start: *start,
+        };
+        let faults = faults
+            .iter()
+            .map(|fault| scenario::Fault { robot: RobotId(fault.robot as u16), action: fault.action });
+        let base = scenario::load("hard").unwrap().resolve().unwrap().brief;
+        let mut brief = Brief {
+            run: RunId(1),
+            robots: starts.len() as u16,
+            grid,
+            start: starts[0].cell,
+            goal: starts[0].cell,
+            cover: Some(Cover { percent: *percent, mode: *mode }),
+            ..base
+        };
+        brief.limits.steps_max = *steps_max;
+        let fleet = Fleet { robots: starts.iter().map(robot).collect(), faults: faults.collect() };
+        Mission { brief, terrain, seed: 1, fleet: Some(fleet) }
+    }
+
+    fn fly(&self) -> (lockstep::Flown, Vec<Record>) {
+        let schedule = PlannerSchedule::single(self.setup.algorithm.name().parse().unwrap());
+        fly(self.mission(), &schedule)
+    }
+
+    /// Flies both ways and compares everything round by round.
+    fn check(&self) {
+        let Self { world, setup } = self;
+        let what = format!("{} {:?} {} rovers", setup.algorithm, setup.mode, setup.starts.len());
+        let (flown, records) = self.fly();
+        let mut engine = coverage_world::Mission::new(world, setup).unwrap();
+        let mut places: Vec<(Cell, Direction)> =
+            setup.starts.iter().map(|start| (start.cell, start.heading)).collect();
+        let mut records = records.iter().peekable();
+        let mut covered_at = vec![0; setup.starts.len()];
+        while !engine.is_over() {
+            engine.round();
+            let round = engine.outcome().steps;
+            while let Some(record) = records.next_if(|record| record.steps == round) {
+                let place = &mut places[usize::from(record.robot.0)];
+                if let (Action::Step(heading), true) =
+                    (record.action, record.outcome.from != record.outcome.to)
+                {
+                    *place = (record.pose.cell, heading);
+                }
+                if record.visits > covered_at.len() as u64 {
+                    covered_at.push(round);
+                }
+            }
+            let expected: Vec<(Cell, Direction)> =
+                engine.rovers().iter().map(|rover| (rover.pose.cell, rover.pose.heading)).collect();
+            assert_eq!(places, expected, "{what}, round {round}");
+        }
+        assert!(records.next().is_none(), "{what}: the mission ends with the engine's");
+        let outcome = engine.outcome();
+        let stranded = engine.rovers().iter().all(|rover| rover.stranded);
+        let status = match outcome.covered {
+            true => Status::Goal,
+            false if stranded || outcome.steps < setup.steps_max => Status::Lost,
+            false => Status::Deadlock,
+        };
+        assert_eq!((flown.state.status, flown.state.steps), (status, outcome.steps), "{what}");
+        assert_eq!(covered_at, outcome.covered_at, "{what}");
+        same_map(&flown.map, &engine, &what);
+    }
+}
+
+fn fly(mission: Mission, schedule: &PlannerSchedule) -> (lockstep::Flown, Vec<Record>) {
+    let mut records = Vec::new();
+    let mut time = 0;
+    let mut clock = || {
+        time += 1;
+        MonotonicNs(time)
+    };
+    let flown = lockstep::fly(mission, schedule, &mut clock, &mut |record| records.push(*record)).unwrap();
+    (flown, records)
+}
+
+fn same_map(map: &ObservedMap, engine: &coverage_world::Mission<'_>, what: &str) {
+    for (index, cell) in map.grid.iter().enumerate() {
+        let known = match map.cells()[index] {
+            None => Knowledge::Unknown,
+            Some(ground) if ground.passable => Knowledge::Free,
+            Some(_) => Knowledge::Obstacle,
+        };
+        let team = engine.map();
+        assert_eq!(
+            (known, u32::from(map.visits(index))),
+            (team.knowledge(cell), team.visits(cell)),
+            "{what} {cell}"
+        );
+    }
+}
+
+/// P-COVER-ENGINE.
+#[test]
+fn rovers_go_where_the_engine_sends_them_on_hundreds_of_worlds() {
+    for seed in 0..40_u64 {
+        for (number, algorithm) in Algorithm::ALL.into_iter().enumerate() {
+            let rovers = [1, 2, 3, 4, 8, 16][(seed as usize + number) % 6];
+            let side = (8 + seed as u32 % 9, 8 + (seed as u32 * 7) % 11);
+            let mut case = Case::new(side, (seed % 4) as f64 * 6.0, rovers, algorithm, seed);
+            for mode in [CoverMode::Overlap, CoverMode::Voronoi] {
+                case.setup.mode = mode;
+                case.setup.percent = [100, 95, 60][seed as usize % 3];
+                case.setup.sensing = if seed % 5 == 4 { Sensing::TwoSteps } else { Sensing::OneStep };
+                case.check();
+            }
+        }
+    }
+}
+
+/// P-COVER-FAULT.
+#[test]
+fn a_rover_that_fails_stays_where_it_is_and_the_others_go_on_as_in_the_engine() {
+    let mut covered = 0;
+    for seed in 0..60_u64 {
+        for algorithm in [Algorithm::Spiral, Algorithm::CoverFrontier] {
+            let mut case = Case::new((10, 10), 10.0, 3, algorithm, seed);
+            case.setup.faults = vec![Fault { robot: seed as usize % 3, action: 1 + seed % 17 }];
+            if seed % 4 == 3 {
+                case.setup.faults.push(Fault { robot: (seed as usize + 1) % 3, action: 5 });
+            }
+            for mode in [CoverMode::Overlap, CoverMode::Voronoi] {
+                case.setup.mode = mode;
+                case.check();
+            }
+            case.setup.mode = CoverMode::Overlap;
+            covered += usize::from(case.fly().0.state.status == Status::Goal);
+        }
+    }
+    assert_eq!(covered, 120, "two of three rovers cover for the third, and one for two");
+}
+
+/// P-COVER-LIMIT.
+#[test]
+fn a_mission_that_runs_out_of_actions_ends_as_a_deadlock_where_the_engine_ends() {
+    for seed in 0..20 {
+        let mut case = Case::new((12, 12), 10.0, 4, Algorithm::Boustrophedon, seed);
+        case.setup.steps_max = 1 + seed;
+        case.check();
+        assert_eq!(case.fly().0.state.status, Status::Deadlock);
+    }
+}
+
+/// P-COVER-LAW: the law of planners, for those of rovers.
+#[test]
+fn a_planner_with_an_empty_cache_decides_as_one_that_has_seen_all() {
+    for algorithm in Algorithm::ALL {
+        let case = Case::new((9, 9), 12.0, 3, algorithm, 5);
+        let (brief, state) = (case.mission().brief, case.fly().0.state);
+        let mut engine = coverage_world::Mission::new(&case.world, &case.setup).unwrap();
+        let mut map = ObservedMap::unseen(brief.run, RobotId(0), brief.grid);
+        let mut warm = planner::algorithm(algorithm.name()).unwrap();
+        while !engine.is_over() {
+            for (index, cell) in brief.grid.iter().enumerate() {
+                let passable = match engine.map().knowledge(cell) {
+                    Knowledge::Free => true,
+                    Knowledge::Obstacle => false,
+                    Knowledge::Unknown | Knowledge::Outside => continue,
+                };
+                let visits = engine.map().visits(cell) as u16;
+                map.learn_visited(index, Ground { passable, ..Ground::FLAT }, visits);
+            }
+            map.mark();
+            for robot in 0..3 {
+                let team = team(&case, &engine, RobotId(robot));
+                let situation = planner::Situation {
+                    brief: &brief,
+                    map: &map,
+                    state: &state,
+                    team: Some(&team),
+                    scouting: None,
+                };
+                let mut fresh = planner::algorithm(algorithm.name()).unwrap();
+                let plan = fresh.plan(&situation, &planner::Budget::default());
+                assert_eq!(warm.plan(&situation, &planner::Budget::default()), plan, "{algorithm}");
+            }
+            engine.round();
+        }
+    }
+}
+
+/// The rovers of the engine as a message has them.
+fn team(case: &Case, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team {
+    let fleet = case.mission().fleet.unwrap();
+    let member = |(robot, rover): (&Robot, &coverage::Rover)| Member {
+        robot: *robot,
+        at: Placement { cell: rover.pose.cell, heading: rover.pose.heading },
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader: Leader::default(),
+        last: None,
+        travel: None,
+    };
+    Team {
+        run: RunId(1),
+        decision: Decision(0),
+        digest: Digest::default(),
+        due,
+        actor: None,
+        members: fleet.robots.iter().zip(engine.rovers()).map(member).collect(),
+    }
+}
+
+/// P-COVER-SWAP: each robot has leaders of its own, and who plans for it may change alone.
+#[test]
+fn the_planner_of_one_robot_is_swapped_and_the_journal_repeats_the_mission() {
+    let case = Case::new((10, 10), 10.0, 3, Algorithm::Spiral, 9);
+    let (flown, records) = case.fly();
+    // Robot 1 is taken over at its third action; all others go on.
+    let swapped = records.iter().map(|record| {
+        let mut record = *record;
+        if record.robot == RobotId(1) && record.decision >= Decision(7) {
+            record.leader.planner = "cover_frontier".parse().unwrap();
+        }
+        Ok::<_, std::convert::Infallible>(record)
+    });
+    let Ok(schedule) = PlannerSchedule::from_records(swapped);
+    let (mixed, made) = fly(case.mission(), &schedule);
+    assert_eq!(mixed.state.status, Status::Goal);
+    assert_ne!(mixed.state.digest, flown.state.digest);
+    for record in &made {
+        let taken_over = record.robot == RobotId(1) && record.decision >= Decision(7);
+        let expected = if taken_over { "cover_frontier" } else { "spiral" };
+        assert_eq!(record.leader.planner.as_str(), expected, "decision {}", record.decision);
+        assert_eq!(record.leader.term.0, 1 + u64::from(taken_over), "terms are counted for each robot");
+    }
+    let Ok(repeated) =
+        PlannerSchedule::from_records(made.iter().map(|record| Ok::<_, std::convert::Infallible>(*record)));
+    assert_eq!(fly(case.mission(), &repeated).0.state.digest, mixed.state.digest);
+}
+
+/// P-GOLDEN: the built-in scenarios of rovers end with the digest that they had when they were made.
+#[test]
+fn the_built_in_scenarios_of_rovers_keep_their_digests() {
+    for (name, decisions, digest) in [
+        ("coverage", 395, "8836a22a1f1643d6fe009811329dca4241fbdcd6d38813eda123df5771507f8c"),
+        ("coverage-8", 392, "ed38b5c37a8562ed1dfb37829ebd683555a974b26e719cf433dfbc623fc47728"),
+    ] {
+        let world = scenario::load(name).unwrap().resolve().unwrap();
+        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+        let schedule = PlannerSchedule::single("cover_frontier".parse().unwrap());
+        let (flown, records) = fly(mission, &schedule);
+        assert_eq!(records.len(), decisions, "{name}");
+        assert_eq!(flown.state.digest.to_string(), digest, "{name}");
+    }
+}

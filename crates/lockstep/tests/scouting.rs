@@ -1,0 +1,203 @@
+//! A rover with a helicopter, through the turns of all processes, does exactly what the offline study does.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::{Action, Branch, Brief, MonotonicNs, Record, RobotId, Route, RunId, Status, Waypoint};
+use hopper_sim::Mission;
+use lockstep::{Flown, PlannerSchedule};
+use rover::Point;
+use scenario::Scenario;
+use scouting::{Arm, Outcome, RoverPlanner, Samples, World, announce, monte_carlo};
+
+/// A mission on the world of a seed, each robot with its planner.
+fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
+    let mut text = format!(
+        "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\n[brief]\nname = \"world\"\n\
+         profile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
+    );
+    for (vehicle, _) in robots {
+        text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
+    }
+    let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
+    let brief = Brief { run: RunId(1), ..world.brief };
+    let names: Vec<_> = robots.iter().map(|(_, planner)| planner.parse().unwrap()).collect();
+    let mission = Mission { brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+    (mission, PlannerSchedule::of_robots(&names))
+}
+
+fn fly(mission: Mission, schedule: &PlannerSchedule) -> (Flown, Vec<Record>) {
+    let mut records = Vec::new();
+    // No time passes: nothing is asked for twice.
+    let mut clock = || MonotonicNs(1);
+    let flown = lockstep::fly(mission, schedule, &mut clock, &mut |record| records.push(*record)).unwrap();
+    (flown, records)
+}
+
+/// What a robot did: the routes that it announced, and the points that it went to.
+fn way<'a>(flown: &'a Flown, records: &[Record], robot: RobotId) -> (Vec<&'a Route>, Vec<Waypoint>) {
+    let mut routes: Vec<&Route> = Vec::new();
+    let (mut points, mut reached) = (Vec::new(), 0);
+    for record in records.iter().filter(|record| record.robot == robot) {
+        match record.action {
+            Action::Announce(id) => {
+                routes.push(flown.routes.iter().find(|route| route.id() == id).unwrap());
+                reached = 0;
+            }
+            Action::Drive | Action::Fly if record.outcome.branch == Branch::Intended => {
+                let route = routes.last().unwrap().waypoints();
+                if reached == 0 {
+                    points.push(route[0]);
+                }
+                reached += 1;
+                points.push(route[reached]);
+            }
+            _ => {}
+        }
+    }
+    (routes, points)
+}
+
+fn travel_sol(records: &[Record], robot: RobotId) -> f64 {
+    let drives = records.iter().filter(|record| record.robot == robot && record.action == Action::Drive);
+    drives.map(|record| record.outcome.flight.flight_time_s).sum::<f64>() / (rover::SOL_HOURS * 3600.0)
+}
+
+fn same(what: &str, got: &[Waypoint], expected: &[Point]) {
+    let bits = |x: f64, y: f64| (x.to_bits(), y.to_bits());
+    let got: Vec<_> = got.iter().map(|at| bits(at.x_m, at.y_m)).collect();
+    let expected: Vec<_> = expected.iter().map(|at| bits(at.x_m, at.y_m)).collect();
+    assert_eq!(got, expected, "{what}");
+}
+
+/// Compares a mission with the study's outcome for the same world, seed and arm.
+fn compare(what: &str, flown: &Flown, records: &[Record], expected: &Outcome, helicopter: bool) {
+    let rover = RobotId(0);
+    let (routes, driven) = way(flown, records, rover);
+    let status = match (expected.stuck, expected.route.is_empty()) {
+        (true, _) => Status::Lost,
+        (false, true) => Status::Deadlock,
+        (false, false) => Status::Goal,
+    };
+    assert_eq!(flown.state.status, status, "{what}");
+    match routes.last() {
+        Some(route) if !expected.route.is_empty() => {
+            same(what, route.waypoints(), &expected.route);
+            // A rover that gets stuck has gone part of the way.
+            same(
+                what,
+                &driven,
+                &expected.route[..if expected.stuck { driven.len() } else { expected.route.len() }],
+            );
+        }
+        _ => assert!(driven.is_empty() && expected.route.is_empty(), "{what}"),
+    }
+    if let Some(expected_sol) = expected.travel_sol {
+        let got_sol = travel_sol(records, rover);
+        assert!(
+            (got_sol - expected_sol).abs() <= 1e-12 * expected_sol,
+            "{what}: {got_sol}, {expected_sol} Sol"
+        );
+    }
+    if helicopter {
+        let (flights, flown_points) = way(flown, records, RobotId(1));
+        assert_eq!(flights.len(), 1, "{what}");
+        same(what, flights[0].waypoints(), &expected.flight);
+        if expected.flight.len() > 1 {
+            same(what, &flown_points, &expected.flight);
+        }
+    }
+}
+
+/// The study's outcome on the world of a seed, with the seed that planners of the mission are given.
+fn studied(world: &World, arm: Arm, planner: RoverPlanner, seed: u64) -> Outcome {
+    let samples = Samples::MONTE_CARLO;
+    let announced = announce(world, planner, samples, seed);
+    scouting::fly(world, arm, planner, samples, seed, announced.as_ref())
+}
+
+/// P-SCOUT-STUDY: route by route and bit by bit, in every arm that can be flown.
+#[test]
+fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
+    use RoverPlanner::{EttExact, RrtStarEtt};
+    /// An arm of the study with the pairs of planners that are its like here.
+    type Case = (Arm, RoverPlanner, &'static [(&'static str, &'static str)]);
+    let arms: [Case; 7] = [
+        (Arm::NaiveRover, RrtStarEtt, &[("rover", "rrt_star")]),
+        (Arm::SafeRover, RrtStarEtt, &[("rover", "rrt_star_ett")]),
+        (Arm::SafeRover, EttExact, &[("rover", "ett_exact")]),
+        (Arm::ScoutRoute, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "scout_route")]),
+        (Arm::InformationTheoretic, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "rrt_star_it")]),
+        (Arm::InformationTheoretic, EttExact, &[("rover", "ett_exact"), ("helicopter", "rrt_star_it")]),
+        (Arm::ScoutValue, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "scout_value")]),
+    ];
+    let (mut replanned, mut stuck, mut worlds) = (0, 0, 0);
+    for seed in 1..=24_u64 {
+        let world = monte_carlo(seed);
+        for (arm, planner, robots) in arms {
+            let hazard_max = if arm == Arm::NaiveRover { 1.0 } else { 0.01 };
+            let (mission, schedule) = mission(seed, robots, hazard_max);
+            let planner_seed = mission.brief.scout.unwrap().seed;
+            let expected = studied(&world, arm, planner, planner_seed);
+            let (flown, records) = fly(mission, &schedule);
+            let what = format!("world {seed}, {arm:?}, {planner:?}");
+            compare(&what, &flown, &records, &expected, robots.len() > 1);
+            replanned += usize::from(way(&flown, &records, RobotId(0)).0.len() > 1);
+            stuck += usize::from(expected.stuck);
+            worlds += 1;
+        }
+    }
+    assert!(replanned > worlds / 10 && stuck > 0, "{replanned} replanned, {stuck} stuck of {worlds}");
+}
+
+/// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.
+#[test]
+fn the_built_in_scenario_keeps_its_digest() {
+    let world = scenario::load("rover-helicopter").unwrap().resolve().unwrap();
+    let names: Vec<_> = world.planners.iter().flatten().copied().collect();
+    let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+    let (flown, records) = fly(mission, &PlannerSchedule::of_robots(&names));
+    assert_eq!(flown.state.status, Status::Goal);
+    assert_eq!(records.len(), 46);
+    assert_eq!(
+        flown.state.digest.to_string(),
+        "be8fcc8bd303b6e0c803239a737cc8d1a44907c8b9274649a48d7cd145895aa8"
+    );
+}
+
+/// P-SCOUT-LAW: whoever takes over goes on with the journalled routes: planners that are replaced by fresh ones of the same
+/// algorithm at every decision fly the same mission.
+#[test]
+fn fresh_planners_at_every_decision_fly_the_same_mission() {
+    for (seed, scout) in [(1, "rrt_star_it"), (2, "scout_route"), (5, "scout_value")] {
+        let robots = [("rover", "rrt_star_ett"), ("helicopter", scout)];
+        let (mission, schedule) = mission(seed, &robots, 0.01);
+        let (flown, records) = fly(mission.clone(), &schedule);
+        let (again, repeated) = fly(mission, &PlannerSchedule::relieved(&records));
+        assert_eq!(again.state.digest, flown.state.digest, "world {seed}");
+        let terms = repeated.iter().map(|record| record.leader.term.0);
+        assert!(terms.max() > Some(3), "each life has a term of its own");
+    }
+}
+
+/// P-SCOUT-SWAP: the planner of one robot is another from a decision on, and the journal repeats the mission.
+#[test]
+fn the_helicopters_planner_is_swapped_in_flight_and_its_flight_goes_on() {
+    let robots = [("rover", "rrt_star_ett"), ("helicopter", "rrt_star_it")];
+    let (mission, schedule) = mission(1, &robots, 0.01);
+    let (flown, records) = fly(mission.clone(), &schedule);
+    let swapped = records.iter().map(|record| {
+        let mut record = *record;
+        if record.robot == RobotId(1) && record.decision.0 > 8 {
+            record.leader.planner = "scout_value".parse().unwrap();
+        }
+        Ok::<_, std::convert::Infallible>(record)
+    });
+    let Ok(schedule) = PlannerSchedule::from_records(swapped);
+    let (mixed, made) = fly(mission, &schedule);
+    assert_eq!(mixed.state.digest, flown.state.digest, "a flight that was announced is flown to its end");
+    let led = |robot: u16, name: &str| {
+        made.iter().any(|record| record.robot == RobotId(robot) && record.leader.planner.as_str() == name)
+    };
+    assert!(led(1, "rrt_star_it") && led(1, "scout_value") && led(0, "rrt_star_ett"));
+    assert!(made.iter().filter(|record| record.robot == RobotId(0)).all(|record| record.leader.term.0 == 1));
+}

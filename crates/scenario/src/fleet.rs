@@ -1,0 +1,264 @@
+//! Sections `[[robots]]` and `[[faults]]`: the robots of a mission that is not a single hopper's.
+
+use contract::limits::{LENGTH_MAX_M, ROBOTS_MAX};
+use contract::{Cell, Direction, Name, Placement, Robot, RobotId, Sensor, Vehicle, Waypoint};
+use helicopter::{BUDGET_M, Camera};
+#[cfg(test)]
+use schemars::JsonSchema;
+use scout_world::Trip;
+use serde::{Deserialize, Serialize};
+use terrain::Terrain;
+
+use crate::{Scenario, ScenarioError};
+
+/// All robots, and how they will fail.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fleet {
+    /// In the order of their numbers, 1 to [`ROBOTS_MAX`].
+    pub robots: Vec<Robot>,
+    /// Part of the truth: only hopper-sim knows them. At most one for each robot.
+    pub faults: Vec<Fault>,
+}
+
+/// A robot that fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// Number of the robot, from 0.
+    #[cfg_attr(test, schemars(with = "u16"))]
+    pub robot: RobotId,
+    /// Number of its action, from 1, that it no longer carries out. From then on it stands still.
+    pub action: u64,
+}
+
+/// A robot of a team, as written in a scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RobotRules {
+    /// Its body: `rover`, which drives to neighbouring cells or, where it is scouted for, from point to point; `helicopter`.
+    #[serde(default)]
+    pub vehicle: VehicleKind,
+    /// Cell (x, y) that it starts from; none in a mission of kind `scout`, whose world has the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<[i32; 2]>,
+    /// Where it faces at the start: `north`, `east`, `south` or `west`.
+    #[serde(default = "north")]
+    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["north", "east", "south", "west"])))]
+    pub heading: Direction,
+    /// Speed on level ground, m/s; at most a cell a second. A helicopter's speed over ground; of a rover that is scouted for,
+    /// the ground has the speed.
+    #[serde(default = "one_metre")]
+    pub speed_mps: f64,
+    /// How far it sees, cells to each side: 1 for the eight cells around it.
+    #[serde(default = "one_cell")]
+    pub sensor_range_cells: u32,
+    /// Length of all flights of a helicopter, metres; 300 by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget_m: Option<f64>,
+    /// Radius of the ground that a helicopter sees, metres; 25 by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_radius_m: Option<f64>,
+    /// Planner that `hopper run` starts for it, unless told otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub planner: Option<String>,
+}
+
+/// The kind of a robot's body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum VehicleKind {
+    /// Drives to one of four neighbouring cells at a time.
+    #[default]
+    Rover,
+    /// Flies from point to point and looks ahead for a rover.
+    Helicopter,
+}
+
+impl Scenario {
+    /// The robots on their terrain, checked; `None` for the mission of a single hopper.
+    pub(crate) fn fleet_on(
+        &mut self,
+        terrain: &Terrain,
+        trip: Option<&Trip>,
+    ) -> Result<Option<Fleet>, ScenarioError> {
+        if trip.is_some() != self.mission.is_scout() {
+            return Err(ScenarioError::Value {
+                field: "mission.kind",
+                need: "scout with truth.terrain.passages, and no other with either",
+                got: if trip.is_some() { "passages in another mission" } else { "scout on other ground" }
+                    .into(),
+            });
+        }
+        if let Some(trip) = trip {
+            return self.scouts_on(trip).map(Some);
+        }
+        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
+        let (robots, faults) = (&self.robots, &self.faults);
+        if !self.mission.is_cover() {
+            return match (robots.is_empty(), faults.is_empty()) {
+                (true, true) => Ok(None),
+                (false, _) => refuse(
+                    "robots",
+                    "mission.kind = \"cover\" or \"scout\", or [robot] for a hopper",
+                    "another mission".into(),
+                ),
+                (true, false) => refuse("faults", "robots that may fail", "none".into()),
+            };
+        }
+        if !(1..=ROBOTS_MAX).contains(&robots.len()) {
+            return refuse("robots", "1 to 16 of them, each with a start", robots.len().to_string());
+        }
+        for (number, rules) in robots.iter().enumerate() {
+            rules.check(number, terrain, &robots[..number])?;
+        }
+        self.check_faults()?;
+        let robots = robots.iter().map(RobotRules::covering).collect();
+        Ok(Some(Fleet { robots, faults: faults.clone() }))
+    }
+
+    /// A rover on `trip` with its helicopters, checked.
+    fn scouts_on(&mut self, trip: &Trip) -> Result<Fleet, ScenarioError> {
+        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
+        if !(1..=ROBOTS_MAX).contains(&self.robots.len()) {
+            return refuse(
+                "robots",
+                "1 to 16 of them, one of which is a rover",
+                self.robots.len().to_string(),
+            );
+        }
+        let rovers = self.robots.iter().filter(|rules| rules.vehicle == VehicleKind::Rover).count();
+        if rovers != 1 {
+            return refuse("robots.vehicle", "one rover in a mission of kind scout", rovers.to_string());
+        }
+        self.check_faults()?;
+        let robots = self.robots.iter_mut().enumerate();
+        let robots = robots.map(|(number, rules)| rules.scouting(number, trip)).collect::<Result<_, _>>()?;
+        Ok(Fleet { robots, faults: self.faults.clone() })
+    }
+
+    fn check_faults(&self) -> Result<(), ScenarioError> {
+        let Self { robots, faults, .. } = self;
+        for (number, fault) in faults.iter().enumerate() {
+            let known = usize::from(fault.robot.0) < robots.len();
+            let again = faults[..number].iter().any(|other| other.robot == fault.robot);
+            if !known || again || fault.action == 0 {
+                let (field, need) = ("faults", "a robot of the mission, each once, and an action from 1");
+                let got = format!("robot {}, action {}", fault.robot, fault.action);
+                return Err(ScenarioError::Value { field, need, got });
+            }
+        }
+        Ok(())
+    }
+
+    /// The planners that robots name, in the order of their numbers.
+    pub(crate) fn planners(&self) -> Result<Vec<Option<Name>>, ScenarioError> {
+        let name = |rules: &RobotRules| rules.planner.as_deref().map(str::parse).transpose();
+        self.robots.iter().map(|rules| name(rules).map_err(ScenarioError::Planner)).collect()
+    }
+}
+
+impl RobotRules {
+    fn check(&self, number: usize, terrain: &Terrain, before: &[Self]) -> Result<(), ScenarioError> {
+        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
+        if self.vehicle != VehicleKind::Rover {
+            let (field, need) = ("robots.vehicle", "rover, where ground is to be covered");
+            return refuse(field, need, format!("helicopter for robot {number}"));
+        }
+        let flies = self.budget_m.is_some() || self.view_radius_m.is_some();
+        if flies {
+            let need = "vehicle = \"helicopter\"";
+            return refuse("robots.budget_m, view_radius_m", need, format!("rover for robot {number}"));
+        }
+        let Some([x, y]) = self.start else {
+            return refuse("robots.start", "a cell (x, y)", format!("nothing for robot {number}"));
+        };
+        let got = format!("({x}, {y}) of robot {number}");
+        match terrain.ground(Cell::new(x, y)) {
+            None => return refuse("robots.start", "a cell on the map", got),
+            Some(ground) if !ground.passable => {
+                return refuse("robots.start", "ground without obstacle", got);
+            }
+            Some(_) => {}
+        }
+        if let Some(other) = before.iter().position(|other| other.start == self.start) {
+            return refuse(
+                "robots.start",
+                "a cell of its own for each robot",
+                format!("{got} and robot {other}"),
+            );
+        }
+        let fastest_mps = terrain.grid.cell_size_m;
+        if !(1.0e-9..=fastest_mps).contains(&self.speed_mps) {
+            let need = "above 0 and at most one cell a second, since an action lasts a second at least";
+            return refuse("robots.speed_mps", need, self.speed_mps.to_string());
+        }
+        if !(1..=Sensor::RANGE_MAX_CELLS).contains(&self.sensor_range_cells) {
+            return refuse("robots.sensor_range_cells", "1 to 64", self.sensor_range_cells.to_string());
+        }
+        Ok(())
+    }
+}
+
+impl RobotRules {
+    /// The rover of these rules, which were checked, in a mission that covers ground.
+    fn covering(&self) -> Robot {
+        let [x, y] = self.start.unwrap_or_default();
+        Robot {
+            vehicle: Vehicle::Rover { speed_mps: self.speed_mps },
+            sensor: Sensor::Square { range_cells: self.sensor_range_cells },
+            start: Placement { cell: Cell::new(x, y), heading: self.heading },
+        }
+    }
+
+    /// The robot of these rules on `trip`, with the defaults of a helicopter filled in.
+    fn scouting(&mut self, number: usize, trip: &Trip) -> Result<Robot, ScenarioError> {
+        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
+        if let Some([x, y]) = self.start {
+            let need = "none in a mission of kind scout: its world has the start";
+            return refuse("robots.start", need, format!("({x}, {y}) of robot {number}"));
+        }
+        let start = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
+        let (vehicle, sensor) = match self.vehicle {
+            VehicleKind::Rover if self.budget_m.is_some() || self.view_radius_m.is_some() => {
+                let need = "vehicle = \"helicopter\"";
+                return refuse("robots.budget_m, view_radius_m", need, format!("rover for robot {number}"));
+            }
+            VehicleKind::Rover => {
+                let goal = Waypoint { x_m: trip.goal.at.x_m, y_m: trip.goal.at.y_m };
+                (Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m }, Sensor::Track)
+            }
+            VehicleKind::Helicopter => {
+                let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
+                if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
+                    return refuse("robots.budget_m", "0 to 1e6 m", budget_m.to_string());
+                }
+                let radius_m = *self.view_radius_m.get_or_insert_with(|| Camera::default().radius_m());
+                if !(1.0e-3..=Sensor::RADIUS_MAX_M).contains(&radius_m) {
+                    return refuse("robots.view_radius_m", "0.001 to 1000 m", radius_m.to_string());
+                }
+                if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
+                    return refuse("robots.speed_mps", "0.001 to 1000 m/s", self.speed_mps.to_string());
+                }
+                let vehicle = Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m };
+                (vehicle, Sensor::Camera { radius_m })
+            }
+        };
+        let cell = Cell::new(start.x_m as i32, start.y_m as i32);
+        Ok(Robot { vehicle, sensor, start: Placement { cell, heading: self.heading } })
+    }
+}
+
+fn north() -> Direction {
+    Direction::North
+}
+
+fn one_metre() -> f64 {
+    1.0
+}
+
+fn one_cell() -> u32 {
+    1
+}

@@ -1,0 +1,114 @@
+//! What a drive takes on the true ground, and what sensors see along a way.
+
+use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
+use helicopter::Swath;
+use rover::{Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, Truth, drive};
+
+/// Level ground with a true speed for each cell of a square metre.
+#[derive(Clone, Debug)]
+pub struct TrueGround {
+    surface: Surface,
+    truth: Truth,
+}
+
+impl TrueGround {
+    /// The ground with these cells, in index order. A cell without a speed counts as speed 0.
+    ///
+    /// # Errors
+    /// If the grid is too large.
+    ///
+    /// # Panics
+    /// If there are not as many cells as the grid has.
+    pub fn new(grid: Grid, cells: &[Ground]) -> Result<Self, LatticeError> {
+        assert_eq!(cells.len(), grid.cells(), "the ground needs a cell for each of its grid");
+        let lattice = Lattice::new(grid.width as usize, grid.height as usize)?;
+        let speeds = cells.iter().map(|ground| ground.speed.map_or(Speed::Zero, speed)).collect();
+        Ok(Self { surface: Surface::flat(lattice), truth: Truth { speeds } })
+    }
+
+    /// The cells of the ground.
+    #[must_use]
+    pub fn lattice(&self) -> Lattice {
+        self.surface.lattice()
+    }
+
+    /// The true speed of a cell.
+    ///
+    /// # Panics
+    /// If `cell` is not below the number of cells.
+    #[must_use]
+    pub fn speed(&self, cell: usize) -> Speed {
+        self.truth.speeds[cell]
+    }
+
+    /// The straight drive between two points.
+    #[must_use]
+    pub fn drive(&self, from: Waypoint, to: Waypoint) -> Drive {
+        drive(&self.surface, &self.truth, &[point(from), point(to)], f64::INFINITY)
+    }
+
+    /// The cells that a robot with `sensor` sees on the straight way between two points, rising and each once. A drive
+    /// ends at the border of a cell of speed 0, which is seen too.
+    #[must_use]
+    pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
+        let mut cells: Vec<usize> = match sensor {
+            Sensor::Camera { radius_m } => {
+                let leg = Segment { from: point(from), to: point(to) };
+                Swath::new(self.lattice(), leg, radius_m).cells(self.lattice()).collect()
+            }
+            Sensor::Track | Sensor::Square { .. } => self.drive(from, to).sensed,
+        };
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+}
+
+fn point(at: Waypoint) -> Point {
+    Point::new(at.x_m, at.y_m)
+}
+
+/// A speed of the rover's model by its name in messages.
+#[must_use]
+pub fn speed(speed: DriveSpeed) -> Speed {
+    Speed::ALL[speed as usize]
+}
+
+/// A speed by its name in messages.
+#[must_use]
+pub fn drive_speed(speed: Speed) -> DriveSpeed {
+    DriveSpeed::ALL[speed as usize]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ground() -> TrueGround {
+        let grid = Grid::new(6, 2, 1.0, 1).unwrap();
+        let cell = |index: usize| {
+            let speed = if index == 3 { DriveSpeed::Zero } else { DriveSpeed::Slow };
+            Ground { speed: Some(speed), ..Ground::FLAT }
+        };
+        TrueGround::new(grid, &(0..12).map(cell).collect::<Vec<_>>()).unwrap()
+    }
+
+    fn at(x_m: f64) -> Waypoint {
+        Waypoint { x_m, y_m: 0.5 }
+    }
+
+    #[test]
+    fn a_rover_sees_its_track_with_the_cell_that_stops_it_and_a_camera_sees_beyond() {
+        let ground = ground();
+        assert_eq!(ground.seen(Sensor::Track, at(0.5), at(5.5)), [0, 1, 2, 3]);
+        assert_eq!(ground.seen(Sensor::Track, at(2.5), at(0.5)), [0, 1, 2]);
+        assert_eq!(ground.seen(Sensor::Camera { radius_m: 1.0 }, at(2.5), at(3.5)), [1, 2, 3, 4, 8, 9]);
+    }
+
+    #[test]
+    fn speeds_keep_their_names() {
+        for (model, message) in Speed::ALL.into_iter().zip(DriveSpeed::ALL) {
+            assert_eq!((speed(message), drive_speed(model)), (model, message));
+        }
+    }
+}

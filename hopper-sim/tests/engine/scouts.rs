@@ -1,0 +1,284 @@
+//! A rover on uncertain ground and a helicopter: what they may do, and what a journal keeps of it.
+
+use contract::{
+    Action, Announcement, Branch, Command, Decision, Incarnation, MonotonicNs, Pace, Refusal, RobotId, Route,
+    RunId, State, Status, Team, Term, Travel, Waypoint,
+};
+use hopper_sim::process::RecordStore;
+use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission};
+use scenario::{ResolvedScenario, Scenario};
+
+use crate::fixture::command;
+
+const ROVER: RobotId = RobotId(0);
+const HELICOPTER: RobotId = RobotId(1);
+
+fn world(more: &str) -> ResolvedScenario {
+    let text = format!(
+        "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\n\
+         [limits]\nsteps_max = 40\n[guard]\nhazard_max = 0.01\n{more}\n\
+         [[robots]]\nvehicle = \"rover\"\n[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n"
+    );
+    Scenario::parse(&text, "test").unwrap().resolve().unwrap()
+}
+
+fn mission(world: &ResolvedScenario) -> Mission {
+    let brief = contract::Brief { run: RunId(1), ..world.brief };
+    Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: world.fleet.clone() }
+}
+
+/// An arbiter whose appends always succeed, perhaps into a journal.
+struct Host {
+    arbiter: Arbiter,
+    journal: Option<Journal>,
+    refused: Vec<Refusal>,
+}
+
+impl Host {
+    fn new(world: &ResolvedScenario, deadlines: bool) -> Self {
+        let arbiter = Arbiter::new(mission(world), None, Pace::Max, 0, MonotonicNs(1));
+        let arbiter = if deadlines { arbiter } else { arbiter.without_deadlines() };
+        let mut host = Self { arbiter, journal: None, refused: Vec::new() };
+        host.on(Event::Tick, 1);
+        host
+    }
+
+    fn on(&mut self, event: Event, now: u64) {
+        for effect in self.arbiter.on(event, MonotonicNs(now)) {
+            match effect {
+                Effect::Append(record) => {
+                    let route = match record.action {
+                        Action::Announce(id) => self.arbiter.route(id).cloned(),
+                        _ => None,
+                    };
+                    if let Some(journal) = &mut self.journal {
+                        match &route {
+                            Some(route) => journal.append_announced(&record, route).unwrap(),
+                            None => journal.append(&record).unwrap(),
+                        }
+                    }
+                    self.on(Event::Appended, now);
+                }
+                Effect::Refused(refusal) => self.refused.push(refusal),
+                _ => {}
+            }
+        }
+    }
+
+    fn state(&self) -> State {
+        *self.arbiter.state()
+    }
+
+    fn team(&self) -> Team {
+        self.arbiter.team().unwrap().clone()
+    }
+
+    fn travel(&self, robot: RobotId) -> Travel {
+        self.team().member(robot).unwrap().travel.unwrap()
+    }
+
+    /// A command of the planner of the robot that is due.
+    fn command(&self, action: Action) -> Command {
+        let robot = self.team().due;
+        let life = Incarnation(1 + u64::from(robot.0));
+        Command { robot, incarnation: life, term: Term(1), ..command(&self.state(), action) }
+    }
+
+    /// Commands the robot that is due, and tells why that was refused, if it was.
+    fn send(&mut self, action: Action) -> Option<Refusal> {
+        let before = (self.state().decision, self.refused.len());
+        self.on(Event::Command(Ok(self.command(action))), 2);
+        let accepted = self.state().decision > before.0;
+        assert_eq!(accepted, self.refused.len() == before.1, "{action}: {:?}", self.refused);
+        self.refused.get(before.1).cloned()
+    }
+
+    /// Tells the points of a route and announces it.
+    fn announce(&mut self, points: &[Waypoint]) -> Option<Refusal> {
+        let route = Route::new(points.to_vec()).unwrap();
+        let id = route.id();
+        let announcement = Announcement { run: RunId(1), robot: self.team().due, route };
+        self.on(Event::Announcement(Ok(announcement)), 2);
+        self.send(Action::Announce(id))
+    }
+}
+
+/// A point so many metres east of where the rover starts, within the safe west of the map.
+fn east(world: &ResolvedScenario, by_m: f64) -> Waypoint {
+    let start = world.fleet.as_ref().unwrap().robots[0].vehicle.start().unwrap();
+    Waypoint { x_m: start.x_m + by_m, ..start }
+}
+
+/// P-SCOUT-GUARD: each refusal has a name, and none moves the mission.
+#[test]
+fn what_a_robot_cannot_do_is_refused_by_name() {
+    let world = world("");
+    let mut host = Host::new(&world, false);
+    let at = |by_m| east(&world, by_m);
+    let reason = |refusal: Option<Refusal>| refusal.map_or("accepted", |refusal| refusal.reason());
+    for action in [Action::Fly, Action::Drive, Action::Hop(contract::Direction::North)] {
+        assert_eq!(reason(host.send(action)), "malformed", "{action} of a rover without a route");
+    }
+    let unknown = Route::new(vec![at(0.0), at(9.0)]).unwrap();
+    assert_eq!(reason(host.send(Action::Announce(unknown.id()))), "unknown_route");
+    assert_eq!(reason(host.announce(&[at(1.0), at(9.0)])), "malformed", "it begins elsewhere");
+    let outside = Waypoint { x_m: -1.0, ..at(0.0) };
+    assert_eq!(reason(host.announce(&[at(0.0), outside])), "malformed", "it leads off the map");
+    // Through the northern disc, which everybody knows to be impassable.
+    let disc = [Waypoint { x_m: 95.0, y_m: 137.5 }, Waypoint { x_m: 105.0, y_m: 137.5 }];
+    assert_eq!(reason(host.announce(&[at(0.0), disc[0], disc[1]])), "accepted");
+    // The helicopter: a rover's action, then a flight beyond its 300 m, then one within.
+    assert_eq!(reason(host.send(Action::Drive)), "malformed");
+    let far: Vec<Waypoint> = [0.0, 151.0, 0.0].map(at).to_vec();
+    let refusal = host.announce(&far).unwrap();
+    assert!(refusal.to_string().starts_with("a flight needs at most 300 m, got 30"), "{refusal}");
+    assert_eq!(reason(Some(refusal)), "beyond_budget");
+    assert_eq!(reason(host.announce(&[at(0.0), at(150.0), at(0.0)])), "accepted");
+    assert_eq!(host.team().due, ROVER);
+    assert_eq!(reason(host.send(Action::Drive)), "vetoed", "the prior along it says 0 m/Sol");
+    assert!(host.state().vetoed.has(Action::Drive));
+    // Another run, another robot, another task.
+    let route = Route::new(vec![at(0.0)]).unwrap();
+    for (announcement, need) in [
+        (Announcement { run: RunId(2), robot: ROVER, route: route.clone() }, "wrong_run"),
+        (Announcement { run: RunId(1), robot: RobotId(2), route: route.clone() }, "wrong_robot"),
+    ] {
+        host.on(Event::Announcement(Ok(announcement)), 3);
+        assert_eq!(host.refused.last().unwrap().reason(), need);
+    }
+    let mut hopper = crate::fixture::Host::fresh();
+    hopper.on(Event::Announcement(Ok(Announcement { run: crate::fixture::RUN, robot: ROVER, route })));
+    let state = hopper.state();
+    for action in [Action::Drive, Action::Fly, Action::Wait, Action::Done, Action::Announce(unknown.id())] {
+        hopper.send(command(&state, action));
+    }
+    assert_eq!((hopper.state().decision, hopper.refused), (Decision(0), vec!["malformed"; 6]));
+}
+
+#[test]
+fn a_flight_takes_its_length_divided_by_the_speed_and_wakes_whoever_waits() {
+    let world = world("");
+    let mut host = Host::new(&world, false);
+    let at = |by_m| east(&world, by_m);
+    assert_eq!(host.announce(&[at(0.0), at(20.0)]), None);
+    assert_eq!(host.announce(&[at(0.0), at(10.0), at(30.0)]), None);
+    assert_eq!(host.send(Action::Wait), None);
+    assert!(host.travel(ROVER).waits);
+    assert_eq!(host.send(Action::Fly), None);
+    let team = host.team();
+    // A second to announce, two to fly 10 m; the rover is ready when the flight ends, and comes first.
+    assert_eq!([0, 1].map(|robot| team.members[robot].ready_at_ns), [3_000_000_000; 2]);
+    assert_eq!((team.due, host.travel(ROVER).waits), (ROVER, false));
+    let travel = host.travel(HELICOPTER);
+    assert_eq!((travel.at, travel.reached, travel.legs, travel.flown_m), (at(10.0), 1, 2, 10.0));
+    assert_eq!(host.send(Action::Drive), None);
+    let travel = host.travel(ROVER);
+    assert_eq!((travel.at, travel.is_under_way(), travel.moved), (at(20.0), false, Some(Decision(4))));
+    // 20 m at 200 m/Sol are a tenth of a Sol of 24.66 h.
+    let lasted_ns = host.team().members[0].ready_at_ns - 3_000_000_000;
+    assert!(lasted_ns.abs_diff(8_877_600_000_000) < 1_000, "{lasted_ns}");
+}
+
+/// P-SCOUT-DEADLOCK.
+#[test]
+fn to_wait_as_the_last_or_to_leave_only_those_who_wait_is_a_deadlock() {
+    let world = world("");
+    let mut both_wait = Host::new(&world, false);
+    assert_eq!(both_wait.send(Action::Wait), None);
+    let mut left_alone = Host::new(&world, false);
+    assert_eq!(left_alone.send(Action::Wait), None);
+    assert_eq!(both_wait.send(Action::Wait), None);
+    assert_eq!(left_alone.send(Action::Done), None);
+    let mut gives_up = Host::new(&world, false);
+    assert_eq!(gives_up.send(Action::Done), None);
+    for host in [both_wait, left_alone, gives_up] {
+        assert_eq!(host.state().status, Status::Deadlock);
+    }
+}
+
+/// P-SCOUT-FAULT: a helicopter that fails ends only its own part; the rover's failure ends the mission.
+#[test]
+fn a_helicopter_that_fails_is_out_and_a_rover_that_fails_is_lost() {
+    let faulty = world("[[faults]]\nrobot = 1\naction = 1\n");
+    let mut host = Host::new(&faulty, false);
+    assert_eq!(host.send(Action::Wait), None);
+    assert_eq!(host.send(Action::Hold), None);
+    assert_eq!(host.state().last.unwrap().branch, Branch::Stranded);
+    let state = host.state();
+    assert_eq!((state.status, host.team().due), (Status::Underway, ROVER), "who waited goes on alone");
+    let mut host = Host::new(&world("[[faults]]\nrobot = 0\naction = 1\n"), false);
+    assert_eq!(host.send(Action::Hold), None);
+    assert_eq!(host.state().status, Status::Lost);
+}
+
+/// P-SCOUT-FALLBACK: on along the announced route, else hold.
+#[test]
+fn at_the_deadline_a_robot_goes_on_along_its_route_or_holds() {
+    let world = world("deadline_s = 1.0\n");
+    let mut host = Host::new(&world, true);
+    let actions = |host: &mut Host, now| {
+        host.on(Event::Tick, now);
+        host.state().last.unwrap().branch
+    };
+    assert_eq!(actions(&mut host, 2_000_000_000), Branch::Held, "no route yet");
+    assert_eq!(host.team().due, HELICOPTER);
+    let at = |by_m| east(&world, by_m);
+    assert_eq!(host.announce(&[at(0.0), at(5.0)]), None);
+    assert_eq!(host.announce(&[at(0.0), at(4.0)]), None, "the rover");
+    assert_eq!(host.team().due, HELICOPTER);
+    assert_eq!(actions(&mut host, 9_000_000_000), Branch::Intended);
+    assert_eq!(host.travel(HELICOPTER).at, at(5.0));
+    assert_eq!(actions(&mut host, 19_000_000_000), Branch::Intended);
+    assert_eq!((host.travel(ROVER).at, host.state().last_origin), (at(4.0), contract::Origin::Policy));
+}
+
+/// P-ROUTE-JOURNAL: routes are journalled by content, and a life that is resumed stands where the one before it stood.
+#[test]
+fn a_resumed_mission_knows_every_route_and_where_each_robot_is_on_it() {
+    let world = world("");
+    let folder = tempfile::tempdir().unwrap();
+    let header = JournalHeader::new(&world, 1).with_run(RunId(1));
+    let mut host = Host::new(&world, false);
+    host.journal = Some(Journal::create(folder.path(), &header, false).unwrap());
+    let at = |by_m| east(&world, by_m);
+    let long: Vec<Waypoint> = (0..256).map(|point| at(0.1 * f64::from(point))).collect();
+    assert_eq!(host.announce(&long), None);
+    assert_eq!(host.announce(&[at(0.0), at(10.0), at(20.0)]), None);
+    for action in [Action::Wait, Action::Fly, Action::Drive, Action::Fly, Action::Done] {
+        assert_eq!(host.send(action), None, "{action}");
+    }
+    drop(host.journal.take());
+    let bytes = std::fs::read(folder.path().join("hops.journal")).unwrap();
+    assert_eq!(bytes[8..12], 7_u32.to_le_bytes(), "the format of missions with routes");
+    let journal = Journal::resume(folder.path(), &header, false).unwrap();
+    assert_eq!(journal.routes().len(), 2);
+    let records: Vec<_> = journal.records().map(Result::unwrap).collect();
+    let last = *records.last().unwrap();
+    let mut resumed =
+        Arbiter::new(mission(&world), Some(&last), Pace::Max, 0, MonotonicNs(1)).without_deadlines();
+    resumed.recall_routes(RecordStore::routes(&journal).unwrap());
+    resumed.recall(&records);
+    assert_eq!(resumed.team(), Some(&host.team()));
+    assert_eq!(resumed.state().digest, host.state().digest);
+    assert!(hopper_sim::verify(folder.path()).unwrap().is_sound());
+}
+
+#[test]
+fn an_announcement_without_its_points_is_not_journalled() {
+    let world = world("");
+    let folder = tempfile::tempdir().unwrap();
+    let header = JournalHeader::new(&world, 1).with_run(RunId(1));
+    let mut journal = Journal::create(folder.path(), &header, false).unwrap();
+    let mut host = Host::new(&world, false);
+    let at = |by_m| east(&world, by_m);
+    let route = Route::new(vec![at(0.0), at(3.0)]).unwrap();
+    let announcement = Announcement { run: RunId(1), robot: ROVER, route };
+    let id = announcement.route.id();
+    host.on(Event::Announcement(Ok(announcement)), 2);
+    let effects = host.arbiter.on(Event::Command(Ok(host.command(Action::Announce(id)))), MonotonicNs(3));
+    let Some(Effect::Append(record)) = effects.first() else { panic!("{effects:?}") };
+    assert!(matches!(journal.append(record), Err(JournalError::NoRoute { .. })));
+    let other = Route::new(vec![at(0.0), at(4.0)]).unwrap();
+    assert!(matches!(journal.append_announced(record, &other), Err(JournalError::NoRoute { .. })));
+    assert!(journal.is_empty());
+}

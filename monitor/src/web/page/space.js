@@ -1,0 +1,423 @@
+// The same ground in space: a surface by WebGL 2, hops as arcs in the air, unseen ground as fog.
+//
+// Heights and colours are textures that only change where something was seen; the mesh is made once. A frame is three
+// draw calls whatever the size of the map: the ground, the lines, the symbols.
+
+import { ROBOTS } from "./map.js";
+import { GOAL, HOPPER, ROUTE, START, STRAY } from "./palette.js";
+import { colour } from "./theme.js";
+
+/** Hops whose arcs are in the air: the last ones. */
+const ARCS = 600;
+
+/** Segments of an arc. */
+const SEGMENTS = 10;
+
+/** The relief is raised to this share of the map's width, by eight times at most. */
+const RELIEF = 0.14;
+const RAISED_MAX = 8;
+
+const GROUND_VERTEX = `#version 300 es
+uniform mat4 view; uniform sampler2D heights; uniform sampler2D colours; uniform ivec2 size; uniform float raise; uniform float floorHeight;
+out vec3 shade; out float seen; out vec3 spot;
+void main() {
+  ivec2 cell = ivec2(gl_VertexID % size.x, gl_VertexID / size.x);
+  vec4 known = texelFetch(colours, cell, 0);
+  seen = known.a;
+  float height = seen > 0.5 ? texelFetch(heights, cell, 0).r : floorHeight;
+  spot = vec3(vec2(cell), height * raise);
+  shade = known.rgb;
+  gl_Position = view * vec4(spot, 1.0);
+}`;
+
+const GROUND_FRAGMENT = `#version 300 es
+precision highp float;
+uniform vec3 fog;
+in vec3 shade; in float seen; in vec3 spot;
+out vec4 ink;
+void main() {
+  vec3 normal = normalize(cross(dFdx(spot), dFdy(spot)));
+  if (normal.z < 0.0) normal = -normal;
+  float light = 0.72 + 0.36 * dot(normal, normalize(vec3(-0.5, 0.6, 0.75)));
+  float clear = smoothstep(0.35, 0.95, seen);
+  // Fog thickens and thins a little over the ground that nobody has seen.
+  float drift = 0.5 + 0.5 * sin(spot.x * 0.37 + sin(spot.y * 0.23) * 2.0) * sin(spot.y * 0.31);
+  ink = vec4(mix(fog * (0.9 + 0.16 * drift), shade * light, clear), 1.0);
+}`;
+
+const LINE_VERTEX = `#version 300 es
+uniform mat4 view; uniform vec2 screen;
+in vec3 from; in vec3 to; in vec4 paint; in float width;
+out vec4 ink;
+void main() {
+  vec4 a = view * vec4(from, 1.0), b = view * vec4(to, 1.0);
+  vec2 along = normalize(b.xy / b.w * screen - a.xy / a.w * screen + vec2(1e-6, 0.0));
+  vec2 across = vec2(-along.y, along.x);
+  int corner = gl_VertexID;
+  vec4 end = corner < 2 ? a : b;
+  float side = (corner & 1) == 0 ? -1.0 : 1.0;
+  vec2 shift = (across * side * width + along * (corner < 2 ? -0.3 : 0.3) * width) / screen;
+  gl_Position = end + vec4(shift * end.w, -0.0006 * end.w, 0.0);
+  ink = paint;
+}`;
+
+const LINE_FRAGMENT = `#version 300 es
+precision mediump float;
+in vec4 ink; out vec4 colour;
+void main() { colour = ink; }`;
+
+const MARK_VERTEX = `#version 300 es
+uniform mat4 view;
+in vec3 place; in vec4 paint; in float size; in float shape;
+out vec4 ink; out float form;
+void main() {
+  gl_Position = view * vec4(place, 1.0);
+  gl_Position.z -= 0.002 * gl_Position.w;
+  gl_PointSize = size; ink = paint; form = shape;
+}`;
+
+const MARK_FRAGMENT = `#version 300 es
+precision mediump float;
+in vec4 ink; in float form; out vec4 colour;
+void main() {
+  vec2 at = 2.0 * gl_PointCoord - 1.0;
+  float reach = length(at);
+  float edge = 0.8;
+  if (form > 0.5) {
+    float turn = atan(at.x, -at.y), part = 1.2566370614;
+    float fold = abs(mod(turn + 0.5 * part, part) - 0.5 * part) / (0.5 * part);
+    edge = mix(0.86, 0.42, fold);
+  }
+  if (reach > edge + 0.14) discard;
+  vec3 rim = form > 0.5 ? vec3(1.0) : vec3(0.07);
+  colour = vec4(reach > edge - 0.06 ? rim : ink.rgb, ink.a);
+}`;
+
+const rgba = (hex, alpha = 1) => [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16) / 255).concat(alpha);
+
+/** Column-major products and cameras, no more than is needed. */
+function product(a, b) {
+  const out = new Float32Array(16);
+  for (let column = 0; column < 4; column += 1) {
+    for (let row = 0; row < 4; row += 1) {
+      for (let n = 0; n < 4; n += 1) out[4 * column + row] += a[4 * n + row] * b[4 * column + n];
+    }
+  }
+  return out;
+}
+
+function perspective(angle, aspect, near, far) {
+  const f = 1 / Math.tan(angle / 2);
+  return new Float32Array([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0]);
+}
+
+function lookAt(eye, target) {
+  const norm = (v) => { const l = Math.hypot(...v) || 1; return v.map((c) => c / l); };
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const back = norm(eye.map((c, n) => c - target[n]));
+  const right = norm(cross([0, 0, 1], back));
+  const up = cross(back, right);
+  return new Float32Array([right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0, -dot(right, eye), -dot(up, eye), -dot(back, eye), 1]);
+}
+
+export class SpaceView {
+  constructor(canvas, history, map, onChange) {
+    Object.assign(this, { canvas, history, map, onChange, yaw: -0.5, pitch: 0.85, distance: 1.5, shownAt: null });
+    this.drawn = { calls: 0, triangles: 0 };
+    this.listen();
+  }
+
+  /** Whether this browser can show it; tried once. */
+  open() {
+    if (this.gl !== undefined) return Boolean(this.gl);
+    this.gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: false });
+    if (!this.gl) return false;
+    const { gl } = this;
+    this.ground = this.program(GROUND_VERTEX, GROUND_FRAGMENT);
+    this.lines = this.program(LINE_VERTEX, LINE_FRAGMENT);
+    this.marks = this.program(MARK_VERTEX, MARK_FRAGMENT);
+    this.lineData = gl.createBuffer();
+    this.markData = gl.createBuffer();
+    this.indices = gl.createBuffer();
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    return true;
+  }
+
+  program(vertex, fragment) {
+    const { gl } = this;
+    const program = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    return program;
+  }
+
+  /** A new mission: the mesh, and textures that are filled as the ground is seen. */
+  begin() {
+    this.run = null;
+  }
+
+  prepare() {
+    const { gl, history } = this;
+    const { width, height } = history;
+    const strip = new Uint32Array((height - 1) * (2 * width + 1));
+    let n = 0;
+    for (let y = 0; y + 1 < height; y += 1) {
+      for (let x = 0; x < width; x += 1) {
+        strip[n] = (y + 1) * width + x;
+        strip[n + 1] = y * width + x;
+        n += 2;
+      }
+      strip[n] = 0xffffffff;
+      n += 1;
+    }
+    this.corners = strip.length;
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indices);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, strip, gl.STATIC_DRAW);
+    gl.deleteTexture(this.heights ?? null);
+    gl.deleteTexture(this.colours ?? null);
+    const texture = (format) => {
+      const made = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, made);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      return made;
+    };
+    this.heights = texture(gl.R32F);
+    this.colours = texture(gl.RGBA8);
+    this.rows = new Uint32Array(width * height);
+    this.run = history.mission.run;
+    this.isNew = true;
+  }
+
+  /** Passes on the rows that are new on the map. */
+  upload() {
+    const { gl, history, map } = this;
+    const dirty = map.takeDirty();
+    if (!dirty && !this.isNew) return;
+    const { width, height } = history;
+    const [bottom, top] = this.isNew ? [0, height - 1] : [dirty.bottom, dirty.top];
+    this.isNew = false;
+    for (let y = bottom; y <= top; y += 1) {
+      // The map's layer has north at the top, the texture south.
+      this.rows.set(map.pixels.subarray((height - 1 - y) * width, (height - y) * width), y * width);
+    }
+    const [from, until] = [bottom * width, (top + 1) * width];
+    gl.bindTexture(gl.TEXTURE_2D, this.colours);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, bottom, width, top - bottom + 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(this.rows.buffer, 4 * from, 4 * (until - from)));
+    gl.bindTexture(gl.TEXTURE_2D, this.heights);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, bottom, width, top - bottom + 1, gl.RED, gl.FLOAT, history.heights.subarray(from, until));
+  }
+
+  /** How much heights are raised, in cells a metre. */
+  raise() {
+    const { history, map } = this;
+    const cell = history.mission.grid.cell_size_m;
+    const range = Math.max(map.range[1] - map.range[0], 1e-6) / cell;
+    const wanted = (RELIEF * Math.max(history.width, history.height)) / range;
+    this.raised = Math.min(Math.max(wanted, 1), RAISED_MAX);
+    return this.raised / cell;
+  }
+
+  draw(at, policy) {
+    if (!this.open()) return;
+    const { gl, history, map, canvas } = this;
+    if (this.run !== history.mission.run) this.prepare();
+    this.upload();
+    const ratio = window.devicePixelRatio || 1;
+    const [wide, tall] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
+    if (canvas.width !== wide || canvas.height !== tall) [canvas.width, canvas.height] = [wide, tall];
+    const back = rgba(colour("panel"));
+    gl.viewport(0, 0, wide, tall);
+    gl.clearColor(...back.slice(0, 3), 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const raise = this.raise();
+    const span = Math.max(history.width, history.height);
+    const pose = history.pose(at);
+    const middle = map.options.follow ? pose.cell : [(history.width - 1) / 2, (history.height - 1) / 2];
+    const target = [middle[0], middle[1] - (map.options.follow ? 0 : 0.04 * span), 0.5 * (map.range[0] + map.range[1]) * raise];
+    const reach = this.distance * (map.options.follow ? Math.min(span, 60) : span);
+    const eye = [
+      target[0] + reach * Math.cos(this.pitch) * Math.sin(this.yaw),
+      target[1] - reach * Math.cos(this.pitch) * Math.cos(this.yaw),
+      target[2] + reach * Math.sin(this.pitch),
+    ];
+    const view = product(perspective(0.8, wide / Math.max(tall, 1), reach / 50, reach * 4 + span * 2), lookAt(eye, target));
+    this.drawn = { calls: 0, triangles: 0 };
+    this.drawGround(view, raise);
+    const key = [history.mission.run, at, history.seen, raise, policy?.decision, this.pole(), colour("text")].join();
+    if (this.lineKey !== key) {
+      this.lineKey = key;
+      this.segments = this.routeLines(at, raise, policy);
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.lineData);
+      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(this.segments), gl.DYNAMIC_DRAW);
+    }
+    this.drawLines(view, [wide, tall], this.segments.length / 11);
+    this.drawMarks(view, this.symbols(at, raise, ratio));
+    this.canvas.dataset.drawn = `${this.drawn.calls} calls, ${this.drawn.triangles} triangles`;
+  }
+
+  drawGround(view, raise) {
+    const { gl, history, map } = this;
+    const place = (name) => gl.getUniformLocation(this.ground, name);
+    gl.useProgram(this.ground);
+    gl.uniformMatrix4fv(place("view"), false, view);
+    gl.uniform2i(place("size"), history.width, history.height);
+    gl.uniform1f(place("raise"), raise);
+    gl.uniform1f(place("floorHeight"), map.range[0]);
+    // Lighter or darker than what is behind it, whatever the theme.
+    const [unseen, dim] = [rgba(colour("unseen")), rgba(colour("dim"))];
+    gl.uniform3f(place("fog"), ...[0, 1, 2].map((n) => 0.66 * unseen[n] + 0.34 * dim[n]));
+    gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, this.heights); gl.uniform1i(place("heights"), 0);
+    gl.activeTexture(gl.TEXTURE1); gl.bindTexture(gl.TEXTURE_2D, this.colours); gl.uniform1i(place("colours"), 1);
+    gl.activeTexture(gl.TEXTURE0);
+    for (let n = 0; n < 8; n += 1) gl.disableVertexAttribArray(n);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.indices);
+    gl.drawElements(gl.TRIANGLE_STRIP, this.corners, gl.UNSIGNED_INT, 0);
+    this.count(2 * (history.width - 1) * (history.height - 1));
+  }
+
+  count(triangles) {
+    this.drawn.calls += 1;
+    this.drawn.triangles += triangles;
+  }
+
+  /** Height of a cell in space, a little above the ground. */
+  over([x, y], raise, above = 0.12) {
+    const { history, map } = this;
+    const isSeen = history.inside([x, y]) && history.seenAt[y * history.width + x] <= map.shownAt;
+    return (isSeen ? history.heights[y * history.width + x] : map.range[0]) * raise + above;
+  }
+
+  /** Arcs of the last hops, and the route that the policy expects, as segments. */
+  routeLines(at, raise, policy) {
+    const { history, map } = this;
+    const data = [];
+    const line = (a, b, paint, width) => data.push(...a, ...b, ...paint, width);
+    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
+    const [straight, stray] = [rgba(ROUTE), rgba(STRAY)];
+    for (let n = Math.max(until - ARCS, 0); n < until; n += 1) {
+      const hop = history.hops[n];
+      if (hop.branch === "held" || hop.from[0] === hop.to[0] && hop.from[1] === hop.to[1]) continue;
+      const [low, high] = [this.over(hop.from, raise), this.over(hop.to, raise)];
+      const rise = 0.5 * Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]);
+      const along = (share) => [
+        hop.from[0] + (hop.to[0] - hop.from[0]) * share, hop.from[1] + (hop.to[1] - hop.from[1]) * share,
+        low + (high - low) * share + rise * 4 * share * (1 - share),
+      ];
+      for (let part = 0; part < SEGMENTS; part += 1) line(along(part / SEGMENTS), along((part + 1) / SEGMENTS), hop.stray ? stray : straight, 3);
+    }
+    if (policy) {
+      const cells = map.expected(policy, history.pose(at).cell, at);
+      for (let n = 1; n < cells.length; n += 1) {
+        const [a, b] = [cells[n - 1], cells[n]];
+        line([...a, this.over(a, raise, 0.2)], [...b, this.over(b, raise, 0.2)], rgba(colour("text"), 0.85), 2);
+      }
+    }
+    if (history.robots > 1) return data;
+    const goal = history.goal(at);
+    const foot = this.over(goal, raise);
+    line([...goal, foot], [...goal, foot + this.pole()], rgba(colour("text")), 2.5);
+    return data;
+  }
+
+  pole() {
+    return Math.max(0.06 * Math.max(this.history.width, this.history.height) * Math.min(this.distance, 1), 1.2);
+  }
+
+  drawLines(view, screen, count) {
+    if (count === 0) return;
+    const { gl } = this;
+    gl.useProgram(this.lines);
+    gl.uniformMatrix4fv(gl.getUniformLocation(this.lines, "view"), false, view);
+    gl.uniform2f(gl.getUniformLocation(this.lines, "screen"), ...screen);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.lineData);
+    this.attributes(this.lines, [["from", 3], ["to", 3], ["paint", 4], ["width", 1]], 1);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
+    this.count(2 * count);
+  }
+
+  symbols(at, raise, ratio) {
+    const { history } = this;
+    const data = [];
+    const mark = ([x, y], above, hex, size, shape) => data.push(x, y, this.over([x, y], raise, above), ...rgba(hex), size * ratio, shape);
+    if (history.robots > 1) {
+      history.poses(at).forEach(({ cell }, robot) => cell && mark(cell, 0.5, ROBOTS[robot % ROBOTS.length], 20, 0));
+      return data;
+    }
+    mark(history.mission.start, 0.3, START, 16, 0);
+    mark(history.goal(at), this.pole() + 0.12, GOAL, 30, 1);
+    const flight = this.map.flightAt(at);
+    const pose = history.pose(at);
+    if (flight) {
+      const { hop, share } = flight;
+      const place = [0, 1].map((n) => hop.from[n] + (hop.to[n] - hop.from[n]) * share);
+      const height = this.over(hop.from, raise, 0.5) * (1 - share) + this.over(hop.to, raise, 0.5) * share;
+      data.push(...place, height + 0.5 * Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]) * 4 * share * (1 - share), ...rgba(HOPPER), 18 * ratio, 0);
+      this.onChange();
+    } else mark(pose.cell, 0.5, HOPPER, 18, 0);
+    return data;
+  }
+
+  drawMarks(view, data) {
+    const { gl } = this;
+    gl.useProgram(this.marks);
+    gl.uniformMatrix4fv(gl.getUniformLocation(this.marks, "view"), false, view);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.markData);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.DYNAMIC_DRAW);
+    this.attributes(this.marks, [["place", 3], ["paint", 4], ["size", 1], ["shape", 1]], 0);
+    gl.drawArrays(gl.POINTS, 0, data.length / 9);
+    this.count(0);
+  }
+
+  attributes(program, fields, divisor) {
+    const { gl } = this;
+    const stride = 4 * fields.reduce((sum, [, size]) => sum + size, 0);
+    for (let n = 0; n < 8; n += 1) gl.disableVertexAttribArray(n);
+    let offset = 0;
+    for (const [name, size] of fields) {
+      const at = gl.getAttribLocation(program, name);
+      gl.enableVertexAttribArray(at);
+      gl.vertexAttribPointer(at, size, gl.FLOAT, false, stride, offset);
+      gl.vertexAttribDivisor(at, divisor);
+      offset += 4 * size;
+    }
+  }
+
+  listen() {
+    const { canvas } = this;
+    let dragged = null;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      dragged = [event.offsetX, event.offsetY];
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!dragged) return;
+      this.yaw -= (event.offsetX - dragged[0]) / 180;
+      this.pitch = Math.min(Math.max(this.pitch + (event.offsetY - dragged[1]) / 220, 0.12), 1.5);
+      dragged = [event.offsetX, event.offsetY];
+      this.onChange();
+    });
+    const end = () => { dragged = null; };
+    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointercancel", end);
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.magnify(2 ** (-event.deltaY / 300));
+    }, { passive: false });
+  }
+
+  magnify(factor) {
+    this.distance = Math.min(Math.max(this.distance / factor, 0.1), 3);
+    this.onChange();
+  }
+}

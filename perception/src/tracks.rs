@@ -1,0 +1,85 @@
+//! Where robots are that go from point to point, and what they see on their way.
+
+use contract::{Action, Branch, Brief, Record, Robot, RouteId, Routes, Waypoint};
+use scout_world::TrueGround;
+use terrain::Terrain;
+
+/// The robots of a mission, folded from records.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tracks {
+    /// `None` before the mission's start is folded.
+    ground: Option<TrueGround>,
+    robots: Vec<Track>,
+    /// Kept whatever is forgotten: a route never changes.
+    routes: Routes,
+}
+
+/// One robot.
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    robot: Robot,
+    at: Waypoint,
+    route: Option<RouteId>,
+    /// Points of the route that were reached after the first.
+    reached: usize,
+}
+
+impl Tracks {
+    /// Puts all robots back to where nothing is known of them.
+    pub fn forget(&mut self) {
+        self.ground = None;
+        self.robots.clear();
+    }
+
+    /// The routes that are known, and the one that is wanted.
+    pub fn routes(&mut self) -> &mut Routes {
+        &mut self.routes
+    }
+
+    /// Puts the robots of a mission to their starts; the cells seen from there. A helicopter sees nothing before it flies.
+    pub fn begin(&mut self, brief: &Brief, terrain: &Terrain, robots: &[Robot]) -> Vec<usize> {
+        self.routes.begin(brief.run);
+        self.ground = TrueGround::new(terrain.grid, &terrain.cells).ok();
+        let track = |robot: &Robot| {
+            let at = robot.vehicle.start().unwrap_or_default();
+            Track { robot: *robot, at, route: None, reached: 0 }
+        };
+        self.robots = robots.iter().map(track).collect();
+        let Some(ground) = &self.ground else { return Vec::new() };
+        let on_ground = |track: &&Track| matches!(track.robot.sensor, contract::Sensor::Track);
+        let drivers = self.robots.iter().filter(on_ground);
+        drivers.flat_map(|track| ground.seen(track.robot.sensor, track.at, track.at)).collect()
+    }
+
+    /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not
+    /// known: they are wanted then.
+    pub fn fold(&mut self, record: &Record) -> Option<Vec<usize>> {
+        let Some(track) = self.robots.get_mut(usize::from(record.robot.0)) else { return Some(Vec::new()) };
+        match record.action {
+            Action::Announce(id) if record.outcome.branch != Branch::Stranded => {
+                (track.route, track.reached) = (Some(id), 0);
+                Some(Vec::new())
+            }
+            Action::Drive | Action::Fly => {
+                let Some(id) = track.route else { return Some(Vec::new()) };
+                let Some(route) = self.routes.get(id) else {
+                    self.routes.want(id);
+                    return None;
+                };
+                let Some(to) = route.waypoints().get(track.reached + 1).copied() else {
+                    return Some(Vec::new());
+                };
+                let stranded = record.outcome.branch == Branch::Stranded;
+                if stranded && record.outcome.flight.range_m == 0.0 {
+                    return Some(Vec::new());
+                }
+                let seen = self.ground.as_ref().map(|ground| ground.seen(track.robot.sensor, track.at, to));
+                if !stranded {
+                    (track.at, track.reached) = (to, track.reached + 1);
+                }
+                seen
+            }
+            _ => Some(Vec::new()),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Planners for rovers that cover ground: those of the crate `coverage`, on the observed map.
+//!
+//! Home of the decision rule of Laîné & Yoshida 2019 and of `cover_frontier`, as planners of a process. All rovers share
+//! one map, so a process that commands several of them keeps one [`Cover`].
+
+use contract::{Action, Cover as Share, Name, ObservedMap, RunId, Standing, Task, Team};
+use coverage::{Algorithm, Knowledge, Rover, TeamMap};
+
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
+
+/// A planner for coverage, with the observed map in the form that it searches.
+#[derive(Debug)]
+pub struct Cover {
+    algorithm: Algorithm,
+    planner: coverage::Planner,
+    /// The map as of a fingerprint of the observed one.
+    map: Option<(RunId, u64, TeamMap)>,
+    rovers: Vec<Rover>,
+}
+
+impl Cover {
+    /// A planner that has seen nothing.
+    #[must_use]
+    pub fn new(algorithm: Algorithm) -> Self {
+        Self { algorithm, planner: coverage::Planner::new(algorithm), map: None, rovers: Vec::new() }
+    }
+
+    /// Brings the map up to date with what changed in the observed one.
+    fn refresh(&mut self, observed: &ObservedMap) -> &TeamMap {
+        let known =
+            self.map.take().filter(|(run, _, map)| *run == observed.run && *map.grid() == observed.grid);
+        let changes =
+            known.and_then(|(_, observation, map)| Some((map, observed.changed_since(observation)?)));
+        let map = match changes {
+            Some((mut map, changed)) => {
+                changed.iter().for_each(|&index| learn(&mut map, observed, index as usize));
+                map
+            }
+            None => {
+                let mut map = TeamMap::new(observed.grid);
+                (0..observed.cells().len()).for_each(|index| learn(&mut map, observed, index));
+                map
+            }
+        };
+        let (_, _, map) = self.map.insert((observed.run, observed.observation(), map));
+        map
+    }
+}
+
+impl Planner for Cover {
+    fn name(&self) -> Name {
+        names::name(self.algorithm.name())
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        matches!(task, Task::Cover(_))
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let (Some(team), Some(Share { mode, .. })) = (situation.team, situation.brief.cover) else {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        };
+        self.rovers.clear();
+        self.rovers.extend(rovers(team));
+        self.refresh(situation.map);
+        let Self { planner, map: Some((_, _, map)), rovers, .. } = self else {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        };
+        let situated = coverage::Situation { map, rovers, mode, robot: team.due.0.into() };
+        match planner.decide(&situated).map(Action::Step) {
+            // The guard knows better: another robot may have come there since the map was sensed.
+            Some(step) if situation.state.vetoed.has(step) => {
+                Plan::at_once(Action::Hold, PlanStatus::Infeasible)
+            }
+            Some(step) => Plan::at_once(step, PlanStatus::Solved),
+            None => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+        }
+    }
+}
+
+fn rovers(team: &Team) -> impl Iterator<Item = Rover> + '_ {
+    team.members.iter().map(move |member| Rover {
+        start: member.robot.start,
+        pose: member.at,
+        stranded: member.standing == Standing::Stranded,
+    })
+}
+
+/// Writes one cell of the observed map into `map`.
+fn learn(map: &mut TeamMap, observed: &ObservedMap, index: usize) {
+    let knowledge = match observed.cells()[index] {
+        None => Knowledge::Unknown,
+        Some(ground) if ground.passable => Knowledge::Free,
+        Some(_) => Knowledge::Obstacle,
+    };
+    map.set(observed.grid.cell(index), knowledge, observed.visits(index).into());
+}

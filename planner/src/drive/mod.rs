@@ -1,0 +1,137 @@
+//! Planners for a rover that drives to a goal over ground of uncertain speed.
+//!
+//! The two stages of Folsom et al. 2021: the rover announces a route and waits; once all flights are flown it plans again,
+//! keeps the cheaper of the old route and the new one under what is known then, drives, and stays on it. Which stage it is
+//! follows from the team alone: from who has moved since the route was announced. So a planner that was restarted, or takes
+//! over from another, goes on where the one before it was.
+
+use contract::{Action, Name, Route, Task, Vehicle};
+use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
+use rover::{Belief, Caution};
+
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
+use crate::uncertain::{Turn, announcement, point, points};
+
+/// How a rover's route is searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RouteSearch {
+    /// `rrt_star`: the shortest route, whatever the risk. It waits for nobody and is never planned again.
+    Shortest,
+    /// `rrt_star_ett`: least expected travel time over safe ground.
+    ExpectedTime,
+    /// `ett_exact`: the same, searched completely.
+    Exact,
+}
+
+/// A planner for the rover.
+#[derive(Debug)]
+pub struct Drive {
+    search: RouteSearch,
+    /// The route of the last plan that announces one: what is to be sent with the command.
+    announced: Option<Route>,
+}
+
+impl Drive {
+    /// A planner that has planned nothing.
+    #[must_use]
+    pub fn new(search: RouteSearch) -> Self {
+        Self { search, announced: None }
+    }
+
+    /// A route on what is known, with random numbers of `seed`.
+    fn route(&self, turn: &Turn<'_>, belief: &Belief, trip: &Trip, seed: u64) -> Option<routing::Route> {
+        let samples = turn.scout.rover_samples as usize;
+        match self.search {
+            RouteSearch::Shortest => rrt_star(&belief.distance(), trip, samples, seed),
+            RouteSearch::ExpectedTime => {
+                rrt_star_ett(&belief.expected_time(Caution::default()), trip, samples, seed)
+            }
+            RouteSearch::Exact => ett_exact(&belief.expected_time(Caution::default()), trip),
+        }
+    }
+
+    fn announce(&mut self, route: &routing::Route) -> Plan {
+        let Some(route) = announcement(&route.points) else {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        };
+        let plan = Plan::at_once(Action::Announce(route.id()), PlanStatus::Solved);
+        self.announced = Some(route);
+        plan
+    }
+
+    /// What to do before the first point of a route is driven to.
+    fn begin(&mut self, turn: &Turn<'_>, trip: &Trip) -> Plan {
+        let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
+        // To wait as the last robot that can act would end the mission.
+        let wait = if turn.is_another_ready() { Action::Wait } else { Action::Hold };
+        let waits_for_scouts = turn.is_scouted() && self.search != RouteSearch::Shortest;
+        let old = turn.route_of(turn.me);
+        if old.is_some() && waits_for_scouts {
+            return Plan::at_once(wait, PlanStatus::Solved);
+        }
+        let news = turn.others().filter_map(|other| other.travel?.moved).max();
+        let is_news = news.is_some() && news >= turn.travel.announced && self.search != RouteSearch::Shortest;
+        if old.is_some() && !is_news {
+            return Plan::at_once(Action::Drive, PlanStatus::Solved);
+        }
+        let Some(belief) = turn.belief() else { return idle(Action::Hold) };
+        // Another seed than before: the same samples would give the same tree where nothing is new.
+        let seed = if is_news { !turn.scout.seed } else { turn.scout.seed };
+        let again = self.route(turn, &belief, trip, seed);
+        let Some(old) = old else {
+            return match again {
+                Some(route) => self.announce(&route),
+                None if waits_for_scouts => idle(wait),
+                None => idle(Action::Done),
+            };
+        };
+        let costs = belief.expected_time(Caution::default());
+        let kept = routing::Route::new(&costs, points(old));
+        let again = again.filter(|again| again.cost <= kept.cost);
+        let cheapest = again.unwrap_or(kept);
+        if cheapest.cost == f64::INFINITY {
+            idle(Action::Done)
+        } else if announcement(&cheapest.points).as_ref() == Some(old) {
+            Plan::at_once(Action::Drive, PlanStatus::Solved)
+        } else {
+            self.announce(&cheapest)
+        }
+    }
+}
+
+impl Planner for Drive {
+    fn name(&self) -> Name {
+        names::name(match self.search {
+            RouteSearch::Shortest => names::RRT_STAR,
+            RouteSearch::ExpectedTime => names::RRT_STAR_ETT,
+            RouteSearch::Exact => names::ETT_EXACT,
+        })
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        matches!(task, Task::Scout(_))
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        let Some(turn) = Turn::of(situation) else { return hold };
+        let Vehicle::Driver { goal, goal_radius_m, .. } = turn.me.robot.vehicle else { return hold };
+        // The guard knows no more than the planner, but may be stricter.
+        if situation.state.vetoed.has(Action::Drive) {
+            return hold;
+        }
+        let goal = Goal { at: point(goal), radius_m: goal_radius_m };
+        let trip = Trip { start: point(turn.travel.at), goal };
+        match turn.travel.reached {
+            0 => self.begin(&turn, &trip),
+            _ if turn.travel.is_under_way() => Plan::at_once(Action::Drive, PlanStatus::Solved),
+            // The route has ended elsewhere than at the goal.
+            _ => Plan::at_once(Action::Done, PlanStatus::Infeasible),
+        }
+    }
+
+    fn announced(&self) -> Option<&Route> {
+        self.announced.as_ref()
+    }
+}

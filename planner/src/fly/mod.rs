@@ -1,0 +1,142 @@
+//! Planners for a helicopter that looks ahead for a rover.
+//!
+//! It announces a flight, flies it point by point, and is done. A flight that was announced is flown to its end whoever
+//! plans, so what is seen on the way changes nothing of it.
+
+use contract::{Action, Name, Route, Sensor, Standing, Task, Vehicle};
+use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
+use rover::Point;
+
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
+use crate::uncertain::{Turn, announcement, point, points};
+
+/// How a flight is searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlightSearch {
+    /// `scout_route`: along the rover's announced route.
+    Route,
+    /// `rrt_star_it`: where speeds are spread most.
+    Spread,
+    /// `scout_value`: where knowing helps the rover most.
+    Value,
+}
+
+/// A planner for the helicopter.
+#[derive(Debug)]
+pub struct Fly {
+    search: FlightSearch,
+    /// The flight of the last plan that announces one: what is to be sent with the command.
+    announced: Option<Route>,
+}
+
+/// What a flight is planned from.
+struct Flight {
+    budget_m: f64,
+    view_m: f64,
+    /// Of the rover.
+    goal: Goal,
+    seed: u64,
+}
+
+impl Fly {
+    /// A planner that has planned nothing.
+    #[must_use]
+    pub fn new(search: FlightSearch) -> Self {
+        Self { search, announced: None }
+    }
+
+    /// The points of a flight from where the helicopter is; that point alone if there is nothing to fly for.
+    fn flight(&self, turn: &Turn<'_>, flight: &Flight) -> Option<Vec<Point>> {
+        let start = point(turn.travel.at);
+        let Flight { budget_m, view_m, goal, seed } = *flight;
+        Some(match self.search {
+            FlightSearch::Route => {
+                let route = turn.others().find(is_driver).and_then(|driver| turn.route_of(driver));
+                let along = |route: &Route| {
+                    let route = routing::Route { points: points(route), cost: 0.0 };
+                    scout_route(&route, budget_m)
+                };
+                route.map_or(vec![start], along)
+            }
+            FlightSearch::Spread => {
+                let iterations = turn.scout.helicopter_samples as usize;
+                rrt_star_it(&turn.belief()?, start, &RrtStarIt { iterations, budget_m, view_m }, seed)
+            }
+            FlightSearch::Value => {
+                let settings = ScoutValue { budget_m, view_m, ..ScoutValue::default() };
+                scout_value(&turn.belief()?, &Trip { start, goal }, &settings, seed)
+            }
+        })
+    }
+
+    /// What to do before a flight is announced.
+    fn begin(&mut self, turn: &Turn<'_>, goal: Goal) -> Plan {
+        let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
+        let driver = turn.others().find(is_driver);
+        let is_first = driver.is_some_and(|driver| driver.last.is_none());
+        if self.search == FlightSearch::Route && is_first {
+            return idle(if turn.is_another_ready() { Action::Wait } else { Action::Hold });
+        }
+        let (Vehicle::Helicopter { budget_m, .. }, Sensor::Camera { radius_m }) =
+            (turn.me.robot.vehicle, turn.me.robot.sensor)
+        else {
+            return idle(Action::Hold);
+        };
+        // Several helicopters with the same random numbers would fly side by side.
+        let before = turn.team.members.iter().take(turn.team.due.0.into());
+        let number =
+            before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
+        let seed = turn.scout.seed.wrapping_add(number as u64);
+        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m: radius_m, goal, seed };
+        let route = self.flight(turn, &flight).as_deref().and_then(announcement);
+        let Some(route) = route else { return idle(Action::Done) };
+        let plan = Plan::at_once(Action::Announce(route.id()), PlanStatus::Solved);
+        self.announced = Some(route);
+        plan
+    }
+}
+
+fn is_driver(member: &&contract::Member) -> bool {
+    matches!(member.robot.vehicle, Vehicle::Driver { .. })
+}
+
+impl Planner for Fly {
+    fn name(&self) -> Name {
+        names::name(match self.search {
+            FlightSearch::Route => names::SCOUT_ROUTE,
+            FlightSearch::Spread => names::RRT_STAR_IT,
+            FlightSearch::Value => names::SCOUT_VALUE,
+        })
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        matches!(task, Task::Scout(_))
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        let Some(turn) = Turn::of(situation) else { return hold };
+        if !matches!(turn.me.robot.vehicle, Vehicle::Helicopter { .. }) {
+            return hold;
+        }
+        let driver = turn.others().find(is_driver).filter(|driver| driver.standing == Standing::Active);
+        let goal = match driver.map(|driver| driver.robot.vehicle) {
+            Some(Vehicle::Driver { goal, goal_radius_m, .. }) => {
+                Goal { at: point(goal), radius_m: goal_radius_m }
+            }
+            _ => return Plan::at_once(Action::Done, PlanStatus::Solved),
+        };
+        if turn.travel.route.is_none() {
+            self.begin(&turn, goal)
+        } else if turn.travel.is_under_way() {
+            Plan::at_once(Action::Fly, PlanStatus::Solved)
+        } else {
+            Plan::at_once(Action::Done, PlanStatus::Solved)
+        }
+    }
+
+    fn announced(&self) -> Option<&Route> {
+        self.announced.as_ref()
+    }
+}

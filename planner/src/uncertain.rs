@@ -1,0 +1,94 @@
+//! Uncertain ground as planners of routes know it: the prior, and the true speeds of the cells that have been seen.
+
+use std::sync::Arc;
+
+use contract::{DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
+use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
+
+use crate::plan::{Scouting, Situation};
+
+/// A situation of a robot that goes from point to point, taken apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn<'a> {
+    pub scout: Scout,
+    pub team: &'a Team,
+    /// The robot that decides.
+    pub me: &'a Member,
+    pub travel: contract::Travel,
+    pub scouting: Scouting<'a>,
+    pub map: &'a ObservedMap,
+}
+
+impl<'a> Turn<'a> {
+    /// `None` in another mission.
+    pub fn of(situation: &Situation<'a>) -> Option<Self> {
+        let (team, scouting) = (situation.team?, situation.scouting?);
+        let me = team.member(team.due)?;
+        let (scout, travel) = (situation.brief.scout?, me.travel?);
+        Some(Self { scout, team, me, travel, scouting, map: situation.map })
+    }
+
+    /// What is known of the speeds; `None` if prior and map are of different ground.
+    pub fn belief(&self) -> Option<Belief> {
+        let grid = self.map.grid;
+        let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
+        let cells = self.scouting.prior.cells.iter().zip(self.map.cells());
+        let speeds = cells.map(|(prior, seen)| match seen.and_then(|ground| ground.speed) {
+            Some(speed) => Some(SpeedDistribution::certain(Speed::ALL[speed as usize])),
+            None => SpeedDistribution::as_given(prior.probabilities()).ok(),
+        });
+        Belief::new(Arc::new(Surface::flat(lattice)), speeds.collect::<Option<_>>()?).ok()
+    }
+
+    /// The points of a member's route.
+    pub fn route_of(&self, member: &Member) -> Option<&'a Route> {
+        self.scouting.routes.get(member.travel?.route?)
+    }
+
+    /// Whether a robot other than the one that decides can act without waiting for one.
+    pub fn is_another_ready(&self) -> bool {
+        let is_ready = |member: &&Member| {
+            let waits = member.travel.is_some_and(|travel| travel.waits);
+            member.standing == Standing::Active && !waits
+        };
+        self.others().any(|member| is_ready(&member))
+    }
+
+    /// All robots but the one that decides.
+    pub fn others(&self) -> impl Iterator<Item = &'a Member> {
+        let due = usize::from(self.team.due.0);
+        self.team
+            .members
+            .iter()
+            .enumerate()
+            .filter(move |(number, _)| *number != due)
+            .map(|(_, member)| member)
+    }
+
+    /// Whether a helicopter is still to fly, or about to announce a flight.
+    pub fn is_scouted(&self) -> bool {
+        let scouts = |member: &&Member| {
+            let travel = member.travel.filter(|travel| travel.route.is_none() || travel.is_under_way());
+            let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
+            flies && member.standing == Standing::Active && travel.is_some()
+        };
+        self.others().any(|member| scouts(&member))
+    }
+}
+
+/// The points of a planner's route as an announcement has them, bit for bit; `None` if they are too many or too far apart.
+pub(crate) fn announcement(points: &[Point]) -> Option<Route> {
+    Route::new(points.iter().map(|point| Waypoint { x_m: point.x_m, y_m: point.y_m }).collect()).ok()
+}
+
+/// The points of an announced route.
+pub(crate) fn points(route: &Route) -> Vec<Point> {
+    route.waypoints().iter().map(|at| point(*at)).collect()
+}
+
+pub(crate) fn point(at: Waypoint) -> Point {
+    Point::new(at.x_m, at.y_m)
+}
+
+// The names of the speeds in messages and in the model are in the same order.
+const _: () = assert!(DriveSpeed::ALL.len() == Speed::ALL.len());

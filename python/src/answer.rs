@@ -1,0 +1,81 @@
+//! Asks a Python planner, and makes an action of what it answers.
+
+use contract::{Action, Name};
+use pyo3::prelude::*;
+
+use crate::arrays::{Arrays, News};
+use crate::view::{Brief, State};
+
+/// A planner written in Python, with the arrays that it sees.
+pub struct Decider {
+    decide: Py<PyAny>,
+    arrays: Option<Arrays>,
+    /// Whether the log has said that arrays were kept.
+    warned: bool,
+}
+
+impl Decider {
+    /// The method `decide` of `planner`.
+    pub fn new(planner: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let decide =
+            planner.getattr("decide").ok().filter(|decide| decide.is_callable()).ok_or_else(|| {
+                crate::error(format!(
+                    "a planner needs a method decide(brief, map, state), got {}",
+                    told(planner)
+                ))
+            })?;
+        Ok(Self { decide: decide.unbind(), arrays: None, warned: false })
+    }
+
+    /// Brings the arrays up to date.
+    pub fn learn(&mut self, py: Python<'_>, news: &News) -> PyResult<()> {
+        Arrays::update(&mut self.arrays, py, news).map(drop)
+    }
+
+    /// Asks for an action. What is raised is passed on; an answer that is no action for this mission is an error.
+    pub fn decide(
+        &mut self,
+        py: Python<'_>,
+        brief: &contract::Brief,
+        news: &News,
+        state: State,
+    ) -> PyResult<Action> {
+        let map = Arrays::update(&mut self.arrays, py, news)?;
+        let answer = self.decide.bind(py).call1((Brief(*brief), map, state))?;
+        if !self.warned && self.arrays.as_ref().is_some_and(|arrays| arrays.are_kept(py)) {
+            self.warned = true;
+            tracing::warn!(
+                "decide keeps arrays of the map: they change with the next decision; keep array.copy() instead"
+            );
+        }
+        let code = answer.extract::<u32>().ok().and_then(Action::from_code).filter(|action| match action {
+            Action::Hold => true,
+            Action::Hop(_) => brief.is_of_hopper(),
+            _ => !brief.is_of_hopper(),
+        });
+        let need = if brief.is_of_hopper() { "HOLD or a hop" } else { "HOLD or a step" };
+        code.ok_or_else(|| {
+            crate::error(format!(
+                "decide needs to return a hopper.Action, here {need}, got {}",
+                told(&answer)
+            ))
+        })
+    }
+}
+
+/// The name of a planner: its attribute `name`, or its class.
+pub fn name(planner: &Bound<'_, PyAny>) -> PyResult<Name> {
+    let name = match planner.getattr("name") {
+        Ok(name) => name.extract::<String>()?,
+        Err(_) => planner.get_type().name()?.extract::<String>()?,
+    };
+    name.parse().map_err(|error| crate::error(format!("a planner's name: {error}")))
+}
+
+/// A value with its type, in a few words.
+fn told(value: &Bound<'_, PyAny>) -> String {
+    let kind = value.get_type().name().map_or_else(|_| "?".into(), |name| name.to_string());
+    let text = value.repr().map_or_else(|_| String::new(), |text| text.to_string());
+    let text: String = text.chars().take(80).collect();
+    format!("{text} of type {kind}")
+}

@@ -1,0 +1,185 @@
+//! Brief and state as a Python planner sees them.
+
+use contract::{Action, Cell, Task, Team};
+use pyo3::prelude::*;
+
+/// What was known before the mission.
+#[pyclass(frozen, module = "hopper")]
+pub struct Brief(pub contract::Brief);
+
+#[pymethods]
+impl Brief {
+    /// Name of the scenario.
+    #[getter]
+    fn scenario(&self) -> String {
+        self.0.scenario.to_string()
+    }
+
+    /// "paper-2023" or "hopper".
+    #[getter]
+    fn profile(&self) -> &'static str {
+        self.0.profile.as_str()
+    }
+
+    /// "reach", "patrol" or "cover".
+    #[getter]
+    fn task(&self) -> &'static str {
+        match self.0.task() {
+            Task::Reach => "reach",
+            Task::Patrol => "patrol",
+            _ => "cover",
+        }
+    }
+
+    /// Robots of the mission, numbered from 0.
+    #[getter]
+    fn robots(&self) -> u16 {
+        self.0.robots
+    }
+
+    /// Columns of the grid.
+    #[getter]
+    fn width(&self) -> u32 {
+        self.0.grid.width
+    }
+
+    /// Rows of the grid.
+    #[getter]
+    fn height(&self) -> u32 {
+        self.0.grid.height
+    }
+
+    /// Edge of a cell, metres.
+    #[getter]
+    fn cell_size_m(&self) -> f64 {
+        self.0.grid.cell_size_m
+    }
+
+    /// Cells that one hop spans.
+    #[getter]
+    fn hop_cells(&self) -> u32 {
+        self.0.grid.hop_cells
+    }
+
+    /// Cell (x, y) where the mission, or this leg of a patrol, begins.
+    #[getter]
+    fn start(&self) -> (i32, i32) {
+        pair(self.0.start)
+    }
+
+    /// Cell (x, y) to reach.
+    #[getter]
+    fn goal(&self) -> (i32, i32) {
+        pair(self.0.goal)
+    }
+
+    /// Steps after which the mission is a deadlock.
+    #[getter]
+    fn steps_max(&self) -> u64 {
+        self.0.limits.steps_max
+    }
+
+    /// The cell (x, y) that an action aims at from `cell`; None outside the grid.
+    fn target(&self, cell: (i32, i32), action: u32) -> PyResult<Option<(i32, i32)>> {
+        let from = Cell::new(cell.0, cell.1);
+        let to = match Action::from_code(action) {
+            Some(Action::Hold) => from,
+            Some(Action::Hop(direction)) => self.0.grid.hop(from, direction),
+            Some(Action::Step(direction)) => {
+                let (dx, dy) = direction.step();
+                Cell::new(from.x + dx, from.y + dy)
+            }
+            _ => return Err(crate::error(format!("an action needs to be a hopper.Action, got {action}"))),
+        };
+        Ok(self.0.grid.contains(to).then_some(pair(to)))
+    }
+
+    /// Every field of the brief, as JSON.
+    fn json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0).map_err(crate::error)
+    }
+}
+
+/// The state at a decision.
+#[pyclass(frozen, module = "hopper")]
+pub struct State {
+    pub state: contract::State,
+    pub team: Option<Team>,
+}
+
+impl State {
+    fn at(&self) -> Cell {
+        let due = self.team.as_ref().and_then(|team| team.member(team.due));
+        due.map_or(self.state.pose.cell, |member| member.at.cell)
+    }
+}
+
+#[pymethods]
+impl State {
+    /// The decision that is due, counted from 0.
+    #[getter]
+    fn decision(&self) -> u64 {
+        self.state.decision.0
+    }
+
+    /// Steps so far, in the paper's count.
+    #[getter]
+    fn steps(&self) -> u64 {
+        self.state.steps
+    }
+
+    /// Goals visited so far; of rovers, cells covered.
+    #[getter]
+    fn visits(&self) -> u64 {
+        self.state.visits
+    }
+
+    /// Treasures collected so far.
+    #[getter]
+    fn treasures(&self) -> u32 {
+        self.state.collected.0.count_ones()
+    }
+
+    /// Number of the robot that decides.
+    #[getter]
+    fn robot(&self) -> u16 {
+        self.team.as_ref().map_or(0, |team| team.due.0)
+    }
+
+    /// Cell (x, y) of the robot that decides.
+    #[getter]
+    fn cell(&self) -> (i32, i32) {
+        pair(self.at())
+    }
+
+    /// Height of the ground under the hopper above the datum, metres.
+    #[getter]
+    fn height_m(&self) -> f64 {
+        self.state.pose.height_m
+    }
+
+    /// Actions that the guard has vetoed at this decision, as codes of hopper.Action.
+    #[getter]
+    fn vetoed(&self) -> Vec<u32> {
+        let vetoed = |action: &Action| self.state.vetoed.has(*action);
+        Action::ALL.into_iter().filter(vetoed).map(Action::code).collect()
+    }
+
+    /// Cells (x, y) of all robots, in the order of their numbers.
+    #[getter]
+    fn robots(&self) -> Vec<(i32, i32)> {
+        match &self.team {
+            Some(team) => team.members.iter().map(|member| pair(member.at.cell)).collect(),
+            None => vec![pair(self.state.pose.cell)],
+        }
+    }
+
+    /// Every field of the state, and of the team if there are several robots, as JSON.
+    fn json(&self) -> PyResult<String> {
+        serde_json::to_string(&(&self.state, &self.team)).map_err(crate::error)
+    }
+}
+
+fn pair(cell: Cell) -> (i32, i32) {
+    (cell.x, cell.y)
+}

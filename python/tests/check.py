@@ -1,0 +1,202 @@
+"""What the package promises without a running mission; prints digests as JSON. Run by tests/python.rs."""
+
+import inspect
+import json
+import sys
+
+import numpy as np
+
+import hopper
+
+sys.path.insert(0, sys.argv[1])
+from planner_python import MyPlanner
+
+
+def raises(kind, text, call, *arguments, **named):
+    try:
+        call(*arguments, **named)
+    except kind as error:
+        assert text in str(error), f"need {text!r} in {str(error)!r}"
+        return
+    raise AssertionError(f"need {kind.__name__} with {text!r}")
+
+
+class Watching(MyPlanner):
+    """Compares the arrays of each decision with those before."""
+
+    name = "my_planner"
+    seen = 0
+    cells = []
+
+    def decide(self, brief, map, state):
+        shape = (brief.height, brief.width)
+        for name, kind, layers in [
+            ("height_m", "f8", ()), ("gradient", "f8", (2,)), ("sand", "?", ()), ("passable", "?", ()), ("seen", "?", ()),
+            ("visits", "u2", ()),
+        ]:
+            array = getattr(map, name)
+            assert array.shape == shape + layers and array.dtype == np.dtype(kind), (name, array.shape, array.dtype)
+            raises(ValueError, "read-only", array.fill, 0)
+        assert (np.isnan(map.height_m) == ~map.seen).all() and (np.isnan(map.gradient[..., 0]) == ~map.seen).all()
+        assert not (map.sand | map.passable)[~map.seen].any()
+        x, y = state.cell
+        assert map.seen[y, x] and map.height_m[y, x] == state.height_m
+        assert map.seen.sum() >= self.seen
+        self.seen = int(map.seen.sum())
+        self.cells.append(state.cell)
+        assert state.decision == len(self.cells) - 1 and json.loads(state.json())[0]["steps"] == state.steps
+        assert json.loads(brief.json())["goal"] == dict(zip("xy", brief.goal))
+        return super().decide(brief, map, state)
+
+
+def lockstep():
+    flight = hopper.run("hard", Watching(), seed=3)
+    again = hopper.run("hard", MyPlanner(), seed=3)
+    assert flight.digest == again.digest, "the name of a planner has no part in a digest"
+    rows, route = flight.rows, flight.route
+    assert flight.summary["decisions"] == len(rows["decision"]) == len(route["x"]) - 1
+    assert list(zip(route["x"][:-1], route["y"][:-1])) == Watching.cells
+    assert (rows["decision"] == np.arange(len(rows["decision"]))).all()
+    assert rows["steps"][-1] == flight.summary["steps"]
+    assert flight.map["seen"].mean() == flight.summary["coverage"]
+    assert np.isnan(flight.map["height_m"][~flight.map["seen"]]).all()
+    return flight.digest
+
+
+class Sweeping:
+    """A rover's planner: to the free neighbour that was visited least."""
+
+    def decide(self, brief, map, state):
+        def is_free(step):
+            cell = brief.target(state.cell, step)
+            return cell and step not in state.vetoed and cell not in state.robots and map.passable[cell[1], cell[0]]
+
+        def visits(step):
+            x, y = brief.target(state.cell, step)
+            return map.visits[y, x]
+
+        return min(filter(is_free, hopper.STEPS), key=visits, default=hopper.Action.HOLD)
+
+
+def rovers():
+    flight = hopper.run("coverage", Sweeping(), seed=1)
+    assert flight.summary["decisions"] > 100 and flight.map["visits"].max() >= 1
+    assert set(flight.rows["robot"]) == {0, 1, 2, 3}
+
+
+class Raising(MyPlanner):
+    def __init__(self, answer):
+        self.answer = answer
+
+    def decide(self, brief, map, state):
+        if state.decision == 2:
+            return self.answer()
+        return super().decide(brief, map, state)
+
+
+def errors():
+    raises(ZeroDivisionError, "division", hopper.run, "hard", Raising(lambda: 1 / 0))
+    for answer in ["north", None, 9, 2.5, hopper.Action.STEP_NORTH]:
+        raises(hopper.HopperError, "decide needs to return a hopper.Action, here HOLD or a hop", hopper.run, "hard",
+               Raising(lambda: answer))
+    raises(hopper.HopperError, "a planner is a name or has a method decide", hopper.run, "hard", object())
+    raises(hopper.HopperError, "a planner needs a method decide", hopper.fly, object())
+    raises(hopper.HopperError, "got \"oracle\"", hopper.run, "hard", "oracle")
+    raises(hopper.HopperError, "scenario hard needs one of the planners", hopper.run, "hard", "cover_frontier")
+    raises(hopper.HopperError, "nowhere", hopper.run, "nowhere")
+    raises(hopper.HopperError, "a profile is", hopper.run, "hard", profile="paper")
+    raises(hopper.HopperError, "robots are numbers", hopper.fly, MyPlanner(), robot=16)
+    try:
+        hopper.fly(MyPlanner(), instance=sys.argv[2], wait=0.2)
+    except hopper.HopperError as error:
+        assert error.exit_code == 4 and "hopper-sim" in str(error), error
+    else:
+        raise AssertionError("nobody is there")
+
+
+class EastFirst(MyPlanner):
+    """Breaks the rule of ties."""
+
+    def decide(self, brief, map, state):
+        x, y = state.cell
+        if brief.goal[0] > x and not {2} & set(state.vetoed):
+            return hopper.Action.EAST
+        return super().decide(brief, map, state)
+
+
+class Forgetful(MyPlanner):
+    """Breaks the rule of the empty cache."""
+
+    decisions = 0
+
+    def decide(self, brief, map, state):
+        self.decisions += 1
+        return hopper.Action.HOLD if self.decisions > 1 and state.decision == 1 else super().decide(brief, map, state)
+
+
+def law():
+    hopper.check(MyPlanner)
+    raises(hopper.HopperError, "breaks the law (ties)", hopper.check, EastFirst)
+    raises(hopper.HopperError, "breaks the law (empty cache)", hopper.check, Forgetful)
+    raises(ZeroDivisionError, "division", hopper.check, lambda: Raising(lambda: 1 / 0))
+    raises(hopper.HopperError, "a planner needs a method decide", hopper.check, object)
+
+
+def value_iteration(world):
+    """Values by the definition of the solver's documentation, in plain NumPy."""
+    height, width = world.payoff.shape
+    steps = [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    values = np.zeros_like(world.payoff)
+    intended, stuck, sideways, wait = world.soils[0]
+    assert stuck == 0 and wait == 0
+    y, x = np.mgrid[0:height, 0:width]
+
+    def landing(step):
+        to_y, to_x = y + step[0], x + step[1]
+        inside = (0 <= to_y) & (to_y < height) & (0 <= to_x) & (to_x < width)
+        to_y, to_x = np.where(inside, to_y, y), np.where(inside, to_x, x)
+        after = np.where(world.goal, world.payoff, np.where(world.lost, world.loss, world.payoff + values))
+        return after[to_y, to_x]
+
+    for _ in range(4000):
+        landings = [landing(step) for step in steps]
+        hops = [
+            world.discount * (intended * landings[u] + sideways * (landings[u - 1] + landings[(u + 1) % 4])) for u in range(4)
+        ]
+        values = np.where(world.goal | world.lost, 0.0, np.max(hops, axis=0))
+    return values
+
+
+def solver():
+    random = np.random.default_rng(7)
+    shape = (13, 17)
+    payoff = -random.random(shape)
+    goal = np.zeros(shape, bool)
+    goal[11, 14] = True
+    payoff[goal] = 100.0
+    lost = (random.random(shape) < 0.1) & ~goal
+    world = hopper.World(payoff, goal, lost, discount=0.97, loss=-20.0)
+    solution = hopper.solve(world, error_max=1e-9)
+    values, policy, bound = solution
+    free = ~goal & ~lost
+    assert solution.is_solved and 0 < bound <= 1e-9 and solution.sweeps > 0
+    assert np.abs(values - value_iteration(world))[free].max() <= 1e-8
+    assert set(policy[free]) <= {1, 2, 3, 4} and not policy[~free].any()
+    raises(hopper.HopperError, "discount", hopper.solve, hopper.World(payoff, goal, lost, discount=1.0))
+    raises(hopper.HopperError, "goal needs shape (13, 17)", hopper.solve, hopper.World(payoff, goal[1:], lost))
+    raises(hopper.HopperError, "leaving", hopper.solve, hopper.World(payoff, goal, lost, leaving="flies"))
+    raises(hopper.HopperError, "finite payoff", hopper.solve, hopper.World(payoff * np.nan, goal, lost))
+
+
+def documented():
+    for name in hopper.__all__:
+        assert inspect.getdoc(getattr(hopper, name)) or name in ("HOPS", "STEPS"), f"{name} has no docstring"
+
+
+digest = lockstep()
+rovers()
+errors()
+law()
+solver()
+documented()
+print(json.dumps({"mdp": hopper.run("hard", "mdp", seed=3).digest, "template": digest}))

@@ -1,0 +1,189 @@
+//! `hopper view`: shows a past mission with the page of running ones.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use contract::{Branch, Brief, MonotonicNs, Policy, Record, RobotId, Standing, State, Team};
+use hopper_sim::{Arbiter, JournalReader, Mission, Pace};
+use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
+use monitor::web::Page;
+use monitor::{History, Input, Watcher};
+use node::{Exit, Failure};
+use perception::Cartographer;
+use planner::{Budget, Situation};
+use scenario::{ResolvedScenario, Scenario};
+
+use crate::commands::journal::folder;
+use crate::tool;
+
+/// The robot whose topics a mission is told on.
+const ROBOT: RobotId = RobotId(0);
+
+/// Arguments of `hopper view`.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Folder of a journal, output folder of a run, or a recording.
+    #[arg(value_name = "JOURNAL|RUN|RECORDING")]
+    path: PathBuf,
+    #[command(flatten)]
+    serve: ServeArgs,
+}
+
+/// Where the page of a past mission is served.
+#[derive(clap::Args, Clone, Debug)]
+pub struct ServeArgs {
+    /// Address or port of the page; port 0 picks a free one, which the log names.
+    #[arg(long, value_name = "ADDR", default_value = PAGE_ADDRESS, value_parser = address)]
+    web: SocketAddr,
+    /// Open the page in the browser of this desktop.
+    #[arg(long)]
+    open: bool,
+}
+
+/// Serves the page of the mission until Ctrl-C.
+///
+/// # Errors
+/// If the path holds no mission, or the address cannot be had.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    if args.path.is_file() {
+        // Recordings are read by a program of their own, which gets the same arguments.
+        return tool::exec("hopper-recordings", std::env::args_os().skip(1));
+    }
+    let history = history_of_journal(&folder(&args.path)?)?;
+    serve(history, &args.serve)
+}
+
+/// Serves the page of `history` until Ctrl-C.
+///
+/// # Errors
+/// If the address cannot be had, or signals cannot be watched.
+pub fn serve(history: History, args: &ServeArgs) -> Result<Exit, Failure> {
+    let page = Page::open(args.web, false, Arc::new(Mutex::new(history)))?;
+    if args.open {
+        open_in_browser(page.url());
+    }
+    serve_on(&page, false)?;
+    Ok(Exit::Done)
+}
+
+/// The history of the mission whose journal is in `dir`, as its monitor told it, with the policy behind the last
+/// decision.
+///
+/// # Errors
+/// If the journal cannot be read, or its scenario not be resolved.
+pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
+    let journal = JournalReader::open(dir).map_err(Failure::usage)?;
+    let header = journal.header();
+    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
+    let world = scenario.resolve().map_err(Failure::usage)?;
+    let brief = Brief { run: header.run(), ..header.brief };
+    let mut replay = Replay::begin(&brief, &world, header.seed);
+    for record in journal.records() {
+        replay.record(&record.map_err(Failure::run)?);
+    }
+    Ok(replay.end())
+}
+
+/// The processes of a mission as far as a page needs them, fed from its journal.
+struct Replay<'a> {
+    brief: &'a Brief,
+    history: History,
+    watcher: Watcher,
+    cartographer: Cartographer,
+    team: Option<Team>,
+    last: State,
+}
+
+impl<'a> Replay<'a> {
+    fn begin(brief: &'a Brief, world: &ResolvedScenario, seed: u64) -> Self {
+        let now = MonotonicNs(1);
+        let mission =
+            Mission { brief: *brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+        let arbiter = Arbiter::new(mission, None, Pace::Max, 0, now);
+        let mut replay = Self {
+            brief,
+            history: History::new(ROBOT),
+            watcher: Watcher::new(ROBOT),
+            cartographer: Cartographer::new(ROBOT),
+            team: arbiter.team().cloned(),
+            last: *arbiter.state(),
+        };
+        replay.history.on(Input::Brief(brief), now);
+        replay.watcher.on(monitor::Event::Brief(*brief), now);
+        replay.cartographer.on(perception::Event::Terrain(brief.run, world.terrain.clone()), now);
+        replay.cartographer.on(perception::Event::Brief(*brief), now);
+        if let Some(team) = &replay.team {
+            replay.cartographer.on(perception::Event::Team(team.clone()), now);
+        }
+        replay.state();
+        replay
+    }
+
+    fn record(&mut self, record: &Record) {
+        let committed = record.timing.committed;
+        self.last = record.state_after(self.brief.run, committed, committed);
+        if let Some(member) =
+            self.team.as_mut().and_then(|team| team.members.get_mut(usize::from(record.robot.0)))
+        {
+            member.at.cell = record.pose.cell;
+            member.leader = record.leader;
+            member.last = Some(record.decision);
+            if record.outcome.branch == Branch::Stranded {
+                member.standing = Standing::Stranded;
+            }
+        }
+        self.state();
+    }
+
+    /// Passes the newest state on, and what is seen from it.
+    fn state(&mut self) {
+        let (state, now) = (self.last, self.last.landed);
+        self.history.on(Input::State(&state), now);
+        self.watcher.on(monitor::Event::State(state), now);
+        self.cartographer.on(perception::Event::State(state), now);
+        for patch in self.cartographer.patches(now, &mut || now) {
+            self.watcher.on(monitor::Event::Map(patch.clone()), now);
+            self.history.on(Input::Patch(patch), now);
+        }
+        self.history.on(Input::Tick, now);
+    }
+
+    fn end(mut self) -> History {
+        let now = self.last.landed;
+        if let Some(team) = self.team.take() {
+            self.watcher.on(monitor::Event::Team(team), now);
+        }
+        if let Some(policy) = self.policy() {
+            self.history.on(Input::Policy(policy), now);
+        }
+        if let Some(progress) = self.watcher.progress(now) {
+            self.history.set_progress(progress);
+        }
+        self.history
+    }
+
+    /// The policy that the last planner in command had at the end, if it has one.
+    fn policy(&self) -> Option<Policy> {
+        let map = self.cartographer.map().filter(|_| self.brief.is_of_hopper())?;
+        let mut planner = planner::algorithm(self.last.leader.planner.as_str()).ok()?;
+        let mut state = self.last;
+        if let Some(last) = state.last.filter(|_| state.status.is_over()) {
+            // Where the mission has ended there is nothing to plan for.
+            state.pose.cell = last.from;
+        }
+        let leg = self.brief.leg(state.visits);
+        let plan = planner.plan(
+            &Situation { brief: &leg, map, state: &state, team: None, scouting: None },
+            &Budget::default(),
+        );
+        Some(Policy {
+            run: self.brief.run,
+            robot: ROBOT,
+            decision: state.decision,
+            planner: planner.name(),
+            error_bound: plan.error_bound,
+            cells: planner.policy()?,
+        })
+    }
+}

@@ -1,0 +1,95 @@
+//! Several rovers, each with a planner process of its own or sharing one, fly as lockstep does.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use harness::{Mission, json, leaders, lockstep, stderr};
+use rustix::process::Signal;
+
+/// P-COVER-RUN: four and eight rovers, one planner process each, have the digest of lockstep.
+#[test]
+fn rovers_flown_live_have_the_digest_of_lockstep() {
+    for (scenario, rovers) in [("coverage", 4), ("coverage-8", 8)] {
+        let mut mission = Mission::new("rovers");
+        let output = mission.fly(&["--scenario", scenario]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let summary = json(&output);
+        assert_eq!(summary["digest"], lockstep(&["--scenario", scenario])["digest"], "{}", stderr(&output));
+        mission.assert_as_lockstep("out/journal");
+        let processes = summary["processes"].as_array().unwrap();
+        let planners = processes.iter().filter(|process| process["role"] == "planner");
+        assert_eq!(planners.count(), rovers, "{summary}");
+        mission.assert_nothing_left();
+    }
+}
+
+/// P-COVER-KILL: perception, a planner and hopper-sim are killed and started again; two robots share a planner.
+#[test]
+fn any_process_of_a_team_may_die_and_the_journal_is_that_of_lockstep() {
+    let mission = Mission::new("team-kill");
+    let mut sim = mission.start("sim", &["--scenario", "coverage", "--pace", "60"]);
+    let mut perception = mission.start("perception", &[]);
+    let first = ["--robot", "0,1", "--algorithm", "spiral"];
+    let mut pair = mission.start("planner", &first);
+    let mut others = mission.start("planner", &["--robot", "2,3", "--algorithm", "cover_frontier"]);
+    mission.await_decisions(20);
+    perception.kill();
+    let mut perception = mission.start("perception", &[]);
+    mission.await_decisions(60);
+    pair.kill();
+    let mut pair = mission.start("planner", &first);
+    mission.await_decisions(100);
+    sim.kill();
+    let mut sim = mission.start("sim", &["--scenario", "coverage"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    for process in [&mut perception, &mut pair, &mut others] {
+        assert_eq!(process.code(), 0, "{}", process.log());
+    }
+    let verified = mission.verified();
+    assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+    let led = leaders(&verified);
+    let of = |robot, term, name: &str| led.contains(&(robot, term, name.to_owned()));
+    assert!(of(0, 1, "spiral") && of(0, 2, "spiral") && of(2, 1, "cover_frontier"), "{led:?}");
+    assert!(!of(2, 2, "cover_frontier"), "who was not killed leads on: {led:?}");
+    mission.assert_as_lockstep("journal");
+}
+
+/// P-COVER-TAKEOVER: the planner of one robot is swapped live, and the others' goes on.
+#[test]
+fn the_planner_of_one_robot_is_swapped_live() {
+    let mission = Mission::new("team-swap");
+    let mut sim = mission.start("sim", &["--scenario", "coverage", "--pace", "60"]);
+    let _perception = mission.start("perception", &[]);
+    let mut all = mission.start("planner", &["--robot", "0,1,2,3", "--algorithm", "spiral"]);
+    mission.await_decisions(20);
+    let words = ["--robot", "1", "--algorithm", "cover_frontier", "--takeover"];
+    let mut one = mission.start("planner", &words);
+    one.await_log("in command");
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!((all.code(), one.code()), (0, 0));
+    let mut led = leaders(&mission.verified());
+    led.sort();
+    let name = |name: &str| name.to_owned();
+    let spiral = |robot| (robot, 1, name("spiral"));
+    assert_eq!(led, [spiral(0), spiral(1), (1, 2, name("cover_frontier")), spiral(2), spiral(3)]);
+    mission.assert_as_lockstep("journal");
+}
+
+/// P-COVER-UNSUITED: planners of hoppers and of rovers are refused for each other's missions, with those that suit.
+#[test]
+fn a_planner_that_does_not_suit_the_mission_is_refused_by_name() {
+    let mission = Mission::new("unsuited");
+    for (scenario, planner, need) in [("coverage", "mdp", "spiral"), ("hard", "spiral", "mdp")] {
+        let output = mission.fly(&["--scenario", scenario, "--planner", planner]);
+        assert_eq!(output.status.code(), Some(2));
+        let error = stderr(&output);
+        assert!(error.contains(&format!("scenario {scenario} needs one of the planners {need}")), "{error}");
+    }
+    let mut sim = mission.start("sim", &["--scenario", "coverage"]);
+    let mut planner = mission.start("planner", &["--algorithm", "greedy"]);
+    planner.await_log("scenario coverage needs one of the planners spiral");
+    planner.signal(Signal::TERM);
+    assert_eq!(planner.code(), 130, "{}", planner.log());
+    sim.kill();
+}

@@ -1,0 +1,105 @@
+//! A rover with a helicopter, each with a planner process of its own, fly as lockstep does.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod harness;
+
+use harness::{Mission, json, leaders, lockstep, stderr};
+
+const SCENARIO: [&str; 2] = ["--scenario", "rover-helicopter"];
+
+/// P-SCOUT-RUN: five processes have the digest of lockstep, with the planners that the scenario names and with others.
+#[test]
+fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
+    for planner in [None, Some("ett_exact"), Some("scout_value")] {
+        let mut mission = Mission::new("scouts");
+        let given = planner.map(|name| ["--planner", name]).into_iter().flatten();
+        let words: Vec<&str> = SCENARIO.into_iter().chain(given).collect();
+        let output = mission.fly(&words);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let summary = json(&output);
+        assert_eq!(summary["digest"], lockstep(&words)["digest"], "{}", stderr(&output));
+        mission.assert_as_lockstep("out/journal");
+        let processes = summary["processes"].as_array().unwrap();
+        assert_eq!(processes.iter().filter(|process| process["role"] == "planner").count(), 2, "{summary}");
+        mission.assert_nothing_left();
+    }
+}
+
+/// P-SCOUT-KILL: every process is killed once and started again, between the announcements and in flight.
+#[test]
+fn any_process_of_rover_and_helicopter_may_die_and_the_journal_is_that_of_lockstep() {
+    let mission = Mission::new("scouts-kill");
+    let sim_words = [&SCENARIO[..], &["--pace", "10"]].concat();
+    let mut sim = mission.start("sim", &sim_words);
+    let mut perception = mission.start("perception", &[]);
+    let of_rover = ["--robot", "0", "--algorithm", "rrt_star_ett"];
+    let of_helicopter = ["--robot", "1", "--algorithm", "rrt_star_it"];
+    let mut rover = mission.start("planner", &of_rover);
+    let mut helicopter = mission.start("planner", &of_helicopter);
+    mission.await_decisions(3);
+    helicopter.kill();
+    let mut helicopter = mission.start("planner", &of_helicopter);
+    mission.await_decisions(8);
+    perception.kill();
+    let mut perception = mission.start("perception", &[]);
+    mission.await_decisions(13);
+    sim.kill();
+    let mut sim = mission.start("sim", &sim_words);
+    mission.await_decisions(20);
+    rover.kill();
+    let mut rover = mission.start("planner", &of_rover);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    for process in [&mut perception, &mut rover, &mut helicopter] {
+        assert_eq!(process.code(), 0, "{}", process.log());
+    }
+    let verified = mission.verified();
+    assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+    assert_eq!(verified["digest"], lockstep(&SCENARIO)["digest"]);
+    let led = leaders(&verified);
+    assert!(
+        led.contains(&(0, 2, "rrt_star_ett".into())) && led.contains(&(1, 2, "rrt_star_it".into())),
+        "{led:?}"
+    );
+    mission.assert_as_lockstep("journal");
+}
+
+/// P-SCOUT-TAKEOVER: the helicopter's planner is swapped live; the rover's goes on in its own term.
+#[test]
+fn the_helicopters_planner_is_swapped_live_and_the_rovers_goes_on() {
+    let mission = Mission::new("scouts-swap");
+    let mut sim = mission.start("sim", &[&SCENARIO[..], &["--pace", "10"]].concat());
+    let _perception = mission.start("perception", &[]);
+    let mut rover = mission.start("planner", &["--robot", "0", "--algorithm", "rrt_star_ett"]);
+    let mut first = mission.start("planner", &["--robot", "1", "--algorithm", "rrt_star_it"]);
+    mission.await_decisions(6);
+    let words = ["--robot", "1", "--algorithm", "scout_value", "--takeover"];
+    let mut second = mission.start("planner", &words);
+    second.await_log("in command");
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    assert_eq!((rover.code(), first.code(), second.code()), (0, 0, 0));
+    let mut led = leaders(&mission.verified());
+    led.sort();
+    let name = |name: &str| name.to_owned();
+    let expected = [(0, 1, name("rrt_star_ett")), (1, 1, name("rrt_star_it")), (1, 2, name("scout_value"))];
+    assert_eq!(led, expected);
+    mission.assert_as_lockstep("journal");
+}
+
+/// P-SCOUT-UNSUITED: a rover told to fly and a helicopter told to drive keep the planner of their own, and other missions'
+/// planners are refused by name.
+#[test]
+fn planners_of_other_missions_are_refused_by_name() {
+    let mission = Mission::new("scouts-unsuited");
+    for (scenario, planner, need) in [
+        ("rover-helicopter", "mdp", "rrt_star, rrt_star_ett, ett_exact"),
+        ("rover-helicopter", "spiral", "rrt_star, rrt_star_ett, ett_exact"),
+        ("hard", "rrt_star_it", "mdp"),
+        ("coverage", "rrt_star_ett", "spiral"),
+    ] {
+        let output = mission.fly(&["--scenario", scenario, "--planner", planner]);
+        assert_eq!(output.status.code(), Some(2));
+        let error = stderr(&output);
+        assert!(error.contains(&format!("scenario {scenario} needs one of the planners {need}")), "{error}");
+    }
+}
