@@ -231,6 +231,20 @@ fn only_one_module_knows_bincode() {
     }
 }
 
+/// `cargo test` builds the program of a package only for integration tests of that package: without one, tests
+/// of other packages would run a program that is not there.
+#[test]
+fn every_program_is_built_by_the_documented_test_command() {
+    let programs = packages().into_iter().filter(|package| root().join(package).join("src/main.rs").exists());
+    let programs: Vec<String> = programs.collect();
+    assert!(programs.len() > 5, "{programs:?}");
+    for package in programs {
+        let tests = root().join(&package).join("tests");
+        let any = tests.is_dir() && sources(&tests).iter().any(|file| file.parent() == Some(tests.as_path()));
+        assert!(any, "{package} has a program, but no integration test");
+    }
+}
+
 #[test]
 fn what_the_default_mission_does_not_need_is_not_built_for_it() {
     let built = linked("hopper", &[]);
