@@ -321,6 +321,33 @@ fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
     }
 }
 
+/// P-WEB-SPACE: 821 x 821 cells in space take at most 20 draw calls and 1.5 million triangles a frame. What the script of a frame
+/// takes is printed, not asserted: docs/measurements.md has the figures. `HOPPER_FRAMES` says how many frames.
+#[test]
+fn a_large_map_in_space_takes_few_draw_calls_and_triangles() {
+    let (chromium, playwright) = (chromium(), playwright());
+    let mission = Mission::new("space");
+    let flown = mission.fly(&["--lockstep", "--scenario", "vast", "--planner", "greedy"]);
+    assert!(mission.path("out/journal").exists(), "{}", harness::stderr(&flown));
+    let command = mission.hopper(&["view", "out", "--web", "127.0.0.1:0"]);
+    let view = Process::spawn("view", command, &mission.path(""));
+    view.await_log("page at ");
+    let log = view.log();
+    let url = log.split("page at ").nth(1).unwrap().split_whitespace().next().unwrap();
+    let frames = std::env::var("HOPPER_FRAMES").unwrap_or_else(|_| "3".into());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/space.mjs");
+    let mut measure = Command::new("node");
+    let output = measure.arg(script).arg(playwright).arg(chromium).arg(url).arg(frames).output().unwrap();
+    let seen = json(&output);
+    assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}\n{log}");
+    assert_eq!(seen["errors"], serde_json::json!([]), "the console is clean");
+    println!("{seen}");
+    let drawn = seen["drawn"].as_str().unwrap();
+    let numbers: Vec<u64> =
+        drawn.split(|c: char| !c.is_ascii_digit()).filter_map(|word| word.parse().ok()).collect();
+    assert!(numbers[0] <= 20 && numbers[1] > 1_300_000 && numbers[1] <= 1_500_000, "{drawn}");
+}
+
 /// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
 /// instance to the next mission; a past mission has the same page.
 #[test]

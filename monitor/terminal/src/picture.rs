@@ -28,6 +28,9 @@ const STAGES: [Color; 7] = [
     Color::Rgb(208, 127, 174),
 ];
 
+/// What the stages' bars are made of, so that they are told apart without colours too.
+const TEXTURES: [&str; 7] = ["█", "▓", "▒", "░", "▞", "▤", "▥"];
+
 const DIM: Style = Style::new().add_modifier(Modifier::DIM);
 const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 const BAD: Style = Style::new().fg(Color::Red);
@@ -237,7 +240,7 @@ impl<'a> View<'a> {
             put(treasure, "✦ ", TREASURE);
         }
         for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
-            put(goal, "★ ", LATER_GOAL);
+            put(goal, "☆ ", LATER_GOAL);
         }
         put(goal(self.history, brief, self.at), "★ ", GOAL);
         if let Some(cell) = pose(self.history, self.at) {
@@ -438,7 +441,7 @@ fn bar(stages_ns: &[u64; 7], budget_ns: u64) -> Line<'static> {
         let from = if sum == 0 { 0 } else { column(sum as f64) };
         sum += ns;
         let style = Style::new().fg(STAGES[stage]);
-        columns[from..column(sum as f64).max(from)].fill(Span::styled("█", style));
+        columns[from..column(sum as f64).max(from)].fill(Span::styled(TEXTURES[stage], style));
     }
     columns[budget] = Span::styled("│", BAD);
     columns.into()
@@ -449,7 +452,7 @@ fn stage_lines(stages_ns: &[u64; 7]) -> Vec<Line<'static>> {
     let entry = |stage: usize| {
         let name = Stage::ALL[stage].as_str();
         let text = format!(" {name:<7} {:>8}  ", duration(stages_ns[stage] as f64));
-        [Span::styled("█", Style::new().fg(STAGES[stage])), Span::raw(text)]
+        [Span::styled(TEXTURES[stage], Style::new().fg(STAGES[stage])), Span::raw(text)]
     };
     let total = format!("  total   {:>8}", duration(stages_ns.iter().sum::<u64>() as f64));
     let mut lines: Vec<Line<'static>> =

@@ -156,3 +156,50 @@ fn time_goes_back_and_ahead_to_now() {
     settings.go(10, Decision(14));
     assert_eq!(settings.at, None, "now again");
 }
+
+/// P-TUI-NO-COLOR: without colours every symbol, arrow, soil and stage is told by its character alone.
+#[test]
+fn without_colours_every_meaning_has_a_character_of_its_own() {
+    let account = account();
+    let drawn = |policy: bool| {
+        let settings = ViewSettings { policy, ..ViewSettings::default() };
+        let buffer = picture(&account, &settings, 80, 24).buffer().clone();
+        let row = |y| (0..80).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+        (0..24).map(row).collect::<Vec<_>>().join("\n")
+    };
+    let plain = drawn(false);
+    for (meaning, character) in [
+        ("hopper", "@"),
+        ("goal", "★"),
+        ("start", "S"),
+        ("route", "•"),
+        ("slipped", "×"),
+        ("sand", "░░"),
+        ("impassable", "##"),
+        ("not seen", "· "),
+    ] {
+        assert!(plain.contains(character), "{meaning}: {plain}");
+    }
+    let arrows = drawn(true);
+    assert!(["↑", "→", "↓", "←"].iter().filter(|arrow| arrows.contains(**arrow)).count() >= 2, "{arrows}");
+    let texture =
+        |stage: &str| plain.split(&format!(" {stage}")).next().and_then(|before| before.chars().last());
+    let textures: Vec<_> = ["state", "sense", "deliver", "plan", "commit"].map(texture).into();
+    assert_eq!(textures, ["█", "▓", "░", "▞", "▥"].map(|texture| texture.chars().next()), "{plain}");
+}
+
+/// P-CONTRAST: in the terminal, hopper and goal are written on a ground of their own, with a contrast of at least 3:1.
+#[test]
+fn hopper_and_goal_stand_out_in_the_terminal() {
+    use ratatui::style::Color;
+    let buffer = picture(&account(), &ViewSettings::default(), 80, 24).buffer().clone();
+    let rgb = |colour: Color| match colour {
+        Color::Rgb(r, g, b) => [r, g, b],
+        other => panic!("{other} has no value of its own"),
+    };
+    for symbol in ["@", "★"] {
+        let cell = buffer.content().iter().find(|cell| cell.symbol() == symbol).unwrap();
+        let contrast = report::picture::colour::contrast(rgb(cell.fg), rgb(cell.bg));
+        assert!(contrast >= 3.0, "{symbol}: {contrast:.2}");
+    }
+}

@@ -56,10 +56,36 @@ pub const ROBOTS: [[u8; 3]; 8] = [
     [0x4f, 0xd0, 0xc0],
     [0xc9, 0xb4, 0x58],
 ];
+/// The dark rim of symbols: whichever the ground, this or the light one has a contrast of 3:1 to it.
+pub const DARK: &str = "#111111";
+/// The light rim of symbols.
+pub const LIGHT: &str = "#ffffff";
 /// A treasure.
 pub const TREASURE: &str = "#111111";
 /// A treasure that was collected.
 pub const COLLECTED: &str = "#ffc400";
+
+/// Red, green and blue of "#rrggbb"; black of anything else.
+#[must_use]
+pub fn rgb(hex: &str) -> [u8; 3] {
+    let part =
+        |at: usize| hex.get(at..at + 2).and_then(|part| u8::from_str_radix(part, 16).ok()).unwrap_or(0);
+    [part(1), part(3), part(5)]
+}
+
+/// Contrast of two colours, 1 to 21 (WCAG 2.2, relative luminance).
+#[must_use]
+pub fn contrast(one: [u8; 3], other: [u8; 3]) -> f64 {
+    let luminance = |colour: [u8; 3]| {
+        let [r, g, b] = colour.map(|part| {
+            let value = f64::from(part) / 255.0;
+            if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        });
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    let (one, other) = (luminance(one), luminance(other));
+    (one.max(other) + 0.05) / (one.min(other) + 0.05)
+}
 
 /// Colour of a height at `share` of the scale: 0 is the lowest, 1 the highest.
 #[must_use]

@@ -10,13 +10,13 @@ import * as theme from "./theme.js";
 
 const by = (id) => document.getElementById(id);
 const history = new MissionHistory();
-const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, connected: "connecting", retry: 0 };
+const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, turned: false, connected: "connecting", retry: 0 };
 const key = new URLSearchParams(location.hash.slice(1)).get("key");
 /** A stream with the key has a place that no reader without it can take. */
 const keyed = (path) => key ? `${path}?key=${encodeURIComponent(key)}` : path;
 const map = new MapView(by("map"), history, () => { view.dirty = true; });
 const why = new WhyView(by("why"), history, map, () => { view.dirty = true; });
-const space = new SpaceView(by("space-view"), history, map, () => { view.dirty = true; });
+const space = new SpaceView(by("space-view"), history, map, () => { view.turned = true; });
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
@@ -378,8 +378,14 @@ function fly(at) {
 
 function show() {
   requestAnimationFrame(show);
-  if (!view.dirty) return;
-  view.dirty = false;
+  if (!view.dirty) {
+    // Only the eye has moved, or a hop is in flight: nothing else of the page changes.
+    const draws = view.turned && view.space && history.mission;
+    view.turned = false;
+    if (draws) space.draw(moment(), map.policyAt(moment()));
+    return;
+  }
+  [view.dirty, view.turned] = [false, false];
   if (!history.mission) {
     showHead(0);
     return;
