@@ -18,8 +18,8 @@
 //! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
 //! fallback acts in the planner's stead, and the record says so.
 
-use contract::pace::Launch;
-use contract::peer_table::SILENCE_NS;
+use contract::mission::pace::Launch;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Announcement, Brief, Collected, Command, Control, Decision, Digest, Heartbeat, Incarnation,
     Leader, MonotonicNs, Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts,
@@ -82,7 +82,7 @@ pub enum Effect {
     Append(Record),
     /// Publish the brief again: a peer does not know of this run.
     Announce,
-    /// Publish this state.
+    /// Tell everyone; only after its record is in the journal.
     Publish(State),
     /// Tell of a refused command; it is counted already.
     Refused(Refusal),
@@ -246,11 +246,7 @@ impl Arbiter {
 
     /// All routes that robots of this mission have announced.
     pub fn routes(&self) -> impl Iterator<Item = &Route> {
-        let scouts = match &self.robots {
-            Some(RobotTeam::Scout(scouts)) => Some(scouts),
-            _ => None,
-        };
-        scouts.into_iter().flat_map(|scouts| scouts.routes())
+        self.robots.iter().flat_map(RobotTeam::routes)
     }
 
     /// The route with that fingerprint, if a robot of this mission has announced it.
@@ -337,7 +333,6 @@ impl Arbiter {
         effects
     }
 
-    /// Refuses a command.
     fn refuse(&mut self, refusal: Refusal, now: MonotonicNs, effects: &mut Vec<Effect>) {
         self.refusals.count(&refusal);
         let vetoed = match refusal {
@@ -400,7 +395,7 @@ impl Arbiter {
         self.state.status.is_over() || falls_back || senses && peer_table.has(Role::Planner, now)
     }
 
-    /// The mission.
+    /// What is flown, the seed included, which no other process knows.
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission
@@ -430,8 +425,8 @@ impl Arbiter {
             return Err(Refusal::WrongRun { need: self.state.run, got: announcement.run });
         }
         match &mut self.robots {
-            Some(RobotTeam::Scout(scouts)) => scouts.offer(announcement),
-            _ => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
+            Some(robots) => robots.offer(announcement),
+            None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
         }
     }
 

@@ -32,7 +32,7 @@ pub struct Guard<'a> {
 /// What the fallback does, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fallback {
-    /// The action.
+    /// What is done in place of a command.
     pub action: Action,
     /// Where it comes from; never [`Origin::Planner`].
     pub origin: Origin,

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable,
     Refusal, RefusalCounts, RobotId, Role, RunId, State, Status, Team, Timeline,
@@ -205,7 +205,7 @@ impl Watcher {
         }
     }
 
-    /// Who is alive.
+    /// Processes whose heartbeat has not run out.
     #[must_use]
     pub fn peer_table(&self) -> &PeerTable {
         &self.peer_table

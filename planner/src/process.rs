@@ -21,7 +21,7 @@ pub const CRASH_POINTS: &[&str] =
 /// Which robots a planner commands, and how it takes command.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Claim {
-    /// The robots.
+    /// Robots that this process plans for.
     pub robots: RobotSet,
     /// Take the next term from a living leader, once.
     pub takeover: bool,
@@ -118,7 +118,7 @@ impl<P: Ports> PlannerProcess<P> {
         Ok(process)
     }
 
-    /// The algorithm.
+    /// The algorithm that plans for the robots.
     pub fn planner(&mut self) -> &mut dyn Planner {
         self.planner.as_mut()
     }

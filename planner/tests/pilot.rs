@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::limits::ASK_AGAIN_NS;
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
     MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, Pose, RobotId, Role, RunId, SeenCell,

@@ -55,7 +55,7 @@ struct OwnProgram {
 pub struct Supervised {
     /// Role it plays in the mission.
     pub role: Role,
-    /// Number of restarts.
+    /// Times that it was started again after a crash.
     pub restarts: u64,
     /// When the current process was started.
     pub started: MonotonicNs,

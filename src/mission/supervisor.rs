@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::Duration;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Heartbeat, MonotonicNs, Name, PeerTable, RobotId, Role, RunId};
 use hopper_sim::{Journal, Pace};
 use monitor::shell::ViewArgs;

@@ -65,11 +65,11 @@ pub struct Flight {
 pub struct Outcome {
     /// Branch of the motion model.
     pub branch: Branch,
-    /// Cell of departure.
+    /// Where the robot stood when it acted.
     pub from: Cell,
     /// Cell of landing; outside the grid when the hopper left the map.
     pub to: Cell,
-    /// The flight.
+    /// Range, rise and duration.
     pub flight: Flight,
 }
 

@@ -23,7 +23,7 @@ use crate::session::shutdown::{ShutdownSignal, StopReason, sleep};
 use crate::session::{PATIENCE, SHORT_PATIENCE, Session};
 use crate::{clock, crash, host};
 
-/// Why [`Node::sleep`] returned.
+/// What ended a [`Node::sleep`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
     /// A message came for a port that wakes the process.

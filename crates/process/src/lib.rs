@@ -39,7 +39,7 @@ pub const TICK_NS: u64 = 10_000_000;
 pub enum Turn {
     /// Sleep until a message wakes the process, but no longer than so many nanoseconds; then another turn.
     Sleep(u64),
-    /// The process leaves.
+    /// The loop ends; heartbeats and locks are given up.
     Leave(Exit),
 }
 

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Cell, Command, Control, Decision, Digest, Ground, Heartbeat, Incarnation, Leader,
     MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, RobotId, Role,
@@ -27,9 +27,9 @@ use crate::setup::{self, Setup};
 /// A promise that did not hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Violation {
-    /// The rule.
+    /// The promise that was broken, by its name in this file.
     pub rule: &'static str,
-    /// What was seen.
+    /// What was needed, and what was seen instead.
     pub detail: String,
 }
 
@@ -65,7 +65,7 @@ struct Pacing {
     told: MonotonicNs,
 }
 
-/// Sees everything.
+/// Sees every message, every commit and every reader's map, and holds them to the promises.
 #[derive(Debug)]
 pub struct Checker {
     mission: Mission,
@@ -177,7 +177,7 @@ impl Checker {
         self.violation.as_ref()
     }
 
-    /// The mission.
+    /// The one that all processes are to fly.
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission

@@ -303,13 +303,13 @@ impl<S: Storage> Journal<S> {
         Ok(record)
     }
 
-    /// The header.
+    /// What is flown, by which build, from which seed.
     #[must_use]
     pub fn header(&self) -> &JournalHeader {
         &self.header
     }
 
-    /// The last record.
+    /// The newest record; `None` before the first decision.
     #[must_use]
     pub fn last(&self) -> Option<&Record> {
         self.last.as_ref()

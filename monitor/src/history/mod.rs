@@ -81,7 +81,7 @@ struct RunHistory {
 }
 
 impl History {
-    /// An empty history.
+    /// Knows nothing but whom to follow.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
         Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), pacing: None, progress: (0, None) }
@@ -196,7 +196,7 @@ impl History {
         self.pacing.as_ref()
     }
 
-    /// Newest progress report.
+    /// The newest that was set; `None` before the first.
     #[must_use]
     pub fn progress(&self) -> Option<&Progress> {
         self.progress.1.as_ref()

@@ -64,10 +64,10 @@ impl std::str::FromStr for Profile {
     }
 }
 
-/// A closed interval.
+/// All values from `min` to `max`, both included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// Lower end.
+    /// Lower end; not above `max`.
     pub min: f64,
     /// Upper end, not below the lower.
     pub max: f64,
