@@ -11,10 +11,10 @@
 //! ```
 //!
 //! At [`Pace::Max`] the flight takes no time: landing and the next state follow the commit at once.
-//! Nothing is known to the world before the journal holds it; what the journal holds is told again
+//! Nothing is known to the world before the journal holds it; what the journal holds is published again
 //! and again until the world has moved on.
 //!
-//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and told with the
+//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and published with the
 //! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
 //! fallback acts in the planner's stead, and the record says so.
 
@@ -41,11 +41,11 @@ const LATE_COMER_NS: u64 = 250_000_000;
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
-/// How long a peer may go on beating without knowing the run before it is told again, nanoseconds: the brief
+/// How long a peer may go on beating without knowing the run before it is published again, nanoseconds: the brief
 /// is published once, and whoever missed it would miss it for ever.
 pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
-/// What the arbiter is told.
+/// What the arbiter receives.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {

@@ -24,7 +24,7 @@ const LAST_MAP_NS: u64 = 300_000_000;
 /// The roles a monitor looks after: not its own.
 const OTHERS: [Role; 3] = [Role::HopperSim, Role::Perception, Role::Planner];
 
-/// What the monitor hears.
+/// What the monitor receives.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
@@ -80,7 +80,7 @@ struct Mission {
     /// Whether a record came that does not continue the tally.
     doubted: bool,
     state: Option<State>,
-    /// As last told of; empty where there is a single hopper.
+    /// As last published; empty where there is a single hopper.
     robots: Vec<Member>,
     /// The records that are missing.
     past: PageCursor,

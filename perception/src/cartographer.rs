@@ -298,7 +298,7 @@ impl Cartographer {
         }
     }
 
-    /// What the robots are is told again and again, and never changes.
+    /// The robots of a run never change, though their team is published again and again.
     fn team(&mut self, team: &Team) {
         if self.robots.as_ref().is_none_or(|(run, _)| *run != team.run) {
             self.robots = Some((team.run, team.members.iter().map(|member| member.robot).collect()));

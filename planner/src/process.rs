@@ -29,7 +29,7 @@ pub struct Claim {
     pub succeeds_pid: Option<u32>,
 }
 
-/// By which a planner of routes is told: it suits such a mission, whatever its numbers.
+/// By which a planner of routes is recognised: it suits such a mission, whatever its numbers.
 const ANY_SCOUT: Scout = Scout { seed: 0, rover_samples: 1, helicopter_samples: 1 };
 
 /// The ports of a planner of routes.

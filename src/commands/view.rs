@@ -17,7 +17,7 @@ use crate::commands::journal::folder;
 use crate::mission::Sensed;
 use crate::tool;
 
-/// The robot whose topics a mission is told on.
+/// The robot whose topics a mission is published on.
 const ROBOT: RobotId = RobotId(0);
 
 /// Arguments of `hopper view`.
@@ -67,7 +67,7 @@ pub fn serve(history: History, args: &ServeArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// The history of the mission whose journal is in `dir`, as its monitor told it, with the policy behind the last
+/// The history of the mission whose journal is in `dir`, as its monitor had it, with the policy behind the last
 /// decision.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use hopper_sim::{Arbiter, Mission, Pace};
 use perception::{Cartographer, Effect, Event};
 use scenario::ResolvedScenario;
 
-/// The robot whose topics a mission is told on.
+/// The robot whose topics a mission is published on.
 const ROBOT: RobotId = RobotId(0);
 
 /// The map as perception had it after the records so far.

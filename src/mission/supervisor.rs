@@ -285,7 +285,7 @@ impl Supervisor {
         }
     }
 
-    /// What was published is never flown again: the next life is told how much that is.
+    /// What was published is never flown again: the next life gets that number.
     fn revive_sim(&mut self, status: ExitStatus) -> Result<(), Failure> {
         if !self.sim.may_restart(Node::now()) {
             return Err(Failure::new(Exit::Failed, format!("hopper-sim {}", died_too_often(status))));

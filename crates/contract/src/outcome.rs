@@ -16,7 +16,7 @@ pub enum Branch {
     Left,
     /// Slipped to the right of the hop's direction.
     Right,
-    /// Was told to stand still.
+    /// The command was to stand still.
     Held,
     /// Failed instead of acting, and will never act again.
     Stranded,

@@ -131,7 +131,7 @@ impl Node {
     }
 }
 
-/// Runs a process in `node` until it leaves, or is told to stop.
+/// Runs a process in `node` until it leaves, or is to stop.
 ///
 /// # Errors
 /// The first error of a turn.

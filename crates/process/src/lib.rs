@@ -52,7 +52,7 @@ pub trait Process<P: Ports> {
     fn turn(&mut self, ports: &mut P) -> impl Future<Output = Result<Turn, Failure>>;
 }
 
-/// Turns until the process leaves, or is told to stop.
+/// Turns until the process leaves, or is to stop.
 ///
 /// # Errors
 /// The first error of a turn.

@@ -330,7 +330,7 @@ fn fault(missions: Missions, seed: u64, chance: &mut Chance) -> Fault {
 /// What follows a fault now and then: two that matter together hardly ever meet by chance.
 fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
     match fault.kind {
-        // A record that is on the disk, but not durable, is told again by the next life; then the power goes.
+        // A record that is on the disk, but not durable, is published again by the next life; then the power goes.
         Kind::Tear { restart_ns, .. } if chance.one_in(2) => Some(Fault {
             decision: fault.decision,
             after_ns: fault.after_ns + restart_ns + chance.duration_ns(MS, 30 * MS),

@@ -401,7 +401,7 @@ impl<'a> Simulation<'a> {
                 let pace = world.setup.pace;
                 world.checker.sim_started(life.incarnation, pace);
                 if self.replaced {
-                    // What peers hold is told anew.
+                    // What peers hold is asked for anew.
                     world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
                 }
             }

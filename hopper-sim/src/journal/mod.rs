@@ -154,7 +154,7 @@ impl<S: Storage> Journal<S> {
         };
         journal.trim().map_err(io("cut the torn tail of", &journal.path))?;
         if sync {
-            // What an earlier life wrote is about to be told again, so it must be durable too.
+            // What an earlier life wrote is about to be published again, so it must be durable too.
             journal.file.sync().map_err(io("sync", &journal.path))?;
         }
         Ok(journal)

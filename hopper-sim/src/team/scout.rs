@@ -45,7 +45,7 @@ pub struct ScoutTeam {
     seen: Vec<bool>,
     /// All routes that were announced.
     routes: Routes,
-    /// What planners told that no command has named yet.
+    /// Routes received from planners that no command has named yet.
     offers: Vec<VecDeque<Route>>,
     hazard_max: f64,
 }
@@ -193,7 +193,7 @@ impl ScoutTeam {
         beyond_budget(vehicle, travel, route.length_m())
     }
 
-    /// A route that the planner of `robot` has told, or one that was announced before.
+    /// A route received from the planner of `robot`, or one that was announced before.
     fn offered(&self, robot: RobotId, id: RouteId) -> Option<&Route> {
         let offers = &self.offers[usize::from(robot.0)];
         offers.iter().find(|route| route.id() == id).or_else(|| self.routes.get(id))

@@ -251,7 +251,7 @@ impl RunHistory {
     /// Whether `state` proves that hops of this history are no longer in the journal.
     fn is_contradicted_by(&self, state: &State) -> bool {
         let is_old = self.state.is_some_and(|known| state.is_older_than(&known));
-        // A late state is no proof: the past may have told of hops after it.
+        // A late state is no proof: the past may have brought hops after it.
         let is_late = state.decision < self.timeline.due() && state.published <= self.hops.committed();
         self.timeline.is_contradicted_by(state) && !is_old && !is_late
     }
