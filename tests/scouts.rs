@@ -20,6 +20,9 @@ fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
         let summary = json(&output);
         assert_eq!(summary["digest"], lockstep(&words)["digest"], "{}", stderr(&output));
         mission.assert_as_lockstep("out/journal");
+        // Rover and helicopter see a part of the map, and not all of it.
+        let seen = summary["coverage"].as_f64().unwrap();
+        assert!(seen > 0.05 && seen < 0.9, "{summary}");
         let processes = summary["processes"].as_array().unwrap();
         assert_eq!(processes.iter().filter(|process| process["role"] == "planner").count(), 2, "{summary}");
         mission.assert_nothing_left();

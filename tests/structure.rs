@@ -241,7 +241,11 @@ fn every_program_is_built_by_the_documented_test_command() {
     assert!(programs.len() > 5, "{programs:?}");
     for package in programs {
         let tests = root().join(&package).join("tests");
-        let any = tests.is_dir() && sources(&tests).iter().any(|file| file.parent() == Some(tests.as_path()));
+        let is_target = |file: &PathBuf| {
+            let folder = file.parent().expect("it lies in a folder");
+            folder == tests || folder.parent() == Some(&tests) && file.ends_with("main.rs")
+        };
+        let any = tests.is_dir() && sources(&tests).iter().any(is_target);
         assert!(any, "{package} has a program, but no integration test");
     }
 }

@@ -11,15 +11,15 @@
 //! ```
 //!
 //! At [`Pace::Max`] the flight takes no time: landing and the next state follow the commit at once.
-//! Nothing is known to the world before the journal holds it; what the journal holds is told again
+//! Nothing is known to the world before the journal holds it; what the journal holds is published again
 //! and again until the world has moved on.
 //!
-//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and told with the
+//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and published with the
 //! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
 //! fallback acts in the planner's stead, and the record says so.
 
-use contract::pace::Launch;
-use contract::peer_table::SILENCE_NS;
+use contract::mission::pace::Launch;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Announcement, Brief, Collected, Command, Control, Decision, Digest, Heartbeat, Incarnation,
     Leader, MonotonicNs, Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts,
@@ -41,11 +41,11 @@ const LATE_COMER_NS: u64 = 250_000_000;
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
-/// How long a peer may go on beating without knowing the run before it is told again, nanoseconds: the brief
+/// How long a peer may go on beating without knowing the run before it is published again, nanoseconds: the brief
 /// is published once, and whoever missed it would miss it for ever.
 pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
-/// What the arbiter is told.
+/// What the arbiter receives.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
@@ -82,7 +82,7 @@ pub enum Effect {
     Append(Record),
     /// Publish the brief again: a peer does not know of this run.
     Announce,
-    /// Publish this state.
+    /// Tell everyone; only after its record is in the journal.
     Publish(State),
     /// Tell of a refused command; it is counted already.
     Refused(Refusal),
@@ -246,11 +246,7 @@ impl Arbiter {
 
     /// All routes that robots of this mission have announced.
     pub fn routes(&self) -> impl Iterator<Item = &Route> {
-        let scouts = match &self.robots {
-            Some(RobotTeam::Scout(scouts)) => Some(scouts),
-            _ => None,
-        };
-        scouts.into_iter().flat_map(|scouts| scouts.routes())
+        self.robots.iter().flat_map(RobotTeam::routes)
     }
 
     /// The route with that fingerprint, if a robot of this mission has announced it.
@@ -337,7 +333,6 @@ impl Arbiter {
         effects
     }
 
-    /// Refuses a command.
     fn refuse(&mut self, refusal: Refusal, now: MonotonicNs, effects: &mut Vec<Effect>) {
         self.refusals.count(&refusal);
         let vetoed = match refusal {
@@ -400,7 +395,7 @@ impl Arbiter {
         self.state.status.is_over() || falls_back || senses && peer_table.has(Role::Planner, now)
     }
 
-    /// The mission.
+    /// What is flown, the seed included, which no other process knows.
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission
@@ -430,8 +425,8 @@ impl Arbiter {
             return Err(Refusal::WrongRun { need: self.state.run, got: announcement.run });
         }
         match &mut self.robots {
-            Some(RobotTeam::Scout(scouts)) => scouts.offer(announcement),
-            _ => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
+            Some(robots) => robots.offer(announcement),
+            None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
         }
     }
 

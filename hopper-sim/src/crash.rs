@@ -12,7 +12,7 @@ pub const JOINED: &str = "sim.joined";
 /// has done nothing: the planner repeats the command, and the keyed draw gives the same outcome.
 pub const BEFORE_APPEND: &str = "sim.before_append";
 
-/// The journal holds the record: the hop has happened, though nobody has been told.
+/// The journal holds the record: the hop has happened, though it is not published yet.
 pub const APPENDED: &str = "sim.appended";
 
 /// The journal could not take the record, and was cut back.

@@ -1,4 +1,4 @@
-//! Run-time assurance: what stands between any planner and a hop that no hopper should be told to make.
+//! Run-time assurance: what stands between any planner and a hop that no hopper should make.
 //!
 //! The guard depends on no planner, no map and no message, only on what the hopper's own sensor shows from
 //! where it stands: the closed disc around its pose, in which every landing of every hop lies, since it
@@ -32,7 +32,7 @@ pub struct Guard<'a> {
 /// What the fallback does, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fallback {
-    /// The action.
+    /// What is done in place of a command.
     pub action: Action,
     /// Where it comes from; never [`Origin::Planner`].
     pub origin: Origin,

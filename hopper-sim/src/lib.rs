@@ -15,14 +15,11 @@ pub mod journal;
 pub mod mission;
 pub mod private_file;
 pub mod process;
-pub mod robot_team;
-pub mod robots;
-pub mod scouts;
 #[cfg(feature = "shell")]
 pub mod shell;
+pub mod team;
 pub mod throttle;
 mod trouble;
-pub mod turn_order;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
 pub use contract::Pace;
@@ -32,8 +29,5 @@ pub use journal::{
     Journal, JournalError, JournalHeader, JournalReader, Located, Storage, Verification, verify,
 };
 pub use mission::{Mission, ROBOT};
-pub use robot_team::RobotTeam;
-pub use robots::Robots;
-pub use scouts::Scouts;
+pub use team::RobotTeam;
 pub use throttle::Throttle;
-pub use turn_order::TurnOrder;

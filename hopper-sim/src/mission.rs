@@ -10,7 +10,7 @@ pub const ROBOT: RobotId = RobotId(0);
 /// One mission in full, the truth included.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// What everyone is told; `brief.run` is the run's nonce.
+    /// What every process receives; `brief.run` is the run's nonce.
     pub brief: Brief,
     /// The true terrain, on the grid of the brief.
     pub terrain: Terrain,

@@ -112,7 +112,7 @@ pub struct SimTerms {
     pub terms: Terms,
 }
 
-/// Executes hops, decides who commands, and keeps the journal. `O` is told of every executed decision.
+/// Executes hops, decides who commands, and keeps the journal. `O` gets every executed decision.
 pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     membership: Membership<P>,
     arbiter: Arbiter,

@@ -2,7 +2,7 @@
 //!
 //! All of it moves landings in time and nothing else, so no digest depends on it.
 
-use contract::pace::Launch;
+use contract::mission::pace::Launch;
 use contract::{MonotonicNs, Order, Pace, Refusal};
 
 /// Orders obeyed within [`WINDOW_NS`] at most: nobody clicks faster, whoever floods is not heard.
@@ -42,7 +42,7 @@ impl Throttle {
         self.obeys
     }
 
-    /// The pace.
+    /// The one in force: that of the last order, or of the start.
     #[must_use]
     pub fn pace(&self) -> Pace {
         self.pace

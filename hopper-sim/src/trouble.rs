@@ -1,7 +1,7 @@
 //! Something that goes wrong again and again: reported once, and endured for a while.
 
 use contract::MonotonicNs;
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 
 /// A trouble that lasts. Failures further apart than [`SILENCE_NS`] are not one trouble.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -202,7 +202,7 @@ impl<P: Ports, D: Display> Process<P> for Monitor<P, D> {
     }
 }
 
-/// A message as the watcher hears it; a malformed one is counted there.
+/// A message as the watcher receives it; a malformed one is counted there.
 fn event<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
     message.map_or_else(Event::Refused, event)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 /// How a mission stands. Displayed, it is one line for a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// The run.
+    /// As in the brief.
     pub run: RunId,
     /// Name of the scenario.
     pub scenario: Name,
-    /// How it stands.
+    /// As the last state has it.
     pub status: Status,
     /// The decision that is due.
     pub decision: Decision,
@@ -49,7 +49,7 @@ pub struct Progress {
     /// All robots, in the order of their numbers; empty where there is a single hopper.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<Member>,
-    /// Each role.
+    /// Roles in the order of their codes.
     pub health: Vec<Health>,
     /// Malformed messages refused.
     pub refusals: RefusalCounts,
@@ -58,11 +58,11 @@ pub struct Progress {
 /// Latency of decisions, landed to committed, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pulse {
-    /// Decisions measured.
+    /// Number of durations behind the percentiles.
     pub decisions: u64,
-    /// The last one.
+    /// Duration of the newest, microseconds.
     pub last_us: f64,
-    /// Median so far.
+    /// Median of all so far, microseconds.
     pub p50_us: f64,
     /// Ninety-nine of a hundred took no longer.
     pub p99_us: f64,
@@ -75,9 +75,9 @@ pub struct Pulse {
 /// What is heard of a role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
-    /// The role.
+    /// Each role has one entry.
     pub role: Role,
-    /// Processes alive.
+    /// Processes of the role with a heartbeat that has not run out.
     pub alive: usize,
     /// Process heard last; `None` if none ever was.
     pub pid: Option<u32>,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// What to record.
+/// Options of `hopper monitor --record`.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Recording")]
 pub struct RecordArgs {

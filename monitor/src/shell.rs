@@ -138,7 +138,7 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
 /// Serves the page of a mission that is over until a signal, or until the parent that holds the lifeline lets go.
 ///
 /// # Errors
-/// If signals cannot be watched, or the parent cannot be told.
+/// If signals cannot be watched, or the parent cannot be informed.
 pub fn serve_on(page: &Page, lifeline: bool) -> Result<(), Failure> {
     use std::io::Write;
     let shutdown = ShutdownSignal::new()?;

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable,
     Refusal, RefusalCounts, RobotId, Role, RunId, State, Status, Team, Timeline,
@@ -24,7 +24,7 @@ const LAST_MAP_NS: u64 = 300_000_000;
 /// The roles a monitor looks after: not its own.
 const OTHERS: [Role; 3] = [Role::HopperSim, Role::Perception, Role::Planner];
 
-/// What the monitor hears.
+/// What the monitor receives.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
@@ -80,7 +80,7 @@ struct Mission {
     /// Whether a record came that does not continue the tally.
     doubted: bool,
     state: Option<State>,
-    /// As last told of; empty where there is a single hopper.
+    /// As last published; empty where there is a single hopper.
     robots: Vec<Member>,
     /// The records that are missing.
     past: PageCursor,
@@ -205,7 +205,7 @@ impl Watcher {
         }
     }
 
-    /// Who is alive.
+    /// Processes whose heartbeat has not run out.
     #[must_use]
     pub fn peer_table(&self) -> &PeerTable {
         &self.peer_table

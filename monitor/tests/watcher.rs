@@ -7,7 +7,7 @@
 mod mission;
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch, MonotonicNs, Name,
     PastPage, PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,

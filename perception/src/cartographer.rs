@@ -21,7 +21,7 @@ use crate::{Observation, Tracks};
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
 pub const REPUBLISH_NS: u64 = 100_000_000;
 
-/// What perception hears.
+/// A message that came in, or the passing of time.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
 pub enum Event {
@@ -298,7 +298,7 @@ impl Cartographer {
         }
     }
 
-    /// What the robots are is told again and again, and never changes.
+    /// The robots of a run never change, though their team is published again and again.
     fn team(&mut self, team: &Team) {
         if self.robots.as_ref().is_none_or(|(run, _)| *run != team.run) {
             self.robots = Some((team.run, team.members.iter().map(|member| member.robot).collect()));

@@ -14,7 +14,6 @@ pub(crate) struct Tracks {
     routes: Routes,
 }
 
-/// One robot.
 #[derive(Clone, Copy, Debug)]
 struct Track {
     robot: Robot,

@@ -51,7 +51,8 @@ mod uncertain;
 pub use contract;
 
 pub use algorithm::algorithm;
-pub use contract::{belief, payoff};
+pub use contract::map::belief;
+pub use contract::mission::payoff;
 pub use error::PlannerError;
 pub use names::{ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed};
 pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};

@@ -9,7 +9,7 @@
 //! If hopper-sim's guard vetoes its command, the same state comes again with the veto, and the pilot plans
 //! anew. A planner that insists on what is vetoed stands still.
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
     Member, MonotonicNs, Name, PeerTable, PriorGathering, PriorPage, PriorRequest, Refusal, Replica, RobotId,
@@ -31,11 +31,11 @@ pub const DEATH_SILENCE_NS: u64 = SILENCE_NS / 5;
 pub struct PilotConfig {
     /// The robots that it may command.
     pub robots: RobotSet,
-    /// This life.
+    /// Tells this life of the process from earlier ones.
     pub incarnation: Incarnation,
     /// This process; 0 in lockstep.
     pub pid: u32,
-    /// The algorithm.
+    /// Algorithm, as heartbeats and records name it.
     pub planner: Name,
     /// Take the next term from a living leader, once.
     pub takeover: bool,

@@ -21,7 +21,7 @@ pub const CRASH_POINTS: &[&str] =
 /// Which robots a planner commands, and how it takes command.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Claim {
-    /// The robots.
+    /// Robots that this process plans for.
     pub robots: RobotSet,
     /// Take the next term from a living leader, once.
     pub takeover: bool,
@@ -29,7 +29,7 @@ pub struct Claim {
     pub succeeds_pid: Option<u32>,
 }
 
-/// By which a planner of routes is told: it suits such a mission, whatever its numbers.
+/// By which a planner of routes is recognised: it suits such a mission, whatever its numbers.
 const ANY_SCOUT: Scout = Scout { seed: 0, rover_samples: 1, helicopter_samples: 1 };
 
 /// The ports of a planner of routes.
@@ -118,7 +118,7 @@ impl<P: Ports> PlannerProcess<P> {
         Ok(process)
     }
 
-    /// The algorithm.
+    /// The algorithm that plans for the robots.
     pub fn planner(&mut self) -> &mut dyn Planner {
         self.planner.as_mut()
     }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::limits::ASK_AGAIN_NS;
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
     MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, Pose, RobotId, Role, RunId, SeenCell,
@@ -302,7 +302,7 @@ fn a_takeover_fires_once() {
     assert_eq!(pilot.on(Event::Tick, at(0)), []);
 }
 
-/// P-HAND-OVER: a stand-by that is told to takes over once, and again when it is told again.
+/// P-HAND-OVER: a stand-by that is told to takes over once, and again when it is published again.
 #[test]
 fn a_stand_by_that_is_told_to_takes_over_once() {
     let mut pilot = pilot(false);

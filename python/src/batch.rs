@@ -45,7 +45,6 @@ struct Ground {
     start: Cell,
 }
 
-/// One mission.
 struct Env {
     seed: u64,
     cell: Cell,

@@ -80,7 +80,6 @@ struct Verdict {
     description: String,
     /// The first seed that breaks a promise; `None` if none does.
     seed: Option<u64>,
-    /// The promise.
     promise: Option<String>,
     /// How it was broken; of a bug that was not found, what was printed instead.
     detail: String,

@@ -71,7 +71,7 @@ impl FromStr for Seeds {
 /// What a range of seeds came to.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Campaign {
-    /// Whose missions.
+    /// The vehicles of all missions of the run.
     pub missions: Missions,
     /// Seeds simulated.
     pub seeds: u64,
@@ -92,9 +92,9 @@ pub struct Campaign {
 /// A seed that violates a promise, made small.
 #[derive(Clone, Debug, Serialize)]
 pub struct Failing {
-    /// The seed.
+    /// Repeats the violation, with the same flags.
     pub seed: u64,
-    /// What it violates.
+    /// The promise broken, and what was seen.
     pub violation: Violation,
     /// Faults of the seed.
     pub faults: usize,
@@ -155,7 +155,6 @@ fn explain(missions: Missions, seed: u64, violation: &Violation) -> Failing {
     Failing { seed, violation, faults: whole.faults.len(), plan, trace }
 }
 
-/// What is printed.
 #[derive(Serialize)]
 struct Answer<'a> {
     #[serde(flatten)]

@@ -6,7 +6,7 @@ use hopper_qa::simulate::sweep;
 use simulation::fault::{Forgery, Plan, points};
 use simulation::setup::Missions;
 use simulation::simulate;
-use simulation::topic::Topic;
+use simulation::stream::Stream;
 
 /// Seeds of continuous integration.
 pub const SEEDS: std::ops::Range<u64> = 0..2000;
@@ -86,7 +86,7 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
         expected.extend(names.iter().map(|name| (group, *name)));
     }
     for kind in ["lose", "duplicate", "delay", "reorder"] {
-        expected.extend(Topic::all(Missions::Hopper).into_iter().map(|topic| (kind, topic.as_str())));
+        expected.extend(Stream::all(Missions::Hopper).into_iter().map(|stream| (kind, stream.as_str())));
     }
     expected.extend(points().into_iter().flat_map(|point| [("killed_at", point), ("stopped_at", point)]));
     let missing: Vec<_> =
@@ -107,8 +107,8 @@ fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_ou
     expected.extend(["goal", "deadlock", "lost"].map(|end| ("ended", end)));
     for kind in ["lose", "duplicate", "delay", "reorder"] {
         // Planners of rovers have no policy.
-        let topics = Topic::all(Missions::Rovers).into_iter().map(Topic::as_str);
-        expected.extend(topics.filter(|topic| *topic != "policy").map(|topic| (kind, topic)));
+        let streams = Stream::all(Missions::Rovers).into_iter().map(Stream::as_str);
+        expected.extend(streams.filter(|stream| *stream != "policy").map(|stream| (kind, stream)));
     }
     expected.retain(|(group, name)| campaign.coverage.of(group, name) == 0);
     assert!(expected.is_empty(), "never came up: {expected:?} of {:#?}", campaign.coverage);

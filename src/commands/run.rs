@@ -89,6 +89,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, seed)?;
     // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
     let earlier: Vec<PathBuf> = recordings(args, 1).collect();
+    // Watched from here on, so that no Ctrl-C is lost between the end of the mission and its page.
+    let shutdown = (!args.lockstep).then(ShutdownSignal::new).transpose()?;
     let flight = fly(args, (&world, seed), &planners, &output_dir, journal)?;
     let Some(mut summary) = flight.summary else {
         return Err(match flight.verdict {
@@ -114,8 +116,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     output_dir.keep(&summary)?;
     print_summary(&summary, args.format)?;
     let interrupted = flight.verdict?;
-    if let Some(page) = flight.page {
-        serve_on(page)?;
+    if let (Some(page), Some(shutdown)) = (flight.page, shutdown) {
+        serve_on(page, &shutdown)?;
     }
     if interrupted {
         tracing::warn!(
@@ -135,8 +137,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Waits for Ctrl-C, or for the end of the monitor that serves its page on.
-fn serve_on(mut page: Supervised) -> Result<(), Failure> {
-    let shutdown = ShutdownSignal::new()?;
+fn serve_on(mut page: Supervised, shutdown: &ShutdownSignal) -> Result<(), Failure> {
     while shutdown.stop_reason().is_none() && page.ended()?.is_none() {
         shutdown.wait(PAGE_PERIOD);
     }

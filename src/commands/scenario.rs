@@ -19,7 +19,7 @@ pub enum Command {
     /// Write a scenario that fits an elevation model: start and goal on ground that hops connect, a hop that spans whole
     /// cells.
     New(New),
-    /// Resolve a scenario and summarise what the robot is told, with warnings; exit code 2 if it cannot be flown.
+    /// Resolve a scenario and summarise what the robot receives, with warnings; exit code 2 if it cannot be flown.
     Check(Args),
     /// Print the JSON Schema of scenarios.
     Schema,

@@ -4,20 +4,20 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use contract::{Branch, Brief, MonotonicNs, Policy, Record, RobotId, Standing, State, Team};
-use hopper_sim::{Arbiter, JournalReader, Mission, Pace};
+use contract::{Branch, Brief, MonotonicNs, Policy, Record, RobotId, Route, Standing, State, Team};
+use hopper_sim::JournalReader;
 use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
 use monitor::web::Page;
 use monitor::{History, Input, Watcher};
 use node::{Exit, Failure};
-use perception::Cartographer;
 use planner::{Budget, Situation};
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::commands::journal::folder;
+use crate::mission::Sensed;
 use crate::tool;
 
-/// The robot whose topics a mission is told on.
+/// The robot whose topics a mission is published on.
 const ROBOT: RobotId = RobotId(0);
 
 /// Arguments of `hopper view`.
@@ -67,7 +67,7 @@ pub fn serve(history: History, args: &ServeArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// The history of the mission whose journal is in `dir`, as its monitor told it, with the policy behind the last
+/// The history of the mission whose journal is in `dir`, as its monitor had it, with the policy behind the last
 /// decision.
 ///
 /// # Errors
@@ -79,8 +79,9 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     let world = scenario.resolve().map_err(Failure::usage)?;
     let brief = Brief { run: header.run(), ..header.brief };
     let mut replay = Replay::begin(&brief, &world, header.seed);
-    for record in journal.records() {
-        replay.record(&record.map_err(Failure::run)?);
+    let mut records = journal.records();
+    while let Some(record) = records.next().transpose().map_err(Failure::run)? {
+        replay.record(&record, records.routes());
     }
     Ok(replay.end())
 }
@@ -90,7 +91,7 @@ struct Replay<'a> {
     brief: &'a Brief,
     history: History,
     watcher: Watcher,
-    cartographer: Cartographer,
+    sensed: Sensed,
     team: Option<Team>,
     last: State,
 }
@@ -98,29 +99,23 @@ struct Replay<'a> {
 impl<'a> Replay<'a> {
     fn begin(brief: &'a Brief, world: &ResolvedScenario, seed: u64) -> Self {
         let now = MonotonicNs(1);
-        let mission =
-            Mission { brief: *brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
-        let arbiter = Arbiter::new(mission, None, Pace::Max, 0, now);
+        let sensed = Sensed::new(world, brief, seed);
         let mut replay = Self {
             brief,
             history: History::new(ROBOT),
             watcher: Watcher::new(ROBOT),
-            cartographer: Cartographer::new(ROBOT),
-            team: arbiter.team().cloned(),
-            last: *arbiter.state(),
+            team: sensed.team().cloned(),
+            last: State { landed: now, published: now, ..*sensed.state() },
+            sensed,
         };
         replay.history.on(Input::Brief(brief), now);
         replay.watcher.on(monitor::Event::Brief(*brief), now);
-        replay.cartographer.on(perception::Event::Terrain(brief.run, world.terrain.clone()), now);
-        replay.cartographer.on(perception::Event::Brief(*brief), now);
-        if let Some(team) = &replay.team {
-            replay.cartographer.on(perception::Event::Team(team.clone()), now);
-        }
         replay.state();
         replay
     }
 
-    fn record(&mut self, record: &Record) {
+    fn record(&mut self, record: &Record, routes: &[Route]) {
+        self.sensed.record(record, routes);
         let committed = record.timing.committed;
         self.last = record.state_after(self.brief.run, committed, committed);
         if let Some(member) =
@@ -141,8 +136,7 @@ impl<'a> Replay<'a> {
         let (state, now) = (self.last, self.last.landed);
         self.history.on(Input::State(&state), now);
         self.watcher.on(monitor::Event::State(state), now);
-        self.cartographer.on(perception::Event::State(state), now);
-        for patch in self.cartographer.patches(now, &mut || now) {
+        for patch in self.sensed.patches(now) {
             self.watcher.on(monitor::Event::Map(patch.clone()), now);
             self.history.on(Input::Patch(patch), now);
         }
@@ -165,7 +159,10 @@ impl<'a> Replay<'a> {
 
     /// The policy that the last planner in command had at the end, if it has one.
     fn policy(&self) -> Option<Policy> {
-        let map = self.cartographer.map().filter(|_| self.brief.is_of_hopper())?;
+        if !self.brief.is_of_hopper() {
+            return None;
+        }
+        let map = self.sensed.map();
         let mut planner = planner::algorithm(self.last.leader.planner.as_str()).ok()?;
         let mut state = self.last;
         if let Some(last) = state.last.filter(|_| state.status.is_over()) {

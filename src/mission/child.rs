@@ -55,7 +55,7 @@ struct OwnProgram {
 pub struct Supervised {
     /// Role it plays in the mission.
     pub role: Role,
-    /// Number of restarts.
+    /// Times that it was started again after a crash.
     pub restarts: u64,
     /// When the current process was started.
     pub started: MonotonicNs,
@@ -94,7 +94,7 @@ impl Supervised {
         Self::spawned(program, role, arguments, None, configure)
     }
 
-    /// Starts a program of the user's as a planner. What other children are told by flags, it is told by its environment:
+    /// Starts a program of the user's as a planner. What other children get by flags, it gets by its environment:
     /// `environment`, `HOPPER_LIFELINE`, and when it is restarted `HOPPER_SUCCEEDS_PID`. What it prints goes to standard
     /// error.
     ///
@@ -134,7 +134,7 @@ impl Supervised {
         })
     }
 
-    /// Starts the process again after its end. A planner is told the process number of its predecessor.
+    /// Starts the process again after its end. A planner gets the process number of its predecessor.
     ///
     /// # Errors
     /// If the process cannot be started.

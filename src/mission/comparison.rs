@@ -12,7 +12,7 @@ use serde::Serialize;
 /// The first decision of a journal that lockstep takes otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
-    /// The decision.
+    /// The first that differs.
     pub decision: Decision,
     /// Digest after it and fingerprint of the map it was taken on, in lockstep; `None` if lockstep ends before.
     pub need: Option<(Digest, u64)>,

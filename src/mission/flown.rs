@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contract::{Brief, Record};
+use contract::{Brief, Record, Route};
 use hopper_sim::JournalReader;
 use node::Failure;
 use report::PictureStyle;
@@ -21,6 +21,8 @@ pub struct Flown {
     pub brief: Brief,
     /// Executed decisions in order, from the first.
     pub records: Vec<Record>,
+    routes: Vec<Route>,
+    seed: u64,
 }
 
 impl Flown {
@@ -35,15 +37,16 @@ impl Flown {
             Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
         let world = scenario.resolve().map_err(Failure::usage)?;
         let brief = Brief { run: header.run(), ..world.brief };
+        let mut read = journal.records();
         let records: Vec<Record> =
-            journal.records().take(RECORDS_MAX + 1).collect::<Result<_, _>>().map_err(Failure::run)?;
+            read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>().map_err(Failure::run)?;
         if records.len() > RECORDS_MAX {
             let dir = dir.display();
             return Err(Failure::usage(format!(
                 "{dir} needs at most {RECORDS_MAX} decisions to be drawn, got more"
             )));
         }
-        Ok(Self { world, brief, records })
+        Ok(Self { world, brief, records, routes: read.into_routes(), seed: header.seed })
     }
 
     /// The pictures after each number of decisions in `at`, which rise.
@@ -51,11 +54,11 @@ impl Flown {
     /// # Errors
     /// If one cannot be drawn.
     pub fn pictures(&self, at: &[usize], style: PictureStyle) -> Result<Vec<String>, Failure> {
-        let mut sensed = Sensed::new(&self.world, &self.brief);
+        let mut sensed = Sensed::new(&self.world, &self.brief, self.seed);
         let (mut folded, mut pictures) = (0, Vec::new());
         for &count in at {
             for record in &self.records[folded..count] {
-                sensed.record(record);
+                sensed.record(record, &self.routes);
             }
             folded = count;
             pictures.push(self.picture(&self.records[..count], &sensed, style)?);
@@ -63,11 +66,11 @@ impl Flown {
         Ok(pictures)
     }
 
-    fn picture(&self, route: &[Record], sensed: &Sensed<'_>, style: PictureStyle) -> Result<String, Failure> {
+    fn picture(&self, route: &[Record], sensed: &Sensed, style: PictureStyle) -> Result<String, Failure> {
         let shown = &route[route.len().saturating_sub(super::output_dir::ROUTE_SHOWN)..];
         let planner =
             route.last().or(self.records.first()).map_or("hold", |record| record.leader.planner.as_str());
-        let snapshot = Snapshot::with(&self.world, &self.brief, shown, sensed.map(), planner);
+        let snapshot = Snapshot::with(&self.brief, sensed, planner);
         snapshot.picture(&self.world, &self.brief, shown).svg_in(style).map_err(Failure::run)
     }
 }

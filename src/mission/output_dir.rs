@@ -214,13 +214,13 @@ impl OutputDir {
         };
         let mut timing = BufWriter::new(create(&path)?);
         timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
-        let mut sensed = Sensed::new(world, &brief);
+        let mut sensed = Sensed::new(world, &brief, history.header().seed);
         // A patrol may be longer than fits into memory or a picture.
         let mut route = VecDeque::new();
-        for record in history.records() {
-            let record = record.map_err(Failure::run)?;
+        let mut read = history.records();
+        while let Some(record) = read.next().transpose().map_err(Failure::run)? {
             timing.write_all(report::timing_csv_row(&record).as_bytes()).map_err(unwritten)?;
-            sensed.record(&record);
+            sensed.record(&record, read.routes());
             if route.len() == ROUTE_SHOWN {
                 route.pop_front();
             }
@@ -229,7 +229,7 @@ impl OutputDir {
         timing.flush().map_err(unwritten)?;
         let records = Vec::from(route);
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
-        let snapshot = Snapshot::with(world, &brief, &records, sensed.map(), planner);
+        let snapshot = Snapshot::with(&brief, &sensed, planner);
         summary.coverage = Some(snapshot.map.coverage());
         let picture = Picture { outcome: summary.outcome, ..snapshot.picture(world, &brief, &records) };
         self.write("mission.svg", &picture.svg_in(style).map_err(Failure::run)?)?;

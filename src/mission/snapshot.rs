@@ -1,7 +1,6 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Brief, MonotonicNs, ObservedMap, PolicyCell, Record, State, Status};
-use hopper_sim::{Arbiter, Mission, Pace};
+use contract::{Brief, ObservedMap, PolicyCell, Record, State, Status};
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
@@ -25,28 +24,26 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The mission under `brief` in `world` after the hops of `route`, `planner` being in command.
+    /// The hopper's mission under `brief` in `world` after the hops of `route`, `planner` being in command.
     #[must_use]
-    pub fn after(world: &ResolvedScenario, brief: &Brief, route: &[Record], planner: &str) -> Self {
-        let mut sensed = Sensed::new(world, brief);
-        route.iter().for_each(|record| sensed.record(record));
-        Self::with(world, brief, route, sensed.map(), planner)
-    }
-
-    /// The mission after the last hop of `route`, with the map observed until then; earlier hops may be left out of
-    /// `route`.
-    #[must_use]
-    pub fn with(
+    pub fn after(
         world: &ResolvedScenario,
         brief: &Brief,
+        seed: u64,
         route: &[Record],
-        map: &ObservedMap,
         planner: &str,
     ) -> Self {
-        let state = state_after(world, brief, route);
-        let map = map.clone();
+        let mut sensed = Sensed::new(world, brief, seed);
+        route.iter().for_each(|record| sensed.record(record, &[]));
+        Self::with(brief, &sensed, planner)
+    }
+
+    /// The mission under `brief` after the last record that `sensed` has folded in, `planner` being in command.
+    #[must_use]
+    pub fn with(brief: &Brief, sensed: &Sensed, planner: &str) -> Self {
+        let (state, map) = (*sensed.state(), sensed.map().clone());
         Self {
-            hops: route.len(),
+            hops: state.decision.0 as usize,
             policy: policy(brief, &map, state, planner),
             map,
             outcome: state.status,
@@ -72,22 +69,6 @@ impl Snapshot {
             route,
             outcome: self.outcome.into(),
             sensing_radius_m: self.sensing_radius_m,
-        }
-    }
-}
-
-fn state_after(world: &ResolvedScenario, brief: &Brief, route: &[Record]) -> State {
-    let now = MonotonicNs(0);
-    match route.last() {
-        Some(last) => last.state_after(brief.run, now, now),
-        None => {
-            let mission = Mission {
-                brief: *brief,
-                terrain: world.terrain.clone(),
-                seed: 0,
-                fleet: world.fleet.clone(),
-            };
-            *Arbiter::new(mission, None, Pace::Max, 0, now).state()
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::Duration;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Heartbeat, MonotonicNs, Name, PeerTable, RobotId, Role, RunId};
 use hopper_sim::{Journal, Pace};
 use monitor::shell::ViewArgs;
@@ -285,7 +285,7 @@ impl Supervisor {
         }
     }
 
-    /// What was published is never flown again: the next life is told how much that is.
+    /// What was published is never flown again: the next life gets that number.
     fn revive_sim(&mut self, status: ExitStatus) -> Result<(), Failure> {
         if !self.sim.may_restart(Node::now()) {
             return Err(Failure::new(Exit::Failed, format!("hopper-sim {}", died_too_often(status))));

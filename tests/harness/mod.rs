@@ -128,7 +128,6 @@ impl Mission {
         assert!(left.is_empty(), "{} left {left:?} in shared memory", self.name);
     }
 
-    /// The instance.
     pub fn instance(&self) -> node::Instance {
         node::Instance::new(&self.name).unwrap()
     }

@@ -63,7 +63,7 @@ pub struct PooledDifference {
     pub standard_error: f64,
     /// Sum of the squared differences, each in standard errors: χ² if none of them were real.
     pub chi_squared: f64,
-    /// Number of cells.
+    /// Cells of the report whose likelihoods are summed.
     pub cells: usize,
 }
 

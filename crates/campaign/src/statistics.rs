@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, DiscreteCDF, Hypergeometric, Normal, S
 /// Count, mean and sample standard deviation of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sample {
-    /// Number of values.
+    /// Values added so far, n.
     pub count: u64,
     /// Mean; `None` without values.
     pub mean: Option<f64>,

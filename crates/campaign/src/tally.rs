@@ -25,7 +25,7 @@ pub struct Tally {
 /// Statistics of the trials of one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellStatistics {
-    /// Number of trials.
+    /// All missions of the cell, failed ones included.
     pub trials: u64,
     /// Trials that reached the goal.
     pub successes: u64,

@@ -80,7 +80,7 @@ pub enum Action {
     Fly,
     /// Act again once another robot has acted.
     Wait,
-    /// Act no more.
+    /// The robot acts no more in this mission; the others go on.
     Done,
     /// Take the route of that fingerprint for one's own, from its first point on.
     Announce(RouteId),

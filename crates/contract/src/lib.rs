@@ -6,83 +6,56 @@
 //! rogue process writes can be undefined behaviour. The only way from wire to domain is `TryFrom`,
 //! which refuses with a named reason.
 //!
+//! [`map`] is the ground, [`mission`] what is to be done on it and by whom, [`protocol`] what processes tell each other
+//! meanwhile; [`action`] and [`outcome`] are what it is all about. [`message`] says what a message is.
+//!
 //! No I/O, no clock, no middleware in here.
 
 #![warn(clippy::disallowed_methods)]
 
 pub mod action;
-pub mod belief;
-pub mod brief;
-pub mod command;
-pub mod control;
-pub mod digest;
-pub mod grid;
-pub mod ground;
-pub mod heartbeat;
-pub mod identity;
 pub mod limits;
 pub mod map;
 pub mod message;
-pub mod name;
-pub mod origin;
+pub mod mission;
 pub mod outcome;
-pub mod pace;
-pub mod page_cursor;
-pub mod past;
-pub mod patch;
-pub mod patrol;
-pub mod payoff;
-pub mod peer_table;
-pub mod policy;
-pub mod prior;
-pub mod reading;
-pub mod record;
-pub mod refusal;
-pub mod replica;
-pub mod route;
-pub mod state;
-pub mod task;
-pub mod team;
-pub mod timeline;
-pub mod timing;
-pub mod treasure;
-pub mod truth;
+pub mod protocol;
 pub mod wire;
 
 pub use action::{Action, Direction};
-pub use brief::{
+pub use map::grid::{Cell, Grid};
+pub use map::ground::{DriveSpeed, Ground, Soil};
+pub use map::observed_map::ObservedMap;
+pub use map::patch::{MapPage, MapPatch, MapRequest, SeenCell};
+pub use map::prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
+pub use map::replica::Replica;
+pub use map::treasure::Collected;
+pub use map::truth::{Gathering, Truth, TruthPage, TruthRequest};
+pub use message::{Message, Payload, Request};
+pub use mission::brief::{
     Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
     SoilMotion, Weights,
 };
-pub use command::Command;
-pub use control::{Control, Order, Pacing};
-pub use digest::Digest;
-pub use grid::{Cell, Grid};
-pub use ground::{DriveSpeed, Ground, Soil};
-pub use heartbeat::Heartbeat;
-pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
-pub use map::ObservedMap;
-pub use message::{Message, Payload, Request};
-pub use name::Name;
-pub use origin::{Origin, Vetoed};
+pub use mission::pace::Pace;
+pub use mission::patrol::Patrol;
+pub use mission::reading::{DistanceNorm, Reading};
+pub use mission::task::{Cover, CoverMode, Scout, Task};
+pub use mission::team::{Member, Placement, Robot, RobotSet, Sensor, Standing, Team, Travel, Vehicle};
 pub use outcome::{Branch, Flight, Outcome, Status};
-pub use pace::Pace;
-pub use page_cursor::PageCursor;
-pub use past::{PastPage, PastRequest};
-pub use patch::{MapPage, MapPatch, MapRequest, SeenCell};
-pub use patrol::Patrol;
-pub use peer_table::PeerTable;
-pub use policy::{Policy, PolicyCell};
-pub use prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
-pub use reading::{DistanceNorm, Reading};
-pub use record::Record;
-pub use refusal::{Refusal, RefusalCounts};
-pub use replica::Replica;
-pub use route::{Announcement, Route, RoutePage, RouteRequest, Routes, Waypoint};
-pub use state::{Pose, State};
-pub use task::{Cover, CoverMode, Scout, Task};
-pub use team::{Member, Placement, Robot, RobotSet, Sensor, Standing, Team, Travel, Vehicle};
-pub use timeline::Timeline;
-pub use timing::{MonotonicNs, Stage, Timing};
-pub use treasure::Collected;
-pub use truth::{Gathering, Truth, TruthPage, TruthRequest};
+pub use protocol::command::Command;
+pub use protocol::control::{Control, Order, Pacing};
+pub use protocol::digest::Digest;
+pub use protocol::heartbeat::Heartbeat;
+pub use protocol::identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
+pub use protocol::name::Name;
+pub use protocol::origin::{Origin, Vetoed};
+pub use protocol::page_cursor::PageCursor;
+pub use protocol::past::{PastPage, PastRequest};
+pub use protocol::peer_table::PeerTable;
+pub use protocol::policy::{Policy, PolicyCell};
+pub use protocol::record::Record;
+pub use protocol::refusal::{Refusal, RefusalCounts};
+pub use protocol::route::{Announcement, Route, RoutePage, RouteRequest, Routes, Waypoint};
+pub use protocol::state::{Pose, State};
+pub use protocol::timeline::Timeline;
+pub use protocol::timing::{MonotonicNs, Stage, Timing};

@@ -30,7 +30,7 @@ pub trait Payload: Clone + Debug + PartialEq + Serialize + Sized + 'static {
     /// The header in its wire form.
     fn header(&self) -> Self::Header;
 
-    /// Number of cells.
+    /// How many of them are payload cells.
     fn cells(&self) -> usize;
 
     /// The cell at `index`, which is below [`Payload::cells`], in its wire form.

@@ -16,7 +16,7 @@ pub enum Branch {
     Left,
     /// Slipped to the right of the hop's direction.
     Right,
-    /// Was told to stand still.
+    /// The command was to stand still.
     Held,
     /// Failed instead of acting, and will never act again.
     Stranded,
@@ -65,11 +65,11 @@ pub struct Flight {
 pub struct Outcome {
     /// Branch of the motion model.
     pub branch: Branch,
-    /// Cell of departure.
+    /// Where the robot stood when it acted.
     pub from: Cell,
     /// Cell of landing; outside the grid when the hopper left the map.
     pub to: Cell,
-    /// The flight.
+    /// Range, rise and duration.
     pub flight: Flight,
 }
 

@@ -98,7 +98,7 @@ impl Progress {
         self.parts.iter().map(|part| part.cells).sum()
     }
 
-    /// Cells visited.
+    /// Distinct cells that at least one rover stood on.
     #[must_use]
     pub fn visited_cells(&self) -> usize {
         self.visited_cells

@@ -22,13 +22,13 @@ pub struct Setup {
     pub algorithm: Algorithm,
     /// How the rovers share the ground.
     pub mode: CoverMode,
-    /// What they sense.
+    /// Cells that a rover sees around it.
     pub sensing: Sensing,
     /// Their starts, in the order of their numbers.
     pub starts: Vec<Placement>,
     /// Share to cover of the cells that can be reached, 1 to 100 %.
     pub percent: u32,
-    /// Rovers that fail.
+    /// Which rovers fail, and when.
     pub faults: Vec<Fault>,
     /// The mission ends uncovered once every rover has acted so many times.
     pub steps_max: u64,

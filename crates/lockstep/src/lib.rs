@@ -109,7 +109,7 @@ impl PlannerSchedule {
 /// How a mission ended.
 #[derive(Debug)]
 pub struct Flown {
-    /// The last state.
+    /// After the last decision; its status is over.
     pub state: State,
     /// The map at the end.
     pub map: ObservedMap,

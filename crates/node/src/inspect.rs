@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Brief, Heartbeat, Leader, MonotonicNs, Name, PeerTable, Profile, RobotId, Role, RunId, State, Status,
 };

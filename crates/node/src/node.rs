@@ -23,7 +23,7 @@ use crate::session::shutdown::{ShutdownSignal, StopReason, sleep};
 use crate::session::{PATIENCE, SHORT_PATIENCE, Session};
 use crate::{clock, crash, host};
 
-/// Why [`Node::sleep`] returned.
+/// What ended a [`Node::sleep`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
     /// A message came for a port that wakes the process.
@@ -131,7 +131,7 @@ impl Node {
     }
 }
 
-/// Runs a process in `node` until it leaves, or is told to stop.
+/// Runs a process in `node` until it leaves, or is to stop.
 ///
 /// # Errors
 /// The first error of a turn.

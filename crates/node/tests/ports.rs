@@ -449,7 +449,7 @@ fn heartbeats_advance_at_their_pace_and_at_once_when_the_mission_ends() {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        let least = Duration::from_nanos(4 * contract::peer_table::BEAT_PERIOD_NS);
+        let least = Duration::from_nanos(4 * contract::protocol::peer_table::BEAT_PERIOD_NS);
         assert!(started.elapsed() >= least, "five beats in {:?}", started.elapsed());
         assert!(beats.is_sorted_by(|a, b| a.counter < b.counter), "the counter advances");
         let beat = beats.last().unwrap();

@@ -38,7 +38,7 @@ impl Termination for Exit {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct Failure {
-    /// Exit code.
+    /// What the process tells whoever started it.
     pub exit: Exit,
     /// One line for the reader.
     pub message: String,

@@ -39,7 +39,7 @@ pub const TICK_NS: u64 = 10_000_000;
 pub enum Turn {
     /// Sleep until a message wakes the process, but no longer than so many nanoseconds; then another turn.
     Sleep(u64),
-    /// The process leaves.
+    /// The loop ends; heartbeats and locks are given up.
     Leave(Exit),
 }
 
@@ -52,7 +52,7 @@ pub trait Process<P: Ports> {
     fn turn(&mut self, ports: &mut P) -> impl Future<Output = Result<Turn, Failure>>;
 }
 
-/// Turns until the process leaves, or is told to stop.
+/// Turns until the process leaves, or is to stop.
 ///
 /// # Errors
 /// The first error of a turn.

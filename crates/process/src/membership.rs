@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use contract::peer_table::{BEAT_PERIOD_NS, SILENCE_NS};
+use contract::protocol::peer_table::{BEAT_PERIOD_NS, SILENCE_NS};
 use contract::{Decision, Heartbeat, MonotonicNs, Name, PeerTable, Refusal, RobotId, Role, RunId, Status};
 
 use crate::{Builds, Failure, Patience, Ports, Reader, TICK_NS, Turn, Writer};
@@ -87,7 +87,7 @@ impl<P: Ports> Membership<P> {
         self.reader.depth()
     }
 
-    /// Who lives.
+    /// Processes whose heartbeat has not run out.
     #[must_use]
     pub fn peer_table(&self) -> &PeerTable {
         &self.peer_table

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Heartbeat, Incarnation, MonotonicNs, Name, Refusal};
 
 /// Lives whose build a process remembers. While there are so many, newcomers are not known until others fall silent.

@@ -11,13 +11,13 @@ use crate::Failure;
 pub trait Ports: Sized {
     /// Why a port could not be had or used.
     type Error: Into<Failure> + std::fmt::Display;
-    /// Reads one service.
+    /// Subscriber of a message's topic.
     type Reader<M: Message>: Reader<M>;
-    /// Writes one service.
+    /// Publisher of a message's topic.
     type Writer<M: Message>: Writer<M, Error = Self::Error>;
     /// Asks a service, one request at a time.
     type Client<Q: Request>: Client<Q, Error = Self::Error>;
-    /// Answers a service.
+    /// Takes requests and sends their answers.
     type Server<Q: Request>: Server<Q, Error = Self::Error>;
 
     /// A reader of `M`'s service; if `wakes`, an arrival ends [`Ports::wait`].

@@ -13,6 +13,6 @@ pub struct MachineLoad {
     pub busy: f64,
     /// One-minute load average of the kernel, 0 to 1,000,000.
     pub load_1min: f64,
-    /// Number of cores.
+    /// Logical ones, as the scheduler counts them.
     pub cores: u32,
 }

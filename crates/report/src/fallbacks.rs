@@ -10,7 +10,7 @@ use crate::phrases::counted;
 pub struct Fallbacks {
     /// Actions of the last policy.
     pub policy: u64,
-    /// Greedy actions.
+    /// Actions that the guard's greedy rule chose.
     pub greedy: u64,
     /// Decisions to hold.
     pub hold: u64,

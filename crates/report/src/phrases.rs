@@ -25,7 +25,7 @@ pub(crate) struct EndSentence {
 /// What several robots did together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TeamEffort {
-    /// Number of robots.
+    /// At least 1; with more, sentences speak of moves rather than of hops.
     pub robots: u16,
     /// Decisions of all of them.
     pub actions: u64,

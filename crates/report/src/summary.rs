@@ -25,7 +25,7 @@ pub struct Process {
     pub role: Role,
     /// Process id, the last one if it was restarted; 0 in lockstep.
     pub pid: u32,
-    /// Number of restarts.
+    /// Times that a process was started again after a crash.
     pub restarts: u64,
 }
 

@@ -17,7 +17,7 @@ pub struct Executed {
     pub robot: RobotId,
     /// Number of the decision, from 0.
     pub decision: Decision,
-    /// Planner in command.
+    /// The planner in command of the records counted.
     pub leader: Leader,
     /// Who chose the action: a planner or the guard's fallback.
     pub origin: Origin,
@@ -143,7 +143,7 @@ pub struct Route {
     pub left: u64,
     /// Hops that slipped to the right.
     pub right: u64,
-    /// Decisions to hold.
+    /// Decisions in which the robot stayed, whoever chose that.
     pub held: u64,
     /// Length over ground, metres.
     pub length_m: f64,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use contract::{Action, Branch, Direction, MonotonicNs, Refusal, RefusalCounts, Role, RunId, State, Status};
 use mission::{Step, brief, records};
-use report::{Ending, Executed, Process, Summary, SummaryBuilder, Tally};
+use report::{Ending, Executed, Process, Summary, SummaryBuilder, Tally, TeamEffort};
 
 const EAST: Action = Action::Hop(Direction::East);
 const NORTH: Action = Action::Hop(Direction::North);
@@ -119,6 +119,24 @@ fn each_outcome_has_its_sentence() {
         summary.outcome = outcome;
         assert_eq!(summary.sentence(), need);
         assert_eq!(serde_json::to_value(&summary).unwrap()["outcome"], outcome.as_str());
+    }
+}
+
+#[test]
+fn each_outcome_of_several_robots_has_its_sentence() {
+    let mut summary = summary(&STEPS);
+    let (cover, scout) = (Some(12), None);
+    for (outcome, covered, need) in [
+        (Ending::Mission(Status::Goal), cover, "Covered, 12 cells: 9 actions of 4 robots"),
+        (Ending::Mission(Status::Goal), scout, "The rover is at the goal, (3, 3): 9 actions of 4 robots"),
+        (Ending::Mission(Status::Deadlock), cover, "Out of actions: 9 actions of 4 robots"),
+        (Ending::Mission(Status::Lost), cover, "No robot can go on: 9 actions of 4 robots"),
+        (Ending::Mission(Status::Lost), scout, "The rover is stuck: 9 actions of 4 robots"),
+        (Ending::Stopped, scout, "Stopped: 9 actions of 4 robots"),
+    ] {
+        summary.outcome = outcome;
+        summary.team = Some(TeamEffort { robots: 4, actions: 9, covered });
+        assert_eq!(summary.sentence(), format!("{need}, at most 15 of 150 each."));
     }
 }
 

@@ -15,14 +15,14 @@ use crate::stream::Stream;
 pub struct RrtStarIt {
     /// Samples, N.
     pub iterations: usize,
-    /// Longest flight.
+    /// Longest flight, metres.
     pub budget_m: f64,
     /// Radius of the ground in view.
     pub view_m: f64,
 }
 
 impl RrtStarIt {
-    /// Longest edge.
+    /// Longest edge of the tree, metres.
     pub const EDGE_MAX_M: f64 = 20.0;
     /// Weight of the length, W2. W1 is 1 / Σ SD over the map.
     pub const LENGTH_WEIGHT: f64 = 0.2;

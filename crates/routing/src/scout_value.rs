@@ -25,7 +25,7 @@ use crate::{Goal, Route, Trip};
 /// Parameters of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoutValue {
-    /// Longest flight.
+    /// Longest flight, metres.
     pub budget_m: f64,
     /// Radius of the ground in view.
     pub view_m: f64,

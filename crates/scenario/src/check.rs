@@ -29,7 +29,7 @@ pub struct ScenarioCheck {
 }
 
 impl ScenarioCheck {
-    /// Summarises `world`.
+    /// What `hopper scenario check` prints of `world`.
     #[must_use]
     pub fn of(world: &ResolvedScenario) -> Self {
         let cells = &world.terrain.cells;

@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::Path;
 
 use contract::limits::GRID_SIDE_MAX;
-use contract::name::Name;
+use contract::protocol::name::Name;
 use contract::{Cell, Direction, Grid};
 use terrain::{RasterFile, Relief, Sand, Terrain, Window, fitting_hop_m, hop_cells};
 

@@ -58,7 +58,7 @@ const SCHEMA: &str = include_str!("../schema.json");
 pub struct Scenario {
     /// The true ground, known to the simulator only.
     pub truth: Truth,
-    /// What every process is told about the mission.
+    /// What every process receives about the mission.
     pub brief: MissionBrief,
     /// Whether the hopper goes to one goal or patrols several, or rovers cover the ground.
     #[serde(default, skip_serializing_if = "MissionRules::is_empty")]

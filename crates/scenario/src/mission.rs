@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
-/// Section `[brief]`: what every process is told about the mission.
+/// Section `[brief]`: what every process receives about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

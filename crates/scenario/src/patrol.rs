@@ -25,7 +25,7 @@ pub enum MissionKind {
     Scout,
 }
 
-/// The `[mission]` section.
+/// Section `[mission]` of a scenario: its objective, and what that needs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]

@@ -1,14 +1,14 @@
-//! Random numbers of a simulation: a ChaCha8 stream a purpose, keyed by the seed.
+//! Random numbers of a simulation: a ChaCha8 generator for each purpose, keyed by the seed.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// One stream; another purpose never shifts it.
+/// One generator; another purpose never shifts it.
 #[derive(Clone, Debug)]
 pub struct Chance(ChaCha8Rng);
 
 impl Chance {
-    /// The stream of `seed` for `purpose`, at most 24 ASCII characters.
+    /// The generator of `seed` for `purpose`, at most 24 ASCII characters.
     #[must_use]
     pub fn new(seed: u64, purpose: &str) -> Self {
         let mut key = [0; 32];
@@ -17,7 +17,7 @@ impl Chance {
         Self(ChaCha8Rng::from_seed(key))
     }
 
-    /// 64 random bits.
+    /// The next 64 bits.
     pub fn bits(&mut self) -> u64 {
         self.0.next_u64()
     }

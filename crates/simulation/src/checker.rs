@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Branch, Cell, Command, Control, Decision, Digest, Ground, Heartbeat, Incarnation, Leader,
     MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, RobotId, Role,
@@ -27,9 +27,9 @@ use crate::setup::{self, Setup};
 /// A promise that did not hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Violation {
-    /// The rule.
+    /// The promise that was broken, by its name in this file.
     pub rule: &'static str,
-    /// What was seen.
+    /// What was needed, and what was seen instead.
     pub detail: String,
 }
 
@@ -65,7 +65,7 @@ struct Pacing {
     told: MonotonicNs,
 }
 
-/// Sees everything.
+/// Sees every message, every commit and every reader's map, and holds them to the promises.
 #[derive(Debug)]
 pub struct Checker {
     mission: Mission,
@@ -177,7 +177,7 @@ impl Checker {
         self.violation.as_ref()
     }
 
-    /// The mission.
+    /// The one that all processes are to fly.
     #[must_use]
     pub fn mission(&self) -> &Mission {
         &self.mission
@@ -450,7 +450,7 @@ impl Checker {
     /// hopper-sim publishes all robots.
     pub(crate) fn team_published(&mut self, team: &Team) {
         let held = self.records.len() as u64;
-        // While an action is in the air the robots before it are told again; they are compared once it has landed.
+        // While an action is in the air the robots before it are published again; they are compared once it has landed.
         if team.decision.0 != held || team.run != self.mission.brief.run {
             let right = team.decision.0 < held || team.run != self.mission.brief.run;
             return self.require(right, "nothing is published that the journal does not hold", || {
@@ -475,7 +475,7 @@ impl Checker {
                 format!("state {} of run {}", state.decision, state.run)
             });
         };
-        // While a hop is in the air the state before it is told again, with what was vetoed then.
+        // While a hop is in the air the state before it is published again, with what was vetoed then.
         let need = match self.records.get(state.decision.0 as usize) {
             Some(record) => record.vetoed,
             None if state.status.is_over() => Vetoed::NONE,
@@ -502,7 +502,7 @@ impl Checker {
     fn spaced(&mut self, state: &State) {
         let Pacing { control, landed, .. } = self.pacing;
         if self.records.len() as u64 > state.decision.0 {
-            // What is told again while the next hop is in the air has landed before.
+            // What is published again while the next hop is in the air has landed before.
             return;
         }
         let Some((decision, last)) = self.pacing.landed.replace((state.decision, state.landed)) else {
@@ -624,7 +624,7 @@ impl Checker {
     pub fn served(&mut self, page: &PastPage) {
         let from = page.from.0 as usize;
         let held = self.records.get(from..from + page.records.len());
-        // Whoever was told of a journal that is gone asks beyond the end of this one.
+        // Whoever saw a journal that is gone asks beyond the end of this one.
         let is_beyond = page.records.is_empty() && from >= self.records.len();
         let right = page.run == self.mission.brief.run && (is_beyond || held == Some(&page.records[..]));
         self.require(right, "nothing is published that the journal does not hold", || {

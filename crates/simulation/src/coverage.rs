@@ -12,7 +12,7 @@ use crate::setup::Missions;
 pub struct Coverage(pub BTreeMap<&'static str, BTreeMap<&'static str, u64>>);
 
 impl Coverage {
-    /// Counts one more.
+    /// An event of `group` happened once more.
     pub fn count(&mut self, group: &'static str, name: &'static str) {
         *self.0.entry(group).or_default().entry(name).or_default() += 1;
     }
@@ -40,7 +40,7 @@ pub struct Sometimes {
     pub group: &'static str,
     /// Name of the counter.
     pub name: &'static str,
-    /// In whose missions.
+    /// Missions in which the event can happen.
     pub missions: &'static [Missions],
     /// Seeds within which it comes up at least once, with room to spare.
     pub seeds: u64,

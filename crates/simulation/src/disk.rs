@@ -49,7 +49,7 @@ impl Disk {
         self.0.borrow().room.is_some()
     }
 
-    /// Removes the file.
+    /// The journal's file is gone from its folder, as after `rm`; who has it open keeps it.
     pub fn erase(&self) {
         let mut platter = self.0.borrow_mut();
         platter.bytes.clear();

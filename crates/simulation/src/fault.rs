@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::chance::Chance;
 use crate::setup::{Missions, Seat};
-use crate::topic::Topic;
+use crate::stream::Stream;
 
 const MS: u64 = 1_000_000;
 
@@ -22,7 +22,7 @@ pub struct Fault {
     pub decision: u64,
     /// … and this much time has passed.
     pub after_ns: u64,
-    /// What it is.
+    /// What happens then.
     pub kind: Kind,
 }
 
@@ -38,39 +38,39 @@ pub enum Victim {
     Rival,
 }
 
-/// What goes wrong.
+/// What can go wrong, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Kind {
-    /// The next messages of a topic reach nobody.
+    /// The next messages of a stream reach nobody.
     Lose {
-        /// The topic.
-        topic: Topic,
+        /// The stream.
+        stream: Stream,
         /// How many, each reader counted alone.
         messages: u64,
     },
-    /// The next messages of a topic come twice.
+    /// The next messages of a stream come twice.
     Duplicate {
-        /// The topic.
-        topic: Topic,
+        /// The stream.
+        stream: Stream,
         /// How many, each reader counted alone.
         messages: u64,
         /// How much later the second time, nanoseconds.
         later_ns: u64,
     },
-    /// The next messages of a topic come late.
+    /// The next messages of a stream come late.
     Delay {
-        /// The topic.
-        topic: Topic,
+        /// The stream.
+        stream: Stream,
         /// How many, each reader counted alone.
         messages: u64,
         /// How late, nanoseconds.
         ns: u64,
     },
-    /// The next messages of a topic come the other way round.
+    /// The next messages of a stream come the other way round.
     Reorder {
-        /// The topic.
-        topic: Topic,
+        /// The stream.
+        stream: Stream,
         /// How many, each reader counted alone.
         messages: u64,
         /// Nanoseconds between them.
@@ -161,7 +161,7 @@ pub enum Kind {
     Elsewhere {
         /// How many records are lost.
         records: u64,
-        /// Who commands elsewhere.
+        /// Algorithm that flies the restored journal elsewhere.
         planner: Name,
         /// How many decisions are executed there at most.
         hops: u64,
@@ -192,7 +192,7 @@ pub enum Kind {
     },
     /// A rogue sends a command that would be accepted but for one field.
     Forge {
-        /// The field.
+        /// Which field of a sound command is wrong.
         forgery: Forgery,
     },
 }
@@ -288,7 +288,7 @@ impl Forgery {
 /// The faults of one seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
-    /// Whose missions.
+    /// The vehicles that the faults are made for.
     pub missions: Missions,
     /// The seed, which also gives the setup and every small delay.
     pub seed: u64,
@@ -330,7 +330,7 @@ fn fault(missions: Missions, seed: u64, chance: &mut Chance) -> Fault {
 /// What follows a fault now and then: two that matter together hardly ever meet by chance.
 fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
     match fault.kind {
-        // A record that is on the disk, but not durable, is told again by the next life; then the power goes.
+        // A record that is on the disk, but not durable, is published again by the next life; then the power goes.
         Kind::Tear { restart_ns, .. } if chance.one_in(2) => Some(Fault {
             decision: fault.decision,
             after_ns: fault.after_ns + restart_ns + chance.duration_ns(MS, 30 * MS),
@@ -342,7 +342,7 @@ fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
 
 // Long: an arm for each kind.
 fn kind(missions: Missions, seed: u64, chance: &mut Chance) -> Kind {
-    let topic = chance.pick(&Topic::all(missions));
+    let stream = chance.pick(&Stream::all(missions));
     let messages = chance.between(1, 12);
     let restart_ns = chance.duration_ns(MS, 1500 * MS);
     let ns = chance.duration_ns(MS, 3000 * MS);
@@ -357,10 +357,10 @@ fn kind(missions: Missions, seed: u64, chance: &mut Chance) -> Kind {
         Victim::Rival,
     ]);
     match chance.below(41) {
-        0..4 => Kind::Lose { topic, messages },
-        4..6 => Kind::Duplicate { topic, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
-        6..9 => Kind::Delay { topic, messages, ns: chance.duration_ns(10_000, 500 * MS) },
-        9..11 => Kind::Reorder { topic, messages, apart_ns: chance.duration_ns(10_000, 30 * MS) },
+        0..4 => Kind::Lose { stream, messages },
+        4..6 => Kind::Duplicate { stream, messages, later_ns: chance.duration_ns(10_000, 500 * MS) },
+        6..9 => Kind::Delay { stream, messages, ns: chance.duration_ns(10_000, 500 * MS) },
+        9..11 => Kind::Reorder { stream, messages, apart_ns: chance.duration_ns(10_000, 30 * MS) },
         11..14 => Kind::Kill { victim, restart_ns, succeeds: chance.one_in(2) },
         14..17 => Kind::KillAt { point, restart_ns },
         17..19 => Kind::Stop { victim, ns },

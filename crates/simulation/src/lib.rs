@@ -31,7 +31,7 @@ mod screen;
 pub mod setup;
 pub mod shrink;
 pub mod simulation;
-pub mod topic;
+pub mod stream;
 mod work_loops;
 mod world;
 

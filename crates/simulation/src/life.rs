@@ -10,7 +10,7 @@ use contract::{
 };
 
 use crate::observed::Seen;
-use crate::topic::Topic;
+use crate::stream::Stream;
 
 /// One life of one process, as the operating system sees it.
 #[derive(Debug)]
@@ -128,12 +128,12 @@ impl Life {
         leaders.get(usize::from(command.robot.0)).copied().filter(|_| answers)
     }
 
-    /// Whether a message of `topic` is to wake this process: the pipeline from state to map to command.
-    pub fn waits_for(&self, topic: Topic) -> bool {
+    /// Whether a message of `stream` is to wake this process: the pipeline from state to map to command.
+    pub fn waits_for(&self, stream: Stream) -> bool {
         match self.role {
-            Role::HopperSim => topic == Topic::of::<Command>(),
-            Role::Perception => topic == Topic::of::<State>(),
-            Role::Planner => topic == Topic::of::<MapPatch>(),
+            Role::HopperSim => stream == Stream::of::<Command>(),
+            Role::Perception => stream == Stream::of::<State>(),
+            Role::Planner => stream == Stream::of::<MapPatch>(),
             Role::Monitor => false,
         }
     }

@@ -20,7 +20,7 @@ use crate::checker::Known;
 use crate::life::{Life, Pass};
 use crate::recorded::decisions_recorded;
 use crate::setup::Missions;
-use crate::topic::{Answered, Asked, Topic};
+use crate::stream::{Answered, Asked, Stream};
 use crate::world::{Event, MS, ProcessFault, Queue, Shared, World};
 
 /// What one life has of the world.
@@ -46,19 +46,16 @@ impl From<Never> for Failure {
     }
 }
 
-/// Reads one topic.
 pub(crate) struct Reader<M> {
     ports: SimulatedPorts,
     queue: Rc<Queue<M>>,
 }
 
-/// Writes one topic.
 pub(crate) struct Writer {
     ports: SimulatedPorts,
     robot: RobotId,
 }
 
-/// Asks one service.
 pub(crate) struct Client<Q: Request> {
     ports: SimulatedPorts,
     robot: RobotId,
@@ -68,7 +65,6 @@ pub(crate) struct Client<Q: Request> {
     waits: bool,
 }
 
-/// Answers one service.
 pub(crate) struct Server<Q: Request> {
     ports: SimulatedPorts,
     robot: RobotId,
@@ -264,7 +260,7 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
         self.asked += 1;
         self.waits = true;
         let world = &mut *self.ports.world.borrow_mut();
-        world.coverage.count(Topic::of::<Asked<Q>>().as_str(), "sent");
+        world.coverage.count(Stream::of::<Asked<Q>>().as_str(), "sent");
         world.asked(&self.ports.life, &request);
         let asked = Asked { request, number: self.asked, asker: self.ports.life.incarnation };
         for (server, wakes, queue) in world.listening::<Asked<Q>>(self.robot) {
@@ -632,12 +628,12 @@ impl World {
         let response = response as &dyn Any;
         if let Some(page) = response.downcast_ref::<PastPage>() {
             self.checker.served(page);
-            self.coverage.count(Topic::of::<Asked<PastRequest>>().as_str(), "answered");
+            self.coverage.count(Stream::of::<Asked<PastRequest>>().as_str(), "answered");
         } else if let Some(page) = response.downcast_ref::<MapPage>() {
             self.checker.paged(page);
-            self.coverage.count(Topic::of::<Asked<MapRequest>>().as_str(), "answered");
+            self.coverage.count(Stream::of::<Asked<MapRequest>>().as_str(), "answered");
         } else if response.is::<TruthPage>() {
-            self.coverage.count(Topic::of::<Asked<TruthRequest>>().as_str(), "answered");
+            self.coverage.count(Stream::of::<Asked<TruthRequest>>().as_str(), "answered");
         }
     }
 

@@ -34,16 +34,16 @@ pub enum Missions {
 /// A planner process: its algorithm, and the robots that it commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Seat {
-    /// The algorithm.
+    /// Algorithm of this planner process.
     pub planner: Name,
-    /// The robots.
+    /// Robots that this process plans for.
     pub robots: RobotSet,
 }
 
 /// Everything about a simulation that is no fault.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Whose missions.
+    /// The vehicles of the mission.
     pub missions: Missions,
     /// The mission that is begun first.
     pub mission: Mission,

@@ -56,7 +56,7 @@ pub struct Report {
     pub virtual_ns: u64,
     /// Longest time in which nothing was executed and no fault was felt, nanoseconds.
     pub idle_ns: u64,
-    /// What came up.
+    /// How often each event happened that the simulation shall meet.
     pub coverage: Coverage,
     /// What happened, if it was to be traced.
     pub trace: Vec<Line>,
@@ -401,7 +401,7 @@ impl<'a> Simulation<'a> {
                 let pace = world.setup.pace;
                 world.checker.sim_started(life.incarnation, pace);
                 if self.replaced {
-                    // What peers hold is told anew.
+                    // What peers hold is asked for anew.
                     world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
                 }
             }
@@ -510,7 +510,6 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Something goes wrong.
     fn inflict(&mut self, fault: &Fault) {
         let kind = &fault.kind;
         let shared = Rc::clone(&self.world);
@@ -520,11 +519,11 @@ impl<'a> Simulation<'a> {
             world.note(|| format!("fault: {kind:?}"));
         }
         match *kind {
-            Kind::Lose { topic, messages }
-            | Kind::Duplicate { topic, messages, .. }
-            | Kind::Delay { topic, messages, .. }
-            | Kind::Reorder { topic, messages, .. } => {
-                shared.borrow_mut().add_link_fault(kind, topic, messages);
+            Kind::Lose { stream, messages }
+            | Kind::Duplicate { stream, messages, .. }
+            | Kind::Delay { stream, messages, .. }
+            | Kind::Reorder { stream, messages, .. } => {
+                shared.borrow_mut().add_link_fault(kind, stream, messages);
             }
             Kind::Kill { victim, restart_ns, succeeds } => {
                 if let Some(slot) = self.find(victim) {

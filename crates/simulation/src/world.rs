@@ -6,7 +6,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Command, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, RobotId, Role};
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ use crate::disk::Disk;
 use crate::fault::Kind;
 use crate::life::Life;
 use crate::setup::Setup;
-use crate::topic::{Answered, Asked, Topic};
+use crate::stream::{Answered, Asked, Stream};
 
 /// How long a message takes, nanoseconds.
 const TRANSPORT_NS: u64 = 5_000;
@@ -57,11 +57,11 @@ pub(crate) enum Event {
 
 /// A message on its way.
 pub(crate) struct Letter {
-    topic: Topic,
+    stream: Stream,
     writer: Incarnation,
     pub reader: Rc<Life>,
     wakes: bool,
-    /// Its number among those from this writer to this reader on its topic.
+    /// Its number among those from this writer to this reader on its stream.
     number: u64,
     /// Puts it into the reader's queue, if that is still open; whether an older message gave way.
     deliver: Box<dyn FnOnce() -> bool>,
@@ -92,7 +92,7 @@ impl Ord for Scheduled {
 
 /// One open reader, server, or client.
 struct Endpoint {
-    topic: Topic,
+    stream: Stream,
     /// Whose service it is: a message about one robot reaches nobody who listens for another.
     robot: RobotId,
     life: Rc<Life>,
@@ -135,11 +135,11 @@ pub(crate) struct World {
     pub lives: Vec<Rc<Life>>,
     endpoints: Vec<Endpoint>,
     /// The last message of each living writer, where a late reader gets it.
-    history: BTreeMap<(Topic, RobotId, Incarnation), Rc<dyn Any>>,
+    history: BTreeMap<(Stream, RobotId, Incarnation), Rc<dyn Any>>,
     /// How many messages have gone from a writer to a reader, and the highest number that has arrived.
-    links: BTreeMap<(Topic, Incarnation, Incarnation), (u64, u64)>,
+    links: BTreeMap<(Stream, Incarnation, Incarnation), (u64, u64)>,
     /// What happens to the next messages, with how many are left.
-    link_faults: Vec<(Kind, Topic, u64)>,
+    link_faults: Vec<(Kind, Stream, u64)>,
     process_faults: Vec<(&'static str, ProcessFault)>,
     pub checker: Checker,
     pub coverage: Coverage,
@@ -188,7 +188,7 @@ impl World {
         }
     }
 
-    /// What CLOCK_MONOTONIC reads.
+    /// Simulated time since the machine started.
     pub fn monotonic(&self) -> MonotonicNs {
         MonotonicNs((i128::from(self.time_ns) - self.booted_ns) as u64)
     }
@@ -287,11 +287,11 @@ impl World {
         let unread =
             |endpoint: &&Endpoint| (endpoint.oldest)().is_some_and(|turn| turn + TURNS_UNREAD < turns);
         let own = |endpoint: &&Endpoint| endpoint.life.incarnation == life.incarnation;
-        let unread = self.endpoints.iter().filter(own).find(unread).map(|endpoint| endpoint.topic);
-        if let Some(topic) = unread {
+        let unread = self.endpoints.iter().filter(own).find(unread).map(|endpoint| endpoint.stream);
+        if let Some(stream) = unread {
             let role = life.role;
             self.checker.violate("every turn reads what has come", || {
-                format!("{role} leaves a message of {} unread for two turns", topic.as_str())
+                format!("{role} leaves a message of {} unread for two turns", stream.as_str())
             });
         }
     }
@@ -316,7 +316,7 @@ impl World {
 
     /// Opens an endpoint; late, it gets what those who write still hold.
     pub fn open<T: Clone + 'static>(&mut self, robot: RobotId, life: &Rc<Life>, wakes: bool) -> Rc<Queue<T>> {
-        let topic = Topic::of::<T>();
+        let stream = Stream::of::<T>();
         let queue: Rc<Queue<T>> = Rc::default();
         let any: Rc<dyn Any> = Rc::clone(&queue) as Rc<dyn Any>;
         self.endpoints.retain(|endpoint| endpoint.queue.strong_count() > 0);
@@ -324,11 +324,11 @@ impl World {
         let oldest = Box::new(move || weak.upgrade()?.borrow().front().map(|(turn, _)| *turn));
         let queue_of_any = Rc::downgrade(&any);
         let life_of = Rc::clone(life);
-        self.endpoints.push(Endpoint { topic, robot, life: life_of, wakes, queue: queue_of_any, oldest });
+        self.endpoints.push(Endpoint { stream, robot, life: life_of, wakes, queue: queue_of_any, oldest });
         let held: Vec<(Incarnation, T)> = self
             .history
             .iter()
-            .filter(|((of, about, _), _)| (*of, *about) == (topic, robot))
+            .filter(|((of, about, _), _)| (*of, *about) == (stream, robot))
             .filter_map(|((.., writer), message)| Some((*writer, message.downcast_ref::<T>()?.clone())))
             .collect();
         for (writer, message) in held {
@@ -339,26 +339,26 @@ impl World {
 
     /// How many endpoints of `T` are open.
     pub fn readers<T: 'static>(&self) -> usize {
-        let topic = Topic::of::<T>();
-        let open = |endpoint: &&Endpoint| endpoint.topic == topic && endpoint.queue.strong_count() > 0;
+        let stream = Stream::of::<T>();
+        let open = |endpoint: &&Endpoint| endpoint.stream == stream && endpoint.queue.strong_count() > 0;
         self.endpoints.iter().filter(open).count()
     }
 
     /// Publishes to everyone who reads.
     pub fn publish<T: Clone + 'static>(&mut self, robot: RobotId, writer: Incarnation, message: T) {
-        let topic = Topic::of::<T>();
+        let stream = Stream::of::<T>();
         for (reader, wakes, queue) in self.listening::<T>(robot) {
             self.send(writer, &reader, wakes, &queue, Ok(message.clone()));
         }
-        if topic.has_history() {
-            self.history.insert((topic, robot, writer), Rc::new(message));
+        if stream.has_history() {
+            self.history.insert((stream, robot, writer), Rc::new(message));
         }
     }
 
     /// Who reads `T` of a robot, with their queues.
     pub fn listening<T: Clone + 'static>(&self, robot: RobotId) -> Vec<(Rc<Life>, bool, Rc<Queue<T>>)> {
-        let at = (Topic::of::<T>(), robot);
-        let open = self.endpoints.iter().filter(|endpoint| (endpoint.topic, endpoint.robot) == at);
+        let at = (Stream::of::<T>(), robot);
+        let open = self.endpoints.iter().filter(|endpoint| (endpoint.stream, endpoint.robot) == at);
         open.filter_map(|endpoint| {
             let queue = endpoint.queue.upgrade()?.downcast::<Queue<T>>().ok()?;
             Some((Rc::clone(&endpoint.life), endpoint.wakes, queue))
@@ -366,7 +366,7 @@ impl World {
         .collect()
     }
 
-    /// Sends to one reader, through whatever is wrong with the topic.
+    /// Sends to one reader, through whatever is wrong with the stream.
     pub fn send<T: Clone + 'static>(
         &mut self,
         writer: Incarnation,
@@ -375,42 +375,42 @@ impl World {
         queue: &Rc<Queue<T>>,
         message: Result<T, Refusal>,
     ) {
-        let topic = Topic::of::<T>();
-        let link = self.links.entry((topic, writer, reader.incarnation)).or_default();
+        let stream = Stream::of::<T>();
+        let link = self.links.entry((stream, writer, reader.incarnation)).or_default();
         link.0 += 1;
         let number = link.0;
         // Nobody's own messages are disturbed: they never leave the process.
         let arrivals = if writer == reader.incarnation {
             vec![self.time_ns + TRANSPORT_NS]
         } else {
-            self.arrivals(topic, reader)
+            self.arrivals(stream, reader)
         };
         for at_ns in arrivals {
             let (queue, life, message) = (Rc::downgrade(queue), Rc::clone(reader), message.clone());
             let deliver = Box::new(move || {
                 let Some(queue) = queue.upgrade() else { return false };
                 let mut queue = queue.borrow_mut();
-                let overflows = queue.len() >= topic.buffer();
+                let overflows = queue.len() >= stream.buffer();
                 if overflows {
                     queue.pop_front();
                 }
                 queue.push_back((life.turns.get(), message));
                 overflows
             });
-            let letter = Letter { topic, writer, reader: Rc::clone(reader), wakes, number, deliver };
+            let letter = Letter { stream, writer, reader: Rc::clone(reader), wakes, number, deliver };
             self.schedule(at_ns, Event::Arrive(letter));
         }
     }
 
-    /// When the next message of a topic arrives: never, once, or twice.
-    fn arrivals(&mut self, topic: Topic, reader: &Life) -> Vec<u64> {
+    /// When the next message of a stream arrives: never, once, or twice.
+    fn arrivals(&mut self, stream: Stream, reader: &Life) -> Vec<u64> {
         let mut arrivals = vec![self.time_ns + TRANSPORT_NS];
-        if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == topic) {
-            if [Topic::of::<Asked<MapRequest>>(), Topic::of::<Answered<MapPage>>()].contains(&topic) {
+        if let Some(index) = self.link_faults.iter().position(|(_, at, _)| *at == stream) {
+            if [Stream::of::<Asked<MapRequest>>(), Stream::of::<Answered<MapPage>>()].contains(&stream) {
                 // The page that comes may be the answer to an earlier request.
                 self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
             }
-            if topic == Topic::of::<MapPatch>() {
+            if stream == Stream::of::<MapPatch>() {
                 match self.link_faults[index].0 {
                     Kind::Duplicate { .. } => reader.repeat_patch(self.time_ns),
                     _ => reader.disturb_map(self.time_ns),
@@ -429,33 +429,33 @@ impl World {
             if left == 0 {
                 self.link_faults.swap_remove(index);
             }
-            self.coverage.count(name, topic.as_str());
+            self.coverage.count(name, stream.as_str());
             self.stirred_ns = self.stirred_ns.max(arrivals.last().copied().unwrap_or(self.time_ns));
             let incarnation = reader.incarnation;
-            self.note(|| format!("{name}: a {} message to {} {incarnation}", topic.as_str(), reader.role));
+            self.note(|| format!("{name}: a {} message to {} {incarnation}", stream.as_str(), reader.role));
         }
         arrivals
     }
 
     /// A message arrives, if its reader still lives.
     pub fn arrive(&mut self, letter: Letter) {
-        let Letter { topic, writer, reader, wakes, number, deliver } = letter;
+        let Letter { stream, writer, reader, wakes, number, deliver } = letter;
         if !self.lives.iter().any(|life| life.incarnation == reader.incarnation) {
             return;
         }
-        let (_, highest) = self.links.entry((topic, writer, reader.incarnation)).or_default();
+        let (_, highest) = self.links.entry((stream, writer, reader.incarnation)).or_default();
         if number < *highest {
-            self.coverage.count("overtaken", topic.as_str());
+            self.coverage.count("overtaken", stream.as_str());
         }
         *highest = number.max(*highest);
-        if deliver() && topic.buffer() > 1 {
-            self.coverage.count("overflow", topic.as_str());
-            if topic == Topic::of::<MapPatch>() {
+        if deliver() && stream.buffer() > 1 {
+            self.coverage.count("overflow", stream.as_str());
+            if stream == Stream::of::<MapPatch>() {
                 reader.disturb_map(self.time_ns);
             }
         }
         let idle = reader.sleeping.get() && reader.stopped_until.get().is_none();
-        if idle && reader.message_since.get().is_none() && reader.waits_for(topic) {
+        if idle && reader.message_since.get().is_none() && reader.waits_for(stream) {
             reader.message_since.set(Some(self.time_ns));
         }
         if wakes {
@@ -463,8 +463,8 @@ impl World {
         }
     }
 
-    pub fn add_link_fault(&mut self, kind: &Kind, topic: Topic, messages: u64) {
-        self.link_faults.push((kind.clone(), topic, messages));
+    pub fn add_link_fault(&mut self, kind: &Kind, stream: Stream, messages: u64) {
+        self.link_faults.push((kind.clone(), stream, messages));
     }
 
     pub fn add_process_fault(&mut self, point: &'static str, fault: ProcessFault) {

@@ -170,7 +170,7 @@ impl GridWorld {
         self.width
     }
 
-    /// Number of rows.
+    /// Rows of nodes.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height

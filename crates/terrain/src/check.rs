@@ -36,7 +36,7 @@ pub struct SlopeDistribution {
 /// Properties of one elevation file. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TerrainCheck {
-    /// Path as given.
+    /// Path of the model, as it was given.
     pub file: String,
     /// Size and encoding.
     #[serde(flatten)]

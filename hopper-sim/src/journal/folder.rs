@@ -17,7 +17,7 @@ const DRAFT_NAME: &str = "hops.journal.new";
 
 /// What making a journal needs of a folder, so that a simulated one can lose what was not synced.
 pub trait Folder {
-    /// Its files.
+    /// Where the bytes of one journal are.
     type File: Storage;
 
     /// The path by which errors name the file `name`.

@@ -50,7 +50,7 @@ impl<S: Storage> JournalReader<S> {
         self.file
     }
 
-    /// The journal's header.
+    /// What is flown, by which build, from which seed.
     #[must_use]
     pub fn header(&self) -> &JournalHeader {
         &self.header
@@ -82,6 +82,12 @@ impl<S: Storage> Records<'_, S> {
     }
 
     /// The routes that the records read so far announce, in their order.
+    #[must_use]
+    pub fn routes(&self) -> &[Route] {
+        &self.routes
+    }
+
+    /// As [`Records::routes`].
     #[must_use]
     pub fn into_routes(self) -> Vec<Route> {
         self.routes

@@ -154,7 +154,7 @@ impl<S: Storage> Journal<S> {
         };
         journal.trim().map_err(io("cut the torn tail of", &journal.path))?;
         if sync {
-            // What an earlier life wrote is about to be told again, so it must be durable too.
+            // What an earlier life wrote is about to be published again, so it must be durable too.
             journal.file.sync().map_err(io("sync", &journal.path))?;
         }
         Ok(journal)
@@ -303,13 +303,13 @@ impl<S: Storage> Journal<S> {
         Ok(record)
     }
 
-    /// The header.
+    /// What is flown, by which build, from which seed.
     #[must_use]
     pub fn header(&self) -> &JournalHeader {
         &self.header
     }
 
-    /// The last record.
+    /// The newest record; `None` before the first decision.
     #[must_use]
     pub fn last(&self) -> Option<&Record> {
         self.last.as_ref()

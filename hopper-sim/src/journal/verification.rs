@@ -14,11 +14,11 @@ use crate::mission::{genesis, opening_status};
 /// What a journal proves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The run nonce.
+    /// Nonce that was drawn when the journal was created.
     pub run: RunId,
     /// Name of the scenario.
     pub scenario: Name,
-    /// Seed.
+    /// Of all chance in the mission.
     pub seed: u64,
     /// Reading of the model.
     pub profile: Profile,
@@ -46,7 +46,7 @@ pub struct Verification {
     pub fallbacks: Fallbacks,
     /// Bytes after the last whole frame.
     pub torn_bytes: u64,
-    /// Who commanded.
+    /// Terms in order, each with its planner and its first decision.
     pub planners: Vec<Leadership>,
     /// The life that commanded last; 0 if none has.
     pub commander: Incarnation,

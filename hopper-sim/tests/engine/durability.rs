@@ -176,7 +176,7 @@ fn a_header_written_into_a_file_survives_a_loss_of_power() {
     assert_eq!(records_in(file), 0);
 }
 
-/// P-SYNC: what an earlier life wrote without syncing is told again by the next, and so must be kept by it.
+/// P-SYNC: what an earlier life wrote without syncing is published again by the next, and so must be kept by it.
 #[test]
 fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
     for torn in [&b""[..], b"torn"] {

@@ -1,6 +1,6 @@
 //! When hopper-sim may end: everyone knows, or has been waited for long enough.
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Heartbeat, Role, RunId, Status};
 use hopper_sim::arbiter::ANNOUNCE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Pace};

@@ -19,7 +19,7 @@ pub const CELLS_A_FRAME: usize = 4096;
 /// distinguished.
 pub const POLICY_SIDE_MAX: u32 = 128;
 
-/// One server-sent event.
+/// A server-sent event: its name, and one line of JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// Name of the event: mission, hops, cells, marks, policy or status.

@@ -81,7 +81,7 @@ struct RunHistory {
 }
 
 impl History {
-    /// An empty history.
+    /// Knows nothing but whom to follow.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
         Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), pacing: None, progress: (0, None) }
@@ -196,7 +196,7 @@ impl History {
         self.pacing.as_ref()
     }
 
-    /// Newest progress report.
+    /// The newest that was set; `None` before the first.
     #[must_use]
     pub fn progress(&self) -> Option<&Progress> {
         self.progress.1.as_ref()
@@ -251,7 +251,7 @@ impl RunHistory {
     /// Whether `state` proves that hops of this history are no longer in the journal.
     fn is_contradicted_by(&self, state: &State) -> bool {
         let is_old = self.state.is_some_and(|known| state.is_older_than(&known));
-        // A late state is no proof: the past may have told of hops after it.
+        // A late state is no proof: the past may have brought hops after it.
         let is_late = state.decision < self.timeline.due() && state.published <= self.hops.committed();
         self.timeline.is_contradicted_by(state) && !is_old && !is_late
     }

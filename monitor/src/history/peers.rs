@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use contract::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::SILENCE_NS;
 use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Role};
 
 /// Number of events that are kept, the newest.

@@ -5,8 +5,8 @@
 //! for it. The value of a hop is the right-hand side of Bellman's equation, as `planner/src/mdp/model.rs` has it; a
 //! test compares the two.
 
-use contract::belief::Belief;
-use contract::payoff::LandingPayoff;
+use contract::map::belief::Belief;
+use contract::mission::payoff::LandingPayoff;
 use contract::{
     Action, Brief, Cell, Decision, Direction, Ground, Name, ObservedMap, Policy, PolicyCell, Profile, Soil,
     Vetoed,
@@ -21,7 +21,7 @@ const LOSS: f64 = -300.0;
 /// What is known about the four hops from one cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reason {
-    /// Cell of departure.
+    /// Where the hopper stood when the action was chosen.
     pub cell: Cell,
     /// Its ground; `None` if nobody has seen it, which planners assume flat.
     pub ground: Option<Ground>,

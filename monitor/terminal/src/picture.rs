@@ -128,7 +128,7 @@ fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
     let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
     let control = match (settings.control, obeys) {
         (true, true) => "  space pause  s step  h hand",
-        // hopper-sim was started without --control; planners heed all the same.
+        // hopper-sim was started without --control; planners obey all the same.
         (true, false) => "  h hand",
         (false, _) => "",
     };

@@ -70,9 +70,9 @@ impl fmt::Display for Rule {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("planner {planner} breaks the law ({rule}) {place}: need {need}, got {got}")]
 pub struct Violation {
-    /// The planner's name.
+    /// As [`crate::Planner::name`] gives it.
     pub planner: String,
-    /// The rule.
+    /// Which rule was broken.
     pub rule: Rule,
     /// In which world, at which decision.
     pub place: String,

@@ -8,7 +8,7 @@ use crate::Outcome;
 /// A number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// The number.
+    /// Estimate.
     pub value: f64,
     /// Lower end of the interval.
     pub low: f64,

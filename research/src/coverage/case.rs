@@ -24,7 +24,7 @@ pub const PAPER: Ground = Ground { side: 20, obstacle_percent: 10.0 };
 /// Who covers what.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Case {
-    /// The worlds.
+    /// Size of the worlds, and their share of obstacles.
     #[serde(flatten)]
     pub ground: Ground,
     /// Planner of all rovers.
@@ -38,7 +38,7 @@ pub struct Case {
 /// Path ratios of a case at one share of coverage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Who covered what.
+    /// The missions that were flown.
     #[serde(flatten)]
     pub case: Case,
     /// Share of the reachable cells that was to be covered.

@@ -57,7 +57,7 @@ pub struct Claim {
     pub criterion: &'static str,
     /// What we got, with its 95 % interval.
     pub got: String,
-    /// Whether it holds.
+    /// By the whole interval; open if it reaches to both sides.
     pub verdict: Verdict,
 }
 

@@ -42,7 +42,7 @@ const GROUNDS: [Ground; 5] = [
 /// The study; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
-    /// Which worlds.
+    /// Seed and number of worlds.
     pub sampling: Sampling,
     /// Fig. 6: path ratio over the share covered, one rover.
     pub single: Vec<Row>,

@@ -44,7 +44,7 @@ impl Flight {
 
     /// The mission after so many hops.
     pub fn snapshot(&self, hops: usize) -> Snapshot {
-        Snapshot::after(&self.world, &self.brief, &self.route[..hops], self.planner)
+        Snapshot::after(&self.world, &self.brief, SEED, &self.route[..hops], self.planner)
     }
 
     /// A view that shows `snapshot`.

@@ -13,7 +13,6 @@ use crate::bag::{load, open};
 /// Arguments of `hopper view` where the path is a recording.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
-    /// The recording.
     #[arg(value_name = "RECORDING")]
     file: PathBuf,
     #[command(flatten)]

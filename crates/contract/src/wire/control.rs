@@ -7,7 +7,7 @@ use crate::fixed_payload;
 
 use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
 use crate::message::{Message, PublishSubscribe};
-use crate::pace::{HERTZ_MAX, HERTZ_MIN};
+use crate::mission::pace::{HERTZ_MAX, HERTZ_MIN};
 use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
 
 #[repr(C)]

@@ -76,7 +76,7 @@ pub struct Worst {
     pub stage: Stage,
     /// Duration of that stage, microseconds.
     pub stage_us: f64,
-    /// Algorithm in command.
+    /// Who commanded the decisions measured.
     pub planner: Name,
     /// Term of the planner in command.
     pub term: Term,

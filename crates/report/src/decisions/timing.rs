@@ -7,7 +7,7 @@ use contract::{Decision, Leader, Origin, Record, State, Timing};
 pub struct DecisionTiming {
     /// Number of the decision, from 0.
     pub decision: Decision,
-    /// Planner in command.
+    /// Planner and term that the decision was made in.
     pub leader: Leader,
     /// Who chose the action: a planner or the guard's fallback.
     pub origin: Origin,

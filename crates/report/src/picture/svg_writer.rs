@@ -51,13 +51,13 @@ impl SvgWriter {
         Self { text, width: sheet_width }
     }
 
-    /// Opens element `name`.
+    /// `attributes` may be empty.
     pub fn open(&mut self, name: &str, attributes: &str) {
         let space = if attributes.is_empty() { "" } else { " " };
         let _ = writeln!(self.text, "<{name}{space}{attributes}>");
     }
 
-    /// Closes element `name`.
+    /// Nothing checks that it is the element opened last.
     pub fn close(&mut self, name: &str) {
         let _ = writeln!(self.text, "</{name}>");
     }

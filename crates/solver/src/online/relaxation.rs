@@ -84,7 +84,6 @@ impl<const FIELDS: usize> Default for Relaxation<FIELDS> {
 }
 
 impl<const FIELDS: usize> Relaxation<FIELDS> {
-    /// Removes all marks.
     pub fn clear(&mut self, rings: &Rings) {
         for marks in [&mut self.marks, &mut self.coarse] {
             marks.clear();

@@ -105,7 +105,7 @@ pub struct Announcement {
 pub struct RouteRequest {
     /// The run in which it was announced.
     pub run: RunId,
-    /// Which route.
+    /// Fingerprint of the route asked for.
     pub id: RouteId,
 }
 
@@ -147,7 +147,7 @@ impl Routes {
         self.known.values()
     }
 
-    /// Adds a route.
+    /// Adds a route, which then is wanted no longer.
     pub fn insert(&mut self, route: Route) {
         let id = route.id();
         self.known.insert(id, route);

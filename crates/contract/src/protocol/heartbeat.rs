@@ -17,7 +17,7 @@ pub struct Heartbeat {
     pub role: Role,
     /// Life of the process.
     pub incarnation: Incarnation,
-    /// Its operating-system process.
+    /// Operating-system process, for the reader of a log: a number may be used again.
     pub pid: u32,
     /// Version of its build.
     pub version: Name,

@@ -11,7 +11,7 @@ use crate::setup::Missions;
 
 /// A way that messages take: a publish-subscribe service, or one direction of a request-response service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Topic(u8);
+pub struct Stream(u8);
 
 /// A request as it travels: with its number, and who asks.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct Answered<R> {
     pub number: u64,
 }
 
-/// What is known of a topic.
+/// What is known of a stream.
 struct Facts {
     of: TypeId,
     name: String,
@@ -39,15 +39,15 @@ struct Facts {
     has_history: bool,
 }
 
-static TOPICS: LazyLock<Vec<Facts>> = LazyLock::new(|| {
-    let mut topics = Topics(Vec::new());
-    contract::wire::visit(&mut topics);
-    topics.0
+static STREAMS: LazyLock<Vec<Facts>> = LazyLock::new(|| {
+    let mut streams = Streams(Vec::new());
+    contract::wire::visit(&mut streams);
+    streams.0
 });
 
-struct Topics(Vec<Facts>);
+struct Streams(Vec<Facts>);
 
-impl Visitor for Topics {
+impl Visitor for Streams {
     fn message<M: Message>(&mut self) {
         let service = M::SERVICE;
         self.0.push(Facts {
@@ -72,53 +72,54 @@ impl Visitor for Topics {
     }
 }
 
-impl Topic {
-    /// Every topic of these missions: a hopper's have no [`contract::Team`], and neither's robots announce routes over ground
+impl Stream {
+    /// Every stream of these missions: a hopper's have no [`contract::Team`], and neither's robots announce routes over ground
     /// of uncertain speed.
     #[must_use]
-    pub fn all(missions: Missions) -> Vec<Topic> {
-        let teams = Topic::of::<contract::Team>();
+    pub fn all(missions: Missions) -> Vec<Stream> {
+        let teams = Stream::of::<contract::Team>();
         let of_routes = [
-            Topic::of::<contract::Announcement>(),
-            Topic::of::<Asked<contract::PriorRequest>>(),
-            Topic::of::<Answered<contract::PriorPage>>(),
-            Topic::of::<Asked<contract::RouteRequest>>(),
-            Topic::of::<Answered<contract::RoutePage>>(),
+            Stream::of::<contract::Announcement>(),
+            Stream::of::<Asked<contract::PriorRequest>>(),
+            Stream::of::<Answered<contract::PriorPage>>(),
+            Stream::of::<Asked<contract::RouteRequest>>(),
+            Stream::of::<Answered<contract::RoutePage>>(),
         ];
-        let is_used =
-            |topic: &Topic| !of_routes.contains(topic) && (missions == Missions::Rovers || *topic != teams);
-        (0..TOPICS.len() as u8).map(Topic).filter(is_used).collect()
+        let is_used = |stream: &Stream| {
+            !of_routes.contains(stream) && (missions == Missions::Rovers || *stream != teams)
+        };
+        (0..STREAMS.len() as u8).map(Stream).filter(is_used).collect()
     }
 
-    /// The topic of a message, a request, or a response.
+    /// The stream of a message, a request, or a response.
     ///
     /// # Panics
     /// If `T` is not in `contract::wire::visit`.
     pub(crate) fn of<T: 'static>() -> Self {
         let of = TypeId::of::<T>();
-        Self(TOPICS.iter().position(|facts| facts.of == of).expect("a message of the registry") as u8)
+        Self(STREAMS.iter().position(|facts| facts.of == of).expect("a message of the registry") as u8)
     }
 
-    /// The name under which faults of the topic are counted.
+    /// The name under which faults of the stream are counted.
     #[must_use]
     pub fn as_str(self) -> &'static str {
-        &TOPICS[usize::from(self.0)].name
+        &STREAMS[usize::from(self.0)].name
     }
 
     /// Messages that a reader's queue holds before the oldest gives way.
     #[must_use]
     pub fn buffer(self) -> usize {
-        TOPICS[usize::from(self.0)].buffer
+        STREAMS[usize::from(self.0)].buffer
     }
 
     /// Whether a late reader gets the writer's last message.
     #[must_use]
     pub fn has_history(self) -> bool {
-        TOPICS[usize::from(self.0)].has_history
+        STREAMS[usize::from(self.0)].has_history
     }
 }
 
-impl Serialize for Topic {
+impl Serialize for Stream {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.as_str())
     }

@@ -32,7 +32,7 @@ pub struct State {
     pub visits: u64,
     /// How the mission stands.
     pub status: Status,
-    /// Who commands.
+    /// The planner whose commands are accepted.
     pub leader: Leader,
     /// Where the robot is.
     pub pose: Pose,

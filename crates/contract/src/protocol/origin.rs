@@ -88,7 +88,7 @@ impl Vetoed {
         Self(self.0 | other.0)
     }
 
-    /// How many.
+    /// Number of actions vetoed.
     #[must_use]
     pub fn count(self) -> u64 {
         u64::from(self.0.count_ones())

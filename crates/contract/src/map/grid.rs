@@ -97,7 +97,7 @@ impl Grid {
         Ok(Self { width, height, cell_size_m, hop_cells })
     }
 
-    /// Number of cells.
+    /// Width × height.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.width as usize * self.height as usize

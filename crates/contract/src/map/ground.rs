@@ -39,7 +39,7 @@ pub struct Ground {
     pub height_m: f64,
     /// Height gradient (∂h/∂x, ∂h/∂y), metres per metre, x east and y north.
     pub gradient: [f64; 2],
-    /// Soil.
+    /// Decides how far a hop from here may stray.
     pub soil: Soil,
     /// Whether the hopper survives landing here: not nodata, not steeper than the slope limit.
     pub passable: bool,

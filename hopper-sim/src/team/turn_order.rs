@@ -69,7 +69,7 @@ impl TurnOrder {
         Self { clocks: vec![clock; robots.into()] }
     }
 
-    /// Who acts next.
+    /// The robot whose clock is least among those that are ready; of equals the lowest number.
     #[must_use]
     pub fn due(&self) -> Due {
         let robots = (0..).map(RobotId).zip(&self.clocks);

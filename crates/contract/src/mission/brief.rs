@@ -1,4 +1,4 @@
-//! What every process is told before the mission begins: the canonical scenario brief.
+//! What every process receives before the mission begins: the canonical scenario brief.
 //!
 //! It holds nothing of the truth beyond what an orbital survey would give. The seed is not in it: a
 //! planner that knew the seed could foresee every slip.
@@ -64,10 +64,10 @@ impl std::str::FromStr for Profile {
     }
 }
 
-/// A closed interval.
+/// All values from `min` to `max`, both included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// Lower end.
+    /// Lower end; not above `max`.
     pub min: f64,
     /// Upper end, not below the lower.
     pub max: f64,
@@ -237,7 +237,7 @@ pub struct Brief {
     pub weights: Weights,
     /// What a period, the goal and a treasure are worth.
     pub payoff: Payoff,
-    /// What an orbiter has told of the whole map beforehand.
+    /// What an orbiter has measured of the whole map beforehand.
     pub priors: Priors,
     /// How far a hop goes, and how it slips and drifts by soil.
     pub motion: MotionParameters,

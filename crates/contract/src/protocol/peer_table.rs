@@ -14,7 +14,7 @@ pub const BEAT_PERIOD_NS: u64 = 50_000_000;
 /// One process as last heard of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// Its last beat.
+    /// The newest; later ones of the same life replace it.
     pub beat: Heartbeat,
     /// When its counter last advanced.
     pub advanced: MonotonicNs,

@@ -8,7 +8,7 @@ use crate::{
     Status, Timing, Vetoed,
 };
 
-/// One executed decision.
+/// A decision that was executed, as the journal keeps it and `hop/past` serves it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Robot 0, the only one of a mission.

@@ -87,9 +87,9 @@ pub struct Placement {
 /// What is known of a robot before the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
-    /// How it moves.
+    /// Kind, with its speed and its limits.
     pub vehicle: Vehicle,
-    /// How it senses.
+    /// What it sees of the cells around it.
     pub sensor: Sensor,
     /// Where it begins. No two ground robots begin on one cell.
     pub start: Placement,
@@ -190,9 +190,9 @@ impl fmt::Display for Standing {
 /// A robot at one decision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {
-    /// What it is.
+    /// As in the scenario; the same all mission long.
     pub robot: Robot,
-    /// Where it is.
+    /// Cell and heading after its last action.
     pub at: Placement,
     /// From when on it is ready to act, nanoseconds of simulated time since the mission began.
     pub ready_at_ns: u64,

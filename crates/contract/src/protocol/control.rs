@@ -41,7 +41,7 @@ pub struct Pacing {
     pub run: RunId,
     /// Robot 0, the only one of a mission.
     pub robot: RobotId,
-    /// When landings come.
+    /// How fast landings follow each other.
     pub pace: Pace,
     /// Whether landings are held back.
     pub paused: bool,

@@ -1,0 +1,187 @@
+//! Rovers that cover ground, from cell to cell.
+//!
+//! A rover's step ends where it was meant to, whatever the ground, since the guard has refused all others: a rover drives
+//! to a free neighbouring cell that no other robot stands on. What a step takes is its way divided by the rover's speed;
+//! to hold takes a second. A robot may fail at an action of its own that the scenario names: it stays where it is for good
+//! and still occupies its cell.
+
+use contract::{
+    Action, Branch, Brief, Cell, Collected, Cover, CoverMode, Decision, Direction, Flight, Leader, Outcome,
+    Placement, Pose, Record, Refusal, RobotId, Standing, Status, Vehicle,
+};
+use coverage_world::Progress;
+use terrain::Terrain;
+
+use super::roster::{Roster, Turn};
+use super::turn_order::duration_ns;
+use crate::dynamics::Execution;
+
+/// What rovers have covered so far.
+#[derive(Clone, Debug)]
+pub struct CoverTeam {
+    progress: Progress,
+}
+
+impl CoverTeam {
+    /// Before the first action: the starts are visited, and who has nothing else to cover is done.
+    ///
+    /// # Panics
+    /// If a robot starts off the grid; scenarios are checked.
+    #[must_use]
+    pub fn new(roster: &mut Roster, brief: &Brief, terrain: &Terrain) -> Self {
+        let starts: Vec<Cell> = roster.cells(Standing::Active).collect();
+        let Cover { percent, mode } = brief.cover.unwrap_or(Cover { percent: 100, mode: CoverMode::Overlap });
+        let mut progress = Progress::new(brief.grid, |cell| is_free(terrain, cell), &starts, mode, percent);
+        for (robot, start) in starts.iter().enumerate() {
+            progress.visit(robot, *start);
+        }
+        let team = Self { progress };
+        team.end_those_done(roster);
+        team
+    }
+
+    /// Distinct cells that at least one rover stood on.
+    #[must_use]
+    pub fn visited_cells(&self) -> u64 {
+        self.progress.visited_cells() as u64
+    }
+
+    /// How the mission stands: reached once all is covered; lost if nobody can act any more before; a deadlock if the robot
+    /// that is due has used up its actions.
+    #[must_use]
+    pub fn status(&self, roster: &Roster) -> Status {
+        match roster.due() {
+            _ if self.progress.is_covered() => Status::Goal,
+            None => Status::Lost,
+            Some(robot) if roster.is_spent(robot) => Status::Deadlock,
+            Some(_) => Status::Underway,
+        }
+    }
+
+    /// Why `robot`, which is due, shall not execute `action`, if there is a reason: the guard of rovers, which asks for
+    /// what their sensors show from where they stand, and for where the others are.
+    #[must_use]
+    pub fn refusal(
+        &self,
+        roster: &Roster,
+        terrain: &Terrain,
+        robot: RobotId,
+        action: Action,
+    ) -> Option<Refusal> {
+        let entry = roster.entry(robot);
+        match (entry.robot.vehicle, action) {
+            (_, Action::Hold) => None,
+            (Vehicle::Rover { .. }, Action::Step(direction)) => {
+                let to = beside(entry.at.cell, direction);
+                let vetoed = Refusal::Vetoed { action, need: 0.0, got: 1.0 };
+                match roster.entries().find(|(_, other)| other.at.cell == to) {
+                    Some((robot, _)) => Some(Refusal::Occupied { action, cell: to, robot }),
+                    None => (!is_free(terrain, to)).then_some(vetoed),
+                }
+            }
+            _ => Some(Refusal::malformed("command.action", "a step or hold: the robot is a rover", action)),
+        }
+    }
+
+    /// Executes `action`, which was not refused, at `decision` of `robot`, which is due, and takes note of it.
+    pub fn execute(
+        &mut self,
+        roster: &mut Roster,
+        terrain: &Terrain,
+        robot: RobotId,
+        decision: Decision,
+        leader: Leader,
+        action: Action,
+    ) -> Execution {
+        let outcome = outcome(roster, terrain, robot, action);
+        self.take(roster, terrain, robot, decision, leader, action, &outcome);
+        let height_m = terrain.ground(outcome.to).map_or(0.0, |ground| ground.height_m);
+        Execution {
+            outcome,
+            pose: Pose { cell: outcome.to, height_m },
+            collected: Collected::default(),
+            steps: roster.steps(),
+            visits: self.visited_cells(),
+            status: self.status(roster),
+        }
+    }
+
+    /// Takes note of a decision of an earlier life.
+    ///
+    /// # Panics
+    /// If another robot was due.
+    pub fn recall(&mut self, roster: &mut Roster, terrain: &Terrain, record: &Record) {
+        let Record { robot, decision, leader, action, outcome, .. } = record;
+        self.take(roster, terrain, *robot, *decision, *leader, *action, outcome);
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "the parts of a record, which may not exist yet")]
+    fn take(
+        &mut self,
+        roster: &mut Roster,
+        terrain: &Terrain,
+        robot: RobotId,
+        decision: Decision,
+        leader: Leader,
+        action: Action,
+        outcome: &Outcome,
+    ) {
+        roster.act(robot, decision, leader, Turn::Lasts(duration_ns(outcome.flight.flight_time_s)));
+        if outcome.branch == Branch::Stranded {
+            roster.end(robot, Standing::Stranded);
+            let stranded: Vec<Cell> = roster.cells(Standing::Stranded).collect();
+            let is_open = |cell| is_free(terrain, cell) && !stranded.contains(&cell);
+            self.progress.strand(roster.cells(Standing::Active), is_open);
+        } else if let Action::Step(heading) = action {
+            roster.place(robot, Placement { cell: outcome.to, heading });
+            self.progress.visit(robot.0.into(), outcome.to);
+        }
+        self.end_those_done(roster);
+    }
+
+    /// Whoever has nothing left to cover acts no more.
+    fn end_those_done(&self, roster: &mut Roster) {
+        for robot in (0..roster.count()).map(RobotId) {
+            let is_active = roster.entry(robot).standing == Standing::Active;
+            if is_active && self.progress.is_done(robot.0.into()) {
+                roster.end(robot, Standing::Done);
+            }
+        }
+    }
+}
+
+fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -> Outcome {
+    let entry = roster.entry(robot);
+    let from = entry.at.cell;
+    let speed_mps = match entry.robot.vehicle {
+        Vehicle::Rover { speed_mps } | Vehicle::Helicopter { speed_mps, .. } => speed_mps,
+        // Scenarios that cover ground have rovers only.
+        Vehicle::Driver { .. } => 1.0,
+    };
+    let stays = |branch| {
+        let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
+        Outcome { branch, from, to: from, flight }
+    };
+    match action {
+        _ if roster.fails_now(robot) => stays(Branch::Stranded),
+        Action::Step(direction) => {
+            let to = beside(from, direction);
+            let height_m = |cell| terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
+            let (range_m, rise_m) = (terrain.grid.cell_size_m, height_m(to) - height_m(from));
+            let flight_time_s = range_m.hypot(rise_m) / speed_mps;
+            let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
+            Outcome { branch: Branch::Intended, from, to, flight }
+        }
+        _ => stays(Branch::Held),
+    }
+}
+
+/// Whether a ground robot can stand on `cell`.
+fn is_free(terrain: &Terrain, cell: Cell) -> bool {
+    terrain.ground(cell).is_some_and(|ground| ground.passable)
+}
+
+fn beside(cell: Cell, direction: Direction) -> Cell {
+    let (dx, dy) = direction.step();
+    Cell::new(cell.x + dx, cell.y + dy)
+}

@@ -1,0 +1,183 @@
+//! The robots of a mission, whatever they are to do: whose turn it is, where each stands, who commands it.
+
+use contract::{
+    Brief, Cell, Decision, Leader, Member, Placement, Robot, RobotId, Standing, State, Team, Travel,
+};
+use scenario::Fleet;
+
+use super::turn_order::{Due, Readiness, TurnOrder};
+
+/// All robots, in the order of their numbers.
+#[derive(Clone, Debug)]
+pub struct Roster {
+    order: TurnOrder,
+    entries: Vec<Entry>,
+    /// Actions of a robot after which the mission is a deadlock.
+    actions_max: u64,
+    /// The robot that acted last.
+    actor: Option<RobotId>,
+}
+
+/// What holds of a robot of any kind.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    pub robot: Robot,
+    pub at: Placement,
+    pub standing: Standing,
+    leader: Leader,
+    /// The last decision that was its turn.
+    last: Option<Decision>,
+    actions: u64,
+    /// The number of the action, from 1, at which it fails.
+    fails_at: Option<u64>,
+}
+
+/// What a turn does to the order of the next ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// The robot is busy for so many nanoseconds of simulated time.
+    Lasts(u64),
+    /// It waits for another one to act.
+    Waits,
+    /// It acts no more.
+    Ends,
+}
+
+impl Roster {
+    /// The robots before their first action.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn new(brief: &Brief, fleet: &Fleet) -> Self {
+        let entry = |(number, robot): (u16, &Robot)| Entry {
+            robot: *robot,
+            at: robot.start,
+            standing: Standing::Active,
+            leader: Leader::default(),
+            last: None,
+            actions: 0,
+            fails_at: fleet
+                .faults
+                .iter()
+                .find(|fault| fault.robot == RobotId(number))
+                .map(|fault| fault.action),
+        };
+        let entries: Vec<Entry> = (0..).zip(&fleet.robots).map(entry).collect();
+        let order = TurnOrder::new(entries.len() as u16);
+        Self { order, entries, actions_max: brief.limits.steps_max, actor: None }
+    }
+
+    /// Whose turn it is; `None` once nobody acts any more.
+    #[must_use]
+    pub fn due(&self) -> Option<RobotId> {
+        match self.order.due() {
+            Due::Robot(robot) => Some(robot),
+            Due::Deadlock | Due::AllDone => None,
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u16 {
+        self.entries.len() as u16
+    }
+
+    /// What holds of `robot`.
+    ///
+    /// # Panics
+    /// If the mission has no such robot; so for all robots named here.
+    #[must_use]
+    pub fn entry(&self, robot: RobotId) -> &Entry {
+        &self.entries[usize::from(robot.0)]
+    }
+
+    /// All of them, in the order of their numbers.
+    pub fn entries(&self) -> impl Iterator<Item = (RobotId, &Entry)> {
+        (0..).map(RobotId).zip(&self.entries)
+    }
+
+    /// Cells on which robots of that standing are.
+    pub fn cells(&self, standing: Standing) -> impl Iterator<Item = Cell> {
+        self.entries.iter().filter(move |entry| entry.standing == standing).map(|entry| entry.at.cell)
+    }
+
+    /// Who commands `robot`.
+    #[must_use]
+    pub fn leader(&self, robot: RobotId) -> Leader {
+        self.entry(robot).leader
+    }
+
+    /// Whether `robot` fails at its next action.
+    #[must_use]
+    pub fn fails_now(&self, robot: RobotId) -> bool {
+        let entry = self.entry(robot);
+        entry.fails_at == Some(entry.actions + 1)
+    }
+
+    /// Whether `robot` has used up its actions.
+    #[must_use]
+    pub fn is_spent(&self, robot: RobotId) -> bool {
+        self.entry(robot).actions >= self.actions_max
+    }
+
+    /// Actions of the robot that has acted most.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.entries.iter().map(|entry| entry.actions).max().unwrap_or_default()
+    }
+
+    /// `robot`, whose turn it was at `decision`, has acted under `leader`.
+    ///
+    /// # Panics
+    /// If it was another robot's turn.
+    pub fn act(&mut self, robot: RobotId, decision: Decision, leader: Leader, turn: Turn) {
+        match turn {
+            Turn::Lasts(ns) => self.order.act(robot, ns),
+            Turn::Waits => self.order.park(robot),
+            Turn::Ends => self.end(robot, Standing::Done),
+        }
+        self.actor = Some(robot);
+        let entry = self.entry_mut(robot);
+        (entry.last, entry.leader) = (Some(decision), leader);
+        entry.actions += 1;
+    }
+
+    /// Puts `robot` elsewhere.
+    pub fn place(&mut self, robot: RobotId, at: Placement) {
+        self.entry_mut(robot).at = at;
+    }
+
+    /// `robot` acts no more, whoever's turn it is.
+    pub fn end(&mut self, robot: RobotId, standing: Standing) {
+        self.entry_mut(robot).standing = standing;
+        self.order.finish(robot);
+    }
+
+    /// All of them, as published with `state`; `travel` is that of a robot which goes from point to point.
+    #[must_use]
+    pub fn team(&self, state: &State, travel: impl Fn(RobotId) -> Option<Travel>) -> Team {
+        let member = |(robot, entry): (RobotId, &Entry)| Member {
+            robot: entry.robot,
+            at: entry.at,
+            ready_at_ns: self.order.ready_at_ns(robot),
+            standing: entry.standing,
+            leader: entry.leader,
+            last: entry.last,
+            travel: travel(robot)
+                .map(|travel| Travel { waits: self.order.readiness(robot) == Readiness::Parked, ..travel }),
+        };
+        Team {
+            run: state.run,
+            decision: state.decision,
+            digest: state.digest,
+            due: self.due().or(self.actor).unwrap_or_default(),
+            actor: self.actor,
+            members: self.entries().map(member).collect(),
+        }
+    }
+
+    fn entry_mut(&mut self, robot: RobotId) -> &mut Entry {
+        &mut self.entries[usize::from(robot.0)]
+    }
+}
