@@ -38,11 +38,16 @@ pub fn open(address: SocketAddr, node: &mut Node) -> Result<Box<dyn Observer<Nod
     let ports = RecorderPorts::open(node, false)?;
     let context = Context::new();
     let channels = Arc::new(Channels::new(&context));
+    // The server puts host and port together as text.
+    let host = match address {
+        SocketAddr::V4(address) => address.ip().to_string(),
+        SocketAddr::V6(address) => format!("[{}]", address.ip()),
+    };
     let server = WebSocketServer::new()
         .name(format!("hopper {}", node.instance().name()))
         .context(&context)
         .listener(Arc::clone(&channels) as _)
-        .bind(address.ip().to_string(), address.port())
+        .bind(host, address.port())
         .start_blocking()
         .map_err(|error| {
             Failure::new(Exit::Usage, format!("--foxglove cannot listen on {address}: {error}"))

@@ -8,9 +8,13 @@ mod harness;
 mod python;
 
 use std::process::Output;
+use std::time::Duration;
 
 use harness::{Mission, hopper, json, lockstep, stderr};
 use serde_json::Value;
+
+/// How long mcap, of less than a megabyte, may take to install.
+const PYPI: Duration = Duration::from_secs(600);
 
 /// Flies the mission by `hopper run --record FILE WORDS`; its summary.
 fn flown(mission: &Mission, file: &str, words: &[&str]) -> Value {
@@ -165,8 +169,10 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
     assert_eq!((&whole["topics"], &whole["gaps"]), (&cut["topics"], &cut["gaps"]));
 
     let summary = flown(&mission, "a.mcap", &["--seed", "7", "--pace", "40"]);
+    let python = python::environment("mcap", PYPI)
+        .unwrap_or_else(|why| panic!("this test reads recordings with mcap and needs PyPI once: {why}"));
     for file in ["whole.mcap", "a.mcap"] {
-        let told = python::read("read.py", &mission.path(file));
+        let told = python::read(&python, "read.py", &mission.path(file));
         let (ours, _) = info(&mission, file);
         let topics = ours["topics"].as_array().unwrap();
         assert_eq!(told["topics"].as_object().unwrap().len(), topics.len());
@@ -179,10 +185,10 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
         assert_eq!(told["cells"]["seen"], told["cells"]["finite"]);
         assert_eq!(told["metadata"]["hopper"]["seed"], ours["seed"]);
     }
-    let told = python::read("read.py", &mission.path("a.mcap"));
+    let told = python::read(&python, "read.py", &mission.path("a.mcap"));
     assert_eq!(told["metadata"]["end"]["digest"], summary["digest"]);
     assert_eq!(told["cells"]["bytes"], 19 * count(&told["cells"]["seen"]));
-    let told = python::read("read.py", &mission.path("whole.mcap"));
+    let told = python::read(&python, "read.py", &mission.path("whole.mcap"));
     assert!(told["metadata"]["recovered"]["fault"].as_str().is_some_and(|fault| !fault.is_empty()), "{told}");
 }
 

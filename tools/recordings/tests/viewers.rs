@@ -7,16 +7,35 @@ mod harness;
 #[path = "recording/python.rs"]
 mod python;
 
-use harness::{Mission, json, stderr};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use harness::{Mission, json, skip, stderr};
 use serde_json::Value;
 
+/// How long rerun-sdk may take to install: it has hundreds of megabytes, and not every network brings them in time.
+const PYPI: Duration = Duration::from_secs(120);
+
+/// The interpreter that has rerun-sdk, if it can be installed; else the test of that name says that it is skipped, and why.
+fn rerun_for(test: &str) -> Option<&'static Path> {
+    static RERUN: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    match RERUN.get_or_init(|| python::environment("rerun", PYPI)) {
+        Ok(python) => Some(python),
+        Err(why) => {
+            skip(test, &format!("rerun-sdk cannot be installed from PyPI: {why}"));
+            None
+        }
+    }
+}
+
 /// Flies a mission by `hopper run --record a.mcap WORDS`: its summary, and what Rerun makes of the recording.
-fn rerun_of(mission: &Mission, words: &[&str]) -> (Value, Value) {
+fn rerun_of(python: &Path, mission: &Mission, words: &[&str]) -> (Value, Value) {
     let mut command =
         mission.hopper(&["run", "--instance", &mission.name, "--format", "json", "--out", "out"]);
     let output = command.args(["--record", "a.mcap"]).args(words).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    (json(&output), python::read("rerun.py", &mission.path("a.mcap")))
+    (json(&output), python::read(python, "rerun.py", &mission.path("a.mcap")))
 }
 
 /// How many values of `component` the entity has.
@@ -39,8 +58,10 @@ fn coordinate(point: &Value, at: usize) -> f64 {
 /// P-VIEWERS: Rerun draws the map, the policy, the route, the robot and the log of a recording, all in one frame.
 #[test]
 fn rerun_draws_map_policy_route_robot_and_log_of_one_recording() {
+    let test = "viewers::rerun_draws_map_policy_route_robot_and_log_of_one_recording";
+    let Some(python) = rerun_for(test) else { return };
     let mission = Mission::new("viewers");
-    let (summary, rerun) = rerun_of(&mission, &["--seed", "7", "--pace", "20", "--record-policies"]);
+    let (summary, rerun) = rerun_of(python, &mission, &["--seed", "7", "--pace", "20", "--record-policies"]);
     let ground = points(&rerun, "/view/map");
     assert!(ground.len() > 50 && ground.len() <= 400, "{} cells", ground.len());
     assert!(ground.iter().all(|cell| (0..2).all(|at| (0.0..20.0).contains(&coordinate(cell, at)))));
@@ -65,11 +86,12 @@ fn rerun_draws_map_policy_route_robot_and_log_of_one_recording() {
 /// P-VIEWERS-TEAM: recordings of several robots show each of them: rovers that cover ground, a rover with its helicopter.
 #[test]
 fn rerun_draws_each_of_several_robots() {
+    let Some(python) = rerun_for("viewers::rerun_draws_each_of_several_robots") else { return };
     for (scenario, frames) in
         [("coverage", &["r0", "r1", "r2", "r3"][..]), ("rover-helicopter", &["r0", "r1"][..])]
     {
         let mission = Mission::new("team-viewers");
-        let (_, rerun) = rerun_of(&mission, &["--scenario", scenario, "--seed", "3"]);
+        let (_, rerun) = rerun_of(python, &mission, &["--scenario", scenario, "--seed", "3"]);
         assert_eq!(rerun["frames"], serde_json::json!(frames), "{scenario}");
         for entity in ["/view/map", "/view/route"] {
             assert!(points(&rerun, entity).len() > 50, "{scenario}: {entity}");
@@ -89,8 +111,7 @@ fn rerun_draws_each_of_several_robots() {
 #[test]
 fn the_layout_names_topics_that_recordings_have() {
     use recording::Channel;
-    let path =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/viewers/foxglove-layout.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/viewers/foxglove-layout.json");
     let layout: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let panels = &layout["configById"];
     let ground = panels["3D!ground"]["topics"].as_object().unwrap();
