@@ -35,7 +35,7 @@ fn rerun_of(python: &Path, mission: &Mission, words: &[&str]) -> (Value, Value) 
         mission.hopper(&["run", "--instance", &mission.name, "--format", "json", "--out", "out"]);
     let output = command.args(["--record", "a.mcap"]).args(words).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    (json(&output), python::read(python, "rerun.py", &mission.path("a.mcap")))
+    (json(&output), python::read(python, "read_rerun.py", &mission.path("a.mcap")))
 }
 
 /// How many values of `component` the entity has.
