@@ -220,13 +220,19 @@ impl<'a> View<'a> {
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
         // On a patrol only the current leg and the one before are shown.
         let visits = hop_before(self.history, self.at).map_or(0, |hop| hop.visits);
-        for hop in hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits) {
+        let shown = || hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits);
+        for hop in shown() {
             put(hop.from, "• ", ROUTE);
+            if hop.branch == Branch::Intended {
+                put(hop.to, "• ", ROUTE);
+            }
+        }
+        // After all of the route: the next hop begins where a stray one ended.
+        for hop in shown() {
             match hop.branch {
                 Branch::Left | Branch::Right => put(hop.to, "× ", STRAY),
                 Branch::Stayed | Branch::Stranded => put(hop.to, "o ", STRAY),
-                Branch::Intended => put(hop.to, "• ", ROUTE),
-                Branch::Held => {}
+                Branch::Intended | Branch::Held => {}
             }
         }
         if self.robots > 1 {
