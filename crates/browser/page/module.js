@@ -1,16 +1,16 @@
 // The WebAssembly module, called with text and bytes; the same in a worker and in Node.
 
-/** The module out of its bytes or a response. */
-export async function load(source) {
+/** The module out of its bytes or a response; `now` reads milliseconds. */
+export async function load(source, now = () => performance.now()) {
   let memory;
   const text = (at, length) => new TextDecoder().decode(new Uint8Array(memory.buffer, at, length));
   const host = {
-    now_ms: () => performance.now(),
+    now_ms: now,
     panicked: (at, length) => console.error(text(at, length)),
   };
-  const { instance } = source instanceof Response
-    ? await WebAssembly.instantiateStreaming(source, { host })
-    : await WebAssembly.instantiate(source, { host });
+  // Not streaming: that needs a server which knows the media type of a module.
+  const bytes = source instanceof Response ? await source.arrayBuffer() : source;
+  const { instance } = await WebAssembly.instantiate(bytes, { host });
   const { exports } = instance;
   memory = exports.memory;
 
