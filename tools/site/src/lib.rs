@@ -3,8 +3,6 @@
 //! The folder is the monitor's page (`monitor/src/web/page/`), in which the files of `crates/browser/page/` stand in for
 //! the server: a WebAssembly module in a worker sends the frames.
 
-#![warn(clippy::disallowed_methods)]
-
 mod check;
 mod site;
 

@@ -37,7 +37,8 @@ page.on("request", (request) => !request.url().startsWith(home) && seen.elsewher
 page.setDefaultTimeout(120000);
 const axe = readFileSync(join(playwright, "../axe-core/axe.min.js"), "utf8");
 const text = (selector) => page.locator(selector).innerText();
-const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`) });
+// For whoever looks at them; a slow machine may have none.
+const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`), timeout: 30000 }).catch(() => {});
 const until = (claim, ...words) => page.waitForFunction(claim, words);
 const status = (wanted) => until(([wanted]) => document.getElementById("status").textContent === wanted, wanted);
 const shown = async () => Number(await page.locator("#moment").inputValue());
@@ -100,7 +101,7 @@ try {
   }, missions);
 } catch (error) {
   seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, told ${await text("#asked").catch(() => "?")}`;
-  await shot("failure").catch(() => {});
+  await shot("failure");
 }
 await browser.close();
 server.close();
