@@ -75,10 +75,12 @@ try {
   seen.hops = [hops, await again.locator("#moment").getAttribute("max")];
   await again.close();
 
-  // Another scenario by a choice, with policy arrows from the start.
+  // Another scenario by a choice.
   await page.selectOption("#choice [name=scenario]", "sandy");
   await until(() => document.getElementById("scenario").textContent === "sandy" && Number(document.getElementById("moment").max) >= 2);
-  await until(() => /^policy of/.test(document.getElementById("policy-note").textContent));
+  // Its planner stays the one of before, and has no policy; another has, also where the mission is over by now.
+  await page.selectOption("#choice [name=planner]", "mdp");
+  await until(() => /^policy of mdp/.test(document.getElementById("policy-note").textContent));
   await shot("chosen");
 
   // An elevation model dropped on the page becomes the ground.
