@@ -19,10 +19,13 @@ pub const COMPRESSED_BYTES_MAX: u64 = 2_000_000;
 /// Name of the module in the folder.
 const MODULE: &str = "hopper.wasm";
 
-/// What the page gets for its head. A page of its own may not be told by a server what it may load.
-const HEAD: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'self' \
-                    'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; style-src 'self'; img-src 'self' \
-                    data:; base-uri 'none'; form-action 'none'\">\n<link rel=\"stylesheet\" href=\"browser.css\">\n";
+/// What the page may load, which no server tells it here. It stands before all that is loaded.
+const POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'self' \
+                      'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; style-src 'self'; img-src 'self' \
+                      data:; base-uri 'none'; form-action 'none'\">";
+
+/// The look of what the page has beyond that of the monitor.
+const STYLE: &str = "<link rel=\"stylesheet\" href=\"browser.css\">";
 
 /// A built folder.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +121,8 @@ fn page() -> std::io::Result<Vec<(String, Vec<u8>)>> {
             let mut contents = fs::read(entry.path())?;
             if name == "index.html" {
                 let text = String::from_utf8_lossy(&contents);
-                contents = text.replacen("</head>", &format!("{HEAD}</head>"), 1).into_bytes();
+                let text = text.replacen("<head>", &format!("<head>\n{POLICY}"), 1);
+                contents = text.replacen("</head>", &format!("{STYLE}\n</head>"), 1).into_bytes();
             }
             files.push((name, contents));
         }
