@@ -166,7 +166,7 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 12] = [
+const HOSTS: [&str; 13] = [
     ".",
     "bench",
     "crates/node",
@@ -178,6 +178,7 @@ const HOSTS: [&str; 12] = [
     "tools/figures",
     "tools/manual",
     "tools/recordings",
+    "tools/site",
     "tools/view",
 ];
 
