@@ -52,7 +52,7 @@ pub use contract;
 
 pub use algorithm::algorithm;
 pub use contract::map::belief;
-pub use contract::mission::payoff;
+pub use contract::map::payoff;
 pub use error::PlannerError;
 pub use names::{
     ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed, suited, usual,

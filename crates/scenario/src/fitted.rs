@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::GRID_SIDE_MAX;
-use contract::protocol::name::Name;
+use contract::name::Name;
 use contract::{Cell, Direction, Grid};
 use terrain::{RasterFile, Relief, Sand, Terrain, Window, fitting_hop_m, hop_cells};
 

@@ -140,6 +140,7 @@ fn shown(world: &World, studies: &[Study; Arm::ALL.len()], arm: Arm) -> Shown {
     Shown { arm, thousands: (0..AT_M.len()).map(at).collect(), by_run }
 }
 
+// Long: a claim after the other.
 fn judge(rows: &[Row], studies: &[Study; Arm::ALL.len()], shown: &[Shown]) -> Vec<Claim> {
     let row = |arm: Arm| &rows[arm as usize];
     let (safe, along, informed) = (row(Arm::SafeRover), row(Arm::ScoutRoute), row(Arm::InformationTheoretic));

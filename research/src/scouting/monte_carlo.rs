@@ -248,6 +248,7 @@ impl Account {
 }
 
 /// Judges each claim by the rows of all arms.
+// Long: a claim after the other.
 fn judge(runs: u64, rows: &[Row]) -> Vec<Claim> {
     let row = |arm: Arm| &rows[arm as usize];
     let (naive, safe) = (row(Arm::NaiveRover), row(Arm::SafeRover));
