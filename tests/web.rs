@@ -307,7 +307,7 @@ fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
     let live = told(address);
     let decisions: usize = rows(&live.0);
     assert!(live.2.last().unwrap().contains("\"status\":\"goal\""), "{:?}", live.2.last());
-    assert!(!mission.instance().is_alive().unwrap(), "the instance is free for the next mission");
+    eventually("the instance to be free for the next mission", || !mission.instance().is_alive().unwrap());
     run.signal(Signal::INT);
     assert_eq!(run.code(), 0, "{}", run.log());
     assert_eq!(run.json()["decisions"], decisions);
