@@ -237,7 +237,7 @@ fn only_one_module_knows_bincode() {
 #[test]
 fn every_program_is_built_by_the_documented_test_command() {
     let is_tool = |package: &String| {
-        let manifest = read(&format!("{package}/Cargo.toml"));
+        let manifest = read(format!("{package}/Cargo.toml"));
         manifest.contains("name = \"hopper-") && root().join(package).join("src/main.rs").exists()
     };
     let programs: Vec<String> = packages().into_iter().filter(is_tool).collect();

@@ -1,5 +1,6 @@
 //! The page without a server, in Node and in a real browser.
 
+#![allow(clippy::print_stdout, reason = "what a test could not do is said")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 #[path = "../../../tests/harness/chromium.rs"]

@@ -56,6 +56,7 @@ pub fn rrt_star_ett(costs: &CostMap, trip: &Trip, iterations: usize, seed: u64) 
                 let saved = cost[other] - rewired;
                 parent[other] = node;
                 // All below it: those whose way to the root leads through it.
+                #[allow(clippy::needless_range_loop, reason = "an index into several lists")]
                 for below in 0..at.len() {
                     let mut ancestor = below;
                     while ancestor != 0 && ancestor != other {
