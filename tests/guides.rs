@@ -53,6 +53,7 @@ fn copy_tree(copy: &Path) {
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
         std::fs::create_dir_all(copy.join(&folder)).unwrap();
+        remove_strangers(&copy.join(&folder), &root().join(&folder));
         for entry in std::fs::read_dir(root().join(&folder)).unwrap().map(|entry| entry.unwrap()) {
             let path = folder.join(entry.file_name());
             let skipped = ["target", "out", ".git", "fuzz", ".venv", "node_modules"];
@@ -65,6 +66,15 @@ fn copy_tree(copy: &Path) {
                 let bytes = std::fs::read(entry.path()).unwrap();
                 write(&copy.join(&path), &bytes);
             }
+        }
+    }
+}
+
+/// Removes files from a folder of the copy that its original no longer has.
+fn remove_strangers(copy: &Path, original: &Path) {
+    for entry in std::fs::read_dir(copy).unwrap().map(|entry| entry.unwrap()) {
+        if entry.file_type().unwrap().is_file() && !original.join(entry.file_name()).exists() {
+            std::fs::remove_file(entry.path()).unwrap();
         }
     }
 }

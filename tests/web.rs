@@ -2,13 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+#[path = "harness/chromium.rs"]
+mod chromium;
 mod harness;
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
+use chromium::{chromium, playwright};
 use contract::{Message as _, Policy};
 use harness::{Mission, PATIENCE, Process, eventually, json, lockstep};
 use node::Node;
@@ -16,9 +19,6 @@ use process::Ports;
 use rustix::process::Signal;
 
 const ROBOT: contract::RobotId = contract::RobotId(0);
-
-/// The last release that the page was driven with.
-const PLAYWRIGHT: &str = "playwright-core@1.65.1";
 
 /// A slow mission of `hopper run` with a page and leave to control it; and the page's address, key included.
 fn page_of(mission: &Mission, words: &[&str]) -> (Process, String) {
@@ -31,49 +31,6 @@ fn page_of(mission: &Mission, words: &[&str]) -> (Process, String) {
     let rest = log.split("page at ").nth(1).unwrap();
     let url = rest.split_whitespace().next().unwrap().to_owned();
     (run, url)
-}
-
-/// Chromium as Debian and others call it.
-fn chromium() -> PathBuf {
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let names = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome"];
-    let found = std::env::split_paths(&path)
-        .flat_map(|dir| names.map(|name| dir.join(name)))
-        .find(|file| file.exists());
-    found.unwrap_or_else(|| {
-        panic!(
-            "the page is tested in a real browser: need one of {names:?} on PATH, got none; as root, and with a \
-             network, once: apt-get install chromium"
-        )
-    })
-}
-
-/// The last release of the rules of accessibility that the page was held to.
-const AXE: &str = "axe-core@4.14.1";
-
-/// The folder of playwright-core, beside which is that of axe-core; npm fetches both into the target folder the first time.
-fn playwright() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser");
-    let package = folder.join("node_modules/playwright-core");
-    if !package.join("package.json").exists() || !package.join("../axe-core/axe.min.js").exists() {
-        std::fs::create_dir_all(&folder).unwrap();
-        let mut npm = Command::new("npm");
-        npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
-            .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
-            .arg(&folder)
-            .args([PLAYWRIGHT, AXE]);
-        let output = npm
-            .output()
-            .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
-        let text = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.success(),
-            "the page is tested through {PLAYWRIGHT}: need it in {}, or a network once for npm to put it there; got \
-             {text}",
-            package.display()
-        );
-    }
-    package
 }
 
 /// P-WEB-BROWSER: in a real browser a mission is paused, stepped, handed over, watched to its goal.
@@ -377,7 +334,7 @@ fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
     let live = told(address);
     let decisions: usize = rows(&live.0);
     assert!(live.2.last().unwrap().contains("\"status\":\"goal\""), "{:?}", live.2.last());
-    assert!(!mission.instance().is_alive().unwrap(), "the instance is free for the next mission");
+    eventually("the instance to be free for the next mission", || !mission.instance().is_alive().unwrap());
     run.signal(Signal::INT);
     assert_eq!(run.code(), 0, "{}", run.log());
     assert_eq!(run.json()["decisions"], decisions);

@@ -3,7 +3,7 @@
 use process::Exit;
 
 use crate::JournalError;
-use crate::private_file::FileError;
+use crate::file_error::FileError;
 
 impl JournalError {
     /// 4 if another process holds the journal, 1 if the operating system fails, 2 if the journal is

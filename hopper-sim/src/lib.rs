@@ -2,7 +2,8 @@
 //!
 //! [`Arbiter`] is a state machine without I/O: `on(event, now) -> effects`. Its hosts (process shell,
 //! lockstep, tests) carry out the effects: append to the [`Journal`], publish, finish. The append is
-//! the commit point of a hop; nothing is published that the journal does not hold.
+//! the commit point of a hop; nothing is published that the journal does not hold. Folders on a disk are for Unix alone:
+//! elsewhere, as in a browser, the engine has no journal on a disk.
 
 #![warn(clippy::disallowed_methods)]
 
@@ -10,9 +11,11 @@ pub mod arbiter;
 pub mod crash;
 pub mod dynamics;
 mod exit;
+pub mod file_error;
 pub mod guard;
 pub mod journal;
 pub mod mission;
+#[cfg(unix)]
 pub mod private_file;
 pub mod process;
 #[cfg(feature = "shell")]

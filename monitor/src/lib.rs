@@ -18,7 +18,6 @@ pub mod record_args;
 pub mod shell;
 pub mod view;
 pub mod watcher;
-#[cfg(feature = "shell")]
 pub mod web;
 
 pub use history::{History, Input};

@@ -52,9 +52,11 @@ pub use contract;
 
 pub use algorithm::algorithm;
 pub use contract::map::belief;
-pub use contract::mission::payoff;
+pub use contract::map::payoff;
 pub use error::PlannerError;
-pub use names::{ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed};
+pub use names::{
+    ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed, suited, usual,
+};
 pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};
 #[cfg(feature = "shell")]
 pub use shell::main;

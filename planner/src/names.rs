@@ -1,6 +1,6 @@
 //! The names that algorithms are asked for by.
 
-use contract::Name;
+use contract::{Name, Vehicle};
 use coverage::Algorithm;
 
 /// Every algorithm that a planner process can run for a hopper.
@@ -37,6 +37,28 @@ pub(crate) const HOLD: &str = "hold";
 
 /// The planner that sees the whole ground. No process can run it, so it is not one of [`ALGORITHMS`].
 pub const CLAIRVOYANT: &str = "clairvoyant";
+
+/// The algorithms that suit a vehicle; without one, a hopper.
+#[must_use]
+pub fn suited(vehicle: Option<Vehicle>) -> &'static [&'static str] {
+    match vehicle {
+        None => ALGORITHMS,
+        Some(Vehicle::Rover { .. }) => COVER_ALGORITHMS,
+        Some(Vehicle::Driver { .. }) => DRIVE_ALGORITHMS,
+        Some(Vehicle::Helicopter { .. }) => FLY_ALGORITHMS,
+    }
+}
+
+/// The algorithm that commands a vehicle for which nobody names another; without a vehicle, a hopper.
+#[must_use]
+pub fn usual(vehicle: Option<Vehicle>) -> &'static str {
+    match vehicle {
+        None => MDP,
+        Some(Vehicle::Rover { .. }) => "cover_frontier",
+        Some(Vehicle::Driver { .. }) => RRT_STAR_ETT,
+        Some(Vehicle::Helicopter { .. }) => RRT_STAR_IT,
+    }
+}
 
 /// All algorithms that a planner process can run, with what each is for: for help texts.
 #[must_use]

@@ -243,12 +243,7 @@ fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure>
 
 /// The planners that suit a robot.
 fn suited(world: &ResolvedScenario, robot: usize) -> &'static [&'static str] {
-    match vehicle(world, robot) {
-        None => planner::ALGORITHMS,
-        Some(Vehicle::Rover { .. }) => planner::COVER_ALGORITHMS,
-        Some(Vehicle::Driver { .. }) => planner::DRIVE_ALGORITHMS,
-        Some(Vehicle::Helicopter { .. }) => planner::FLY_ALGORITHMS,
-    }
+    planner::suited(vehicle(world, robot))
 }
 
 /// Whether a planner given for all robots is meant for this one: in a mission of rover and helicopter, one of the two.
@@ -259,12 +254,7 @@ fn suits_robot(world: &ResolvedScenario, robot: usize, given: &str) -> bool {
 
 /// The planner of a robot for which neither scenario nor command line names one.
 fn fallback(world: &ResolvedScenario, robot: usize) -> &'static str {
-    match vehicle(world, robot) {
-        None => "mdp",
-        Some(Vehicle::Rover { .. }) => "cover_frontier",
-        Some(Vehicle::Driver { .. }) => "rrt_star_ett",
-        Some(Vehicle::Helicopter { .. }) => "rrt_star_it",
-    }
+    planner::usual(vehicle(world, robot))
 }
 
 /// The body of a robot, unless there is a single hopper.

@@ -37,7 +37,7 @@ pub fn budgeted() -> Vec<String> {
 
 /// Topics of the fault simulation, by their short names.
 pub fn simulated() -> Vec<String> {
-    simulation::topic::Topic::all(simulation::setup::Missions::Rovers)
+    simulation::stream::Stream::all(simulation::setup::Missions::Rovers)
         .into_iter()
         .map(|topic| topic.as_str().to_owned())
         .collect()

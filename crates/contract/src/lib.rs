@@ -6,30 +6,38 @@
 //! rogue process writes can be undefined behaviour. The only way from wire to domain is `TryFrom`,
 //! which refuses with a named reason.
 //!
-//! [`map`] is the ground, [`mission`] what is to be done on it and by whom, [`protocol`] what processes tell each other
-//! meanwhile; [`action`] and [`outcome`] are what it is all about. [`message`] says what a message is.
+//! The modules here are the words that all others use: a cell, an action, an outcome, who speaks. [`mission`] is what is to
+//! be done, [`protocol`] what processes tell each other meanwhile, [`map`] what is known of the ground; each knows those
+//! before it. [`message`] says what a message is.
 //!
 //! No I/O, no clock, no middleware in here.
 
 #![warn(clippy::disallowed_methods)]
 
 pub mod action;
+pub mod grid;
+pub mod ground;
+pub mod identity;
 pub mod limits;
 pub mod map;
 pub mod message;
 pub mod mission;
+pub mod name;
+pub mod origin;
 pub mod outcome;
 pub mod protocol;
+pub mod timing;
+pub mod treasure;
 pub mod wire;
 
 pub use action::{Action, Direction};
-pub use map::grid::{Cell, Grid};
-pub use map::ground::{DriveSpeed, Ground, Soil};
+pub use grid::{Cell, Grid};
+pub use ground::{DriveSpeed, Ground, Soil};
+pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
 pub use map::observed_map::ObservedMap;
 pub use map::patch::{MapPage, MapPatch, MapRequest, SeenCell};
 pub use map::prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
 pub use map::replica::Replica;
-pub use map::treasure::Collected;
 pub use map::truth::{Gathering, Truth, TruthPage, TruthRequest};
 pub use message::{Message, Payload, Request};
 pub use mission::brief::{
@@ -40,15 +48,13 @@ pub use mission::pace::Pace;
 pub use mission::patrol::Patrol;
 pub use mission::reading::{DistanceNorm, Reading};
 pub use mission::task::{Cover, CoverMode, Scout, Task};
-pub use mission::team::{Member, Placement, Robot, RobotSet, Sensor, Standing, Team, Travel, Vehicle};
+pub use name::Name;
+pub use origin::{Origin, Vetoed};
 pub use outcome::{Branch, Flight, Outcome, Status};
 pub use protocol::command::Command;
 pub use protocol::control::{Control, Order, Pacing};
 pub use protocol::digest::Digest;
 pub use protocol::heartbeat::Heartbeat;
-pub use protocol::identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
-pub use protocol::name::Name;
-pub use protocol::origin::{Origin, Vetoed};
 pub use protocol::page_cursor::PageCursor;
 pub use protocol::past::{PastPage, PastRequest};
 pub use protocol::peer_table::PeerTable;
@@ -57,5 +63,7 @@ pub use protocol::record::Record;
 pub use protocol::refusal::{Refusal, RefusalCounts};
 pub use protocol::route::{Announcement, Route, RoutePage, RouteRequest, Routes, Waypoint};
 pub use protocol::state::{Pose, State};
+pub use protocol::team::{Member, Placement, Robot, RobotSet, Sensor, Standing, Team, Travel, Vehicle};
 pub use protocol::timeline::Timeline;
-pub use protocol::timing::{MonotonicNs, Stage, Timing};
+pub use timing::{MonotonicNs, Stage, Timing};
+pub use treasure::Collected;

@@ -10,25 +10,28 @@ use std::rc::{Rc, Weak};
 use contract::{Incarnation, Message, MonotonicNs, Name, Refusal, Request, RobotId};
 use process::{Failure, Ports};
 
+/// Reads the time.
+pub type Clock<'c> = Box<dyn FnMut() -> MonotonicNs + 'c>;
+
 /// What connects the processes of one mission.
 pub(super) struct Bus<'c> {
     /// By message and robot.
     channels: RefCell<BTreeMap<(TypeId, RobotId), Rc<dyn Any>>>,
-    clock: RefCell<&'c mut dyn FnMut() -> MonotonicNs>,
+    clock: RefCell<Clock<'c>>,
     /// What the clock read last: once a turn, and after each computation.
     now: Cell<MonotonicNs>,
 }
 
 /// The ports of one process.
 #[derive(Clone)]
-pub(super) struct DirectPorts<'b, 'c> {
-    bus: &'b Bus<'c>,
+pub struct DirectPorts<'c> {
+    bus: Rc<Bus<'c>>,
     incarnation: Incarnation,
 }
 
 /// Direct ports always open, and sending always has room.
 #[derive(Debug)]
-pub(super) struct Never(Infallible);
+pub struct Never(Infallible);
 
 type Queue<T> = RefCell<VecDeque<T>>;
 
@@ -38,27 +41,32 @@ struct Channel<T> {
     last: RefCell<Option<T>>,
 }
 
-pub(super) struct Reader<M>(Rc<Queue<M>>);
+/// Messages that wait to be read.
+pub struct Reader<M>(Rc<Queue<M>>);
 
-pub(super) struct Writer<M>(Rc<Channel<M>>);
+/// Where messages of one kind are published.
+pub struct Writer<M>(Rc<Channel<M>>);
 
 type Asked<Q> = (Q, Weak<Queue<<Q as Request>::Response>>);
 
-pub(super) struct Client<Q: Request> {
+/// Sends requests of one kind.
+pub struct Client<Q: Request> {
     servers: Rc<Channel<Asked<Q>>>,
     answers: Rc<Queue<Q::Response>>,
     waits: bool,
 }
 
-pub(super) struct Server<Q: Request>(Rc<Queue<Asked<Q>>>);
+/// Answers requests of one kind.
+pub struct Server<Q: Request>(Rc<Queue<Asked<Q>>>);
 
 impl<'c> Bus<'c> {
-    pub fn new(clock: &'c mut dyn FnMut() -> MonotonicNs) -> Self {
-        Self { channels: RefCell::default(), clock: RefCell::new(clock), now: Cell::new(MonotonicNs(0)) }
+    pub fn new(clock: Clock<'c>) -> Rc<Self> {
+        let (channels, clock) = (RefCell::default(), RefCell::new(clock));
+        Rc::new(Self { channels, clock, now: Cell::new(MonotonicNs(0)) })
     }
 
-    pub fn ports(&self, incarnation: Incarnation) -> DirectPorts<'_, 'c> {
-        DirectPorts { bus: self, incarnation }
+    pub fn ports(self: &Rc<Self>, incarnation: Incarnation) -> DirectPorts<'c> {
+        DirectPorts { bus: Rc::clone(self), incarnation }
     }
 
     pub fn look_at_clock(&self) {
@@ -108,7 +116,7 @@ impl From<Never> for Failure {
     }
 }
 
-impl Ports for DirectPorts<'_, '_> {
+impl Ports for DirectPorts<'_> {
     type Error = Never;
     type Reader<M: Message> = Reader<M>;
     type Writer<M: Message> = Writer<M>;

@@ -7,7 +7,7 @@ use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use rover::Point;
 use scenario::Scenario;
-use scouting::{Arm, Outcome, RoverPlanner, Samples, World, announce, monte_carlo};
+use scouting::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
 
 /// A mission on the world of a seed, each robot with its planner.
 fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
@@ -110,9 +110,9 @@ fn compare(what: &str, flown: &Flown, records: &[Record], expected: &Outcome, he
 
 /// The study's outcome on the world of a seed, with the seed that planners of the mission are given.
 fn studied(world: &World, arm: Arm, planner: RoverPlanner, seed: u64) -> Outcome {
-    let samples = Samples::MONTE_CARLO;
-    let announced = announce(world, planner, samples, seed);
-    scouting::fly(world, arm, planner, samples, seed, announced.as_ref())
+    let setup = Setup::new(planner, Samples::MONTE_CARLO);
+    let announced = announce(world, &setup, seed);
+    scouting::fly(world, arm, &setup, seed, announced.as_ref())
 }
 
 /// P-SCOUT-STUDY: route by route and bit by bit, in every arm that can be flown.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use contract::protocol::name::NameError;
+use contract::name::NameError;
 use contract::{Cell, Refusal};
 use terrain::TerrainError;
 

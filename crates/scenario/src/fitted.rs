@@ -5,10 +5,12 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::path::Path;
+use std::io::{BufRead, Cursor, Seek};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use contract::limits::GRID_SIDE_MAX;
-use contract::protocol::name::Name;
+use contract::name::Name;
 use contract::{Cell, Direction, Grid};
 use terrain::{RasterFile, Relief, Sand, Terrain, Window, fitting_hop_m, hop_cells};
 
@@ -69,6 +71,22 @@ pub fn fitted(dem: &Path) -> Result<Fitted, ScenarioError> {
         path: std::path::absolute(dem).unwrap_or_else(|_| dem.into()),
     })?;
     let raster = RasterFile::open(&path)?;
+    of_raster(raster, path)
+}
+
+/// As [`fitted`], for a file of this `name` that is at hand: `contents`, which the scenario holds.
+///
+/// # Errors
+/// As [`fitted`].
+pub fn fitted_to(name: &str, contents: &Arc<[u8]>) -> Result<Fitted, ScenarioError> {
+    let path = PathBuf::from(name);
+    let raster = RasterFile::new(Cursor::new(Arc::clone(contents))).map_err(|error| error.of(&path))?;
+    let mut fitted = of_raster(raster, path)?;
+    fitted.scenario.elevation = Some(Arc::clone(contents));
+    Ok(fitted)
+}
+
+fn of_raster<R: BufRead + Seek>(raster: RasterFile<R>, path: PathBuf) -> Result<Fitted, ScenarioError> {
     let source_cells = (raster.header().width, raster.header().height);
     let of_file = |error: terrain::TerrainError| error.of(&path);
     let cell_size_m = raster.georeference().map_err(of_file)?.cell_size_m;

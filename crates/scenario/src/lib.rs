@@ -26,7 +26,7 @@ mod warning;
 pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
-pub use fitted::{Fitted, fitted};
+pub use fitted::{Fitted, fitted, fitted_to};
 pub use fleet::{Fault, Fleet, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
@@ -43,6 +43,7 @@ pub use truth::{
 pub use warning::Warning;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 #[cfg(test)]
 use schemars::JsonSchema;
@@ -87,6 +88,9 @@ pub struct Scenario {
     /// Elevation file to take instead of the scenario's.
     #[serde(skip)]
     pub dem: Option<PathBuf>,
+    /// Contents of the elevation file, for hosts without files.
+    #[serde(skip)]
+    pub elevation: Option<Arc<[u8]>>,
 }
 
 impl Scenario {
@@ -113,6 +117,12 @@ impl Scenario {
             self.dem = Some(dem.clone());
         }
         self
+    }
+
+    /// The scenario over an elevation model that is at hand: `contents` of a file of this `name`, which is not looked for.
+    #[must_use]
+    pub fn on_elevation(self, name: &str, contents: Arc<[u8]>) -> Self {
+        Self { dem: Some(name.into()), elevation: Some(contents), ..self }
     }
 
     /// JSON Schema of scenarios.

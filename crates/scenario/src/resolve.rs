@@ -1,5 +1,6 @@
 //! Resolves a scenario: builds the terrain, fills in defaults, checks that it can be flown.
 
+use std::io::{BufRead, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
@@ -95,6 +96,9 @@ impl Scenario {
     fn resolve_paths(&mut self) -> Result<(), ScenarioError> {
         let folder = self.folder.clone();
         match (&mut self.truth.terrain, self.dem.take()) {
+            (TerrainSource::ElevationFile(source), dem) if self.elevation.is_some() => {
+                source.file = dem.unwrap_or_else(|| source.file.clone());
+            }
             (TerrainSource::ElevationFile(source), Some(dem)) => source.file = existing("--dem", &dem)?,
             (TerrainSource::ElevationFile(source), None) => {
                 source.file = existing("truth.terrain.elevation_file.file", &folder.join(&source.file))?;
@@ -134,7 +138,7 @@ impl Scenario {
             TerrainSource::Passages(source) => source.shape(),
             TerrainSource::ElevationFile(source) => {
                 let path = source.file.clone();
-                source.read(hop_distance_m).map_err(|error| match error {
+                source.read(self.elevation.as_deref(), hop_distance_m).map_err(|error| match error {
                     ScenarioError::Terrain(error @ TerrainError::File { .. }) => error.into(),
                     ScenarioError::Terrain(error) => error.of(&path).into(),
                     error => error,
@@ -446,14 +450,25 @@ impl Passages {
 }
 
 impl ElevationFile {
-    fn read(&self, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
+    /// The ground, out of `contents` if they are at hand, otherwise out of the file.
+    fn read(&self, contents: Option<&[u8]>, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
+        match contents {
+            Some(contents) => self.read_from(RasterFile::new(Cursor::new(contents))?, hop_distance_m),
+            None => self.read_from(RasterFile::open(&self.file)?, hop_distance_m),
+        }
+    }
+
+    fn read_from<R: BufRead + Seek>(
+        &self,
+        raster: RasterFile<R>,
+        hop_distance_m: f64,
+    ) -> Result<Shaped, ScenarioError> {
         in_range(
             "truth.terrain.elevation_file.vertical_exaggeration",
             self.vertical_exaggeration,
             1e-3..=1e3,
             "0.001 to 1000",
         )?;
-        let raster = RasterFile::open(&self.file)?;
         let source_cells = (raster.header().width, raster.header().height);
         let georeference = raster.georeference()?;
         let window = match (self.crop_cells, self.crop_m) {

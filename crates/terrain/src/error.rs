@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use contract::map::grid::GridError;
+use contract::grid::GridError;
 
 use crate::Window;
 

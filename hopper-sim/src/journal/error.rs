@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use contract::{Decision, Digest};
 
-use crate::private_file::FileError;
+use crate::file_error::FileError;
 
 /// What became of a journal's file while it was in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

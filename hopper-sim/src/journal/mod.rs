@@ -17,6 +17,8 @@
 //! since what is written then would be missing after a restart, and its hop be flown twice.
 
 mod codec;
+#[cfg(unix)]
+mod directory;
 mod error;
 mod folder;
 mod frame;
@@ -24,6 +26,8 @@ mod header;
 mod index;
 mod journal_reader;
 mod lock;
+#[cfg(unix)]
+mod locking;
 mod reader;
 mod show;
 mod storage;

@@ -1,9 +1,8 @@
 //! What a journal needs of a disk, so that a simulated one can fail as no real one will on demand.
 
 use std::fmt;
-use std::fs::{self, File};
-use std::io::{self, ErrorKind};
-use std::os::unix::fs::{FileExt, MetadataExt};
+use std::fs::File;
+use std::io;
 use std::path::Path;
 
 /// Where a path leads, seen from a file that was opened there.
@@ -62,21 +61,23 @@ pub trait Storage: fmt::Debug {
 }
 
 /// Whether `path` leads to this very file.
+#[cfg(unix)]
 pub(super) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     Ok(matches!(file.locate(path)?, Located::Here { .. }))
 }
 
+#[cfg(unix)]
 impl Storage for File {
     fn bytes(&self) -> io::Result<u64> {
         Ok(self.metadata()?.len())
     }
 
     fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
-        FileExt::read_exact_at(self, buffer, offset)
+        std::os::unix::fs::FileExt::read_exact_at(self, buffer, offset)
     }
 
     fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
-        FileExt::write_all_at(self, bytes, offset)
+        std::os::unix::fs::FileExt::write_all_at(self, bytes, offset)
     }
 
     fn cut(&self, bytes: u64) -> io::Result<()> {
@@ -88,18 +89,44 @@ impl Storage for File {
     }
 
     fn locate(&self, path: &Path) -> io::Result<Located> {
+        use std::os::unix::fs::MetadataExt;
+
         let own = self.metadata()?;
-        let found = match fs::symlink_metadata(path) {
-            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+        let found = match std::fs::symlink_metadata(path) {
+            Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
                 return Ok(Located::Nowhere);
             }
             found => found?,
         };
-        let identity = |data: &fs::Metadata| (data.dev(), data.ino());
+        let identity = |data: &std::fs::Metadata| (data.dev(), data.ino());
         Ok(match identity(&own) == identity(&found) {
             true => Located::Here { bytes: own.len() },
             false => Located::Elsewhere,
         })
+    }
+}
+
+/// A journal in a file needs Unix. Elsewhere every access is refused.
+#[cfg(not(unix))]
+impl Storage for File {
+    fn bytes(&self) -> io::Result<u64> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn read_exact_at(&self, _buffer: &mut [u8], _offset: u64) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn write_all_at(&self, _bytes: &[u8], _offset: u64) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn cut(&self, _bytes: u64) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    fn sync(&self) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
     }
 }
 

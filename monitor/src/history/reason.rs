@@ -6,7 +6,7 @@
 //! test compares the two.
 
 use contract::map::belief::Belief;
-use contract::mission::payoff::LandingPayoff;
+use contract::map::payoff::LandingPayoff;
 use contract::{
     Action, Brief, Cell, Decision, Direction, Ground, Name, ObservedMap, Policy, PolicyCell, Profile, Soil,
     Vetoed,

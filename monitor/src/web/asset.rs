@@ -32,6 +32,7 @@ assets! {
     "/space.js" "text/javascript; charset=utf-8" "space.js",
     "/charts.js" "text/javascript; charset=utf-8" "charts.js",
     "/scale.js" "text/javascript; charset=utf-8" "scale.js",
+    "/transport.js" "text/javascript; charset=utf-8" "transport.js",
     "/theme.js" "text/javascript; charset=utf-8" "theme.js",
 }
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use helicopter::{BUDGET_M, Camera, scout};
+use helicopter::{BUDGET_M, Camera, Sensor, observe, scout};
 use routing::{
-    Route, RrtStarIt, ScoutValue, ett_exact, rrt_star, rrt_star_ett, rrt_star_it, scout_route, scout_value,
+    Route, RrtStarIt, ScoutValue, Stream, Trip, ett_exact, rrt_star, rrt_star_ett, rrt_star_it, scout_route,
+    scout_value,
 };
-use rover::{Belief, Caution, DriveEnd, Point, drive};
+use rover::{Belief, Caution, DriveEnd, Point, SpeedDistribution, drive};
 use serde::Serialize;
 
 use crate::World;
@@ -76,6 +77,32 @@ pub struct Samples {
 impl Samples {
     /// Those for 200 x 200 cells.
     pub const MONTE_CARLO: Self = Self { rover: 1200, helicopter: 600 };
+    /// Those for 821 x 821 cells.
+    pub const LARGE: Self = Self { rover: 8000, helicopter: 3000 };
+}
+
+/// How a mission is flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// Planner of the safe rover.
+    pub planner: RoverPlanner,
+    /// Of the RRT* planners.
+    pub samples: Samples,
+    /// Flights at most, each with a drive after it. One in the paper's studies.
+    pub stages: u32,
+    /// What the helicopter sees with; without error if none.
+    pub sensor: Option<Sensor>,
+}
+
+impl Setup {
+    /// The longest drive between two flights.
+    pub const STAGE_SOL: f64 = 1.0;
+
+    /// One flight with a sensor that does not err, as in the paper.
+    #[must_use]
+    pub fn new(planner: RoverPlanner, samples: Samples) -> Self {
+        Self { planner, samples, stages: 1, sensor: None }
+    }
 }
 
 /// What became of the rover.
@@ -85,88 +112,150 @@ pub struct Outcome {
     pub travel_sol: Option<f64>,
     /// Whether it entered a cell of speed 0.
     pub stuck: bool,
-    /// Expected time of the route driven, under what was known at the start of the drive; infinite without a route.
+    /// Expected time of the first route driven, under what was known at the start of the drive; infinite without a route.
     #[serde(skip)]
     pub expected_sol: f64,
-    /// The route driven.
+    /// The route driven, the last one if there were several stages.
     #[serde(skip)]
     pub route: Vec<Point>,
-    /// The helicopter's flight; empty without one.
+    /// The helicopter's first flight; empty without one.
     #[serde(skip)]
     pub flight: Vec<Point>,
 }
 
-/// Plans, scouts, plans again and drives: the two stages of the paper, in one arm.
+/// Plans, scouts, plans again and drives, stage by stage, in one arm.
 ///
 /// `announced` is the safe rover's route on the prior, which the arms of one world share; see [`announce`].
 #[must_use]
-pub fn fly(
-    world: &World,
-    arm: Arm,
-    planner: RoverPlanner,
-    samples: Samples,
-    seed: u64,
-    announced: Option<&Route>,
-) -> Outcome {
+pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<&Route>) -> Outcome {
     if arm == Arm::NaiveRover {
-        let route = rrt_star(&world.prior.distance(), &world.trip, samples.rover, seed);
-        return driven(world, route, Vec::new());
+        let route = rrt_star(&world.prior.distance(), &world.trip, setup.samples.rover, seed);
+        return driven(world, route);
     }
     if arm == Arm::SafeRover {
-        return driven(world, announced.cloned(), Vec::new());
+        return driven(world, announced.cloned());
     }
-    let view_m = Camera::default().radius_m();
-    let start = world.trip.start;
-    let flight = match (arm, announced) {
-        (Arm::ScoutRoute, Some(route)) => scout_route(route, BUDGET_M),
-        (Arm::InformationTheoretic, _) => {
-            let settings = RrtStarIt { iterations: samples.helicopter, budget_m: BUDGET_M, view_m };
-            rrt_star_it(&world.prior, start, &settings, seed)
-        }
-        (Arm::ScoutValue, _) => scout_value(
-            &world.prior,
-            &world.trip,
-            &ScoutValue { budget_m: BUDGET_M, view_m, ..ScoutValue::default() },
-            seed,
-        ),
-        _ => vec![start],
-    };
     let mut belief = world.prior.clone();
     if arm == Arm::Clairvoyant {
         belief = world.truth.known(Arc::clone(belief.surface())).expect("a speed for each cell");
-    } else {
-        scout(&mut belief, &world.truth, &flight, view_m);
     }
-    let costs = belief.expected_time(Caution::default());
-    // Another seed than before: the same samples would give the same tree where nothing is new.
-    let again = plan(&belief, world, planner, samples, !seed);
-    let kept = announced.map(|route| Route::new(&costs, route.points.clone()));
-    let route = [again, kept].into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
-    driven(world, route.filter(|route| route.cost < f64::INFINITY), flight)
+    let mut trip = world.trip;
+    let mut announced = announced.cloned();
+    let mut outcome: Option<Outcome> = None;
+    let mut spent_sol = 0.0;
+    for stage in 1..=setup.stages {
+        let seed = stage_seed(seed, stage);
+        let flight = flight(&belief, &trip, arm, setup, seed, announced.as_ref());
+        look(&mut belief, world, &flight, setup, seed);
+        let costs = belief.expected_time(Caution::default());
+        // Another seed than before: the same samples would give the same tree where nothing is new.
+        let again = plan(&belief, &trip, setup, !seed);
+        let kept = announced.map(|route| Route::new(&costs, route.points));
+        let route = [again, kept].into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let route = route.filter(|route| route.cost < f64::INFINITY);
+        let outcome = outcome.get_or_insert_with(|| Outcome {
+            travel_sol: None,
+            stuck: false,
+            expected_sol: route.as_ref().map_or(f64::INFINITY, |route| route.cost),
+            route: Vec::new(),
+            flight,
+        });
+        let Some(route) = route else { break };
+        let limit_sol = if stage < setup.stages { Setup::STAGE_SOL } else { f64::INFINITY };
+        let drive = drive(world.prior.surface(), &world.truth, &route.points, limit_sol);
+        spent_sol += drive.duration_sol;
+        outcome.route = route.points;
+        match drive.end {
+            DriveEnd::Arrived => outcome.travel_sol = Some(spent_sol),
+            DriveEnd::Stuck { .. } => outcome.stuck = true,
+            DriveEnd::OutOfTime => {
+                for cell in drive.sensed {
+                    belief.set(cell, SpeedDistribution::certain(world.truth.speeds[cell]));
+                }
+                trip.start = drive.at;
+                let points = rest(&outcome.route, drive.at);
+                announced = Some(Route::new(&belief.expected_time(Caution::default()), points));
+                continue;
+            }
+        }
+        break;
+    }
+    outcome.expect("at least one stage")
 }
 
 /// The safe rover's route before anything was scouted.
 #[must_use]
-pub fn announce(world: &World, planner: RoverPlanner, samples: Samples, seed: u64) -> Option<Route> {
-    plan(&world.prior, world, planner, samples, seed)
+pub fn announce(world: &World, setup: &Setup, seed: u64) -> Option<Route> {
+    plan(&world.prior, &world.trip, setup, seed)
 }
 
-fn plan(belief: &Belief, world: &World, planner: RoverPlanner, samples: Samples, seed: u64) -> Option<Route> {
-    let costs = belief.expected_time(Caution::default());
-    match planner {
-        RoverPlanner::RrtStarEtt => rrt_star_ett(&costs, &world.trip, samples.rover, seed),
-        RoverPlanner::EttExact => ett_exact(&costs, &world.trip),
+/// Seeds of the stages, the first that of the mission.
+fn stage_seed(seed: u64, stage: u32) -> u64 {
+    seed ^ u64::from(stage - 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+}
+
+fn flight(
+    belief: &Belief,
+    trip: &Trip,
+    arm: Arm,
+    setup: &Setup,
+    seed: u64,
+    announced: Option<&Route>,
+) -> Vec<Point> {
+    let view_m = Camera::default().radius_m();
+    match (arm, announced) {
+        (Arm::ScoutRoute, Some(route)) => scout_route(route, BUDGET_M),
+        (Arm::InformationTheoretic, _) => {
+            let settings = RrtStarIt { iterations: setup.samples.helicopter, budget_m: BUDGET_M, view_m };
+            rrt_star_it(belief, trip.start, &settings, seed)
+        }
+        (Arm::ScoutValue, _) => scout_value(
+            belief,
+            trip,
+            &ScoutValue { budget_m: BUDGET_M, view_m, ..ScoutValue::default() },
+            seed,
+        ),
+        _ => vec![trip.start],
     }
 }
 
-fn driven(world: &World, route: Option<Route>, flight: Vec<Point>) -> Outcome {
+/// What the helicopter sees becomes known; each cell is read once a flight.
+fn look(belief: &mut Belief, world: &World, flight: &[Point], setup: &Setup, seed: u64) {
+    let view_m = Camera::default().radius_m();
+    match &setup.sensor {
+        None => scout(belief, &world.truth, flight, view_m),
+        Some(sensor) => {
+            let mut readings = Stream::new(seed, "readings");
+            observe(belief, &world.truth, flight, view_m, sensor, || readings.uniform());
+        }
+    }
+}
+
+fn plan(belief: &Belief, trip: &Trip, setup: &Setup, seed: u64) -> Option<Route> {
+    let costs = belief.expected_time(Caution::default());
+    match setup.planner {
+        RoverPlanner::RrtStarEtt => rrt_star_ett(&costs, trip, setup.samples.rover, seed),
+        RoverPlanner::EttExact => ett_exact(&costs, trip),
+    }
+}
+
+/// What is left of a route from a point on it.
+fn rest(route: &[Point], at: Point) -> Vec<Point> {
+    let beside = |leg: usize| {
+        route[leg].distance_m(at) + at.distance_m(route[leg + 1]) - route[leg].distance_m(route[leg + 1])
+    };
+    let leg = (0..route.len() - 1).min_by(|a, b| beside(*a).total_cmp(&beside(*b))).unwrap_or(0);
+    std::iter::once(at).chain(route[leg + 1..].iter().copied()).collect()
+}
+
+fn driven(world: &World, route: Option<Route>) -> Outcome {
     let Some(route) = route else {
         return Outcome {
             travel_sol: None,
             stuck: false,
             expected_sol: f64::INFINITY,
             route: Vec::new(),
-            flight,
+            flight: Vec::new(),
         };
     };
     let drive = drive(world.prior.surface(), &world.truth, &route.points, f64::INFINITY);
@@ -176,6 +265,6 @@ fn driven(world: &World, route: Option<Route>, flight: Vec<Point>) -> Outcome {
         stuck: !arrived,
         expected_sol: route.cost,
         route: route.points,
-        flight,
+        flight: Vec::new(),
     }
 }

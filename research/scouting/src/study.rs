@@ -3,7 +3,7 @@
 use routing::Stream;
 use serde::Serialize;
 
-use crate::Outcome;
+use crate::{Arm, Outcome};
 
 /// A number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -14,6 +14,18 @@ pub struct Spread {
     pub low: f64,
     /// Upper end.
     pub high: f64,
+}
+
+impl Spread {
+    /// The mean of `values` with its normal interval.
+    #[must_use]
+    pub fn mean(values: &[f64]) -> Self {
+        let value = mean(values);
+        let variance = values.iter().map(|other| (other - value).powi(2)).sum::<f64>()
+            / (values.len() as f64 - 1.0).max(1.0);
+        let half = 1.96 * (variance / values.len() as f64).sqrt();
+        Self { value, low: value - half, high: value + half }
+    }
 }
 
 /// The outcomes of one arm, world by world.
@@ -27,6 +39,12 @@ pub struct Study {
 const RESAMPLINGS: usize = 1000;
 
 impl Study {
+    /// A study for each arm of [`Arm::ALL`], from the outcomes of all arms by world.
+    #[must_use]
+    pub fn of_arms(worlds: &[[Outcome; Arm::ALL.len()]]) -> [Self; Arm::ALL.len()] {
+        std::array::from_fn(|arm| Self { outcomes: worlds.iter().map(|arms| arms[arm].clone()).collect() })
+    }
+
     /// Travel times of the rovers that arrived, in Sol.
     #[must_use]
     pub fn times_sol(&self) -> Vec<f64> {
@@ -76,11 +94,42 @@ impl Study {
     pub fn mean_paired_saving(&self, without: &Self) -> Spread {
         let savings: Vec<f64> =
             self.pairs(without).iter().map(|(with, without)| 1.0 - with / without).collect();
-        let value = mean(&savings);
-        let variance = savings.iter().map(|saving| (saving - value).powi(2)).sum::<f64>()
-            / (savings.len() as f64 - 1.0).max(1.0);
-        let half = 1.96 * (variance / savings.len() as f64).sqrt();
-        Spread { value, low: value - half, high: value + half }
+        Spread::mean(&savings)
+    }
+
+    /// How much more of the time of `without` is saved than by `other`: the mean over worlds of the difference of both savings,
+    /// with its normal interval.
+    #[must_use]
+    pub fn more_saved(&self, other: &Self, without: &Self) -> Spread {
+        let triples = self.triples(other, without);
+        let more = triples.iter().map(|[own, other, without]| (other - own) / without);
+        Spread::mean(&more.collect::<Vec<_>>())
+    }
+
+    /// Mean time beyond that of the rover that knows the truth, in Sol, with its normal interval.
+    #[must_use]
+    pub fn regret_sol(&self, knowing: &Self) -> Spread {
+        let beyond = self.pairs(knowing).into_iter().map(|(own, knowing)| own - knowing);
+        Spread::mean(&beyond.collect::<Vec<_>>())
+    }
+
+    /// Share of the regret of `without` to the rover that knows the truth that is not there any more, with a bootstrap interval over
+    /// worlds.
+    #[must_use]
+    pub fn regret_closed(&self, without: &Self, knowing: &Self) -> Spread {
+        let triples = self.triples(without, knowing);
+        bootstrap(&triples, |triples| {
+            let sums = triples.iter().fold((0.0, 0.0), |sums, [own, without, knowing]| {
+                (sums.0 + (own - knowing), sums.1 + (without - knowing))
+            });
+            1.0 - sums.0 / sums.1
+        })
+    }
+
+    /// Times of three arms, of the worlds in which all arrived.
+    fn triples(&self, second: &Self, third: &Self) -> Vec<[f64; 3]> {
+        let all = self.outcomes.iter().zip(&second.outcomes).zip(&third.outcomes);
+        all.filter_map(|((a, b), c)| Some([a.travel_sol?, b.travel_sol?, c.travel_sol?])).collect()
     }
 
     /// Times with and without, of the worlds in which both arrived.
@@ -101,7 +150,10 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// The percentile bootstrap, with random numbers that do not depend on the values.
-fn bootstrap(pairs: &[(f64, f64)], measure: impl Fn(&[(f64, f64)]) -> f64) -> Spread {
+fn bootstrap<Pair: Copy>(pairs: &[Pair], measure: impl Fn(&[Pair]) -> f64) -> Spread {
+    if pairs.is_empty() {
+        return Spread { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+    }
     let mut random = Stream::new(1, "bootstrap");
     let mut drawn: Vec<f64> = (0..RESAMPLINGS)
         .map(|_| {
@@ -139,6 +191,17 @@ mod tests {
         assert_eq!(saving.value, 0.5);
         assert!(saving.low <= saving.value && saving.value <= saving.high);
         assert_eq!(without.median_sol(), 1.5);
+        assert_eq!(with.more_saved(&without, &without).value, (0.0 + 0.5 + 0.25) / 3.0);
         assert!((study(&[Some(1.0), Some(3.0)]).sd_sol() - 2_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_regret_is_the_time_beyond_that_of_full_knowledge() {
+        let without = study(&[Some(2.0), Some(4.0), None]);
+        let with = study(&[Some(2.0), Some(2.5), Some(1.0)]);
+        let knowing = study(&[Some(1.0), Some(2.0), Some(1.0)]);
+        assert_eq!(without.regret_sol(&knowing).value, 1.5);
+        assert_eq!(with.regret_closed(&without, &knowing).value, 0.5);
+        assert_eq!(knowing.regret_closed(&without, &knowing).value, 1.0);
     }
 }

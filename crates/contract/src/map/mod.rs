@@ -1,11 +1,9 @@
-//! The ground: as it is, as it was known before, as it has been seen, and how all of that travels.
+//! What is known of the ground: the map as it grows, how it travels, and what a landing on it is worth.
 
 pub mod belief;
-pub mod grid;
-pub mod ground;
 pub mod observed_map;
 pub mod patch;
+pub mod payoff;
 pub mod prior;
 pub mod replica;
-pub mod treasure;
 pub mod truth;

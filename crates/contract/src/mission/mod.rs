@@ -1,9 +1,7 @@
-//! What a mission is about: its brief, its robots, their task, and what landings are worth.
+//! What a mission is about, before it begins: its brief, its task, and how time passes in it.
 
 pub mod brief;
 pub mod pace;
 pub mod patrol;
-pub mod payoff;
 pub mod reading;
 pub mod task;
-pub mod team;

@@ -1,12 +1,9 @@
-//! What processes tell each other while they fly: states, commands, records, heartbeats, and why a message was refused.
+//! What processes tell each other while they fly: states, commands, records, robots, heartbeats, and why a message was refused.
 
 pub mod command;
 pub mod control;
 pub mod digest;
 pub mod heartbeat;
-pub mod identity;
-pub mod name;
-pub mod origin;
 pub mod page_cursor;
 pub mod past;
 pub mod peer_table;
@@ -15,5 +12,5 @@ pub mod record;
 pub mod refusal;
 pub mod route;
 pub mod state;
+pub mod team;
 pub mod timeline;
-pub mod timing;

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::limits::{LENGTH_MAX_M, ROBOTS_MAX, ROUTE_POINTS_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe};
-use crate::mission::team::{Member, Placement, Robot, Sensor, Standing, Team, Travel, Vehicle};
+use crate::protocol::team::{Member, Placement, Robot, Sensor, Standing, Team, Travel, Vehicle};
 use crate::{Decision, Digest, Direction, Refusal, RobotId, Role, RouteId, Waypoint, slice_payload};
 
 /// Fastest vehicle that is believed, m/s.

@@ -14,7 +14,7 @@ const HEIGHT: f64 = 230.0;
 const GAP: f64 = 34.0;
 const FOOT: f64 = 96.0;
 /// Colour and dash pattern of each line.
-const LINES: [(&str, &str); 4] = [
+pub(super) const LINES: [(&str, &str); 4] = [
     ("#0050d8", ""),
     ("#c8102e", " stroke-dasharray=\"9 4\""),
     ("#111111", " stroke-dasharray=\"2 5\""),

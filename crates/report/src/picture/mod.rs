@@ -8,8 +8,10 @@
 //! Coordinates are metres from the centre of cell (0, 0). The output depends only on the [`Picture`], to the
 //! byte.
 
+mod boxes;
 pub mod colour;
 mod curves;
+mod field_map;
 mod frame;
 mod legend;
 mod mission;
@@ -24,7 +26,9 @@ mod symbols;
 mod team;
 mod tile_map;
 
+pub use boxes::{BoxOf, Boxes};
 pub use curves::{Chart, Curves, Line};
+pub use field_map::{FieldMap, Way};
 pub use mission::Picture;
 pub use panels::{Aim, Panel, Panels};
 pub use paper::COLUMN_MM;

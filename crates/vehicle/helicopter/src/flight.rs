@@ -2,6 +2,7 @@
 
 use rover::{Belief, Lattice, Point, Segment, SpeedDistribution, Truth};
 
+use crate::sensor::Sensor;
 use crate::swath::Swath;
 
 /// How far the helicopter flies on one charge.
@@ -47,6 +48,34 @@ pub fn scout(belief: &mut Belief, truth: &Truth, flight: &[Point], radius_m: f64
     }
 }
 
+/// Updates what is known of the ground along a flight by a sensor that errs, with a uniform number in \[0, 1) for each cell
+/// seen. A cell is read once, and a reading that the prior excludes is left out.
+///
+/// # Panics
+/// If the truth has fewer cells than the belief.
+pub fn observe(
+    belief: &mut Belief,
+    truth: &Truth,
+    flight: &[Point],
+    radius_m: f64,
+    sensor: &Sensor,
+    mut uniform: impl FnMut() -> f64,
+) {
+    let lattice = belief.surface().lattice();
+    let mut read = vec![false; lattice.cells()];
+    for swath in swaths(lattice, flight, radius_m) {
+        for cell in swath.cells(lattice) {
+            if std::mem::replace(&mut read[cell], true) {
+                continue;
+            }
+            let reading = sensor.reading(truth.speeds[cell], uniform());
+            if let Ok(posterior) = sensor.posterior(&belief.cells()[cell], reading) {
+                belief.set(cell, posterior);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,5 +105,57 @@ mod tests {
             let seen = if row == 1 { (1..20).contains(&column) } else { (2..19).contains(&column) };
             assert_eq!(*speeds, if seen { known } else { prior }, "cell {column}, {row}");
         }
+    }
+
+    /// P-SENSOR: each cell seen has the posterior of its one reading, the others their prior.
+    #[test]
+    fn a_sensor_that_errs_gives_each_cell_seen_the_posterior_of_one_reading() {
+        let lattice = Lattice::new(30, 3).unwrap();
+        let prior = SpeedDistribution::new([0.5, 0.0, 0.0, 0.5]).unwrap();
+        let mut belief = Belief::new(Arc::new(Surface::flat(lattice)), vec![prior; 90]).unwrap();
+        belief.set(31, SpeedDistribution::certain(Speed::Slow));
+        let truth = Truth { speeds: vec![Speed::Fast; 90] };
+        let sensor = Sensor::with_accuracy(0.9).unwrap();
+        // Back and forth: the second leg reads nothing again.
+        let flight = [Point::new(5.5, 1.5), Point::new(15.5, 1.5), Point::new(5.5, 1.5)];
+        let mut draws = 0;
+        let readings = || {
+            draws += 1;
+            // The quantiles of 0 m/Sol and of 200 m/Sol.
+            if draws % 10 == 0 { 0.01 } else { 0.5 }
+        };
+        observe(&mut belief, &truth, &flight, 4.0, &sensor, readings);
+        let (right, wrong) = (0.9 / (0.9 + 0.1 / 3.0), (0.1 / 3.0) / (0.9 + 0.1 / 3.0));
+        let (mut seen, mut misread) = (0, 0);
+        for (cell, speeds) in belief.cells().iter().enumerate() {
+            let fast = speeds.probability(Speed::Fast);
+            if cell == 31 {
+                assert_eq!(
+                    *speeds,
+                    SpeedDistribution::certain(Speed::Slow),
+                    "the prior excludes the reading"
+                );
+            } else if *speeds != prior {
+                seen += 1;
+                misread += u32::from(fast < 0.5);
+                assert!((fast - right).abs() < 1e-12 || (fast - wrong).abs() < 1e-12, "{fast}");
+            }
+        }
+        assert_eq!(draws, 53, "19 cells of the middle row, 17 of each other");
+        assert_eq!((seen, misread), (52, 5), "cell 31 is among the others, its reading is not");
+    }
+
+    /// A sensor that is always right is the one without error.
+    #[test]
+    fn a_sensor_of_full_accuracy_makes_what_is_seen_certain() {
+        let lattice = Lattice::new(30, 3).unwrap();
+        let prior = SpeedDistribution::new([0.2, 0.1, 0.3, 0.4]).unwrap();
+        let belief = Belief::new(Arc::new(Surface::flat(lattice)), vec![prior; 90]).unwrap();
+        let truth = Truth { speeds: (0..90).map(|cell| Speed::ALL[cell % 4]).collect() };
+        let flight = [Point::new(5.5, 1.5), Point::new(15.5, 1.5)];
+        let (mut exact, mut erring) = (belief.clone(), belief);
+        scout(&mut exact, &truth, &flight, 4.0);
+        observe(&mut erring, &truth, &flight, 4.0, &Sensor::with_accuracy(1.0).unwrap(), || 0.7);
+        assert_eq!(exact, erring);
     }
 }

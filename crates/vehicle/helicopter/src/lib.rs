@@ -11,6 +11,6 @@ mod sensor;
 mod swath;
 
 pub use camera::Camera;
-pub use flight::{BUDGET_M, length_m, scout, swaths, within_budget};
+pub use flight::{BUDGET_M, length_m, observe, scout, swaths, within_budget};
 pub use sensor::{Estimate, Sensor, SensorError, combined_as_printed};
 pub use swath::{AreaCounts, RowSums, Swath};

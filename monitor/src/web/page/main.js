@@ -7,13 +7,11 @@ import { duration } from "./scale.js";
 import { SpaceView } from "./space.js";
 import { ACTIONS, STALE_HOPS, WhyView } from "./why.js";
 import * as theme from "./theme.js";
+import { give, mayOrder, stream } from "./transport.js";
 
 const by = (id) => document.getElementById(id);
 const history = new MissionHistory();
 const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, turned: false, connected: "connecting", retry: 0 };
-const key = new URLSearchParams(location.hash.slice(1)).get("key");
-/** A stream with the key has a place that no reader without it can take. */
-const keyed = (path) => key ? `${path}?key=${encodeURIComponent(key)}` : path;
 const map = new MapView(by("map"), history, () => { view.dirty = true; });
 const why = new WhyView(by("why"), history, map, () => { view.dirty = true; });
 const space = new SpaceView(by("space-view"), history, map, () => { view.turned = true; });
@@ -56,7 +54,7 @@ function connect() {
   clearTimeout(retry);
   source?.close();
   if (document.hidden) return;
-  source = new EventSource(keyed("/events"));
+  source = stream("/events");
   const on = (event, take) => source.addEventListener(event, ({ data }) => {
     take(JSON.parse(data));
     view.dirty = true;
@@ -95,7 +93,7 @@ function followPolicies() {
   const wanted = !document.hidden && (map.options.policy || map.options.values);
   if (wanted === Boolean(policies)) return;
   policies?.close();
-  policies = wanted ? new EventSource(keyed("/policy")) : null;
+  policies = wanted ? stream("/policy") : null;
   policies?.addEventListener("policy", ({ data }) => {
     history.addPolicy(JSON.parse(data));
     view.dirty = true;
@@ -264,7 +262,7 @@ function showPeers() {
     const state = over ? "finished" : !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
     const last = make("td", { className: "n" });
     if (peer.role === "planner" && peer.alive && !peer.leads && !over) {
-      const button = make("button", { type: "button", textContent: "hand over", disabled: !key || view.connected !== "open", title: key ? `Let ${peer.planner} command` : "needs --control" });
+      const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command` : "needs --control" });
       button.dataset.life = peer.life;
       button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
       last.append(button);
@@ -358,8 +356,8 @@ function policyNote(at) {
 
 function showControls() {
   const tempo = history.status?.tempo;
-  const allowed = Boolean(key) && Boolean(tempo?.heeds) && view.connected === "open";
-  const why = !key ? "needs a monitor started with --control" : "needs a hopper-sim started with --control";
+  const allowed = mayOrder && Boolean(tempo?.heeds) && view.connected === "open";
+  const why = !mayOrder ? "needs a monitor started with --control" : "needs a hopper-sim started with --control";
   for (const id of ["pause", "step", "tempo"]) by(id).disabled = !allowed;
   by("step").disabled = !allowed || !tempo?.paused;
   put("pause", tempo?.paused ? "Go on" : "Pause");
@@ -460,10 +458,7 @@ const TOLD_MS = 6000;
 
 async function tell(order) {
   try {
-    const answer = await fetch("/control", {
-      method: "POST", headers: { "Content-Type": "application/json", "X-Hopper-Key": key ?? "" }, body: JSON.stringify(order),
-    });
-    put("told", answer.ok ? `told: ${order.order.replace("_", " ")}` : (await answer.text()).trim());
+    put("told", (await give(order)) ?? `told: ${order.order.replace("_", " ")}`);
   } catch {
     put("told", "the monitor does not answer");
   }

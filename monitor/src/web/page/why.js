@@ -1,5 +1,7 @@
 // Why this hop: the four hops from a cell, with their chances, terms and values.
 
+import { reason as askWhy } from "./transport.js";
+
 /** Answers that are kept: looking back asks nobody twice. */
 const KEPT = 512;
 
@@ -65,10 +67,9 @@ export class WhyView {
     return known?.reason ?? null;
   }
 
-  async ask([x, y], decision, key, policy, seen) {
+  async ask(cell, decision, key, policy, seen) {
     try {
-      const answer = await fetch(`/why?x=${x}&y=${y}&at=${decision}`);
-      const reason = answer.ok ? await answer.json() : null;
+      const reason = await askWhy(cell, decision);
       if (this.answers.size >= KEPT) this.answers.delete(this.answers.keys().next().value);
       this.answers.set(key, { reason, policy, seen });
     } catch {

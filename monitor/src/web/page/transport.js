@@ -1,0 +1,26 @@
+// How the page reaches the monitor that serves it. The page without a server has another file in this place:
+// crates/browser/page/transport.js.
+
+const key = new URLSearchParams(location.hash.slice(1)).get("key");
+
+/** Whether this page may give orders. */
+export const mayOrder = Boolean(key);
+
+/** The history ("/events") or the policies ("/policy") as server-sent events. A stream with the key has a place that no reader without it can take. */
+export function stream(path) {
+  return new EventSource(key ? `${path}?key=${encodeURIComponent(key)}` : path);
+}
+
+/** Why a hop from a cell when a decision is due; null if nobody can tell. */
+export async function reason([x, y], at) {
+  const answer = await fetch(`/why?x=${x}&y=${y}&at=${at}`);
+  return answer.ok ? answer.json() : null;
+}
+
+/** Gives an order; why it was refused, or null. */
+export async function give(order) {
+  const answer = await fetch("/control", {
+    method: "POST", headers: { "Content-Type": "application/json", "X-Hopper-Key": key ?? "" }, body: JSON.stringify(order),
+  });
+  return answer.ok ? null : (await answer.text()).trim();
+}

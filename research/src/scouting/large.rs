@@ -1,0 +1,308 @@
+//! The case study of P21 on a stand-in for its map of Jezero (Figs 7, 16 and 17).
+
+use std::path::PathBuf;
+
+use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
+use ::scouting::{
+    Arm, LARGE_SIDE, LargeMap, Outcome, RoverPlanner, Samples, Setup, Spread, Study, World, announce, fly,
+    spread_shown,
+};
+use node::{Exit, Failure};
+use rayon::prelude::*;
+use rover::Point;
+use serde::Serialize;
+
+use super::claims::{Claim, Verdict};
+use super::monte_carlo::{Duel, Row, boxes, rows, table_of_arms};
+use super::report::{Planner, Report, claims, number, percent, publish, title};
+use crate::form::{Form, table};
+
+/// Arguments of the study on the large map.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Truths of the one map; the paper has 20.
+    #[arg(long, default_value_t = 200, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    runs: u64,
+    /// Seed of the first truth; the following count up from it.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    seed: u64,
+    /// Seed of the map.
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    map: u64,
+    /// Probability that the short way is good.
+    #[arg(long, default_value_t = 0.8, value_name = "P", value_parser = probability)]
+    good: f64,
+    /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
+    stages: u32,
+    /// Planner of the safe rover in all arms.
+    #[arg(long, default_value_t, value_name = "PLANNER")]
+    rover: Planner,
+    /// Write the figures and the report in all formats into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Format of the report.
+    #[arg(long, default_value_t)]
+    format: Form,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a probability needs 0 to 1".into()) }
+}
+
+/// Metres of flight at which the spread shown is read.
+const AT_M: [f64; 16] = [
+    0.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 220.0, 240.0, 260.0, 280.0, 300.0,
+];
+
+/// Arms with a helicopter.
+const HELICOPTERS: [Arm; 3] = [Arm::ScoutRoute, Arm::InformationTheoretic, Arm::ScoutValue];
+
+/// What one helicopter shows on its way; field names are those of the JSON.
+#[derive(Clone, Debug, Serialize)]
+struct Shown {
+    arm: Arm,
+    /// Mean of the spread shown after each of the metres, in thousands of m/Sol.
+    thousands: Vec<Spread>,
+    #[serde(skip)]
+    by_run: Vec<Vec<f64>>,
+}
+
+/// The whole study; field names are those of the JSON.
+#[derive(Clone, Debug, Serialize)]
+struct Account {
+    runs: u64,
+    seed: u64,
+    map: u64,
+    good: f64,
+    stages: u32,
+    rover: RoverPlanner,
+    samples: Samples,
+    rows: Vec<Row>,
+    ours_against_theirs: Duel,
+    metres: [f64; 16],
+    shown: Vec<Shown>,
+    claims: Vec<Claim>,
+    #[serde(skip)]
+    studies: [Study; Arm::ALL.len()],
+}
+
+/// Flies the study and prints its report.
+///
+/// # Errors
+/// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    let setup = Setup { stages: args.stages, ..Setup::new(args.rover.into(), Samples::LARGE) };
+    let map = LargeMap::new(args.map, args.good);
+    let worlds: Vec<[Outcome; Arm::ALL.len()]> = (0..args.runs)
+        .into_par_iter()
+        .map(|run| {
+            let seed = args.seed.wrapping_add(run);
+            let world = map.world(seed);
+            let announced = announce(&world, &setup, seed);
+            Arm::ALL.map(|arm| fly(&world, arm, &setup, seed, announced.as_ref()))
+        })
+        .collect();
+    let studies = Study::of_arms(&worlds);
+    let world = map.world(args.seed);
+    let shown: Vec<Shown> = HELICOPTERS.iter().map(|arm| shown(&world, &studies, *arm)).collect();
+    let rows = rows(&studies);
+    let account = Account {
+        runs: args.runs,
+        seed: args.seed,
+        map: args.map,
+        good: args.good,
+        stages: args.stages,
+        rover: setup.planner,
+        samples: setup.samples,
+        claims: judge(&rows, &studies, &shown),
+        ours_against_theirs: Duel::new(&studies),
+        metres: AT_M,
+        rows,
+        shown,
+        studies,
+    };
+    publish(&account, args.format, args.out.as_deref())?;
+    Ok(Exit::Done)
+}
+
+fn shown(world: &World, studies: &[Study; Arm::ALL.len()], arm: Arm) -> Shown {
+    let outcomes = &studies[arm as usize].outcomes;
+    let by_run: Vec<Vec<f64>> = outcomes
+        .par_iter()
+        .map(|outcome| {
+            let shown = spread_shown(&world.prior, &outcome.flight, &AT_M);
+            shown.into_iter().map(|sum| sum / 1000.0).collect()
+        })
+        .collect();
+    let at = |n: usize| Spread::mean(&by_run.iter().map(|run| run[n]).collect::<Vec<_>>());
+    Shown { arm, thousands: (0..AT_M.len()).map(at).collect(), by_run }
+}
+
+// Long: a claim after the other.
+fn judge(rows: &[Row], studies: &[Study; Arm::ALL.len()], shown: &[Shown]) -> Vec<Claim> {
+    let row = |arm: Arm| &rows[arm as usize];
+    let (safe, along, informed) = (row(Arm::SafeRover), row(Arm::ScoutRoute), row(Arm::InformationTheoretic));
+    let study = |arm: Arm| &studies[arm as usize];
+    let more = study(Arm::InformationTheoretic).more_saved(study(Arm::ScoutRoute), study(Arm::SafeRover));
+    let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
+    let sooner = |metres: f64| {
+        let n = AT_M.iter().position(|at| *at == metres).expect("one of the metres");
+        let pairs = shown[1].by_run.iter().zip(&shown[0].by_run);
+        Spread::mean(&pairs.map(|(informed, along)| informed[n] - along[n]).collect::<Vec<_>>())
+    };
+    let (half, whole) = (sooner(140.0), sooner(300.0));
+    let lost = [safe, along, informed].map(|row| row.stuck + row.without_route);
+    vec![
+        Claim::new(
+            "the travel times of Fig. 7: 2.62, 2.55 and 1.68 Sol",
+            "2.62, 2.55, 1.68 Sol",
+            "the paper's map is not public; beside are the medians on the stand-in",
+            [safe, along, informed].map(|row| format!("{:.2}", row.median_sol)).join(", "),
+            Verdict::NotToBeHad,
+        ),
+        Claim::new(
+            "the information-theoretic helicopter saves 11.4 h a Sol in the median (Fig. 17)",
+            "46 %",
+            "the share depends on both ways of the map; beside is that of the stand-in",
+            percent(informed.median_saving),
+            Verdict::NotToBeHad,
+        ),
+        Claim::new(
+            "with it the rover is faster than alone",
+            "yes",
+            "the mean paired saving is above 0",
+            percent(informed.mean_paired_saving),
+            above_0(informed.mean_paired_saving),
+        ),
+        Claim::new(
+            "with it the rover is faster than with the naive helicopter",
+            "yes",
+            "the difference of the mean paired savings is above 0",
+            percent(more),
+            above_0(more),
+        ),
+        Claim::new(
+            "the naive helicopter tends to worsen the rover's performance",
+            "yes",
+            "its mean paired saving is below 0",
+            percent(along.mean_paired_saving),
+            Verdict::within(along.mean_paired_saving, f64::NEG_INFINITY, 0.0),
+        ),
+        Claim::new(
+            "the naive helicopter tends to produce small median improvements",
+            "yes",
+            "its median saving is 0 to 5 %",
+            percent(along.median_saving),
+            Verdict::within(along.median_saving, f64::MIN_POSITIVE, 0.05),
+        ),
+        Claim::new(
+            "none of the three rovers gets stuck",
+            "yes",
+            "0",
+            lost.map(|lost| lost.to_string()).join(", "),
+            Verdict::of(lost == [0; 3]),
+        ),
+        Claim::new(
+            "the information-theoretic helicopter shows more of the spread, and sooner (Fig. 16)",
+            "yes",
+            "it has shown more than the naive one after 140 m and after 300 m of flight",
+            format!("{} and {} thousand m/Sol", number(half, 0), number(whole, 0)),
+            match (above_0(half), above_0(whole)) {
+                (Verdict::Holds, Verdict::Holds) => Verdict::Holds,
+                (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
+                _ => Verdict::Open,
+            },
+        ),
+    ]
+}
+
+impl Report for Account {
+    const NAME: &'static str = "scouting-large";
+
+    fn written(&self, form: Form) -> String {
+        let study = format!(
+            "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {} truths, {}",
+            self.runs,
+            if self.stages == 1 { "one stage".to_owned() } else { format!("up to {} stages", self.stages) }
+        );
+        let mut text = title(form, &study, &self.claims);
+        text += &table_of_arms(form, &self.rows);
+        text += "\n";
+        text += &self.ours_against_theirs.written();
+        let cells = |shown: &Shown| {
+            let at = |n: usize| number(shown.thousands[n], 0);
+            [shown.arm.name().to_owned(), at(0), at(5), at(10), at(15)]
+        };
+        let headings = ["spread shown, 1000 m/Sol, after", "0 m", "100 m", "200 m", "300 m"];
+        text += &table(form, headings, &self.shown.iter().map(cells).collect::<Vec<_>>());
+        text += "\n";
+        text += &claims(form, &self.claims);
+        text
+    }
+
+    fn figures(&self) -> Vec<(String, String)> {
+        let caption = format!("{} truths of one made map", self.runs);
+        let seventeen = boxes("Travel times on the stand-in for Jezero", caption, &self.studies);
+        vec![
+            ("fig-7.svg".into(), self.ways()),
+            ("fig-16.svg".into(), self.spread_shown()),
+            ("fig-17.svg".into(), seventeen),
+        ]
+    }
+}
+
+impl Account {
+    /// The map with the ways of the first truth in which the helicopter saves most.
+    fn ways(&self) -> String {
+        let time = |arm: Arm, run: usize| self.studies[arm as usize].outcomes[run].travel_sol;
+        let saved = |run: &usize| {
+            time(Arm::SafeRover, *run).unwrap_or(0.0)
+                - time(Arm::InformationTheoretic, *run).unwrap_or(f64::INFINITY)
+        };
+        let run = (0..self.runs as usize).max_by(|a, b| saved(a).total_cmp(&saved(b)).then(b.cmp(a)));
+        let run = run.unwrap_or(0);
+        let way = |name: &str, arm: Arm, of: fn(&Outcome) -> &[Point]| Way {
+            name: name.into(),
+            points: of(&self.studies[arm as usize].outcomes[run]).iter().map(|at| [at.x_m, at.y_m]).collect(),
+        };
+        FieldMap {
+            title: "Ways on the stand-in for Jezero".into(),
+            caption: format!("Truth of seed {}; dark is impassable", self.seed.wrapping_add(run as u64)),
+            quantity: "standard deviation of the speed [m/Sol]".into(),
+            columns: LARGE_SIDE,
+            cell_m: 1.0,
+            values: super::figures::spread(&LargeMap::new(self.map, self.good).world(self.seed).prior),
+            ways: vec![
+                way("rover alone", Arm::SafeRover, |outcome| &outcome.route),
+                way("with naive h.", Arm::ScoutRoute, |outcome| &outcome.route),
+                way("with inf.-theoretic h.", Arm::InformationTheoretic, |outcome| &outcome.route),
+                way("flight of the latter", Arm::InformationTheoretic, |outcome| &outcome.flight),
+            ],
+        }
+        .svg()
+    }
+
+    fn spread_shown(&self) -> String {
+        let line = |shown: &Shown| Line {
+            name: match shown.arm {
+                Arm::ScoutRoute => "naive".into(),
+                Arm::InformationTheoretic => "information-theoretic".into(),
+                _ => "scout_value".into(),
+            },
+            values: shown.thousands.iter().map(|spread| Some(spread.value)).collect(),
+        };
+        Curves {
+            title: "Spread that the helicopters show".into(),
+            caption: format!("Means of {} flights", self.runs),
+            axis: "flown [m]".into(),
+            at: AT_M.into(),
+            charts: vec![Chart {
+                quantity: "Σ SD seen [1000 m/Sol]".into(),
+                lines: self.shown.iter().map(line).collect(),
+            }],
+        }
+        .svg()
+    }
+}
