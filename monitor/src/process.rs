@@ -1,4 +1,4 @@
-//! The monitor process: ports around the [`Watcher`], and who looks on.
+//! The monitor process: ports around the [`Watcher`], its display and its observers.
 //!
 //! No message wakes it: it looks twenty times a second, so that watching costs the watched nothing, and fills what it
 //! missed from `hop/past`.
@@ -40,8 +40,8 @@ pub trait Observer<P: Ports> {
     /// If a port fails.
     fn turn(&mut self, ports: &mut P) -> Result<(), Failure>;
 
-    /// Whether hopper-sim need not stay for it: the record of every decision of `run` before `decision` is in the file, or
-    /// never will be.
+    /// Whether it needs no more from hopper-sim: it has the record of every decision of `run` before `decision`, or has
+    /// given up.
     fn is_whole_until(&self, run: RunId, decision: Decision) -> bool;
 
     /// Takes what came since and ends.

@@ -64,7 +64,7 @@ pub struct Args {
     notes: RecordNotes,
 }
 
-/// What an executable may link beside the page: crates of their own, so that who needs neither builds neither.
+/// What an executable may link beside the page: crates of their own, so that the default build leaves them out.
 #[derive(Clone, Copy, Default)]
 pub struct Extensions {
     /// Takes over the terminal; the argument is whether orders are allowed.

@@ -1,21 +1,13 @@
-// Measures the ground in space while it turns; tells what it saw as one JSON object.
+// Measures the ground in space while it turns; prints what it saw as one JSON object.
 //
-// node space.mjs PLAYWRIGHT CHROMIUM URL FRAMES
+// node space.mjs PLAYWRIGHT CHROMIUM URL FRAMES FOLDER, where FOLDER gets the screenshots.
 
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [playwright, chromium, url, frames] = process.argv.slice(2);
-const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
-const FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync"];
+import { open } from "./browser.mjs";
 
-const browser = await browsers.chromium.launch({ executablePath: chromium, headless: true, args: FLAGS });
-const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
-const seen = { errors: [] };
-page.on("console", (message) => message.type() === "error" && seen.errors.push(message.text()));
-page.on("pageerror", (error) => seen.errors.push(error.message));
-page.setDefaultTimeout(120000);
+const [playwright, chromium, url, frames, folder] = process.argv.slice(2);
+const { browser, page, seen, accessible } = await open(playwright, chromium, { viewport: { width: 1280, height: 800 } });
 
 try {
   // The script of each frame in which the ground was drawn; whatever else the page shows anew is part of it.
@@ -37,6 +29,8 @@ try {
   await page.waitForFunction(() => Number(document.getElementById("moment").max) >= 1);
   seen.hops = Number(await page.locator("#moment").getAttribute("max"));
   await page.waitForTimeout(2000);
+  await page.screenshot({ path: join(folder, "large.png") });
+  await accessible("large map");
   await page.keyboard.press("3");
   await page.waitForFunction(() => /calls/.test(document.getElementById("space-view").dataset.drawn ?? ""));
   await page.waitForTimeout(2000);
@@ -61,6 +55,8 @@ try {
   seen.script_ms = { p50: at(0.5), p95: at(0.95), p99: at(0.99), max: at(1) };
   seen.thread_ms = Number(((1000 * (after.ScriptDuration - before.ScriptDuration)) / scripts.length).toFixed(2));
   seen.drawn = await page.locator("#space-view").getAttribute("data-drawn");
+  await page.screenshot({ path: join(folder, "large-space.png") });
+  await accessible("large map in space");
 } catch (error) {
   seen.failure = error.stack;
 }

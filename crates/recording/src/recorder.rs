@@ -87,7 +87,7 @@ impl Recorder {
         self.with(|transcript| transcript.on(message, now))
     }
 
-    /// Records what `tell` tells the transcript; its answer.
+    /// Passes the transcript to `tell` and writes what follows from it; returns what `tell` returns.
     pub fn with<T>(&mut self, tell: impl FnOnce(&mut Transcript) -> T) -> Result<T, RecordingError> {
         let answer = tell(&mut self.transcript);
         self.write()?;

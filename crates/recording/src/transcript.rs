@@ -1,4 +1,4 @@
-//! What is written of missions, and on which channel: into a file, or to whoever looks on.
+//! Which messages a recording or a live viewer gets, on which channel.
 //!
 //! It requests what was missed, or was published before it began: executed decisions from `hop/past` until it has all of
 //! them, and the map from `hop/rN/snapshot`. The answers are written too.
@@ -82,7 +82,7 @@ pub struct Transcript {
     state: Option<State>,
     /// The records that are missing, by decision.
     past: PageCursor,
-    /// How often the past was told anew.
+    /// How often the past was read again from its beginning.
     pasts: u64,
     /// Where the last of the records that came stands in the digest chain.
     timeline: Timeline,
@@ -128,7 +128,7 @@ impl Transcript {
         self.state.as_ref()
     }
 
-    /// How often the past was told anew, and the first decision whose record is missing.
+    /// How often the past was read again from its beginning, and the first decision whose record is missing.
     #[must_use]
     pub fn written(&self) -> (u64, Decision) {
         (self.pasts, self.due())

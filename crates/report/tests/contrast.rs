@@ -43,10 +43,9 @@ fn hopper_and_goal_stand_out_on_every_ground() {
 #[test]
 fn the_pictures_symbols_have_their_rims() {
     let picture = include_str!("snapshots/picture__a_tiny_picture_stands_as_drawn.snap");
-    let goal = picture.find(&format!("fill=\"{GOAL}\" stroke=\"#fff\"")).expect("a goal");
-    assert!(
-        picture[..goal].ends_with(&picture[goal - 1..goal])
-            && picture[..goal].contains(&format!("stroke=\"{DARK}\""))
-    );
+    let (before, goal) = picture.split_once(&format!("\" fill=\"{GOAL}\" stroke=\"#fff\"")).expect("a goal");
+    let (_, outline) = before.rsplit_once("points=\"").expect("its outline");
+    let rim = format!("points=\"{outline}\" fill=\"none\" stroke=\"{DARK}\" stroke-width=\"3.8\"");
+    assert!(before.contains(&rim) && goal.starts_with(" stroke-width=\"1.8\""), "{rim}");
     assert!(picture.contains(&format!("fill=\"{HOPPER}\" stroke=\"#111\"")));
 }

@@ -22,7 +22,7 @@ use channels::Channels;
 /// Time for viewers to take the last messages.
 const GRACE: Duration = Duration::from_millis(300);
 
-/// Follows the mission, and publishes what it hears.
+/// Publishes the messages of the mission.
 struct FoxgloveServer {
     ports: RecorderPorts<Node>,
     transcript: Transcript,

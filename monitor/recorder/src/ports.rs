@@ -162,7 +162,7 @@ impl<P: Ports + 'static> RecorderPorts<P> {
 }
 
 impl Received {
-    /// Tells `transcript` everything in order; what it requests.
+    /// Passes everything to `transcript` in order; returns what it requests.
     pub fn tell(self, transcript: &mut Transcript, now: MonotonicNs) -> Requests {
         let mut wanted = Requests::default();
         for message in self.early {

@@ -28,7 +28,7 @@ const STAGES: [Color; 7] = [
     Color::Rgb(208, 127, 174),
 ];
 
-/// What the stages' bars are made of, so that they are told apart without colours too.
+/// Characters of the stages' bars, so that stages differ without colours too.
 const TEXTURES: [&str; 7] = ["█", "▓", "▒", "░", "▞", "▤", "▥"];
 
 const DIM: Style = Style::new().add_modifier(Modifier::DIM);

@@ -1,4 +1,4 @@
-//! Coloured points as a `foxglove.PointCloud`, which every viewer draws without being told how.
+//! Coloured points as a `foxglove.PointCloud`, which every viewer draws without settings.
 
 use contract::MonotonicNs;
 
@@ -19,7 +19,7 @@ pub struct Point {
     pub z: f64,
 }
 
-/// A cloud in the making.
+/// Points that are collected for one message.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cloud {
     /// Names of what each point has besides place and colour, a byte each.
@@ -49,7 +49,7 @@ impl Cloud {
         self.data.extend_from_slice(&extra);
     }
 
-    /// The message of it, as of `moment`.
+    /// The message, with `moment` as its timestamp.
     pub fn into_message(self, moment: MonotonicNs) -> PointCloud {
         let field = |name: &str, offset: u32, kind: NumericType| PackedElementField {
             name: name.into(),

@@ -75,7 +75,7 @@ impl Views {
         *self = Self { brief: Some(*brief), ..Self::default() };
     }
 
-    /// The past is told again from the beginning.
+    /// The past is read again from its beginning.
     pub fn forget_past(&mut self) {
         self.trails.clear();
         self.route.has_changed = true;

@@ -56,7 +56,7 @@ pub const ROBOTS: [[u8; 3]; 8] = [
     [0x4f, 0xd0, 0xc0],
     [0xc9, 0xb4, 0x58],
 ];
-/// The dark rim of symbols: whichever the ground, this or the light one has a contrast of 3:1 to it.
+/// The dark rim of symbols. On any ground, this or the light one has a contrast of at least 3:1.
 pub const DARK: &str = "#111111";
 /// The light rim of symbols.
 pub const LIGHT: &str = "#ffffff";
