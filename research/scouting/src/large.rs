@@ -212,7 +212,6 @@ mod tests {
         let best = ett_exact(&knowing.expected_time(Caution::default()), &world.trip).unwrap();
         assert!(prior.points.iter().any(|point| point.y_m > 630.0), "around the northern end");
         assert!(best.points.iter().all(|point| point.y_m < 450.0), "around the southern end");
-        println!("{} Sol by the prior, {} Sol on good ground", prior.cost, best.cost);
         assert!(best.cost < 0.7 * prior.cost, "{} against {}", best.cost, prior.cost);
         // The truth is possible under the prior.
         for (known, truth) in world.prior.cells().iter().zip(&world.truth.speeds) {
