@@ -261,7 +261,7 @@ impl Scenario {
                 got: format!("{min_m} m with hops of {hop_m} m"),
             });
         }
-        let diagonal_m = f64::from(grid.width).hypot(f64::from(grid.height)) * grid.cell_size_m;
+        let diagonal_m = libm::hypot(f64::from(grid.width), f64::from(grid.height)) * grid.cell_size_m;
         sensor.radius_max_m.get_or_insert(diagonal_m.max(min_m));
         Ok(())
     }
@@ -395,7 +395,7 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
         if !ground.passable {
             let known = grid.index(got).and_then(|index| relief.cells[index]);
             let why = match known {
-                Some(_) => format!("slopes {:.1} degrees", ground.steepness().atan().to_degrees()),
+                Some(_) => format!("slopes {:.1} degrees", libm::atan(ground.steepness()).to_degrees()),
                 None => "has no height (nodata)".into(),
             };
             let nearby = grid

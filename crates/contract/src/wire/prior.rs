@@ -118,8 +118,8 @@ impl Request for PriorRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Grid, RunId};
     use crate::message::Payload;
+    use crate::{Grid, RunId};
 
     /// P-PRIOR-SUM.
     #[test]

@@ -18,7 +18,7 @@ fn post(cloud: &mut Cloud, foot: Point, height_m: f64, colour: [u8; 3]) {
         cloud.push(Point { z, ..foot }, if n % 4 == 3 { DARK } else { colour });
     }
     for n in 0..RING_POINTS {
-        let (sine, cosine) = (std::f64::consts::TAU * f64::from(n) / f64::from(RING_POINTS)).sin_cos();
+        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * f64::from(n) / f64::from(RING_POINTS));
         let radius_m = height_m / 5.0;
         let at = Point { x: foot.x + radius_m * cosine, y: foot.y + radius_m * sine, ..foot };
         cloud.push(at, if n % 2 == 0 { colour } else { DARK });

@@ -59,7 +59,7 @@ impl Trail {
             }
         } else {
             let (dx, dy) = (to.x - from.x, to.y - from.y);
-            let cells = (dx.hypot(dy) / brief.grid.cell_size_m * 2.0).ceil();
+            let cells = (libm::hypot(dx, dy) / brief.grid.cell_size_m * 2.0).ceil();
             let count = cells.clamp(1.0, STRAIGHT_POINTS_MAX) as u32;
             for n in 1..=count {
                 self.push(between(from, to, f64::from(n) / f64::from(count)), strayed);

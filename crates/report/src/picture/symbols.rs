@@ -64,7 +64,7 @@ fn outline(x: f64, y: f64, size: f64) -> String {
         .map(|n| {
             let radius = size * if n % 2 == 0 { 1.45 } else { 0.62 };
             let angle = std::f64::consts::PI * f64::from(n) / 5.0;
-            format!("{} {}", Number(x + radius * angle.sin()), Number(y - radius * angle.cos()))
+            format!("{} {}", Number(x + radius * libm::sin(angle)), Number(y - radius * libm::cos(angle)))
         })
         .collect();
     points.join(" ")
