@@ -667,10 +667,18 @@ impl Arbiter {
         Effect::Append(record)
     }
 
+    /// Simulated time that the action just committed takes, seconds; in a team, until the next robot's turn.
+    fn lasts_s(&self, outcome: &Outcome) -> f64 {
+        match &self.robots {
+            Some(robots) => robots.elapsed_s(),
+            None => outcome.flight.flight_time_s * f64::from(outcome.flight.flights),
+        }
+    }
+
     /// The state that `record`, committed at `committed`, leads to when it lands.
     fn state_after(&self, record: &Record, committed: MonotonicNs) -> State {
-        let Outcome { flight, .. } = record.outcome;
-        let launch = Launch { last_landed: self.state.landed, committed, flight };
+        let lasts_s = self.lasts_s(&record.outcome);
+        let launch = Launch { last_landed: self.state.landed, committed, lasts_s };
         let landed = self.throttle.landing(&launch);
         let mut next = record.state_after(self.state.run, landed, MonotonicNs(0));
         next.last_timing.committed = committed;
@@ -713,11 +721,12 @@ impl Arbiter {
             return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
         }
         self.throttle.obey(order, now)?;
-        if let Phase::Flying(next) = &mut self.phase {
-            let flight = next.last.map(|outcome| outcome.flight).unwrap_or_default();
-            let committed = next.last_timing.committed;
-            let launch = Launch { last_landed: self.state.landed, committed, flight };
-            next.landed = self.throttle.landing_anew(&launch, now);
+        if let Phase::Flying(next) = &self.phase {
+            let mut next = *next;
+            let (last_landed, committed) = (self.state.landed, next.last_timing.committed);
+            let lasts_s = next.last.map_or(0.0, |outcome| self.lasts_s(&outcome));
+            next.landed = self.throttle.landing_anew(&Launch { last_landed, committed, lasts_s }, now);
+            self.phase = Phase::Flying(next);
         }
         Ok(())
     }

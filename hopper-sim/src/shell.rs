@@ -33,8 +33,8 @@ pub struct MissionArgs {
     /// Elevation model: of its own accord, or instead of that of --scenario.
     #[arg(long, value_name = "FILE")]
     pub dem: Option<PathBuf>,
-    /// How fast landings follow each other: max, real (as the hop flies), or a rate in hertz.
-    #[arg(long, default_value = "max", value_name = "max|real|HZ", allow_negative_numbers = true)]
+    /// How fast landings follow each other: max, real (as the hop flies), a multiple of that (3600x), or a rate in hertz.
+    #[arg(long, default_value = "max", value_name = "max|real|Nx|HZ", allow_negative_numbers = true)]
     pub pace: Pace,
 }
 

@@ -10,9 +10,9 @@
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Decision, Digest, Gathering, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
-    PastPage, PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell,
-    State, Status, Team, Timeline, TruthPage, TruthRequest,
+    Brief, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, PastPage,
+    PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell, State,
+    Status, Team, Timeline, TruthGathering, TruthPage, TruthRequest,
 };
 use terrain::Terrain;
 
@@ -72,7 +72,7 @@ pub struct Cartographer {
     /// The robot whose pose was folded in last.
     actor: RobotId,
     terrain: Option<(RunId, Terrain)>,
-    gathering: Gathering,
+    gathering: TruthGathering,
     state: Option<State>,
     observation: Option<Observation>,
     /// Where robots are that go from point to point.
@@ -100,7 +100,7 @@ impl Cartographer {
             robots: None,
             actor: robot,
             terrain: None,
-            gathering: Gathering::default(),
+            gathering: TruthGathering::default(),
             state: None,
             observation: None,
             tracks: Tracks::default(),
@@ -133,7 +133,7 @@ impl Cartographer {
             Event::Brief(brief) => self.brief(brief),
             Event::Terrain(run, terrain) => {
                 self.terrain = Some((run, terrain));
-                self.gathering = Gathering::default();
+                self.gathering = TruthGathering::default();
             }
             Event::State(state) => {
                 let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);

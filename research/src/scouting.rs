@@ -1,5 +1,6 @@
 //! `hopper scouting`: repeats the studies of Folsom et al. 2021 (P21), a rover with a helicopter.
 
+mod arms;
 mod claims;
 mod figures;
 mod large;

@@ -52,9 +52,23 @@ fn the_monte_carlo_study_has_every_claim_with_a_verdict_the_regret_and_its_figur
     let regret = |arm: &str| row(&study, arm)["regret_sol"]["value"].as_f64().unwrap();
     assert!(regret("safe_rover") > regret("information_theoretic"));
     assert_eq!(regret("clairvoyant"), 0.0);
-    let duel = &study["ours_against_theirs"];
-    assert!(duel["sooner"].as_u64().unwrap() + duel["later"].as_u64().unwrap() <= 40);
+    let compared = &study["ours_against_theirs"];
+    assert!(compared["sooner"].as_u64().unwrap() + compared["later"].as_u64().unwrap() <= 40);
     files(dir.path(), &["scouting.txt", "scouting.md", "scouting.json", "fig-12.svg", "fig-13.svg"]);
+}
+
+/// P-SCOUT-SENSOR: partial observation (P21, eqs 13 to 16) in a whole study.
+#[test]
+fn a_helicopter_that_errs_saves_less_and_one_that_reads_all_right_is_that_of_the_paper() {
+    let dir = tempfile::tempdir().unwrap();
+    let of =
+        |accuracy: &[&str]| study(&[&["--runs", "40", "--seed", "10001"], accuracy].concat(), dir.path());
+    let (paper, right, erring) = (of(&[]), of(&["--accuracy", "1"]), of(&["--accuracy", "0.6"]));
+    assert_eq!(paper["rows"], right["rows"]);
+    assert_eq!(erring["accuracy"], 0.6);
+    let saving =
+        |study: &Value| row(study, "information_theoretic")["mean_paired_saving"]["value"].as_f64().unwrap();
+    assert!(saving(&erring) < saving(&paper), "{} against {}", saving(&erring), saving(&paper));
 }
 
 /// P-SINGLE-INFORMATION: as the paper has it, and for the price that it does not name.
@@ -98,6 +112,7 @@ fn what_a_study_cannot_do_is_refused() {
         &["--runs", "1"][..],
         &["large", "--good", "1.5"],
         &["large", "--stages", "0"],
+        &["--accuracy", "1.01"],
         &["--runs", "10", "single"],
     ] {
         assert_eq!(scouting(arguments).status.code(), Some(2), "{arguments:?}");

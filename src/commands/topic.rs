@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use contract::message::Visitor;
 use contract::{
-    Brief, Gathering, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role,
-    State, Truth, TruthRequest,
+    Brief, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role, State,
+    Truth, TruthGathering, TruthRequest,
 };
 use node::inspect::services;
 use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};
@@ -369,7 +369,7 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
 fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
     let robot = RobotId(0);
     let (mut briefs, mut client) = (node.reader::<Brief>(robot, false)?, node.client::<TruthRequest>(robot)?);
-    let mut gathering = Gathering::default();
+    let mut gathering = TruthGathering::default();
     Ok(Box::new(move || {
         match briefs.newest() {
             Some(Ok(brief)) => gathering.begin(brief.run),

@@ -155,7 +155,7 @@ try {
     return new Set(new Uint32Array(data.buffer)).size;
   });
 } catch (error) {
-  seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, hop ${await hop().catch(() => "?")}, told ${await text("#told").catch(() => "?")}`;
+  seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, hop ${await hop().catch(() => "?")}, answer ${await text("#answer").catch(() => "?")}`;
   await shot("failure").catch(() => {});
 }
 await browser.close();

@@ -38,11 +38,11 @@ export class Choice {
     const open = make("button", { type: "button", textContent: "Elevation model", title: "Fly over a GeoTIFF or ESRI ASCII grid; or drop it on the page" });
     const again = make("button", { type: "submit", textContent: "Again", title: "Fly from the start" });
     const link = make("button", { type: "button", textContent: "Link", title: "Copy a link to this mission at this hop" });
-    this.told = make("output", { id: "asked" });
-    this.told.setAttribute("role", "status");
+    this.answer = make("output", { id: "asked" });
+    this.answer.setAttribute("role", "status");
     const label = (text, field) => make("label", {}, text, field);
     this.form = make("form", { id: "choice" }, label("scenario", this.scenario), label("profile", this.profile), label("seed", this.seed),
-      label("planner", this.planner), again, open, link, this.file, this.told);
+      label("planner", this.planner), again, open, link, this.file, this.answer);
     this.form.setAttribute("aria-label", "Mission to fly");
     document.querySelector("header").append(this.form);
 
@@ -63,8 +63,8 @@ export class Choice {
   }
 
   tell(text) {
-    this.told.textContent = text;
-    this.told.title = text;
+    this.answer.textContent = text;
+    this.answer.title = text;
   }
 
   /** Fills the form and flies what the link says. */

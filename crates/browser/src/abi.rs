@@ -197,7 +197,7 @@ extern "C" fn order() -> i32 {
     answer(|module| {
         let order = parsed(&module.input)?;
         module.session()?.order(order);
-        Ok("told".into())
+        Ok("accepted".into())
     })
 }
 
@@ -207,6 +207,6 @@ extern "C" fn hand_over() -> i32 {
     answer(|module| {
         let name = String::from_utf8_lossy(&module.input).into_owned();
         module.session()?.hand_over(&name)?;
-        Ok("told".into())
+        Ok("accepted".into())
     })
 }

@@ -38,7 +38,7 @@ pub use map::observed_map::ObservedMap;
 pub use map::patch::{MapPage, MapPatch, MapRequest, SeenCell};
 pub use map::prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
 pub use map::replica::Replica;
-pub use map::truth::{Gathering, Truth, TruthPage, TruthRequest};
+pub use map::truth::{Truth, TruthGathering, TruthPage, TruthRequest};
 pub use message::{Message, Payload, Request};
 pub use mission::brief::{
     Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,

@@ -18,7 +18,7 @@ use crate::ports::{Bus, Clock, DirectPorts};
 use crate::records::Records;
 use crate::{PlannerSchedule, Successor};
 
-/// Is told of each executed decision.
+/// Called after each executed decision.
 type Observe<'c> = Box<dyn FnMut(&Record) + 'c>;
 
 /// Returns a fresh planner of a name.
@@ -30,7 +30,7 @@ pub struct Hooks<'c> {
     pub make: Make<'c>,
     /// Reads the time: for timing and pace only, no result depends on it.
     pub clock: Clock<'c>,
-    /// Is told of each executed decision.
+    /// Called after each executed decision.
     pub observe: Observe<'c>,
 }
 

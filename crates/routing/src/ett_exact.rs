@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
     fn open(&mut self, start: Point) {
         let stretch_max = {
             let surface = self.costs.surface();
-            let steepest = |cell: usize| 1.0 / surface.slope_deg(cell).to_radians().cos();
+            let steepest = |cell: usize| 1.0 / libm::cos(surface.slope_deg(cell).to_radians());
             if surface.is_flat() {
                 1.0
             } else {

@@ -138,8 +138,8 @@ impl<'a> Certificate<'a> {
                 let (a, b, c, d) = (at(0, 0), at(1, 0), at(1, 1), at(0, 1));
                 if a.is_finite() && b.is_finite() && c.is_finite() && d.is_finite() {
                     // A cell may be halved along either diagonal.
-                    let rising = (b - a).hypot(c - b).max((c - d).hypot(d - a));
-                    let falling = (b - a).hypot(d - a).max((c - d).hypot(c - b));
+                    let rising = libm::hypot(b - a, c - b).max(libm::hypot(c - d, d - a));
+                    let falling = libm::hypot(b - a, d - a).max(libm::hypot(c - d, c - b));
                     let excess = rising.min(falling) / cost;
                     if excess > 1.0 {
                         self.lowered[cell] /= excess;

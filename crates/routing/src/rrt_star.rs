@@ -42,7 +42,7 @@ impl RrtStar {
     /// not claimed.
     fn near_m(side_m: f64, nodes: usize) -> f64 {
         let n = nodes as f64;
-        (0.7 * side_m * (n.ln() / n).sqrt()).min(Self::NEAR_MAX_M)
+        (0.7 * side_m * (libm::log(n) / n).sqrt()).min(Self::NEAR_MAX_M)
     }
 }
 

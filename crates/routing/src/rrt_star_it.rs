@@ -185,7 +185,7 @@ impl<'a> Tree<'a> {
         }
         if let Some((to, mut extension)) = best {
             let n = self.nodes.len() as f64;
-            let near_m = (0.7 * self.side_m * (n.ln() / n).sqrt()).min(RrtStarIt::NEAR_MAX_M);
+            let near_m = (0.7 * self.side_m * (libm::log(n) / n).sqrt()).min(RrtStarIt::NEAR_MAX_M);
             self.grid.within(to, near_m, &mut near);
             for &(_, node) in &near {
                 if let Some(better) = self.through(node, to, extension.utility) {

@@ -7,6 +7,7 @@
 
 #![warn(clippy::disallowed_methods)]
 
+mod bounds;
 mod built_in;
 mod check;
 mod error;
@@ -19,6 +20,7 @@ mod patrol;
 mod resolve;
 mod resolved;
 mod robot;
+mod shape;
 pub mod text;
 mod truth;
 mod warning;

@@ -1,6 +1,5 @@
 //! Resolves a scenario: builds the terrain, fills in defaults, checks that it can be flown.
 
-use std::io::{BufRead, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
@@ -9,34 +8,19 @@ use contract::{
     Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors,
     Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
 };
-use coverage_world::World;
 use scout_world::Trip;
 use sha2::{Digest as _, Sha256};
-use terrain::{
-    Gaussian, RandomField, RasterFile, Rectangle, Relief, Sand, Terrain, TerrainError, Window, hop_cells,
-};
+use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 
+use crate::bounds::in_range;
 use crate::resolved::{ResolvedScenario, canonical, hash};
-use crate::truth::{CropCells, CropMetres};
+use crate::shape::{Shaped, grid};
 use crate::{
-    ElevationFile, Fleet, Gaussians, MissionBrief, Obstacles, Passages, RandomHills, Scatter, Scenario,
-    ScenarioError, Surveyed, TerrainSource, Warning,
+    Fleet, MissionBrief, Passages, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
 };
-
-/// Most hills of a generated terrain.
-const HILLS_MAX: usize = 1000;
 
 /// Most rectangles of sand: every cell is tested against each.
 const RECTANGLES_MAX: usize = 1000;
-
-/// A relief with the crop and resampling that produced it, which a sand mask has to repeat.
-struct Shaped {
-    relief: Relief,
-    source_cells: (u32, u32),
-    window: Window,
-    /// New cell size over old, if resampled.
-    ratio: Option<f64>,
-}
 
 impl Scenario {
     /// Builds the terrain and the brief of this scenario.
@@ -277,7 +261,7 @@ impl Scenario {
                 got: format!("{min_m} m with hops of {hop_m} m"),
             });
         }
-        let diagonal_m = f64::from(grid.width).hypot(f64::from(grid.height)) * grid.cell_size_m;
+        let diagonal_m = libm::hypot(f64::from(grid.width), f64::from(grid.height)) * grid.cell_size_m;
         sensor.radius_max_m.get_or_insert(diagonal_m.max(min_m));
         Ok(())
     }
@@ -376,123 +360,6 @@ impl Scenario {
     }
 }
 
-impl Shaped {
-    fn generated(relief: Relief) -> Self {
-        let Grid { width, height, .. } = relief.grid;
-        Self { relief, source_cells: (width, height), window: Window::all(width, height), ratio: None }
-    }
-}
-
-impl Gaussians {
-    fn hills(&self) -> Result<Vec<Gaussian>, ScenarioError> {
-        positive("truth.terrain.gaussians.sigma_m", self.sigma_m)?;
-        in_range("truth.terrain.gaussians.amplitude_m", self.amplitude_m, -1e6..=1e6, "-1e6 to 1e6 m")?;
-        let count = self.raised_m.len() + self.lowered_m.len();
-        hill_count("truth.terrain.gaussians", count)?;
-        for &coordinate in self.raised_m.iter().chain(&self.lowered_m).flatten() {
-            in_range(
-                "truth.terrain.gaussians.raised_m or lowered_m",
-                coordinate,
-                -1e6..=1e6,
-                "-1e6 to 1e6 m",
-            )?;
-        }
-        let offset_m = self.ground_at.offset_cells() * self.cell_size_m;
-        let hill = |sign: f64| {
-            move |centre_m: &[f64; 2]| Gaussian {
-                centre_m: centre_m.map(|coordinate_m| coordinate_m - offset_m),
-                sigma_m: self.sigma_m,
-                amplitude_m: sign * self.amplitude_m,
-            }
-        };
-        Ok(self.raised_m.iter().map(hill(1.0)).chain(self.lowered_m.iter().map(hill(-1.0))).collect())
-    }
-}
-
-impl RandomHills {
-    fn field(&self) -> Result<RandomField, ScenarioError> {
-        hill_count("truth.terrain.random_hills.hills", self.hills as usize)?;
-        let range = |field, [min, max]: [f64; 2], least: f64| {
-            if min > least && min <= max && max <= 1e6 {
-                Ok(Range { min, max })
-            } else {
-                let need = "[smallest, largest], at most 1e6 m, sigma_m above 0";
-                Err(ScenarioError::Value { field, need, got: format!("[{min}, {max}]") })
-            }
-        };
-        Ok(RandomField {
-            seed: u64::from(self.seed),
-            hills: self.hills,
-            sigma_m: range("truth.terrain.random_hills.sigma_m", self.sigma_m, 0.0)?,
-            amplitude_m: range("truth.terrain.random_hills.amplitude_m", self.amplitude_m, -1e6)?,
-        })
-    }
-}
-
-impl Obstacles {
-    /// Obstacles are cells without ground.
-    fn shape(&self) -> Result<Shaped, ScenarioError> {
-        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, self.cell_size_m)?;
-        let world = World::random(grid, self.percent, self.seed)?;
-        let ground = |cell| world.is_free(cell).then_some((0.0, [0.0; 2]));
-        Ok(Shaped::generated(Relief { grid, cells: grid.iter().map(ground).collect() }))
-    }
-}
-
-impl Passages {
-    /// Level ground; what it is like is written into the terrain later.
-    fn shape(&self) -> Result<Shaped, ScenarioError> {
-        let lattice = scout_world::monte_carlo(self.seed).prior.surface().lattice();
-        let grid = grid(lattice.width() as u32, lattice.height() as u32, 1.0, 1.0)?;
-        let level = vec![Some((0.0, [0.0; 2])); grid.cells()];
-        Ok(Shaped::generated(Relief { grid, cells: level }))
-    }
-}
-
-impl ElevationFile {
-    /// The ground, out of `contents` if they are at hand, otherwise out of the file.
-    fn read(&self, contents: Option<&[u8]>, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
-        match contents {
-            Some(contents) => self.read_from(RasterFile::new(Cursor::new(contents))?, hop_distance_m),
-            None => self.read_from(RasterFile::open(&self.file)?, hop_distance_m),
-        }
-    }
-
-    fn read_from<R: BufRead + Seek>(
-        &self,
-        raster: RasterFile<R>,
-        hop_distance_m: f64,
-    ) -> Result<Shaped, ScenarioError> {
-        in_range(
-            "truth.terrain.elevation_file.vertical_exaggeration",
-            self.vertical_exaggeration,
-            1e-3..=1e3,
-            "0.001 to 1000",
-        )?;
-        let source_cells = (raster.header().width, raster.header().height);
-        let georeference = raster.georeference()?;
-        let window = match (self.crop_cells, self.crop_m) {
-            (Some(_), Some(_)) => return Err(ScenarioError::TwoCrops),
-            (Some(CropCells { x, y, width, height }), None) => Window { x, y, width, height },
-            (None, Some(CropMetres { west, south, width, height })) => {
-                georeference.window(source_cells, [west, south, width, height])?
-            }
-            (None, None) => Window::all(source_cells.0, source_cells.1),
-        };
-        // A cell size that no hop can span is refused before the cells are read.
-        let cell_size_m = self.cell_size_m.unwrap_or(georeference.cell_size_m);
-        let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
-        let mut elevation = raster.elevation(window)?;
-        let mut ratio = None;
-        if cell_size_m != elevation.cell_size_m {
-            ratio = Some(cell_size_m / elevation.cell_size_m);
-            elevation = elevation.resampled(cell_size_m)?;
-        }
-        let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
-        Ok(Shaped { relief, source_cells, window, ratio })
-    }
-}
-
 impl Scatter {
     /// Checks that the four landings have probability 1 together; `field` is the section's name.
     fn check(&self, field: &'static str) -> Result<(), ScenarioError> {
@@ -528,7 +395,7 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
         if !ground.passable {
             let known = grid.index(got).and_then(|index| relief.cells[index]);
             let why = match known {
-                Some(_) => format!("slopes {:.1} degrees", ground.steepness().atan().to_degrees()),
+                Some(_) => format!("slopes {:.1} degrees", libm::atan(ground.steepness()).to_degrees()),
                 None => "has no height (nodata)".into(),
             };
             let nearby = grid
@@ -565,40 +432,9 @@ fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {
     }
 }
 
-fn grid(width: u32, height: u32, cell_size_m: f64, hop_distance_m: f64) -> Result<Grid, ScenarioError> {
-    positive("truth.terrain cell_size_m", cell_size_m)?;
-    let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
-    Ok(Grid::new(width, height, cell_size_m, hop_cells).map_err(TerrainError::from)?)
-}
-
 fn existing(field: &'static str, path: &Path) -> Result<PathBuf, ScenarioError> {
     path.canonicalize().map_err(|_| ScenarioError::FileMissing {
         field,
         path: std::path::absolute(path).unwrap_or_else(|_| path.into()),
     })
-}
-
-fn hill_count(field: &'static str, count: usize) -> Result<(), ScenarioError> {
-    if count <= HILLS_MAX {
-        Ok(())
-    } else {
-        Err(ScenarioError::Value { field, need: "at most 1000 hills", got: count.to_string() })
-    }
-}
-
-fn positive(field: &'static str, value: f64) -> Result<(), ScenarioError> {
-    in_range(field, value, f64::MIN_POSITIVE..=1e6, "a length above 0 m, at most 1e6 m")
-}
-
-fn in_range(
-    field: &'static str,
-    value: f64,
-    range: std::ops::RangeInclusive<f64>,
-    need: &'static str,
-) -> Result<(), ScenarioError> {
-    if range.contains(&value) {
-        Ok(())
-    } else {
-        Err(ScenarioError::Value { field, need, got: value.to_string() })
-    }
 }

@@ -100,7 +100,7 @@ fn passage_prior(draws: &mut Stream) -> SpeedDistribution {
         [stuck, 0.0, 0.0, 1.0 - stuck]
     } else {
         // Exponentials over their sum.
-        let weights = [0; 3].map(|_| -(1.0 - draws.uniform()).ln());
+        let weights = [0; 3].map(|_| -libm::log(1.0 - draws.uniform()));
         let sum: f64 = weights.iter().sum();
         [0.0, weights[0] / sum, weights[1] / sum, weights[2] / sum]
     };

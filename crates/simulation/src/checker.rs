@@ -3,24 +3,25 @@
 //! The checker knows the truth, the journal's bytes and every message. It computes what should be true by
 //! itself where it can: outcomes by executing the command again, seen cells from the sensor's formula.
 
+mod commands;
+mod maps;
+mod pace;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Action, Branch, Cell, Command, Control, Decision, Digest, Ground, Heartbeat, Incarnation, Leader,
-    MapPage, MapPatch, MonotonicNs, Name, Order, Origin, Pace, PastPage, Policy, Pose, Record, RobotId, Role,
-    RunId, SeenCell, State, Status, Team, Term, Vetoed,
+    Action, Branch, Cell, Decision, Digest, Ground, Heartbeat, Incarnation, Leader, MonotonicNs, Name,
+    Origin, Pace, Pose, Record, RobotId, RunId, State, Status, Team, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission};
-use planner::Situation;
-use planner::pilot::DEATH_SILENCE_NS;
 use report::Tally;
 use serde::Serialize;
 
 use crate::expected::{Expected, first_digest, next_digest};
 use crate::life::Life;
-use crate::reservation::{Reservations, Standing};
+use crate::reservation::Reservations;
 use crate::rovers::Rovers;
 use crate::setup::{self, Setup};
 
@@ -464,92 +465,6 @@ impl Checker {
         });
     }
 
-    /// hopper-sim publishes a state at `now`.
-    pub fn published(&mut self, state: &State, now: MonotonicNs) {
-        self.require(state.landed <= now, "no state is published before its landing", || {
-            format!("state {} was published {} ns before", state.decision, state.landed.since_ns(now))
-        });
-        self.spaced(state);
-        let Some(held) = self.state_at(state.decision).filter(|held| held.run == state.run) else {
-            return self.violate("nothing is published that the journal does not hold", || {
-                format!("state {} of run {}", state.decision, state.run)
-            });
-        };
-        // While a hop is in the air the state before it is published again, with what was vetoed then.
-        let need = match self.records.get(state.decision.0 as usize) {
-            Some(record) => record.vetoed,
-            None if state.status.is_over() => Vetoed::NONE,
-            None => self.to_veto(held.pose.cell),
-        };
-        let told = state.vetoed.union(need) == need;
-        self.require(told, "only what is seen to be dangerous is vetoed", || {
-            format!("state {}: {:?} are vetoed, {need:?} are dangerous", state.decision, state.vetoed)
-        });
-        let timeless = State {
-            vetoed: Vetoed::NONE,
-            landed: MonotonicNs(0),
-            published: MonotonicNs(0),
-            last_timing: held.last_timing,
-            ..*state
-        };
-        self.require(timeless == held, "nothing is published that the journal does not hold", || {
-            format!("state {} is {timeless:?}, the journal has {held:?}", state.decision)
-        });
-        self.landed(state);
-    }
-
-    /// Landings follow each other no faster than the pace, where no order changes it.
-    fn spaced(&mut self, state: &State) {
-        let Pacing { control, landed, .. } = self.pacing;
-        if self.records.len() as u64 > state.decision.0 {
-            // What is published again while the next hop is in the air has landed before.
-            return;
-        }
-        let Some((decision, last)) = self.pacing.landed.replace((state.decision, state.landed)) else {
-            return;
-        };
-        let (false, Some(Pace::Hertz(hertz))) = (control, self.pacing.paces.first().copied()) else { return };
-        let period_ns = (1e9 / hertz) as u64 - 1;
-        let apart_ns = state.landed.since_ns(last);
-        self.require(state.decision == decision || apart_ns >= period_ns, "landings keep the pace", || {
-            format!("state {} landed {apart_ns} ns after {landed:?} at {hertz} Hz", state.decision)
-        });
-    }
-
-    /// Landings wait while hopper-sim is paused.
-    fn landed(&mut self, state: &State) {
-        let pacing = &mut self.pacing;
-        let last = pacing.published.replace(state.decision);
-        pacing.told = state.published;
-        if pacing.paused && last.is_some_and(|last| state.decision > last) {
-            pacing.landings += 1;
-        }
-        let (landings, steps) = (pacing.landings, pacing.steps);
-        self.require(landings <= steps, "landings wait while the mission is paused", || {
-            format!("{landings} landings were published during a pause with {steps} single steps")
-        });
-    }
-
-    /// A life of hopper-sim begins: a pause does not outlive the one before.
-    pub(crate) fn sim_started(&mut self, incarnation: Incarnation, pace: Pace) {
-        self.sim = incarnation;
-        let control = self.pacing.control;
-        // What is kept for one robot while another is due is not computed here.
-        self.reservations = Reservations::default();
-        self.reservations.unsure = self.rovers.is_some();
-        self.policy = None;
-        self.pacing = Pacing {
-            control,
-            paces: vec![pace],
-            paused: false,
-            steps: 0,
-            landings: 0,
-            published: None,
-            landed: None,
-            told: MonotonicNs(0),
-        };
-    }
-
     /// A process of another build begins to live.
     pub(crate) fn foreign_started(&mut self, incarnation: Incarnation) {
         self.foreign.insert(incarnation);
@@ -558,42 +473,6 @@ impl Checker {
     /// Whether a version is that of this build.
     pub(crate) fn is_own(&self, version: Name) -> bool {
         version == setup::version()
-    }
-
-    /// hopper-sim publishes how landings are paced.
-    pub(crate) fn paced(&mut self, message: &contract::Pacing) {
-        let Pacing { control, paces, .. } = &self.pacing;
-        let obeyed =
-            message.obeys == *control && (*control || !message.paused) && paces.contains(&message.pace);
-        let control = *control;
-        self.require(
-            obeyed,
-            "orders are obeyed by a hopper-sim started with --control, and by no other",
-            || format!("with control {control} the pacing is {message:?}"),
-        );
-        let pacing = &mut self.pacing;
-        // A step may have been ordered in the turn of the pause, before this message.
-        if !message.paused {
-            (pacing.steps, pacing.landings) = (0, 0);
-        }
-        pacing.paused = message.paused;
-    }
-
-    /// A process receives an order.
-    pub(crate) fn ordered(&mut self, life: &Life, control: &Control) {
-        let is_sim = life.role == Role::HopperSim && control.run == self.mission.brief.run;
-        match control.order {
-            // Resumed and paused again in one turn, it lets one landing come, and no pacing message says so.
-            Order::Step | Order::Resume if is_sim => self.pacing.steps += 1,
-            Order::Pace(pace) if is_sim && self.pacing.control => {
-                self.pacing.paces.push(pace);
-            }
-            // A planner may still be in the run before.
-            Order::HandOver(incarnation) if incarnation == life.incarnation => {
-                self.handed_over.insert(incarnation);
-            }
-            _ => {}
-        }
     }
 
     /// A planner publishes its policy.
@@ -618,183 +497,6 @@ impl Checker {
             "the end is acknowledged once every decision is recorded",
             || format!("decision {missing:?} of {held} is missing in the recording"),
         );
-    }
-
-    /// hopper-sim answers for the past.
-    pub fn served(&mut self, page: &PastPage) {
-        let from = page.from.0 as usize;
-        let held = self.records.get(from..from + page.records.len());
-        // Whoever saw a journal that is gone asks beyond the end of this one.
-        let is_beyond = page.records.is_empty() && from >= self.records.len();
-        let right = page.run == self.mission.brief.run && (is_beyond || held == Some(&page.records[..]));
-        self.require(right, "nothing is published that the journal does not hold", || {
-            format!("the past from decision {from} is not that of the journal")
-        });
-        let landed = self.pacing.published;
-        let in_the_air = page.records.iter().find(|record| landed.is_some_and(|due| record.decision >= due));
-        self.require(in_the_air.is_none(), "the past holds landed hops only", || {
-            format!("decision {:?} was served before it landed", in_the_air.map(|record| record.decision))
-        });
-    }
-
-    /// perception publishes a patch.
-    pub fn mapped(&mut self, patch: &MapPatch) {
-        let MapPatch { run, through, digest, more, after, .. } = *patch;
-        self.told(run, through, &patch.cells, &patch.treasures);
-        if more == 0 {
-            self.right(through, digest, after);
-        }
-        let record = through.0.checked_sub(1).and_then(|index| self.records.get(index as usize));
-        // Another past's patches, and the starts', name whom they like.
-        let Some(actor) = record.filter(|record| record.digest == digest).map(|record| record.robot) else {
-            return;
-        };
-        let named = patch.robot;
-        self.require(
-            run != self.mission.brief.run || named == actor,
-            "a patch names the robot that sensed",
-            || format!("the patch through decision {through} names robot {named}, robot {actor} acted"),
-        );
-    }
-
-    /// perception answers for the map.
-    pub fn paged(&mut self, page: &MapPage) {
-        self.told(page.run, page.through, &page.cells, &page.treasures);
-        self.right(page.through, page.digest, page.observation);
-    }
-
-    fn told(&mut self, run: RunId, through: Decision, cells: &[SeenCell], treasures: &[Cell]) {
-        if run != self.mission.brief.run {
-            return;
-        }
-        let grid = self.mission.brief.grid;
-        let treasures = treasures.iter().filter_map(|cell| grid.index(*cell));
-        let mut told: Vec<usize> = cells.iter().map(|cell| cell.index as usize).collect();
-        told.extend(treasures);
-        let unseen = told.into_iter().find(|&index| !self.visible[index]);
-        self.require(unseen.is_none(), "the planner never knows an unseen cell", || {
-            format!("cell {unseen:?} is on the map through decision {through}")
-        });
-    }
-
-    fn right(&mut self, through: Decision, digest: Digest, observation: u64) {
-        let right = self.prints.get(&digest) == Some(&observation);
-        self.require(right, "the map is that of the poses so far", || {
-            format!("the map through decision {through}, digest {digest}, is another")
-        });
-    }
-
-    /// A planner is about to plan for `situation`.
-    pub fn plans(&mut self, situation: &Situation<'_>) {
-        let state = situation.state;
-        let covered = self.prints.get(&state.digest) == Some(&situation.map.observation())
-            && situation.map.through == Some(state.decision)
-            && situation.brief.run == state.run;
-        self.require(covered, "nobody decides before the map covers the decision", || {
-            format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
-        });
-        let is_right = self.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
-            cells == situation.map.cells() && treasures == situation.map.treasures()
-        });
-        self.require(is_right, "every plan is made on the map of its own past", || {
-            format!("at decision {} a cell or a treasure of the map is another", state.decision)
-        });
-    }
-
-    /// hopper-sim receives a command, and judges it before anything else happens.
-    pub(crate) fn judged(&mut self, command: &Command, now: MonotonicNs) {
-        let Some(due) = self.pacing.published.or(Some(Decision(self.records.len() as u64))) else { return };
-        if self.recognised.contains(&(self.sim, command.incarnation)) {
-            return;
-        }
-        let is_known = self.heard.contains_key(&(self.sim, command.incarnation));
-        let in_the_air = self.records.len() as u64 > due.0;
-        let Some(before) = self.state_at(due) else { return };
-        let at = Standing {
-            due,
-            digest: before.digest,
-            in_the_air,
-            is_over: before.status.is_over(),
-            leader: self.leader(),
-            published: self.pacing.told,
-        };
-        self.reservations.judge(&self.mission.brief, command, is_known, &at, now);
-    }
-
-    /// A turn of hopper-sim ends, after `yielded` refusals in favour of a takeover in its life.
-    pub(crate) fn yielded(&mut self, yielded: u64) {
-        let need = self.reservations;
-        self.require(
-            need.unsure || need.yielded == yielded,
-            "a decision is kept for a late takeover, and no other",
-            || format!("{yielded} commands were refused in favour of a takeover, {} had to be", need.yielded),
-        );
-    }
-
-    /// hopper-sim could not write down what it had accepted.
-    pub(crate) fn append_failed(&mut self) {
-        self.reservations.unsure = true;
-    }
-
-    /// What decisions were kept for in this life of hopper-sim.
-    pub(crate) fn reservations(&self) -> Reservations {
-        self.reservations
-    }
-
-    /// hopper-sim receives a policy.
-    pub(crate) fn advised(&mut self, policy: &Policy) {
-        // One that does not fit is not kept.
-        let due = self.pacing.published.unwrap_or(Decision(self.records.len() as u64));
-        if policy.run == self.mission.brief.run && policy.decision <= due.next() {
-            self.policy = Some((policy.run, policy.planner, policy.decision));
-        }
-    }
-
-    /// The number of cells in view from each pose.
-    pub(crate) fn disc_cells(&self) -> &[usize] {
-        &self.expected.disc_cells
-    }
-
-    /// A planner sends a command, knowing who leads. Says what it takes over for, if it does.
-    pub(crate) fn sent(
-        &mut self,
-        command: &Command,
-        life: &Life,
-        known: Known,
-        now: MonotonicNs,
-    ) -> Option<&'static str> {
-        let Command { run, robot, incarnation, decision, digest, term, action, .. } = *command;
-        let Known { leader, since, is_gone } = known;
-        self.sent.insert((run, robot, incarnation, decision, digest, term, action.code()));
-        if leader.incarnation == incarnation && term == leader.term {
-            return None;
-        }
-        let heard = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
-        // Silence counts only while somebody listens, and from when it knows who leads.
-        let silent_since = heard.max(since.0).max(life.listening_since.get().0);
-        let limit_ns = if is_gone { DEATH_SILENCE_NS } else { SILENCE_NS };
-        // What it asks for may be what it got, and has not heard of yet.
-        let led = run == self.mission.brief.run
-            && self.commanders.contains(&(robot, incarnation))
-            && self.terms.get(&(robot, term)) != Some(&incarnation);
-        let told = life.takeover && !led || self.handed_over.contains(&incarnation);
-        let cause = if leader.term == Term(0) {
-            Some("vacancy")
-        } else if told {
-            Some("order")
-        } else if life.succeeds_pid == Some(leader.pid) {
-            Some("succession")
-        } else if now.0.saturating_sub(silent_since) > limit_ns {
-            Some("silence")
-        } else {
-            None
-        };
-        self.require(
-            cause.is_some() && term == leader.term.next(),
-            "nobody takes over without a cause",
-            || format!("{incarnation} asks for term {term} after {}, whose leader beats", leader.term),
-        );
-        cause
     }
 
     /// A process has heard that another lives.

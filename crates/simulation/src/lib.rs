@@ -22,6 +22,7 @@ pub mod disk;
 mod expected;
 pub mod fault;
 mod life;
+mod observations;
 mod observed;
 mod ports;
 mod recorded;

@@ -150,7 +150,7 @@ impl Rovers {
             let to = beside(from, action);
             let (range_m, rise_m) = (mission.brief.grid.cell_size_m, height_m(to) - height_m(from));
             let Vehicle::Rover { speed_mps } = rover.robot.vehicle else { return None };
-            let flight_time_s = range_m.hypot(rise_m) / speed_mps;
+            let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
             let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
             Outcome { branch: Branch::Intended, from, to, flight }
         } else {

@@ -168,7 +168,7 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
             let to = beside(from, direction);
             let height_m = |cell| terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
             let (range_m, rise_m) = (terrain.grid.cell_size_m, height_m(to) - height_m(from));
-            let flight_time_s = range_m.hypot(rise_m) / speed_mps;
+            let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
             let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
             Outcome { branch: Branch::Intended, from, to, flight }
         }

@@ -80,6 +80,12 @@ impl RobotTeam {
         }
     }
 
+    /// Simulated time from the beginning of the last action to that of the next, seconds.
+    #[must_use]
+    pub fn elapsed_s(&self) -> f64 {
+        self.roster.elapsed_ns() as f64 / 1.0e9
+    }
+
     /// How the mission stands.
     #[must_use]
     pub fn status(&self) -> Status {

@@ -16,6 +16,8 @@ pub struct Roster {
     actions_max: u64,
     /// The robot that acted last.
     actor: Option<RobotId>,
+    /// When it began to, nanoseconds of simulated time.
+    acted_at_ns: u64,
 }
 
 /// What holds of a robot of any kind.
@@ -65,7 +67,7 @@ impl Roster {
         };
         let entries: Vec<Entry> = (0..).zip(&fleet.robots).map(entry).collect();
         let order = TurnOrder::new(entries.len() as u16);
-        Self { order, entries, actions_max: brief.limits.steps_max, actor: None }
+        Self { order, entries, actions_max: brief.limits.steps_max, actor: None, acted_at_ns: 0 }
     }
 
     /// Whose turn it is; `None` once nobody acts any more.
@@ -127,11 +129,20 @@ impl Roster {
         self.entries.iter().map(|entry| entry.actions).max().unwrap_or_default()
     }
 
+    /// Simulated time from the beginning of the last action to that of the next, nanoseconds: less than the action lasts if
+    /// another robot acts meanwhile.
+    #[must_use]
+    pub fn elapsed_ns(&self) -> u64 {
+        let next = self.due().or(self.actor).map(|robot| self.order.ready_at_ns(robot));
+        next.map_or(0, |next_ns| next_ns.saturating_sub(self.acted_at_ns))
+    }
+
     /// `robot`, whose turn it was at `decision`, has acted under `leader`.
     ///
     /// # Panics
     /// If it was another robot's turn.
     pub fn act(&mut self, robot: RobotId, decision: Decision, leader: Leader, turn: Turn) {
+        self.acted_at_ns = self.order.ready_at_ns(robot);
         match turn {
             Turn::Lasts(ns) => self.order.act(robot, ns),
             Turn::Waits => self.order.park(robot),

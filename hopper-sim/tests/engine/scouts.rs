@@ -282,3 +282,21 @@ fn an_announcement_without_its_points_is_not_journalled() {
     assert!(matches!(journal.append_announced(record, &other), Err(JournalError::NoRoute { .. })));
     assert!(journal.is_empty());
 }
+
+/// P-PACE-TIMES.
+#[test]
+fn robots_that_act_at_the_same_time_share_it_at_every_multiple_of_real_time() {
+    let world = world("");
+    for (pace, second_ns) in [(Pace::Real, 1_000_000_000), (Pace::Times(3600.0), 277_778)] {
+        let arbiter = Arbiter::new(mission(&world), None, pace, 0, MonotonicNs(1)).without_deadlines();
+        let mut host = Host { arbiter, journal: None, refused: Vec::new() };
+        host.on(Event::Tick, 1);
+        // Both hold for a second: that of the helicopter begins when the rover's does, and the rover is due again after it.
+        assert_eq!(host.send(Action::Hold), None, "lands at once");
+        assert_eq!((host.team().due, host.state().landed), (HELICOPTER, MonotonicNs(2)));
+        host.on(Event::Command(Ok(host.command(Action::Hold))), 2);
+        assert_eq!(host.arbiter.wake_at().map(|at| at.0.min(2 + second_ns)), Some(2 + second_ns));
+        host.on(Event::Tick, 2 + second_ns);
+        assert_eq!((host.team().due, host.state().landed), (ROVER, MonotonicNs(2 + second_ns)));
+    }
+}

@@ -9,7 +9,7 @@ fn pages_of_any_size_add_up_to_the_truth_and_another_runs_is_not_told() {
     let mission = mission();
     let whole = mission.brief.grid.cells();
     for cells_max in [1, 7, whole, 10 * whole] {
-        let mut gathering = contract::Gathering::default();
+        let mut gathering = contract::TruthGathering::default();
         gathering.begin(RUN);
         let mut now = contract::MonotonicNs(0);
         let mut truth = None;

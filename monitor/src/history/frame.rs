@@ -330,7 +330,7 @@ fn reason(reason: &Reason) -> Value {
         "cell": [reason.cell.x, reason.cell.y],
         "seen": reason.ground.is_some(),
         "sand": reason.ground.is_some_and(|ground| ground.soil == contract::Soil::Sand),
-        "slope_deg": reason.ground.map(|ground| rounded(ground.steepness().atan().to_degrees(), 10.0)),
+        "slope_deg": reason.ground.map(|ground| rounded(libm::atan(ground.steepness()).to_degrees(), 10.0)),
         "policy": policy,
         "vetoed": letters(reason.vetoed),
         "hops": reason.hops.iter().map(hop).collect::<Vec<_>>(),

@@ -15,7 +15,7 @@ enum Wanted {
     Step {},
     /// Land at another pace.
     Pace {
-        /// `max`, `real`, or landings per second.
+        /// `max`, `real`, a multiple of real time as `3600x`, or landings per second.
         pace: String,
     },
     /// Hand over to another planner.

@@ -285,7 +285,7 @@ fn connection(mut stream: &TcpStream, shared: &Shared) -> std::io::Result<()> {
             Ok(Served::Text("200 OK", "application/json", shared.history().reason_json(cell, at).into()))
         }
         Answer::Order(order) => {
-            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "told\n".into()))
+            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "accepted\n".into()))
         }
         Answer::Events { policy, keyed } => {
             stream_slot(shared, policy, keyed).map(|slot| Served::Stream(policy, slot))

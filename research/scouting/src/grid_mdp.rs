@@ -37,7 +37,8 @@ pub struct GridValues {
 /// Shannon entropy in bits (eq. 10, for any number of outcomes).
 #[must_use]
 pub fn entropy_bits(speeds: &SpeedDistribution) -> f64 {
-    let term = |probability: &f64| if *probability > 0.0 { -probability * probability.log2() } else { 0.0 };
+    let term =
+        |probability: &f64| if *probability > 0.0 { -probability * libm::log2(*probability) } else { 0.0 };
     speeds.probabilities().iter().map(term).sum::<f64>().max(0.0)
 }
 

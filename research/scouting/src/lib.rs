@@ -14,6 +14,8 @@ mod shown;
 mod single;
 mod study;
 
+pub use helicopter::Sensor;
+
 pub use grid_mdp::{GridMdp, GridValues, entropy_bits};
 pub use large::{LARGE_SIDE, LargeMap};
 pub use mission::{Arm, Outcome, RoverPlanner, Samples, Setup, announce, fly};

@@ -51,7 +51,7 @@ impl CellType {
 
     /// A term of eq. 7 without its discount, with the weight of eq. 9, or of eq. 8 for an error of 0.
     fn reward(&self, error: f64) -> f64 {
-        let weight = (1.0 / (self.chance_min.max(1.0 - self.chance_min) + error)).log2();
+        let weight = libm::log2(1.0 / (self.chance_min.max(1.0 - self.chance_min) + error));
         weight * self.cells as f64 * (self.time_max - self.time_min) / CELLS as f64
     }
 
@@ -261,11 +261,11 @@ mod tests {
         // East, then north: five cells of the first type, the first cell of the second at step 6.
         let path = [0, 1, 2, 3, 4, 9, 14, 19, 24];
         assert_eq!(grid.time(&path, CellType::expected), 6.0 * 2.0 + 3.0 * 1.5);
-        let reward = (1.0 / 0.6_f64).log2() * 10.0 * 2.0 / 25.0
-            + 0.98_f64.powi(6) * (1.0 / 0.85_f64).log2() * 15.0 * 2.0 / 25.0;
+        let reward = libm::log2(1.0 / 0.6) * 10.0 * 2.0 / 25.0
+            + 0.98_f64.powi(6) * libm::log2(1.0 / 0.85) * 15.0 * 2.0 / 25.0;
         assert!((grid.utility(&path, 15.0) - (reward - 1.5 / 25.0)).abs() < 1e-12);
         // log2(2) · 10 against log2(4/3) · 15.
-        let (first, second) = (10.0, (4.0_f64 / 3.0).log2() * 15.0);
+        let (first, second) = (10.0, libm::log2(4.0 / 3.0) * 15.0);
         let known = grid.information(&path);
         assert!((known[0] - first / (first + second)).abs() < 1e-12 && (known[8] - 1.0).abs() < 1e-12);
         assert_eq!(known[5], known[0]);

@@ -1,20 +1,15 @@
 //! The case study of P21 on a stand-in for its map of Jezero (Figs 7, 16 and 17).
 
-use std::path::PathBuf;
-
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
-use ::scouting::{
-    Arm, LARGE_SIDE, LargeMap, Outcome, RoverPlanner, Samples, Setup, Spread, Study, World, announce, fly,
-    spread_shown,
-};
+use ::scouting::{Arm, LARGE_SIDE, LargeMap, Outcome, Samples, Spread, World, spread_shown};
 use node::{Exit, Failure};
 use rayon::prelude::*;
 use rover::Point;
 use serde::Serialize;
 
+use super::arms::{Arms, Team, probability};
 use super::claims::{Claim, Verdict};
-use super::monte_carlo::{Duel, Row, boxes, rows, table_of_arms};
-use super::report::{Planner, Report, claims, number, percent, publish, title};
+use super::report::{Publication, Report, number, percent};
 use crate::form::{Form, table};
 
 /// Arguments of the study on the large map.
@@ -35,20 +30,10 @@ pub struct Args {
     /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
     stages: u32,
-    /// Planner of the safe rover in all arms.
-    #[arg(long, default_value_t, value_name = "PLANNER")]
-    rover: Planner,
-    /// Write the figures and the report in all formats into this folder.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Format of the report.
-    #[arg(long, default_value_t)]
-    format: Form,
-}
-
-fn probability(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a probability needs 0 to 1".into()) }
+    #[command(flatten)]
+    team: Team,
+    #[command(flatten)]
+    publication: Publication,
 }
 
 /// Metres of flight at which the spread shown is read.
@@ -72,20 +57,14 @@ struct Shown {
 /// The whole study; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 struct Account {
-    runs: u64,
-    seed: u64,
     map: u64,
     good: f64,
     stages: u32,
-    rover: RoverPlanner,
-    samples: Samples,
-    rows: Vec<Row>,
-    ours_against_theirs: Duel,
+    #[serde(flatten)]
+    arms: Arms,
     metres: [f64; 16],
     shown: Vec<Shown>,
     claims: Vec<Claim>,
-    #[serde(skip)]
-    studies: [Study; Arm::ALL.len()],
 }
 
 /// Flies the study and prints its report.
@@ -93,43 +72,18 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let setup = Setup { stages: args.stages, ..Setup::new(args.rover.into(), Samples::LARGE) };
-    let map = LargeMap::new(args.map, args.good);
-    let worlds: Vec<[Outcome; Arm::ALL.len()]> = (0..args.runs)
-        .into_par_iter()
-        .map(|run| {
-            let seed = args.seed.wrapping_add(run);
-            let world = map.world(seed);
-            let announced = announce(&world, &setup, seed);
-            Arm::ALL.map(|arm| fly(&world, arm, &setup, seed, announced.as_ref()))
-        })
-        .collect();
-    let studies = Study::of_arms(&worlds);
-    let world = map.world(args.seed);
-    let shown: Vec<Shown> = HELICOPTERS.iter().map(|arm| shown(&world, &studies, *arm)).collect();
-    let rows = rows(&studies);
-    let account = Account {
-        runs: args.runs,
-        seed: args.seed,
-        map: args.map,
-        good: args.good,
-        stages: args.stages,
-        rover: setup.planner,
-        samples: setup.samples,
-        claims: judge(&rows, &studies, &shown),
-        ours_against_theirs: Duel::new(&studies),
-        metres: AT_M,
-        rows,
-        shown,
-        studies,
-    };
-    publish(&account, args.format, args.out.as_deref())?;
-    Ok(Exit::Done)
+    let &Args { runs, seed, map, good, stages, .. } = args;
+    let ground = LargeMap::new(map, good);
+    let arms = args.team.fly((runs, seed), (Samples::LARGE, stages), |seed| ground.world(seed));
+    let world = ground.world(seed);
+    let shown: Vec<Shown> = HELICOPTERS.iter().map(|arm| shown(&world, &arms, *arm)).collect();
+    let claims = judge(&arms, &shown);
+    args.publication.publish(&Account { map, good, stages, arms, metres: AT_M, shown, claims })
 }
 
-fn shown(world: &World, studies: &[Study; Arm::ALL.len()], arm: Arm) -> Shown {
-    let outcomes = &studies[arm as usize].outcomes;
-    let by_run: Vec<Vec<f64>> = outcomes
+fn shown(world: &World, arms: &Arms, arm: Arm) -> Shown {
+    let by_run: Vec<Vec<f64>> = arms
+        .outcomes(arm)
         .par_iter()
         .map(|outcome| {
             let shown = spread_shown(&world.prior, &outcome.flight, &AT_M);
@@ -141,10 +95,10 @@ fn shown(world: &World, studies: &[Study; Arm::ALL.len()], arm: Arm) -> Shown {
 }
 
 // Long: a claim after the other.
-fn judge(rows: &[Row], studies: &[Study; Arm::ALL.len()], shown: &[Shown]) -> Vec<Claim> {
-    let row = |arm: Arm| &rows[arm as usize];
+fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
+    let row = |arm: Arm| arms.row(arm);
     let (safe, along, informed) = (row(Arm::SafeRover), row(Arm::ScoutRoute), row(Arm::InformationTheoretic));
-    let study = |arm: Arm| &studies[arm as usize];
+    let study = |arm: Arm| &arms.studies[arm as usize];
     let more = study(Arm::InformationTheoretic).more_saved(study(Arm::ScoutRoute), study(Arm::SafeRover));
     let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
     let sooner = |metres: f64| {
@@ -221,30 +175,33 @@ fn judge(rows: &[Row], studies: &[Study; Arm::ALL.len()], shown: &[Shown]) -> Ve
 impl Report for Account {
     const NAME: &'static str = "scouting-large";
 
-    fn written(&self, form: Form) -> String {
-        let study = format!(
-            "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {} truths, {}",
-            self.runs,
-            if self.stages == 1 { "one stage".to_owned() } else { format!("up to {} stages", self.stages) }
-        );
-        let mut text = title(form, &study, &self.claims);
-        text += &table_of_arms(form, &self.rows);
-        text += "\n";
-        text += &self.ours_against_theirs.written();
+    fn title(&self) -> String {
+        let conditions = &self.arms.conditions;
+        let stages =
+            if self.stages == 1 { "one stage".to_owned() } else { format!("up to {} stages", self.stages) };
+        let (runs, sensor) = (conditions.runs, conditions.of_sensor());
+        format!(
+            "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {runs} truths, {stages}{sensor}"
+        )
+    }
+
+    fn tables(&self, form: Form) -> String {
         let cells = |shown: &Shown| {
             let at = |n: usize| number(shown.thousands[n], 0);
             [shown.arm.name().to_owned(), at(0), at(5), at(10), at(15)]
         };
         let headings = ["spread shown, 1000 m/Sol, after", "0 m", "100 m", "200 m", "300 m"];
-        text += &table(form, headings, &self.shown.iter().map(cells).collect::<Vec<_>>());
-        text += "\n";
-        text += &claims(form, &self.claims);
-        text
+        let shown: Vec<_> = self.shown.iter().map(cells).collect();
+        self.arms.written(form) + &table(form, headings, &shown) + "\n"
+    }
+
+    fn claims(&self) -> &[Claim] {
+        &self.claims
     }
 
     fn figures(&self) -> Vec<(String, String)> {
-        let caption = format!("{} truths of one made map", self.runs);
-        let seventeen = boxes("Travel times on the stand-in for Jezero", caption, &self.studies);
+        let caption = format!("{} truths of one made map", self.arms.conditions.runs);
+        let seventeen = self.arms.boxes("Travel times on the stand-in for Jezero", caption);
         vec![
             ("fig-7.svg".into(), self.ways()),
             ("fig-16.svg".into(), self.spread_shown()),
@@ -256,24 +213,25 @@ impl Report for Account {
 impl Account {
     /// The map with the ways of the first truth in which the helicopter saves most.
     fn ways(&self) -> String {
-        let time = |arm: Arm, run: usize| self.studies[arm as usize].outcomes[run].travel_sol;
+        let (runs, seed) = (self.arms.conditions.runs as usize, self.arms.conditions.seed);
+        let time = |arm: Arm, run: usize| self.arms.outcomes(arm)[run].travel_sol;
         let saved = |run: &usize| {
             time(Arm::SafeRover, *run).unwrap_or(0.0)
                 - time(Arm::InformationTheoretic, *run).unwrap_or(f64::INFINITY)
         };
-        let run = (0..self.runs as usize).max_by(|a, b| saved(a).total_cmp(&saved(b)).then(b.cmp(a)));
+        let run = (0..runs).max_by(|a, b| saved(a).total_cmp(&saved(b)).then(b.cmp(a)));
         let run = run.unwrap_or(0);
         let way = |name: &str, arm: Arm, of: fn(&Outcome) -> &[Point]| Way {
             name: name.into(),
-            points: of(&self.studies[arm as usize].outcomes[run]).iter().map(|at| [at.x_m, at.y_m]).collect(),
+            points: of(&self.arms.outcomes(arm)[run]).iter().map(|at| [at.x_m, at.y_m]).collect(),
         };
         FieldMap {
             title: "Ways on the stand-in for Jezero".into(),
-            caption: format!("Truth of seed {}; dark is impassable", self.seed.wrapping_add(run as u64)),
+            caption: format!("Truth of seed {}; dark is impassable", seed.wrapping_add(run as u64)),
             quantity: "standard deviation of the speed [m/Sol]".into(),
             columns: LARGE_SIDE,
             cell_m: 1.0,
-            values: super::figures::spread(&LargeMap::new(self.map, self.good).world(self.seed).prior),
+            values: super::figures::spread(&LargeMap::new(self.map, self.good).world(seed).prior),
             ways: vec![
                 way("rover alone", Arm::SafeRover, |outcome| &outcome.route),
                 way("with naive h.", Arm::ScoutRoute, |outcome| &outcome.route),
@@ -295,7 +253,7 @@ impl Account {
         };
         Curves {
             title: "Spread that the helicopters show".into(),
-            caption: format!("Means of {} flights", self.runs),
+            caption: format!("Means of {} flights", self.arms.conditions.runs),
             axis: "flown [m]".into(),
             at: AT_M.into(),
             charts: vec![Chart {

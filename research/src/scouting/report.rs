@@ -1,42 +1,24 @@
 //! What the reports of all studies share.
 
-use std::path::Path;
+use std::path::PathBuf;
 
-use ::scouting::{RoverPlanner, Spread};
+use ::scouting::Spread;
 use hopper::stdout::print;
-use node::Failure;
+use node::{Exit, Failure};
 use serde::Serialize;
 
 use super::claims::{Claim, Verdict};
 use crate::form::{Form, table, write_out};
 
-/// Planners of the safe rover, by their names.
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[value(rename_all = "snake_case")]
-pub enum Planner {
-    /// That of the paper.
-    #[default]
-    RrtStarEtt,
-    /// Ours.
-    EttExact,
-}
-
-impl std::fmt::Display for Planner {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Planner::RrtStarEtt => "rrt_star_ett",
-            Planner::EttExact => "ett_exact",
-        })
-    }
-}
-
-impl From<Planner> for RoverPlanner {
-    fn from(planner: Planner) -> Self {
-        match planner {
-            Planner::RrtStarEtt => RoverPlanner::RrtStarEtt,
-            Planner::EttExact => RoverPlanner::EttExact,
-        }
-    }
+/// Where a report goes.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Publication {
+    /// Write the figures and the report in all formats into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Format of the report.
+    #[arg(long, default_value_t)]
+    format: Form,
 }
 
 /// A study whose report can be written in each format.
@@ -44,8 +26,14 @@ pub trait Report: Serialize {
     /// What the files are called.
     const NAME: &'static str;
 
-    /// The report for people: text or Markdown.
-    fn written(&self, form: Form) -> String;
+    /// What was studied, on how much.
+    fn title(&self) -> String;
+
+    /// Results, each table followed by an empty line.
+    fn tables(&self, form: Form) -> String;
+
+    /// Which claims of the paper hold.
+    fn claims(&self) -> &[Claim];
 
     /// File names and SVG documents.
     fn figures(&self) -> Vec<(String, String)>;
@@ -54,36 +42,38 @@ pub trait Report: Serialize {
 fn in_form(report: &impl Report, form: Form) -> Result<String, Failure> {
     match form {
         Form::Json => Ok(serde_json::to_string(report).map_err(Failure::run)? + "\n"),
-        Form::Text | Form::Markdown => Ok(report.written(form)),
+        Form::Text | Form::Markdown => Ok(written(report, form)),
     }
 }
 
-/// Prints a report, and writes it in all formats with its figures into `out`.
-///
-/// # Errors
-/// Exit code 2 if the folder cannot be created, 1 if something cannot be printed or written.
-pub fn publish<R: Report>(report: &R, form: Form, out: Option<&Path>) -> Result<(), Failure> {
-    if let Some(dir) = out {
-        let mut files = report.figures();
-        for (end, form) in [("txt", Form::Text), ("md", Form::Markdown), ("json", Form::Json)] {
-            files.push((format!("{}.{end}", R::NAME), in_form(report, form)?));
-        }
-        write_out(dir, files.iter().map(|(name, text)| (name.clone(), text.as_str())))?;
-    }
-    print(&in_form(report, form)?)
-}
-
-/// The title of a report.
-pub fn title(form: Form, study: &str, claims: &[Claim]) -> String {
+/// The report for people.
+fn written(report: &impl Report, form: Form) -> String {
     let mark = if form == Form::Markdown { "# " } else { "" };
+    let claims = report.claims();
     let hold = claims.iter().filter(|claim| claim.verdict == Verdict::Holds).count();
-    format!("{mark}{study}: {hold} of {} claims of Folsom et al. 2021 hold\n\n", claims.len())
+    let (title, all) = (report.title(), claims.len());
+    let rows: Vec<_> = claims.iter().map(Claim::cells).collect();
+    format!("{mark}{title}: {hold} of {all} claims of Folsom et al. 2021 hold\n\n")
+        + &report.tables(form)
+        + &table(form, ["claim", "paper", "holds if", "ours", "verdict"], &rows)
 }
 
-/// The table of claims.
-pub fn claims(form: Form, claims: &[Claim]) -> String {
-    let rows: Vec<_> = claims.iter().map(Claim::cells).collect();
-    table(form, ["claim", "paper", "holds if", "ours", "verdict"], &rows)
+impl Publication {
+    /// Prints a report, and writes it in all formats with its figures into the folder, if there is to be one.
+    ///
+    /// # Errors
+    /// Exit code 2 if the folder cannot be created, 1 if something cannot be printed or written.
+    pub fn publish<R: Report>(&self, report: &R) -> Result<Exit, Failure> {
+        if let Some(dir) = &self.out {
+            let mut files = report.figures();
+            for (end, form) in [("txt", Form::Text), ("md", Form::Markdown), ("json", Form::Json)] {
+                files.push((format!("{}.{end}", R::NAME), in_form(report, form)?));
+            }
+            write_out(dir, files.iter().map(|(name, text)| (name.clone(), text.as_str())))?;
+        }
+        print(&in_form(report, self.format)?)?;
+        Ok(Exit::Done)
+    }
 }
 
 /// A share with its 95 % interval, in percent.

@@ -1,6 +1,5 @@
 //! P21's table of scalability, and its Markov decision processes (Figs 18 and 19).
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use ::campaign::statistics::wilson;
@@ -12,7 +11,7 @@ use rover::Caution;
 use serde::Serialize;
 
 use super::claims::{Claim, Verdict};
-use super::report::{Report, claims, percent, publish, title};
+use super::report::{Publication, Report, percent};
 use crate::form::{Form, table};
 
 /// Arguments of the table of scalability.
@@ -24,12 +23,8 @@ pub struct Args {
     /// Seed of the world.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write the figures and the report in all formats into this folder.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Format of the report.
-    #[arg(long, default_value_t)]
-    format: Form,
+    #[command(flatten)]
+    publication: Publication,
 }
 
 /// Sides with what the paper needed, in seconds: MCTS for a process that it does not describe, then its own two-stage algorithm.
@@ -82,12 +77,7 @@ struct Account {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let rows: Vec<Row> = SIDES.iter().map(|size| row(*size, args)).collect();
     let claims = judge(args, &rows);
-    publish(
-        &Account { rounds: args.rounds, seed: args.seed, rows, claims },
-        args.format,
-        args.out.as_deref(),
-    )?;
-    Ok(Exit::Done)
+    args.publication.publish(&Account { rounds: args.rounds, seed: args.seed, rows, claims })
 }
 
 /// The median time of `work`, in seconds, with its last result.
@@ -201,8 +191,11 @@ fn seconds(time_s: f64) -> String {
 impl Report for Account {
     const NAME: &'static str = "scouting-scale";
 
-    fn written(&self, form: Form) -> String {
-        let mut text = title(form, "Scalability", &self.claims);
+    fn title(&self) -> String {
+        "Scalability".into()
+    }
+
+    fn tables(&self, form: Form) -> String {
         let optional = |time_s: Option<f64>| time_s.map_or(String::new(), |time_s| format!("{time_s} s"));
         let cells = |row: &Row| {
             [
@@ -226,10 +219,11 @@ impl Report for Account {
             "paper: MCTS",
             "paper: rover and helicopter",
         ];
-        text += &table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>());
-        text += "\n";
-        text += &claims(form, &self.claims);
-        text
+        table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>()) + "\n"
+    }
+
+    fn claims(&self) -> &[Claim] {
+        &self.claims
     }
 
     fn figures(&self) -> Vec<(String, String)> {

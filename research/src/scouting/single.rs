@@ -1,7 +1,5 @@
 //! The single-agent study of P21: information gathered on the way across a small grid (Figs 5, 14 and 15).
 
-use std::path::PathBuf;
-
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
 use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, Spread, simple_paths};
 use node::{Exit, Failure};
@@ -9,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::claims::{Claim, Verdict};
-use super::report::{Report, claims, number, percent, publish, title};
+use super::report::{Publication, Report, number, percent};
 use crate::form::{Form, table};
 
 /// Arguments of the single-agent study.
@@ -21,12 +19,8 @@ pub struct Args {
     /// Seed of the first grid; the following count up from it.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Write the figures and the report in all formats into this folder.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Format of the report.
-    #[arg(long, default_value_t)]
-    format: Form,
+    #[command(flatten)]
+    publication: Publication,
 }
 
 /// What one path of one grid came to.
@@ -125,8 +119,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let rows: Vec<Row> = Choice::ALL.into_iter().map(|choice| row(&trips, choice)).collect();
     let claims = judge(&trips, &rows);
     let account = Account { runs: args.runs, seed: args.seed, paths: paths.len(), rows, claims, trips };
-    publish(&account, args.format, args.out.as_deref())?;
-    Ok(Exit::Done)
+    args.publication.publish(&account)
 }
 
 /// The mean over all grids of what `measure` finds in a grid's trips.
@@ -214,9 +207,11 @@ fn judge(trips: &[[Trip; 3]], rows: &[Row]) -> Vec<Claim> {
 impl Report for Account {
     const NAME: &'static str = "scouting-single";
 
-    fn written(&self, form: Form) -> String {
-        let study = format!("A single agent on {} random grids, {} paths each", self.runs, self.paths);
-        let mut text = title(form, &study, &self.claims);
+    fn title(&self) -> String {
+        format!("A single agent on {} random grids, {} paths each", self.runs, self.paths)
+    }
+
+    fn tables(&self, form: Form) -> String {
         let cells = |row: &Row| {
             [
                 row.choice.name().to_owned(),
@@ -237,10 +232,11 @@ impl Report for Account {
             "more true time",
             "saved by a second agent",
         ];
-        text += &table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>());
-        text += "\n";
-        text += &claims(form, &self.claims);
-        text
+        table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>()) + "\n"
+    }
+
+    fn claims(&self) -> &[Claim] {
+        &self.claims
     }
 
     fn figures(&self) -> Vec<(String, String)> {

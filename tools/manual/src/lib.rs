@@ -102,6 +102,13 @@ fn campaigns() -> Vec<&'static str> {
     campaign::BUILT_IN.into_iter().map(|(name, _)| name).collect()
 }
 
+/// The names of all planners, whatever mission they are for.
+fn algorithms() -> impl Iterator<Item = &'static str> {
+    let all =
+        [planner::ALGORITHMS, planner::COVER_ALGORITHMS, planner::DRIVE_ALGORITHMS, planner::FLY_ALGORITHMS];
+    all.into_iter().flatten().copied()
+}
+
 /// The command line with the values that its arguments know, for shells to offer. It is for completions only: what the
 /// arguments accept is wider.
 fn completed(command: clap::Command) -> clap::Command {
@@ -110,10 +117,10 @@ fn completed(command: clap::Command) -> clap::Command {
         let values = match (name.as_str(), argument.get_id().as_str()) {
             (_, "scenario") => scenarios(),
             ("run", "file") => campaigns(),
-            (_, "planner") => planner::ALGORITHMS.iter().copied().chain([planner::CLAIRVOYANT]).collect(),
-            (_, "algorithm") => planner::ALGORITHMS.to_vec(),
+            (_, "planner") => algorithms().chain([planner::CLAIRVOYANT]).collect(),
+            (_, "algorithm") => algorithms().collect(),
             (_, "profile") => vec!["paper-2023", "hopper"],
-            (_, "pace") => vec!["max", "real"],
+            (_, "pace") => vec!["max", "real", "3600x"],
             (_, "topic") => hopper::commands::topic::names(),
             _ => return argument,
         };

@@ -29,9 +29,9 @@ const site = process.argv[1];
 const { load } = await import(pathToFileURL(join(site, 'module.js')));
 const call = await load(readFileSync(join(site, 'hopper.wasm')));
 for (const line of readFileSync(0, 'utf8').split('\\n').filter(Boolean)) {
-  let told;
-  try { told = call('fly', line); } catch (error) { told = JSON.stringify({ error: error.message }); }
-  console.log(told);
+  let answer;
+  try { answer = call('fly', line); } catch (error) { answer = JSON.stringify({ error: error.message }); }
+  console.log(answer);
 }
 ";
 
@@ -45,27 +45,27 @@ pub fn missions(seeds: u64) -> Vec<String> {
     (1..=seeds).zip(MISSIONS.iter().cycle()).map(mission).collect()
 }
 
-/// Flies each of `missions`, requests in JSON, with the module in `site` and on this machine; tells of each that differs.
+/// Flies each of `missions`, requests in JSON, with the module in `site` and on this machine; a line for each that differs.
 ///
 /// # Errors
 /// If Node cannot be run, or breaks off.
 pub fn differences(site: &Path, missions: &[String]) -> Result<Vec<String>, Failure> {
-    let told = in_node(site, &missions.join("\n"))?;
-    let told: Vec<&str> = told.lines().collect();
-    if told.len() != missions.len() {
-        let (need, got) = (missions.len(), told.len());
+    let answers = in_node(site, &missions.join("\n"))?;
+    let answers: Vec<&str> = answers.lines().collect();
+    if answers.len() != missions.len() {
+        let (need, got) = (missions.len(), answers.len());
         return Err(Failure::run(format!("Node breaks off: {need} missions need outcomes, got {got}")));
     }
-    let differs = |(mission, told): (&String, &str)| {
+    let differs = |(mission, answer): (&String, &str)| {
         let request: Request = serde_json::from_str(mission).ok()?;
         let need = fly(&request, &Arc::from([]));
-        let got: Result<Outcome, _> = serde_json::from_str(told);
+        let got: Result<Outcome, _> = serde_json::from_str(answer);
         match (&need, got) {
             (Ok(need), Ok(got)) if *need == got => None,
-            (need, _) => Some(format!("{mission} needs {need:?}, got {told}")),
+            (need, _) => Some(format!("{mission} needs {need:?}, got {answer}")),
         }
     };
-    Ok(missions.iter().zip(told).filter_map(differs).collect())
+    Ok(missions.iter().zip(answers).filter_map(differs).collect())
 }
 
 fn in_node(site: &Path, missions: &str) -> Result<String, Failure> {

@@ -102,7 +102,7 @@ try {
     return missions.map((mission) => call("fly", mission));
   }, missions);
 } catch (error) {
-  seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, told ${await text("#asked").catch(() => "?")}`;
+  seen.failure = `${error.message}; status ${await text("#status").catch(() => "?")}, asked ${await text("#asked").catch(() => "?")}`;
   await shot("failure");
 }
 await browser.close();

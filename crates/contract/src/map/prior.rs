@@ -4,7 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{DriveSpeed, Grid, MonotonicNs, PageCursor, Refusal, RunId};
+use super::gathering::Gathering;
+use crate::{DriveSpeed, Grid, MonotonicNs, Refusal, RunId};
 
 /// How likely each of the four speeds is on a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,12 +77,11 @@ pub struct PriorPage {
     pub cells: Vec<SpeedPrior>,
 }
 
-/// Gathers the prior of one run page by page, asking until it is whole.
+/// Gathers the prior of one run page by page, asking until it is whole, and keeps it.
 #[derive(Clone, Debug, Default)]
 pub struct PriorGathering {
     run: Option<RunId>,
-    cells: Vec<SpeedPrior>,
-    cursor: PageCursor,
+    pages: Gathering<SpeedPrior>,
     whole: Option<Prior>,
 }
 
@@ -90,6 +90,7 @@ impl PriorGathering {
     pub fn begin(&mut self, run: RunId) {
         if self.run != Some(run) {
             *self = Self { run: Some(run), ..Self::default() };
+            self.pages.begin(run);
         }
     }
 
@@ -104,27 +105,16 @@ impl PriorGathering {
     /// # Errors
     /// If the page makes no progress, or goes beyond its grid.
     pub fn page(&mut self, page: &PriorPage) -> Result<(), Refusal> {
-        if self.run != Some(page.run) || u64::from(page.from) != self.cursor.next() || self.whole.is_some() {
-            return Ok(());
-        }
-        let cells = page.grid.cells();
-        if page.cells.is_empty() || self.cells.len() + page.cells.len() > cells {
-            let need = format!("1 to {} more cells", cells.saturating_sub(self.cells.len()));
-            return Err(Refusal::malformed("prior.cells", &need, page.cells.len()));
-        }
-        self.cells.extend_from_slice(&page.cells);
-        self.cursor.accept(page.from.into(), self.cells.len() as u64);
-        if self.cells.len() == cells {
-            let cells = std::mem::take(&mut self.cells);
-            self.whole = Some(Prior { run: page.run, grid: page.grid, cells });
+        let &PriorPage { run, grid, from, .. } = page;
+        if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), &page.cells)? {
+            self.whole = Some(Prior { run, grid, cells });
         }
         Ok(())
     }
 
     /// What to ask for at `now`: the next page, or the same again if it does not come.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<PriorRequest> {
-        let run = self.run.filter(|_| self.whole.is_none())?;
-        Some(PriorRequest { run, from: self.cursor.ask(now)? as u32 })
+        self.pages.ask(now).map(|(run, from)| PriorRequest { run, from })
     }
 }
 

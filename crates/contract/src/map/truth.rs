@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Grid, Ground, MonotonicNs, PageCursor, Refusal, RunId};
+use super::gathering::Gathering;
+use crate::{Cell, Grid, Ground, MonotonicNs, Refusal, RunId};
 
 /// The true ground of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,16 +44,12 @@ pub struct TruthPage {
 
 /// Gathers the truth of one run page by page, asking until it is whole.
 #[derive(Clone, Debug, Default)]
-pub struct Gathering {
-    run: Option<RunId>,
-    cells: Vec<Ground>,
-    cursor: PageCursor,
-}
+pub struct TruthGathering(Gathering<Ground>);
 
-impl Gathering {
+impl TruthGathering {
     /// Begins to gather the truth of `run`, and forgets any other.
     pub fn begin(&mut self, run: RunId) {
-        *self = Self { run: Some(run), ..Self::default() };
+        self.0.begin(run);
     }
 
     /// Takes a page; the truth once it is whole, which is handed out once.
@@ -60,28 +57,13 @@ impl Gathering {
     /// # Errors
     /// If the page makes no progress, or goes beyond its grid.
     pub fn page(&mut self, page: &TruthPage) -> Result<Option<Truth>, Refusal> {
-        if self.run != Some(page.run) || u64::from(page.from) != self.cursor.next() {
-            return Ok(None);
-        }
-        let whole = page.grid.cells();
-        if page.cells.is_empty() || self.cells.len() + page.cells.len() > whole {
-            let need = format!("1 to {} more cells", whole.saturating_sub(self.cells.len()));
-            return Err(Refusal::malformed("truth.cells", &need, page.cells.len()));
-        }
-        self.cells.reserve_exact(whole - self.cells.len());
-        self.cells.extend_from_slice(&page.cells);
-        self.cursor.accept(page.from.into(), self.cells.len() as u64);
-        if self.cells.len() < whole {
-            return Ok(None);
-        }
-        self.run = None;
-        let cells = std::mem::take(&mut self.cells);
-        Ok(Some(Truth { run: page.run, grid: page.grid, cells, treasures: page.treasures.clone() }))
+        let &TruthPage { run, grid, from, .. } = page;
+        let whole = self.0.page("truth.cells", (run, &grid, from), &page.cells)?;
+        Ok(whole.map(|cells| Truth { run, grid, cells, treasures: page.treasures.clone() }))
     }
 
     /// What to ask for at `now`: the next page, or the same again if it does not come.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<TruthRequest> {
-        let run = self.run?;
-        Some(TruthRequest { run, from: self.cursor.ask(now)? as u32 })
+        self.0.ask(now).map(|(run, from)| TruthRequest { run, from })
     }
 }

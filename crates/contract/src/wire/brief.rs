@@ -6,14 +6,15 @@ use crate::Role;
 use crate::fixed_payload;
 
 use super::{
-    Wire, cell_from_wire, cell_to_wire, float, length, name_from_wire, run_from_wire, run_to_wire, tag,
+    Wire, cell_from_wire, cell_to_wire, float, grid_from_wire, length, name_from_wire, run_from_wire,
+    run_to_wire, tag,
 };
 use crate::limits::{
     BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX, TREASURES_MAX,
 };
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Grid, Guard, Limits, MotionParameters, Name,
+    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Guard, Limits, MotionParameters, Name,
     Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, Scout, SensorParameters, SoilMotion, Weights,
 };
 
@@ -229,8 +230,7 @@ impl TryFrom<&BriefV7> for Brief {
 
     // Long: every field is validated once, in the order of the struct.
     fn try_from(wire: &BriefV7) -> Result<Self, Refusal> {
-        let grid = Grid::new(wire.width, wire.height, wire.cell_size_m, wire.hop_cells)
-            .map_err(|error| Refusal::malformed("brief.grid", "a grid within bounds", error))?;
+        let grid = grid_from_wire("brief.grid", [wire.width, wire.height], wire.cell_size_m, wire.hop_cells)?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
             let cell = cell_from_wire(field, cell)?;
             if grid.contains(cell) {

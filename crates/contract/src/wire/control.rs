@@ -7,7 +7,7 @@ use crate::fixed_payload;
 
 use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
 use crate::message::{Message, PublishSubscribe};
-use crate::mission::pace::{HERTZ_MAX, HERTZ_MIN};
+use crate::mission::pace::{HERTZ_MAX, HERTZ_MIN, TIMES_MAX, TIMES_MIN};
 use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
 
 #[repr(C)]
@@ -17,11 +17,11 @@ pub struct ControlV1 {
     pub run: [u64; 2],
     /// Planner that shall take over; zero for other orders.
     pub incarnation: u64,
-    /// Landings a second if that is the pace asked for; zero otherwise.
+    /// Landings a second, or times real time, if that is the pace asked for; zero otherwise.
     pub pace_hz: f64,
     /// 1 pause, 2 resume, 3 step, 4 pace, 5 hand over.
     pub order: u32,
-    /// Pace asked for: 0 none, 1 max, 2 real, 3 as many hertz.
+    /// Pace asked for: 0 none, 1 max, 2 real, 3 as many hertz, 4 as many times real time.
     pub pace: u32,
     pub robot: u32,
     pub reserved: u32,
@@ -31,9 +31,9 @@ pub struct ControlV1 {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TempoV1 {
     pub run: [u64; 2],
-    /// Landings a second if that is the pace; zero otherwise.
+    /// Landings a second, or times real time, if that is the pace; zero otherwise.
     pub pace_hz: f64,
-    /// 1 max, 2 real, 3 as many hertz.
+    /// 1 max, 2 real, 3 as many hertz, 4 as many times real time.
     pub pace: u32,
     /// 1 while landings are held back.
     pub paused: u32,
@@ -58,6 +58,7 @@ fn pace_to_wire(pace: Pace) -> (u32, f64) {
         Pace::Max => (1, 0.0),
         Pace::Real => (2, 0.0),
         Pace::Hertz(pace_hz) => (3, pace_hz),
+        Pace::Times(times) => (4, times),
     }
 }
 
@@ -66,6 +67,7 @@ fn pace_from_wire(field: &str, code: u32, pace_hz: f64) -> Result<Pace, Refusal>
         1 => Ok(Pace::Max),
         2 => Ok(Pace::Real),
         3 => Ok(Pace::Hertz(float(field, pace_hz, HERTZ_MIN, HERTZ_MAX)?)),
+        4 => Ok(Pace::Times(float(field, pace_hz, TIMES_MIN, TIMES_MAX)?)),
         _ => Err(Refusal::malformed(field, "a known tag", code)),
     }
 }
@@ -173,6 +175,7 @@ mod tests {
             Order::Pace(Pace::Max),
             Order::Pace(Pace::Real),
             Order::Pace(Pace::Hertz(2.5)),
+            Order::Pace(Pace::Times(3600.0)),
             Order::HandOver(Incarnation(3)),
         ];
         for order in orders {

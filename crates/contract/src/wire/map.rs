@@ -7,12 +7,12 @@ use crate::{fixed_payload, slice_payload};
 
 use super::ground::{soil_code, soil_from_code};
 use super::{
-    Wire, counted, flag, gradient, length, robot_from_wire, run_from_wire, run_to_wire, treasures_from_wire,
-    treasures_to_wire,
+    Wire, at_most, counted, flag, gradient, grid_from_wire, length, robot_from_wire, run_from_wire,
+    run_to_wire, treasures_from_wire, treasures_to_wire,
 };
 use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
-use crate::{Decision, Digest, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell};
+use crate::{Decision, Digest, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell};
 
 /// A patch: what a landing changed in the map, or a part of that; the payload is its cells.
 #[repr(C)]
@@ -246,7 +246,8 @@ impl TryFrom<&MapRequestV1> for MapRequest {
 /// If the lattice or a number is out of range, there are too many cells, or one is out of range, off the
 /// lattice or out of order.
 pub fn patch_from_wire(header: &MapPatchV2, cells: &[SeenCellV3]) -> Result<MapPatch, Refusal> {
-    let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
+    let size = [header.width, header.height];
+    let grid = grid_from_wire("map.grid", size, header.cell_size_m, header.hop_cells)?;
     let whole = grid.cells() as u32;
     if header.seen_cells > whole {
         let need = format!("at most {whole}");
@@ -278,7 +279,8 @@ pub fn patch_from_wire(header: &MapPatchV2, cells: &[SeenCellV3]) -> Result<MapP
 /// # Errors
 /// As [`patch_from_wire`], and if the stretch is none or a cell lies outside of it.
 pub fn map_page_from_wire(header: &MapPageV2, cells: &[SeenCellV3]) -> Result<MapPage, Refusal> {
-    let grid = grid(header.width, header.height, header.cell_size_m, header.hop_cells)?;
+    let size = [header.width, header.height];
+    let grid = grid_from_wire("map.grid", size, header.cell_size_m, header.hop_cells)?;
     let whole = grid.cells() as u32;
     let (from, next) = (header.from, header.next);
     if from > next || next > whole {
@@ -302,11 +304,6 @@ pub fn map_page_from_wire(header: &MapPageV2, cells: &[SeenCellV3]) -> Result<Ma
     })
 }
 
-fn grid(width: u32, height: u32, cell_size_m: f64, hop_cells: u32) -> Result<Grid, Refusal> {
-    Grid::new(width, height, cell_size_m, hop_cells)
-        .map_err(|error| Refusal::malformed("map.grid", "a grid within bounds", error))
-}
-
 fn through(decision: u64) -> Result<Decision, Refusal> {
     counted("map.through", decision).map(Decision)
 }
@@ -321,9 +318,7 @@ fn sequence(sequence: u64) -> Result<u64, Refusal> {
 
 /// At most `most` cells with indices from `from` on and below `next`, in order.
 fn seen_cells(cells: &[SeenCellV3], most: usize, from: u32, next: u32) -> Result<Vec<SeenCell>, Refusal> {
-    if cells.len() > most {
-        return Err(Refusal::malformed("map.cells", &format!("at most {most} cells"), cells.len()));
-    }
+    at_most("map.cells", most, cells)?;
     // Into room made beforehand: collecting results would grow the vector again and again.
     let mut seen = Vec::with_capacity(cells.len());
     let mut least = from;

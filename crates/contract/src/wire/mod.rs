@@ -75,6 +75,26 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.request::<RouteRequest>();
 }
 
+/// A lattice within bounds.
+pub(crate) fn grid_from_wire(
+    field: &str,
+    [width, height]: [u32; 2],
+    cell_size_m: f64,
+    hop_cells: u32,
+) -> Result<Grid, Refusal> {
+    Grid::new(width, height, cell_size_m, hop_cells)
+        .map_err(|error| Refusal::malformed(field, "a grid within bounds", error))
+}
+
+/// Refuses more than `most` cells.
+pub(crate) fn at_most<C>(field: &str, most: usize, cells: &[C]) -> Result<(), Refusal> {
+    if cells.len() <= most {
+        Ok(())
+    } else {
+        Err(Refusal::malformed(field, &format!("at most {most} cells"), cells.len()))
+    }
+}
+
 /// The run nonce: high half, then low half.
 pub(crate) fn run_to_wire(run: RunId) -> [u64; 2] {
     [(run.0 >> 64) as u64, run.0 as u64]

@@ -5,7 +5,9 @@ use bytemuck::{Pod, Zeroable};
 use crate::Role;
 use crate::slice_payload;
 
-use super::{Wire, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use super::{
+    Wire, at_most, counted, float, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag,
+};
 use crate::limits::GRID_CELLS_MAX;
 use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::{Action, Decision, Name, Policy, PolicyCell, Refusal};
@@ -71,10 +73,7 @@ impl From<&PolicyCell> for PolicyCellV1 {
 /// # Errors
 /// If a value is not finite, the error bound none, or an action unknown.
 pub fn policy_from_wire(header: &PolicyHeaderV1, cells: &[PolicyCellV1]) -> Result<Policy, Refusal> {
-    if cells.len() > GRID_CELLS_MAX as usize {
-        let need = format!("at most {GRID_CELLS_MAX} cells");
-        return Err(Refusal::malformed("policy.cells", &need, cells.len()));
-    }
+    at_most("policy.cells", GRID_CELLS_MAX as usize, cells)?;
     let cell = |wire: &PolicyCellV1| {
         if !wire.value.is_finite() {
             return Err(Refusal::malformed("policy.value", "a finite value", wire.value));

@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, run_from_wire, run_to_wire};
+use super::{Wire, at_most, grid_from_wire, run_from_wire, run_to_wire};
 use crate::limits::PRIOR_PAGE_CELLS;
 use crate::message::{Request, RequestResponse};
-use crate::{Grid, PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
+use crate::{PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
 
 /// Asks for the prior from an index on.
 #[repr(C)]
@@ -92,12 +92,10 @@ impl From<&PriorPage> for PriorPageV1 {
 /// # Errors
 /// If the lattice is out of bounds, there are too many cells, or the probabilities of one do not add up.
 pub fn prior_page_from_wire(header: &PriorPageV1, cells: &[SpeedPriorV1]) -> Result<PriorPage, Refusal> {
-    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
-        .map_err(|error| Refusal::malformed("prior.grid", "a grid within bounds", error))?;
+    let size = [header.width, header.height];
+    let grid = grid_from_wire("prior.grid", size, header.cell_size_m, header.hop_cells)?;
     let most = PRIOR_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
-    if cells.len() > most {
-        return Err(Refusal::malformed("prior.cells", &format!("at most {most} cells"), cells.len()));
-    }
+    at_most("prior.cells", most, cells)?;
     let cells = cells.iter().map(|cell| SpeedPrior::new(cell.probabilities)).collect::<Result<_, _>>()?;
     Ok(PriorPage { run: run_from_wire(header.run), grid, from: header.from, cells })
 }
@@ -120,8 +118,8 @@ impl Request for PriorRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::RunId;
     use crate::message::Payload;
+    use crate::{Grid, RunId};
 
     /// P-PRIOR-SUM.
     #[test]

@@ -5,10 +5,13 @@ use bytemuck::{Pod, Zeroable};
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
-use super::{GroundV2, Wire, run_from_wire, run_to_wire, treasures_from_wire, treasures_to_wire};
+use super::{
+    GroundV2, Wire, at_most, grid_from_wire, run_from_wire, run_to_wire, treasures_from_wire,
+    treasures_to_wire,
+};
 use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
 use crate::message::{Request, RequestResponse};
-use crate::{Grid, Ground, Refusal, TruthPage, TruthRequest};
+use crate::{Ground, Refusal, TruthPage, TruthRequest};
 
 /// Asks for the truth from an index on.
 #[repr(C)]
@@ -86,12 +89,10 @@ impl From<&TruthPage> for TruthPageV1 {
 /// # Errors
 /// If the lattice is out of bounds, there are too many cells, or one is out of range.
 pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV2]) -> Result<TruthPage, Refusal> {
-    let grid = Grid::new(header.width, header.height, header.cell_size_m, header.hop_cells)
-        .map_err(|error| Refusal::malformed("truth.grid", "a grid within bounds", error))?;
+    let size = [header.width, header.height];
+    let grid = grid_from_wire("truth.grid", size, header.cell_size_m, header.hop_cells)?;
     let most = TRUTH_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
-    if cells.len() > most {
-        return Err(Refusal::malformed("truth.cells", &format!("at most {most} cells"), cells.len()));
-    }
+    at_most("truth.cells", most, cells)?;
     let cells = cells.iter().map(Ground::try_from).collect::<Result<_, _>>()?;
     let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
     Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells, treasures })

@@ -15,7 +15,7 @@ use crate::table;
 pub struct Conditions {
     /// Clock that the times are from.
     pub clock: String,
-    /// Pace asked for: `max`, `real`, or landings a second; `None` if not known.
+    /// Pace asked for: `max`, `real`, a multiple of it, or landings a second; `None` if not known.
     pub pace: Option<String>,
     /// Hops per second actually flown, from first landing to last commit.
     pub hops_per_second: Option<f64>,

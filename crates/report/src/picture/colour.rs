@@ -74,7 +74,7 @@ pub fn height_rgb(share: f64) -> [u8; 3] {
     let lightness = 0.55 + 0.42 * share;
     let chroma = 0.080 + 0.025 * (1.0 - share) * share * 4.0 - 0.035 * share;
     let hue_rad = (48.0 + 47.0 * share).to_radians();
-    srgb(lightness, chroma * hue_rad.cos(), chroma * hue_rad.sin())
+    srgb(lightness, chroma * libm::cos(hue_rad), chroma * libm::sin(hue_rad))
 }
 
 /// From Oklab (Ottosson 2020) to 8-bit sRGB.
@@ -90,7 +90,7 @@ fn srgb(lightness: f64, a: f64, b: f64) -> [u8; 3] {
     .map(|linear| {
         let clipped = linear.clamp(0.0, 1.0);
         let curved =
-            if clipped <= 0.003_130_8 { 12.92 * clipped } else { 1.055 * clipped.powf(1.0 / 2.4) - 0.055 };
+            if clipped <= 0.003_130_8 { 12.92 * clipped } else { 1.055 * libm::pow(clipped, 1.0 / 2.4) - 0.055 };
         (255.0 * curved).round() as u8
     })
 }
@@ -103,7 +103,7 @@ mod tests {
     fn luminance(colour: &str) -> f64 {
         let linear = |at: usize| {
             let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
-            if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+            if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
         };
         0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5)
     }
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn higher_ground_is_lighter_by_equal_steps() {
         // CIE lightness follows Oklab's closely; equal within a fifth of a step.
-        let star = |share: f64| 116.0 * luminance(&height(share)).cbrt() - 16.0;
+        let star = |share: f64| 116.0 * libm::cbrt(luminance(&height(share))) - 16.0;
         let steps: Vec<f64> =
             (0..10).map(|n| star(f64::from(n + 1) / 10.0) - star(f64::from(n) / 10.0)).collect();
         let mean = steps.iter().sum::<f64>() / 10.0;
@@ -123,14 +123,14 @@ mod tests {
     fn seen(colour: &str, seen_by: &[[f64; 3]; 3]) -> [f64; 3] {
         let linear = |at: usize| {
             let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
-            if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+            if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
         };
         let light = [1, 3, 5].map(linear);
         let [r, g, b] =
             seen_by.map(|row| row.iter().zip(light).map(|(m, c)| m * c).sum::<f64>().clamp(0.0, 1.0));
-        let long = (0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b).cbrt();
-        let medium = (0.211_903_498_2 * r + 0.680_699_545_1 * g + 0.107_396_956_6 * b).cbrt();
-        let short = (0.088_302_461_9 * r + 0.281_718_837_6 * g + 0.629_978_700_5 * b).cbrt();
+        let long = libm::cbrt(0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b);
+        let medium = libm::cbrt(0.211_903_498_2 * r + 0.680_699_545_1 * g + 0.107_396_956_6 * b);
+        let short = libm::cbrt(0.088_302_461_9 * r + 0.281_718_837_6 * g + 0.629_978_700_5 * b);
         [
             0.210_454_255_3 * long + 0.793_617_785_0 * medium - 0.004_072_046_8 * short,
             1.977_998_495_1 * long - 2.428_592_205_0 * medium + 0.450_593_709_9 * short,

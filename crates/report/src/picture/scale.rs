@@ -21,7 +21,7 @@ impl Ticks {
         if width <= 0.0 {
             return one;
         }
-        let rough = (width.log10().floor() as i32 - 2).max(-12);
+        let rough = (libm::log10(width).floor() as i32 - 2).max(-12);
         let steps = (rough..rough + 5).flat_map(|exponent| [1, 2, 5].map(|digit| (digit, exponent)));
         let mut ticks = steps.map(|(digit, exponent)| {
             let step = step(digit, exponent);

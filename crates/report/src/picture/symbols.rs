@@ -50,7 +50,7 @@ fn star(x: f64, y: f64, size: f64, ink: &str) -> String {
         .map(|n| {
             let radius = size * if n % 2 == 0 { 1.45 } else { 0.62 };
             let angle = std::f64::consts::PI * f64::from(n) / 5.0;
-            format!("{} {}", Number(x + radius * angle.sin()), Number(y - radius * angle.cos()))
+            format!("{} {}", Number(x + radius * libm::sin(angle)), Number(y - radius * libm::cos(angle)))
         })
         .collect();
     format!(

@@ -12,7 +12,7 @@ pub struct Camera {
 impl Default for Camera {
     /// 50 m up, as in the paper; 26.6 degrees, so that a disc of 25 m radius is seen.
     fn default() -> Self {
-        Self { altitude_m: 50.0, half_angle_deg: 0.5_f64.atan().to_degrees() }
+        Self { altitude_m: 50.0, half_angle_deg: libm::atan(0.5).to_degrees() }
     }
 }
 
@@ -20,7 +20,7 @@ impl Camera {
     /// Radius of the disc of ground that is seen.
     #[must_use]
     pub fn radius_m(self) -> f64 {
-        self.altitude_m * self.half_angle_deg.to_radians().tan()
+        self.altitude_m * libm::tan(self.half_angle_deg.to_radians())
     }
 }
 

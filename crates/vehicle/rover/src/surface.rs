@@ -81,7 +81,7 @@ impl Surface {
     pub fn slope_deg(&self, cell: usize) -> f64 {
         self.gradients.get(cell).map_or(0.0, |[east, north]| {
             // atan(√(e² + n²)).
-            (east * east + north * north).sqrt().atan().to_degrees()
+            libm::atan((east * east + north * north).sqrt()).to_degrees()
         })
     }
 

@@ -361,7 +361,7 @@ function showControls() {
   for (const id of ["pause", "step", "tempo"]) by(id).disabled = !allowed;
   by("step").disabled = !allowed || !tempo?.paused;
   put("pause", tempo?.paused ? "Go on" : "Pause");
-  if (!allowed && !TEXTS.get("told")) by("told").title = why;
+  if (!allowed && !TEXTS.get("answer")) by("answer").title = why;
   by("pause").title = allowed ? "Pause or go on (space)" : why;
 }
 
@@ -448,16 +448,16 @@ function replay() {
 // Orders.
 
 /** How long an answer to an order stands. */
-const TOLD_MS = 6000;
+const ANSWER_MS = 6000;
 
 async function tell(order) {
   try {
-    put("told", (await give(order)) ?? `told: ${order.order.replace("_", " ")}`);
+    put("answer", (await give(order)) ?? `sent: ${order.order.replace("_", " ")}`);
   } catch {
-    put("told", "the monitor does not answer");
+    put("answer", "the monitor does not answer");
   }
-  clearTimeout(view.told);
-  view.told = setTimeout(() => put("told", ""), TOLD_MS);
+  clearTimeout(view.answer);
+  view.answer = setTimeout(() => put("answer", ""), ANSWER_MS);
 }
 
 function toggle(option) {

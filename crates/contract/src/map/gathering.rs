@@ -1,0 +1,57 @@
+//! How a reader gathers what is served of every cell of a lattice in pages.
+
+use crate::{Grid, MonotonicNs, PageCursor, Refusal, RunId};
+
+/// Gathers a value for every cell of one run's lattice page by page, asking until all are there.
+#[derive(Clone, Debug)]
+pub(super) struct Gathering<C> {
+    run: Option<RunId>,
+    cells: Vec<C>,
+    cursor: PageCursor,
+}
+
+impl<C> Default for Gathering<C> {
+    fn default() -> Self {
+        Self { run: None, cells: Vec::new(), cursor: PageCursor::default() }
+    }
+}
+
+impl<C: Copy> Gathering<C> {
+    /// Begins to gather for `run`, and forgets any other.
+    pub fn begin(&mut self, run: RunId) {
+        *self = Self { run: Some(run), ..Self::default() };
+    }
+
+    /// Takes the cells of a page that begins at index `from`; all cells in index order once they are there, which are
+    /// handed out once. A page of another run or place changes nothing. `field` names the cells in a refusal.
+    ///
+    /// # Errors
+    /// If the page makes no progress, or goes beyond `grid`.
+    pub fn page(
+        &mut self,
+        field: &str,
+        (run, grid, from): (RunId, &Grid, u32),
+        cells: &[C],
+    ) -> Result<Option<Vec<C>>, Refusal> {
+        if self.run != Some(run) || u64::from(from) != self.cursor.next() {
+            return Ok(None);
+        }
+        let missing = grid.cells().saturating_sub(self.cells.len());
+        if cells.is_empty() || cells.len() > missing {
+            return Err(Refusal::malformed(field, &format!("1 to {missing} more cells"), cells.len()));
+        }
+        self.cells.reserve_exact(missing);
+        self.cells.extend_from_slice(cells);
+        self.cursor.accept(from.into(), self.cells.len() as u64);
+        if cells.len() < missing {
+            return Ok(None);
+        }
+        self.run = None;
+        Ok(Some(std::mem::take(&mut self.cells)))
+    }
+
+    /// The run and the first index to ask for at `now`: the next page, or the same again if it does not come.
+    pub fn ask(&mut self, now: MonotonicNs) -> Option<(RunId, u32)> {
+        Some((self.run?, self.cursor.ask(now)? as u32))
+    }
+}

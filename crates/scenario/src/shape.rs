@@ -1,0 +1,157 @@
+//! The relief of each source of terrain: generated, or cut out of an elevation model.
+
+use std::io::{BufRead, Cursor, Seek};
+
+use contract::{Grid, Range};
+use coverage_world::World;
+use terrain::{Gaussian, RandomField, RasterFile, Relief, TerrainError, Window, hop_cells};
+
+use crate::bounds::{in_range, positive};
+use crate::truth::{CropCells, CropMetres};
+use crate::{ElevationFile, Gaussians, Obstacles, Passages, RandomHills, ScenarioError};
+
+/// Most hills of a generated terrain.
+const HILLS_MAX: usize = 1000;
+
+/// A relief with the crop and resampling that produced it, which a sand mask has to repeat.
+pub struct Shaped {
+    pub relief: Relief,
+    pub source_cells: (u32, u32),
+    pub window: Window,
+    /// New cell size over old, if resampled.
+    pub ratio: Option<f64>,
+}
+
+impl Shaped {
+    pub fn generated(relief: Relief) -> Self {
+        let Grid { width, height, .. } = relief.grid;
+        Self { relief, source_cells: (width, height), window: Window::all(width, height), ratio: None }
+    }
+}
+
+impl Gaussians {
+    /// The hills raised and lowered.
+    pub fn hills(&self) -> Result<Vec<Gaussian>, ScenarioError> {
+        positive("truth.terrain.gaussians.sigma_m", self.sigma_m)?;
+        in_range("truth.terrain.gaussians.amplitude_m", self.amplitude_m, -1e6..=1e6, "-1e6 to 1e6 m")?;
+        let count = self.raised_m.len() + self.lowered_m.len();
+        hill_count("truth.terrain.gaussians", count)?;
+        for &coordinate in self.raised_m.iter().chain(&self.lowered_m).flatten() {
+            in_range(
+                "truth.terrain.gaussians.raised_m or lowered_m",
+                coordinate,
+                -1e6..=1e6,
+                "-1e6 to 1e6 m",
+            )?;
+        }
+        let offset_m = self.ground_at.offset_cells() * self.cell_size_m;
+        let hill = |sign: f64| {
+            move |centre_m: &[f64; 2]| Gaussian {
+                centre_m: centre_m.map(|coordinate_m| coordinate_m - offset_m),
+                sigma_m: self.sigma_m,
+                amplitude_m: sign * self.amplitude_m,
+            }
+        };
+        Ok(self.raised_m.iter().map(hill(1.0)).chain(self.lowered_m.iter().map(hill(-1.0))).collect())
+    }
+}
+
+impl RandomHills {
+    /// The field that random hills are drawn from.
+    pub fn field(&self) -> Result<RandomField, ScenarioError> {
+        hill_count("truth.terrain.random_hills.hills", self.hills as usize)?;
+        let range = |field, [min, max]: [f64; 2], least: f64| {
+            if min > least && min <= max && max <= 1e6 {
+                Ok(Range { min, max })
+            } else {
+                let need = "[smallest, largest], at most 1e6 m, sigma_m above 0";
+                Err(ScenarioError::Value { field, need, got: format!("[{min}, {max}]") })
+            }
+        };
+        Ok(RandomField {
+            seed: u64::from(self.seed),
+            hills: self.hills,
+            sigma_m: range("truth.terrain.random_hills.sigma_m", self.sigma_m, 0.0)?,
+            amplitude_m: range("truth.terrain.random_hills.amplitude_m", self.amplitude_m, -1e6)?,
+        })
+    }
+}
+
+impl Obstacles {
+    /// Obstacles are cells without ground.
+    pub fn shape(&self) -> Result<Shaped, ScenarioError> {
+        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, self.cell_size_m)?;
+        let world = World::random(grid, self.percent, self.seed)?;
+        let ground = |cell| world.is_free(cell).then_some((0.0, [0.0; 2]));
+        Ok(Shaped::generated(Relief { grid, cells: grid.iter().map(ground).collect() }))
+    }
+}
+
+impl Passages {
+    /// Level ground; what it is like is written into the terrain later.
+    pub fn shape(&self) -> Result<Shaped, ScenarioError> {
+        let lattice = scout_world::monte_carlo(self.seed).prior.surface().lattice();
+        let grid = grid(lattice.width() as u32, lattice.height() as u32, 1.0, 1.0)?;
+        let level = vec![Some((0.0, [0.0; 2])); grid.cells()];
+        Ok(Shaped::generated(Relief { grid, cells: level }))
+    }
+}
+
+impl ElevationFile {
+    /// The ground, out of `contents` if they are at hand, otherwise out of the file.
+    pub fn read(&self, contents: Option<&[u8]>, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
+        match contents {
+            Some(contents) => self.read_from(RasterFile::new(Cursor::new(contents))?, hop_distance_m),
+            None => self.read_from(RasterFile::open(&self.file)?, hop_distance_m),
+        }
+    }
+
+    fn read_from<R: BufRead + Seek>(
+        &self,
+        raster: RasterFile<R>,
+        hop_distance_m: f64,
+    ) -> Result<Shaped, ScenarioError> {
+        in_range(
+            "truth.terrain.elevation_file.vertical_exaggeration",
+            self.vertical_exaggeration,
+            1e-3..=1e3,
+            "0.001 to 1000",
+        )?;
+        let source_cells = (raster.header().width, raster.header().height);
+        let georeference = raster.georeference()?;
+        let window = match (self.crop_cells, self.crop_m) {
+            (Some(_), Some(_)) => return Err(ScenarioError::TwoCrops),
+            (Some(CropCells { x, y, width, height }), None) => Window { x, y, width, height },
+            (None, Some(CropMetres { west, south, width, height })) => {
+                georeference.window(source_cells, [west, south, width, height])?
+            }
+            (None, None) => Window::all(source_cells.0, source_cells.1),
+        };
+        // A cell size that no hop can span is refused before the cells are read.
+        let cell_size_m = self.cell_size_m.unwrap_or(georeference.cell_size_m);
+        let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
+        let mut elevation = raster.elevation(window)?;
+        let mut ratio = None;
+        if cell_size_m != elevation.cell_size_m {
+            ratio = Some(cell_size_m / elevation.cell_size_m);
+            elevation = elevation.resampled(cell_size_m)?;
+        }
+        let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
+        Ok(Shaped { relief, source_cells, window, ratio })
+    }
+}
+
+/// The lattice on which a hop spans whole cells.
+pub fn grid(width: u32, height: u32, cell_size_m: f64, hop_distance_m: f64) -> Result<Grid, ScenarioError> {
+    positive("truth.terrain cell_size_m", cell_size_m)?;
+    let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
+    Ok(Grid::new(width, height, cell_size_m, hop_cells).map_err(TerrainError::from)?)
+}
+
+fn hill_count(field: &'static str, count: usize) -> Result<(), ScenarioError> {
+    if count <= HILLS_MAX {
+        Ok(())
+    } else {
+        Err(ScenarioError::Value { field, need: "at most 1000 hills", got: count.to_string() })
+    }
+}

@@ -1,0 +1,94 @@
+//! What is seen, mapped and planned on.
+
+use contract::{Cell, Decision, Digest, MapPage, MapPatch, PastPage, RunId, SeenCell};
+use planner::Situation;
+
+use super::Checker;
+
+impl Checker {
+    /// hopper-sim answers for the past.
+    pub fn served(&mut self, page: &PastPage) {
+        let from = page.from.0 as usize;
+        let held = self.records.get(from..from + page.records.len());
+        // Whoever saw a journal that is gone asks beyond the end of this one.
+        let is_beyond = page.records.is_empty() && from >= self.records.len();
+        let right = page.run == self.mission.brief.run && (is_beyond || held == Some(&page.records[..]));
+        self.require(right, "nothing is published that the journal does not hold", || {
+            format!("the past from decision {from} is not that of the journal")
+        });
+        let landed = self.pacing.published;
+        let in_the_air = page.records.iter().find(|record| landed.is_some_and(|due| record.decision >= due));
+        self.require(in_the_air.is_none(), "the past holds landed hops only", || {
+            format!("decision {:?} was served before it landed", in_the_air.map(|record| record.decision))
+        });
+    }
+
+    /// perception publishes a patch.
+    pub fn mapped(&mut self, patch: &MapPatch) {
+        let MapPatch { run, through, digest, more, after, .. } = *patch;
+        self.told(run, through, &patch.cells, &patch.treasures);
+        if more == 0 {
+            self.right(through, digest, after);
+        }
+        let record = through.0.checked_sub(1).and_then(|index| self.records.get(index as usize));
+        // Another past's patches, and the starts', name whom they like.
+        let Some(actor) = record.filter(|record| record.digest == digest).map(|record| record.robot) else {
+            return;
+        };
+        let named = patch.robot;
+        self.require(
+            run != self.mission.brief.run || named == actor,
+            "a patch names the robot that sensed",
+            || format!("the patch through decision {through} names robot {named}, robot {actor} acted"),
+        );
+    }
+
+    /// perception answers for the map.
+    pub fn paged(&mut self, page: &MapPage) {
+        self.told(page.run, page.through, &page.cells, &page.treasures);
+        self.right(page.through, page.digest, page.observation);
+    }
+
+    fn told(&mut self, run: RunId, through: Decision, cells: &[SeenCell], treasures: &[Cell]) {
+        if run != self.mission.brief.run {
+            return;
+        }
+        let grid = self.mission.brief.grid;
+        let treasures = treasures.iter().filter_map(|cell| grid.index(*cell));
+        let mut told: Vec<usize> = cells.iter().map(|cell| cell.index as usize).collect();
+        told.extend(treasures);
+        let unseen = told.into_iter().find(|&index| !self.visible[index]);
+        self.require(unseen.is_none(), "the planner never knows an unseen cell", || {
+            format!("cell {unseen:?} is on the map through decision {through}")
+        });
+    }
+
+    fn right(&mut self, through: Decision, digest: Digest, observation: u64) {
+        let right = self.prints.get(&digest) == Some(&observation);
+        self.require(right, "the map is that of the poses so far", || {
+            format!("the map through decision {through}, digest {digest}, is another")
+        });
+    }
+
+    /// A planner is about to plan for `situation`.
+    pub fn plans(&mut self, situation: &Situation<'_>) {
+        let state = situation.state;
+        let covered = self.prints.get(&state.digest) == Some(&situation.map.observation())
+            && situation.map.through == Some(state.decision)
+            && situation.brief.run == state.run;
+        self.require(covered, "nobody decides before the map covers the decision", || {
+            format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
+        });
+        let is_right = self.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
+            cells == situation.map.cells() && treasures == situation.map.treasures()
+        });
+        self.require(is_right, "every plan is made on the map of its own past", || {
+            format!("at decision {} a cell or a treasure of the map is another", state.decision)
+        });
+    }
+
+    /// The number of cells in view from each pose.
+    pub(crate) fn disc_cells(&self) -> &[usize] {
+        &self.expected.disc_cells
+    }
+}
