@@ -360,8 +360,8 @@ mod tests {
         let ways: f64 = (1..=8).map(|k| libm::log(f64::from(92 + k) / f64::from(k))).sum();
         let successes = ways + 92.0 * libm::log(share) + 8.0 * libm::log(1.0 - share);
         let variance: f64 = 12.0 * 12.0 * (1.0 / 92.0 + 1.0 / 920.0);
-        let steps =
-            -(114.9_f64 - 116.0).powi(2) / (2.0 * variance) - libm::log(std::f64::consts::TAU * variance) / 2.0;
+        let steps = -(114.9_f64 - 116.0).powi(2) / (2.0 * variance)
+            - libm::log(std::f64::consts::TAU * variance) / 2.0;
         let got = log_likelihood(&sandy, &ours(920, 116.0, 12.0, &[]));
         assert!((got - successes - steps).abs() < 1e-9, "{got} for {}", successes + steps);
         assert!(log_likelihood(&sandy, &ours(920, 119.0, 12.0, &[])) < got, "a mean further off fits less");

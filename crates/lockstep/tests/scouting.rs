@@ -160,7 +160,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(records.len(), 46);
     assert_eq!(
         flown.state.digest.to_string(),
-        "be8fcc8bd303b6e0c803239a737cc8d1a44907c8b9274649a48d7cd145895aa8"
+        "cdf3a97d12b8a725147ed9f6a8b6fb49268e8d2b1459c9abe97799740d00561d"
     );
 }
 

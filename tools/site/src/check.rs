@@ -9,7 +9,7 @@ use process::Failure;
 use serde_json::json;
 
 /// Scenarios and profiles that the seeds take in turn, each with the planner that comes with it.
-const MISSIONS: [(&str, &str, &str); 8] = [
+const MISSIONS: [(&str, &str, &str); 10] = [
     ("hard", "paper-2023", "mdp"),
     ("hard", "hopper", "mdp"),
     ("sandy", "paper-2023", "mdp"),
@@ -18,6 +18,8 @@ const MISSIONS: [(&str, &str, &str); 8] = [
     ("treasures", "paper-2023", "mdp"),
     ("hills", "hopper", "dstar_lite"),
     ("heterogeneous", "paper-2023", "greedy"),
+    ("coverage", "hopper", "cover_frontier"),
+    ("rover-helicopter", "hopper", ""),
 ];
 
 /// What Node runs: a request a line on standard input, its outcome a line on standard output.
@@ -39,7 +41,9 @@ for (const line of readFileSync(0, 'utf8').split('\\n').filter(Boolean)) {
 #[must_use]
 pub fn missions(seeds: u64) -> Vec<String> {
     let mission = |(seed, (scenario, profile, planner)): (u64, &(&str, &str, &str))| {
-        let planners = [json!({ "from": 0, "planner": planner })];
+        // Rover and helicopter keep the planners of their scenario.
+        let planners =
+            if planner.is_empty() { json!([]) } else { json!([{ "from": 0, "planner": planner }]) };
         json!({ "scenario": scenario, "profile": profile, "seed": seed, "planners": planners }).to_string()
     };
     (1..=seeds).zip(MISSIONS.iter().cycle()).map(mission).collect()

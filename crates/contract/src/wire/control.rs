@@ -201,7 +201,7 @@ mod tests {
             ControlV1 { order: 6, ..wire },
             ControlV1 { order: 5, ..wire },
             ControlV1 { pace: 0, ..wire },
-            ControlV1 { pace: 4, ..wire },
+            ControlV1 { pace: 5, ..wire },
             ControlV1 { pace_hz: f64::NAN, ..wire },
             ControlV1 { pace_hz: -1.0, ..wire },
             ControlV1 { pace_hz: 1e9, ..wire },

@@ -89,8 +89,11 @@ fn srgb(lightness: f64, a: f64, b: f64) -> [u8; 3] {
     ]
     .map(|linear| {
         let clipped = linear.clamp(0.0, 1.0);
-        let curved =
-            if clipped <= 0.003_130_8 { 12.92 * clipped } else { 1.055 * libm::pow(clipped, 1.0 / 2.4) - 0.055 };
+        let curved = if clipped <= 0.003_130_8 {
+            12.92 * clipped
+        } else {
+            1.055 * libm::pow(clipped, 1.0 / 2.4) - 0.055
+        };
         (255.0 * curved).round() as u8
     })
 }
