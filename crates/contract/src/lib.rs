@@ -10,6 +10,16 @@
 //! be done, [`protocol`] what processes tell each other meanwhile, [`map`] what is known of the ground; each knows those
 //! before it. [`message`] says what a message is.
 //!
+//! ```
+//! use contract::{Cell, Direction, Grid};
+//!
+//! // 20 × 20 cells of half a metre; a hop crosses two of them.
+//! let grid = Grid::new(20, 20, 0.5, 2)?;
+//! assert_eq!(grid.hop(Cell::new(3, 4), Direction::North), Cell::new(3, 6));
+//! assert_eq!(grid.hop_distance_m(), 1.0);
+//! # Ok::<(), contract::grid::GridError>(())
+//! ```
+//!
 //! No I/O, no clock, no middleware in here.
 
 #![warn(clippy::disallowed_methods)]
