@@ -2,10 +2,10 @@
 
 use contract::{Action, Branch, Brief, Cell, Decision, Direction, MonotonicNs, Origin, Policy, Role, Stage};
 use ratatui::Frame;
-use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Paragraph};
+use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
 use monitor::history::{Hop, PeerChange, SeenCells};
@@ -51,6 +51,8 @@ pub struct ViewSettings {
     pub follow: bool,
     /// Whether orders are allowed.
     pub control: bool,
+    /// Whether to show what each key does.
+    pub keys: bool,
 }
 
 impl ViewSettings {
@@ -58,6 +60,15 @@ impl ViewSettings {
     #[must_use]
     pub fn shown(&self, due: Decision) -> Decision {
         self.at.map_or(due, |at| at.min(due))
+    }
+
+    /// Back by one: from the keys to the mission, from an earlier hop to now.
+    pub fn back(&mut self) {
+        if self.keys {
+            self.keys = false;
+        } else {
+            self.at = None;
+        }
     }
 
     /// Moves by `by` hops, back if negative; at the end of the history the view follows the mission again.
@@ -88,7 +99,29 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
         view.draw(frame, inside);
     }
     frame.render_widget(Paragraph::new(side(history, settings, now, right)), right);
+    if settings.keys {
+        let [across] = Layout::horizontal([Constraint::Length(62)]).flex(Flex::Center).areas(body);
+        let [panel] =
+            Layout::vertical([Constraint::Length(KEYS.len() as u16 + 2)]).flex(Flex::Center).areas(across);
+        let lines =
+            KEYS.map(|(key, does)| Line::from(vec![Span::styled(format!(" {key:<15}"), BOLD), does.into()]));
+        frame.render_widget(Clear, panel);
+        frame.render_widget(Paragraph::new(lines.to_vec()).block(Block::bordered().title(" keys ")), panel);
+    }
 }
+
+/// What each key does; those of the page that a terminal has use for.
+const KEYS: [(&str, &str); 9] = [
+    ("← →", "one hop back or ahead"),
+    ("Page Up, Down", "ten hops back or ahead"),
+    ("Home, End", "first hop; now"),
+    ("P", "policy arrows"),
+    ("F", "follow the robot, or the whole map"),
+    ("Esc", "back to now"),
+    ("Space, S, H", "pause, single step, hand over (--control)"),
+    ("?", "these keys"),
+    ("Q", "quit"),
+];
 
 fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
     let mut line = vec![Span::styled(" Hopper ", BOLD.fg(AMBER))];
@@ -124,7 +157,7 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
 }
 
 fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
-    let view = " q quit  ←→ PgUp PgDn Home End  p policy  f follow";
+    let view = " ? keys  q quit  ←→ PgUp PgDn Home End  p policy";
     let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
     let control = match (settings.control, obeys) {
         (true, true) => "  space pause  s step  h hand",

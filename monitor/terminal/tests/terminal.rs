@@ -122,6 +122,24 @@ fn looking_back_shows_the_mission_as_it_was() {
     insta::assert_snapshot!("looking_back", picture(&account(), &settings, 100, 30));
 }
 
+/// P-TUI-KEYS.
+#[test]
+fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now() {
+    let mut settings = ViewSettings { at: Some(Decision(5)), keys: true, ..ViewSettings::default() };
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let shown = picture(&account(), &settings, columns, rows).to_string();
+        for key in ["one hop back or ahead", "back to now", "hand over (--control)", "these keys", "quit"] {
+            assert!(shown.contains(key), "{key}: {shown}");
+        }
+    }
+    settings.back();
+    assert_eq!((settings.keys, settings.at), (false, Some(Decision(5))));
+    settings.back();
+    assert_eq!(settings.at, None);
+    settings.back();
+    assert_eq!(settings, ViewSettings::default(), "now is as far as it goes");
+}
+
 #[test]
 fn a_terminal_too_small_says_what_it_needs_and_nothing_is_drawn_of_nothing() {
     let small = picture(&account(), &ViewSettings::default(), 60, 20).to_string();
@@ -136,7 +154,7 @@ fn every_size_of_terminal_and_every_moment_can_be_drawn() {
     for (columns, rows) in [(80, 24), (81, 25), (120, 40), (300, 100), (80, 200), (500, 24)] {
         for at in [None, Some(Decision(0)), Some(Decision(3)), Some(Decision(999))] {
             for follow in [false, true] {
-                let settings = ViewSettings { at, follow, policy: true, control: false };
+                let settings = ViewSettings { at, follow, policy: true, ..ViewSettings::default() };
                 let text = picture(&account, &settings, columns, rows).to_string();
                 assert!(text.contains('@'), "{columns} x {rows} at {at:?}: {text}");
             }
