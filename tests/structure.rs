@@ -177,10 +177,11 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 13] = [
+const HOSTS: [&str; 14] = [
     ".",
     "bench",
     "crates/node",
+    "monitor/foxglove",
     "monitor/terminal",
     "python",
     "qa",
@@ -274,6 +275,8 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "hopper-research",
         "hopper-qa",
         "hopper-view",
+        "foxglove",
+        "foxglove-server",
         "known",
         "hostile",
         "mcap",
@@ -282,6 +285,8 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "recording",
         "simulation",
         "terminal",
+        "tokio",
+        "tungstenite",
     ] {
         assert!(is_absent(&built, stranger), "hopper builds {stranger}");
     }

@@ -46,7 +46,7 @@ pub use ground::{DriveSpeed, Ground, Soil};
 pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
 pub use map::observed_map::ObservedMap;
 pub use map::patch::{MapPage, MapPatch, MapRequest, SeenCell};
-pub use map::prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
+pub use map::prior::{Prior, PriorCell, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
 pub use map::replica::Replica;
 pub use map::truth::{Truth, TruthGathering, TruthPage, TruthRequest};
 pub use message::{Message, Payload, Request};
