@@ -103,8 +103,9 @@ impl World {
         } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
             self.checker.announced(announcement);
             self.note(|| {
-                let (robot, points) = (announcement.robot, announcement.route.waypoints().len());
-                format!("a route of {points} points is published for robot {robot}")
+                let Announcement { robot, route, .. } = announcement;
+                let points: Vec<String> = route.waypoints().iter().map(ToString::to_string).collect();
+                format!("a route is published for robot {robot}: {}", points.join(", "))
             });
         } else if let Some(pacing) = message.downcast_ref::<Pacing>() {
             self.checker.paced(pacing);
@@ -296,7 +297,8 @@ impl World {
             && let Pass::Over { is_clean, .. } = life.pass.replace(Pass::None)
         {
             self.coverage.count("map", "asked_again");
-            let is_empty = request.observation == 0;
+            // A rover that has not driven has seen nothing: then the whole map is empty.
+            let is_empty = request.observation == 0 && self.checker.has_seen();
             if is_clean && is_empty && !self.is_another_mission {
                 let incarnation = life.incarnation;
                 self.checker

@@ -88,6 +88,11 @@ impl Checker {
         self.plans_with_robots(situation);
     }
 
+    /// Whether anything has been seen.
+    pub(crate) fn has_seen(&self) -> bool {
+        self.expected.fingerprint() != 0
+    }
+
     /// The number of cells in view from each pose.
     pub(crate) fn disc_cells(&self) -> &[usize] {
         &self.expected.disc_cells
