@@ -246,7 +246,10 @@ impl Pilot {
     /// A route that a robot follows and whose points are not known.
     fn unknown_route(&self) -> Option<contract::RouteId> {
         let route = |member: &Member| member.travel.and_then(|travel| travel.route);
-        let mut routes = self.team.iter().flat_map(|team| team.members.iter().filter_map(route));
+        let run = self.brief.as_ref()?.run;
+        // Whoever stays for another run still holds the robots of the one before.
+        let team = self.team.iter().filter(|team| team.run == run);
+        let mut routes = team.flat_map(|team| team.members.iter().filter_map(route));
         routes.find(|id| self.routes.get(*id).is_none())
     }
 

@@ -1,9 +1,10 @@
 //! `hopper-qa planted`: bugs planted in a copy of the sources, each of which the fault simulation must find.
 //!
 //! Every file of `qa/planted/` is one bug: a patch whose first line says in a sentence what is wrong. Those whose name
-//! begins with `rovers-` are to be found in missions of several rovers, the others in those of a hopper. The tracked files
-//! are copied to `target/planted/tree`, where one patch at a time is applied, the example `seeds` of the simulation is
-//! built and run, and the patch is reversed. No bug is ever in a tree that is shipped.
+//! begins with `rovers-` are to be found in missions of several rovers, those with `scouts-` in missions of a rover with
+//! helicopters, the others in those of a hopper. The tracked files are copied to `target/planted/tree`, where one patch at
+//! a time is applied, the example `seeds` of the simulation is built and run, and the patch is reversed. No bug is ever in
+//! a tree that is shipped.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -61,10 +62,15 @@ pub struct Bug {
 /// Whose missions the example `seeds` simulates.
 const HOPPER: &str = "hopper";
 const ROVERS: &str = "rovers";
+const SCOUTS: &str = "scouts";
 
 /// In whose missions the bug of that name is to be found.
 fn missions_of(name: &str) -> &'static str {
-    if name.starts_with("rovers-") { ROVERS } else { HOPPER }
+    match name.split('-').next() {
+        Some(ROVERS) => ROVERS,
+        Some(SCOUTS) => SCOUTS,
+        _ => HOPPER,
+    }
 }
 
 impl Bug {
@@ -288,7 +294,7 @@ impl Scratch {
 
     /// Makes sure that it was the bugs that were found: without them the same seeds break no promise.
     fn try_unpatched(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        for missions in [HOPPER, ROVERS] {
+        for missions in [HOPPER, ROVERS, SCOUTS] {
             let of_these = verdicts.iter().filter(|verdict| missions_of(&verdict.name) == missions);
             let Some(last) = of_these.filter_map(|verdict| verdict.seed).max() else { continue };
             if let Seen::Broken(seed, promise, detail) = self.simulate(missions, &Seeds(0..last + 1))? {

@@ -24,7 +24,7 @@ pub struct Args {
     /// Seeds to simulate, the last left out.
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
-    /// Whose missions: those of a hopper, or of two or three rovers that cover ground.
+    /// Whose missions: those of a hopper, of two or three rovers that cover ground, or of a rover that helicopters scout for.
     #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
     missions: Whose,
     /// Seeds at once [default: one a core].
@@ -41,6 +41,7 @@ enum Whose {
     #[default]
     Hopper,
     Rovers,
+    Scouts,
 }
 
 impl From<Whose> for Missions {
@@ -48,6 +49,7 @@ impl From<Whose> for Missions {
         match whose {
             Whose::Hopper => Missions::Hopper,
             Whose::Rovers => Missions::Rovers,
+            Whose::Scouts => Missions::Scouts,
         }
     }
 }

@@ -507,6 +507,10 @@ fn improve(value: &Value, flight: Vec<Point>, settings: &ScoutValue, random: &mu
             1 => flight.insert(at, moved(flight[at - 1].towards(flight[at], 0.5))),
             _ => flight[at] = moved(flight[at]),
         }
+        // Beyond the border there is nothing to see, and no such flight would be let pass.
+        if !flight.iter().all(|point| value.lattice.contains(*point)) {
+            continue;
+        }
         let flight = within_budget(&flight, settings.budget_m);
         let drop = value.drop_sol(&flight);
         if drop > best.0 {

@@ -6,6 +6,7 @@
 mod commands;
 mod maps;
 mod pace;
+mod routes;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,7 +23,7 @@ use serde::Serialize;
 use crate::expected::{Expected, first_digest, next_digest};
 use crate::life::Life;
 use crate::reservation::Reservations;
-use crate::rovers::Rovers;
+use crate::robots::Robots;
 use crate::setup::{self, Setup};
 
 /// A promise that did not hold.
@@ -35,7 +36,7 @@ pub struct Violation {
 }
 
 /// What a command is known by.
-type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32);
+type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32, u64);
 
 /// The leader that the sender of a command knows.
 #[derive(Clone, Copy, Debug)]
@@ -72,8 +73,8 @@ pub struct Checker {
     mission: Mission,
     opening: State,
     records: Vec<Record>,
-    /// Of a mission of rovers: all of them after those records.
-    rovers: Option<Rovers>,
+    /// Of a mission that is not a single hopper's: all robots after those records.
+    robots: Option<Robots>,
     /// Who led each robot in each term of the run.
     terms: BTreeMap<(RobotId, Term), Incarnation>,
     sent: BTreeSet<Sent>,
@@ -128,7 +129,7 @@ impl Checker {
         let mut checker = Self {
             opening,
             records: Vec::new(),
-            rovers: Rovers::begin(mission),
+            robots: Robots::begin(mission),
             terms: BTreeMap::new(),
             sent: BTreeSet::new(),
             expected: Expected::unseen(&mission.brief),
@@ -148,8 +149,8 @@ impl Checker {
             violation: None,
             mission: mission.clone(),
         };
-        match &checker.rovers {
-            Some(rovers) => checker.expected.enter(&mission.brief, &mission.terrain, &rovers.views()),
+        match &checker.robots {
+            Some(robots) => robots.open(&mission.brief, &mission.terrain, &mut checker.expected),
             None => checker.expected.land(&mission.brief, &mission.terrain, opening.pose),
         }
         checker.mapped_at(opening.digest);
@@ -170,6 +171,10 @@ impl Checker {
         self.reservations = old.reservations;
         self.sim = old.sim;
         self.violation = old.violation;
+        let scouts = self.robots.as_mut().and_then(Robots::scouts_mut);
+        if let (Some(scouts), Some(before)) = (scouts, old.robots.as_ref().and_then(Robots::scouts)) {
+            scouts.keep_announced(before);
+        }
     }
 
     /// What was violated first, if anything was.
@@ -198,12 +203,12 @@ impl Checker {
 
     /// Whose turn it is.
     pub(crate) fn due(&self) -> RobotId {
-        self.rovers.as_ref().map_or(RobotId(0), Rovers::due)
+        self.robots.as_ref().map_or(RobotId(0), Robots::due)
     }
 
-    /// A step that the rover which is due cannot take.
-    pub(crate) fn blocked_step(&self) -> Option<Action> {
-        self.rovers.as_ref()?.blocked_step(&self.mission)
+    /// An action of the robot that is due which the guard should veto.
+    pub(crate) fn blocked_action(&self) -> Option<Action> {
+        self.robots.as_ref()?.blocked_action(&self.mission)
     }
 
     /// Who commands the robot that is due.
@@ -215,7 +220,7 @@ impl Checker {
     /// Who commands a robot.
     pub(crate) fn leader_of(&self, robot: RobotId) -> Leader {
         let last = || self.records.last().map_or(self.opening.leader, |record| record.leader);
-        self.rovers.as_ref().map_or_else(last, |rovers| rovers.leader(robot))
+        self.robots.as_ref().map_or_else(last, |robots| robots.leader(robot))
     }
 
     /// Takes note of a violation; the first counts.
@@ -245,8 +250,8 @@ impl Checker {
     /// A decision was executed: more may be seen.
     fn see(&mut self, record: &Record) {
         let Mission { brief, terrain, .. } = &self.mission;
-        match &self.rovers {
-            Some(rovers) => self.expected.enter(brief, terrain, rovers.view_after(record).as_slice()),
+        match &self.robots {
+            Some(robots) => robots.see(brief, terrain, record, &mut self.expected),
             None => self.expected.land(brief, terrain, record.pose),
         }
         self.mapped_at(record.digest);
@@ -277,8 +282,8 @@ impl Checker {
         let chained = record.previous == previous && record.digest == next_digest(previous, record);
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
-            let need = match &self.rovers {
-                Some(rovers) => rovers.execute(&self.mission, record.action),
+            let need = match &self.robots {
+                Some(robots) => robots.execute(&self.mission, record.action),
                 None => Some((RobotId(0), execute(&self.mission, &before, record.action))),
             };
             let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
@@ -303,8 +308,8 @@ impl Checker {
             });
         }
         self.records.push(*record);
-        if let Some(rovers) = &mut self.rovers {
-            rovers.committed(&self.mission, record);
+        if let Some(robots) = &mut self.robots {
+            robots.committed(&self.mission, record);
         }
         self.see(record);
     }
@@ -317,7 +322,7 @@ impl Checker {
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
-        if record.origin == Origin::Policy {
+        if record.origin == Origin::Policy && self.robots.is_none() {
             // The decision after that which reached the last goal.
             let visits = self.records.last().map_or(0, |last| last.visits);
             let leg_began = self.records.iter().position(|record| record.visits == visits);
@@ -347,11 +352,11 @@ impl Checker {
         Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
     }
 
-    /// Actions that the guard should veto at `from`, which is where the hopper is; of rovers, those that lead the one that
-    /// is due where it cannot stand.
+    /// Actions that the guard should veto at `from`, which is where the hopper is; of several robots, those that lead the one
+    /// that is due where it cannot stand or may be trapped.
     fn to_veto(&self, from: Cell) -> Vetoed {
-        if let Some(rovers) = &self.rovers {
-            return rovers.blocked(&self.mission);
+        if let Some(robots) = &self.robots {
+            return robots.blocked(&self.mission);
         }
         let hazard_max = self.mission.brief.guard.hazard_max;
         let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
@@ -380,6 +385,11 @@ impl Checker {
         let due = deadline_ns > 0 && waited_ns >= deadline_ns && record.leader == leader;
         self.require(due, "nobody falls back before the deadline", || {
             format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
+        });
+        let Some(need) = self.robots.as_ref().map(Robots::fallback) else { return };
+        let got = (record.action, record.origin);
+        self.require(got == need, "at the deadline a robot goes on along its route, or holds", || {
+            format!("decision {} was {got:?}, needs {need:?}", record.decision)
         });
     }
 
@@ -459,7 +469,7 @@ impl Checker {
             });
         }
         let digest = self.digest();
-        let need = self.rovers.as_ref().map(|rovers| rovers.team(team.run, team.decision, digest));
+        let need = self.robots.as_ref().map(|robots| robots.team(team.run, team.decision, digest));
         self.require(need.as_ref() == Some(team), "the robots are where the journal leaves them", || {
             format!("told {team:?}, needs {need:?}")
         });
@@ -537,5 +547,5 @@ impl Checker {
 fn signature(record: &Record, run: RunId) -> Sent {
     let action: Action = record.action;
     let Leader { incarnation, term, .. } = record.leader;
-    (run, record.robot, incarnation, record.decision, record.previous, term, action.code())
+    (run, record.robot, incarnation, record.decision, record.previous, term, action.code(), action.route())
 }

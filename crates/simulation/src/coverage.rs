@@ -46,9 +46,11 @@ pub struct Sometimes {
     pub seeds: u64,
 }
 
-const ALL: &[Missions] = &[Missions::Hopper, Missions::Rovers];
+const ALL: &[Missions] = &[Missions::Hopper, Missions::Rovers, Missions::Scouts];
 const HOPPER: &[Missions] = &[Missions::Hopper];
 const ROVERS: &[Missions] = &[Missions::Rovers];
+const SCOUTS: &[Missions] = &[Missions::Scouts];
+const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts];
 
 const fn sometimes(
     group: &'static str,
@@ -79,8 +81,23 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("rovers", "stranded", ROVERS, 500),
     sometimes("rovers", "another_leads", ROVERS, 500),
     sometimes("rovers", "two_led_by_one", ROVERS, 500),
-    sometimes("refusal", "not_due", ROVERS, 500),
+    sometimes("refusal", "not_due", TEAMS, 500),
     sometimes("refusal", "occupied", ROVERS, 2_000),
+    sometimes("refusal", "unknown_route", SCOUTS, 500),
+    sometimes("refusal", "beyond_budget", SCOUTS, 500),
+    sometimes("refusal", "vetoed", SCOUTS, 500),
+    sometimes("scouts", "announcement_lost", SCOUTS, 500),
+    sometimes("scouts", "another_life_drives_off", SCOUTS, 500),
+    sometimes("scouts", "another_life_takes_off", SCOUTS, 500),
+    sometimes("scouts", "flight_taken_over", SCOUTS, 500),
+    sometimes("scouts", "drive_taken_over", SCOUTS, 500),
+    sometimes("scouts", "announced_anew", SCOUTS, 500),
+    sometimes("scouts", "helicopter_out", SCOUTS, 500),
+    sometimes("scouts", "rover_trapped", SCOUTS, 500),
+    sometimes("scouts", "fallback_flies", SCOUTS, 500),
+    sometimes("scouts", "fallback_drives", SCOUTS, 500),
+    sometimes("scouts", "route_asked_again", SCOUTS, 500),
+    sometimes("scouts", "prior_of_two_lives", SCOUTS, 2_000),
 ];
 
 impl Coverage {

@@ -56,6 +56,12 @@ impl Expected {
             self.seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
     }
 
+    /// These cells, in index order, have been seen on the way of some robot.
+    pub fn reveal(&mut self, terrain: &Terrain, seen: &[bool]) {
+        self.seen = seen.to_vec();
+        self.cells = seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
+    }
+
     /// The robot has landed at `pose`.
     pub fn land(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose) {
         let (grid, sensor) = (brief.grid, brief.sensor);
@@ -115,7 +121,8 @@ impl Expected {
             for value in [ground.height_m, ground.gradient[0], ground.gradient[1]] {
                 bytes.extend(value.to_bits().to_le_bytes());
             }
-            bytes.extend([u8::from(ground.soil == Soil::Sand), u8::from(ground.passable)]);
+            let speed = ground.speed.map_or(0, |speed| 1 + speed as u8);
+            bytes.extend([u8::from(ground.soil == Soil::Sand) | speed << 1, u8::from(ground.passable)]);
             if self.visits[index] > 0 {
                 bytes.extend(self.visits[index].to_le_bytes());
             }
@@ -182,6 +189,9 @@ pub(crate) fn next_digest(before: Digest, record: &Record) -> Digest {
     bytes.extend(record.steps.to_le_bytes());
     bytes.extend(record.status.code().to_le_bytes());
     bytes.extend(record.collected.0.to_le_bytes());
+    if let contract::Action::Announce(route) = record.action {
+        bytes.extend(route.0.to_le_bytes());
+    }
     if record.robot.0 > 0 {
         bytes.extend(record.robot.0.to_le_bytes());
     }

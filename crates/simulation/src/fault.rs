@@ -223,7 +223,7 @@ pub enum Forgery {
     NotDue,
     /// The robot that is due, with the next term of another.
     TermOfAnother,
-    /// A step to where the rover that is due cannot stand, best of all where another one does.
+    /// A step to where the rover that is due cannot stand, best of all where another one does; a drive that may be a trap.
     Blocked,
     /// A decision that was executed.
     Repeated,
@@ -239,6 +239,14 @@ pub enum Forgery {
     Usurped,
     /// No command at all.
     Malformed,
+    /// A rover told to fly, or a helicopter to drive.
+    Kind,
+    /// A route whose points nobody has sent.
+    UnknownRoute,
+    /// A route, points and all, that begins elsewhere than its robot stands.
+    RouteElsewhere,
+    /// A flight, points and all, that is longer than the budget.
+    BeyondBudget,
 }
 
 impl Forgery {
@@ -258,18 +266,26 @@ impl Forgery {
             Forgery::Stale => "stale",
             Forgery::Usurped => "usurped",
             Forgery::Malformed => "malformed",
+            Forgery::Kind => "kind",
+            Forgery::UnknownRoute => "unknown_route",
+            Forgery::RouteElsewhere => "route_elsewhere",
+            Forgery::BeyondBudget => "beyond_budget",
         }
     }
 
-    /// Those that can be where these missions are: the last three need several robots.
+    /// Those that can be where these missions are: some need several robots, and some need routes.
     #[must_use]
     pub fn of(missions: Missions) -> &'static [Forgery] {
-        let count = if missions == Missions::Rovers { Self::ALL.len() } else { Self::ALL.len() - 3 };
+        let count = match missions {
+            Missions::Hopper => 9,
+            Missions::Rovers => 12,
+            Missions::Scouts => Self::ALL.len(),
+        };
         &Self::ALL[..count]
     }
 
     /// Every one.
-    pub const ALL: [Forgery; 12] = [
+    pub const ALL: [Forgery; 16] = [
         Forgery::Run,
         Forgery::Robot,
         Forgery::Repeated,
@@ -282,6 +298,10 @@ impl Forgery {
         Forgery::NotDue,
         Forgery::TermOfAnother,
         Forgery::Blocked,
+        Forgery::Kind,
+        Forgery::UnknownRoute,
+        Forgery::RouteElsewhere,
+        Forgery::BeyondBudget,
     ];
 }
 
@@ -377,8 +397,8 @@ fn kind(missions: Missions, seed: u64, chance: &mut Chance) -> Kind {
         29 => Kind::NewRun { restart_ns },
         30 => Kind::ForeignBuild { seat: missions.seat(seed, chance) },
         33 | 34 => Kind::LoseTail { records: chance.between(1, 6), restart_ns },
-        // Flown on elsewhere is a hopper's journal only: each rover would need a planner and a term of its own there.
-        35 | 36 if missions == Missions::Rovers => {
+        // Flown on elsewhere is a hopper's journal only: each robot would need a planner and a term of its own there.
+        35 | 36 if missions != Missions::Hopper => {
             Kind::LoseTail { records: chance.between(1, 6), restart_ns }
         }
         35 | 36 => Kind::Elsewhere {

@@ -3,8 +3,9 @@
 use std::any::Any;
 
 use contract::{
-    Branch, Brief, Command, Control, Heartbeat, MapPage, MapPatch, MapRequest, Message, MonotonicNs, Order,
-    Pacing, PastPage, PastRequest, Policy, Record, RobotId, Role, State, Team, TruthPage, TruthRequest,
+    Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest,
+    Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest, Record,
+    RobotId, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
 
@@ -18,16 +19,20 @@ use crate::stream::Stream;
 use crate::world::MS;
 use crate::world::World;
 
+mod scouts;
+
+pub(crate) use scouts::Scouting;
+
 impl World {
     /// The checker looks at what the journal has just taken.
     pub fn check_commit(&mut self) {
-        let Some(record) = self.disk.take_write().and_then(|frame| hopper_sim::journal::record_of(&frame))
-        else {
-            return;
-        };
+        let Some(frame) = self.disk.take_write() else { return };
+        let Some(record) = hopper_sim::journal::record_of(&frame) else { return };
         self.count_rovers(&record);
+        self.count_scouts(&record);
         self.checker.executed(&record);
         self.checker.committed(&record);
+        self.checker.journalled(&record, &frame);
         self.decisions += 1;
         self.stirred_ns = self.stirred_ns.max(self.time_ns);
         let Record { robot, decision, action, leader, .. } = record;
@@ -95,6 +100,13 @@ impl World {
             });
         } else if let Some(command) = message.downcast_ref::<Command>() {
             self.sent(life, command, now);
+        } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
+            self.checker.announced(announcement);
+            self.note(|| {
+                let Announcement { robot, route, .. } = announcement;
+                let points: Vec<String> = route.waypoints().iter().map(ToString::to_string).collect();
+                format!("a route is published for robot {robot}: {}", points.join(", "))
+            });
         } else if let Some(pacing) = message.downcast_ref::<Pacing>() {
             self.checker.paced(pacing);
             self.coverage.count("tempo", if pacing.paused { "paused" } else { "running" });
@@ -132,7 +144,7 @@ impl World {
         let of_team = || life.leader_in_team(command);
         let (leader, since) = match (is_known, is_behind, self.setup.missions) {
             (true, _, Missions::Hopper) => life.leader_seen.get(),
-            (true, _, Missions::Rovers) => of_team().unwrap_or((itself, now)),
+            (true, _, Missions::Rovers | Missions::Scouts) => of_team().unwrap_or((itself, now)),
             (false, true, _) => (itself, now),
             (false, false, _) => (contract::Leader::default(), life.leader_seen.get().1),
         };
@@ -161,6 +173,7 @@ impl World {
         {
             let (received, executed) = life.commands.get();
             life.commands.set((received + 1, executed));
+            self.count_lost_announcement(life, command);
             self.checker.judged(command, now);
         } else if let Some(policy) = message.downcast_ref::<Policy>()
             && life.role == Role::HopperSim
@@ -170,6 +183,8 @@ impl World {
             self.knows(life, state, now);
         } else if let Some(team) = message.downcast_ref::<Team>() {
             life.knows_team(team, now);
+        } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
+            self.scouting.heard(life, announcement);
         } else if message.is::<MapPatch>() && life.role == Role::Planner {
             if let Pass::Under { .. } = life.pass.get() {
                 self.coverage.count("map", "patch_between_pages");
@@ -266,6 +281,10 @@ impl World {
 
     /// The checker looks at what is asked.
     pub fn asked<Q: 'static>(&mut self, life: &Life, request: &Q) {
+        if let Some(request) = (request as &dyn Any).downcast_ref::<RouteRequest>() {
+            self.checker.route_asked(request);
+            self.count_route_request(life, request);
+        }
         if let Pass::Over { turn, .. } = life.pass.get()
             && turn == life.turns.get()
         {
@@ -278,7 +297,8 @@ impl World {
             && let Pass::Over { is_clean, .. } = life.pass.replace(Pass::None)
         {
             self.coverage.count("map", "asked_again");
-            let is_empty = request.observation == 0;
+            // A rover that has not driven has seen nothing: then the whole map is empty.
+            let is_empty = request.observation == 0 && self.checker.has_seen();
             if is_clean && is_empty && !self.is_another_mission {
                 let incarnation = life.incarnation;
                 self.checker
@@ -300,8 +320,16 @@ impl World {
         }
     }
 
+    /// A process takes the answer of a life.
+    pub fn answered_to(&mut self, life: &Life, response: &dyn Any, server: Incarnation) {
+        if let Some(page) = response.downcast_ref::<PriorPage>() {
+            self.count_prior_page(life, page, server);
+        }
+    }
+
     /// The checker looks at an answer.
-    pub fn answered<R: 'static>(&mut self, response: &R) {
+    pub fn answered<Q: 'static, R: 'static>(&mut self, request: &Q, response: &R) {
+        let request = request as &dyn Any;
         let response = response as &dyn Any;
         if let Some(page) = response.downcast_ref::<PastPage>() {
             self.checker.served(page);
@@ -309,6 +337,14 @@ impl World {
         } else if let Some(page) = response.downcast_ref::<MapPage>() {
             self.checker.paged(page);
             self.coverage.count(Stream::of::<Asked<MapRequest>>().as_str(), "answered");
+        } else if let Some(page) = response.downcast_ref::<PriorPage>() {
+            self.checker.prior_served(page);
+            self.coverage.count(Stream::of::<Asked<PriorRequest>>().as_str(), "answered");
+        } else if let (Some(request), Some(page)) =
+            (request.downcast_ref::<RouteRequest>(), response.downcast_ref::<RoutePage>())
+        {
+            self.checker.route_served(request, page);
+            self.coverage.count(Stream::of::<Asked<RouteRequest>>().as_str(), "answered");
         } else if response.is::<TruthPage>() {
             self.coverage.count(Stream::of::<Asked<TruthRequest>>().as_str(), "answered");
         }

@@ -2,11 +2,35 @@
 
 use std::sync::{Arc, Mutex};
 
-use contract::{Brief, Name, ObservedMap, PolicyCell, Route, State, Task};
-use planner::{Budget, Plan, Planner, Situation};
+use contract::{Brief, Name, ObservedMap, PolicyCell, Prior, Route, Routes, State, Task, Team};
+use planner::{Budget, Plan, Planner, Scouting, Situation};
 
 /// What the planner was last given, until the checker has looked at it.
-pub(crate) type Seen = Arc<Mutex<Option<(Brief, ObservedMap, State)>>>;
+pub(crate) type Seen = Arc<Mutex<Option<Given>>>;
+
+/// A situation that was given to a planner.
+#[derive(Debug)]
+pub(crate) struct Given {
+    brief: Brief,
+    map: ObservedMap,
+    state: State,
+    team: Option<Team>,
+    scouting: Option<(Prior, Routes)>,
+}
+
+impl Given {
+    fn of(situation: &Situation<'_>) -> Self {
+        let scouting = situation.scouting.map(|scouting| (scouting.prior.clone(), scouting.routes.clone()));
+        let Situation { brief, map, state, team, .. } = *situation;
+        Self { brief: *brief, map: map.clone(), state: *state, team: team.cloned(), scouting }
+    }
+
+    pub fn situation(&self) -> Situation<'_> {
+        let Self { brief, map, state, team, scouting } = self;
+        let scouting = scouting.as_ref().map(|(prior, routes)| Scouting { prior, routes });
+        Situation { brief, map, state, team: team.as_ref(), scouting }
+    }
+}
 
 /// Passes everything on to the real planner.
 pub(crate) struct Observed {
@@ -24,7 +48,7 @@ impl Planner for Observed {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
-        let seen = (*situation.brief, situation.map.clone(), *situation.state);
+        let seen = Given::of(situation);
         *self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(seen);
         // What takes long calls the pulse; the quick planners of small worlds do so here.
         budget.pulse.beat();

@@ -8,10 +8,10 @@ use std::sync::PoisonError;
 use std::task::Poll;
 
 use contract::{
-    Incarnation, MapPage, Message, MonotonicNs, Name, PastPage, Refusal, Request, RobotId, Role, TruthPage,
+    Incarnation, MapPage, Message, MonotonicNs, Name, PastPage, PriorPage, Refusal, Request, RobotId, Role,
+    TruthPage,
 };
 use hopper_sim::crash;
-use planner::Situation;
 use process::{Failure, Ports};
 
 use crate::life::Life;
@@ -196,11 +196,8 @@ impl Ports for SimulatedPorts {
         let seen = self.life.situation.lock().unwrap_or_else(PoisonError::into_inner).take();
         {
             let world = &mut *self.world.borrow_mut();
-            if let Some((brief, map, state)) = seen {
-                world.plans(
-                    &self.life,
-                    &Situation { brief: &brief, map: &map, state: &state, team: None, scouting: None },
-                );
+            if let Some(given) = seen {
+                world.plans(&self.life, &given.situation());
             }
             let slow = world.chance.one_in(60);
             let (plans, slow_ns) = self.life.slow.get();
@@ -276,6 +273,7 @@ impl<Q: Request> process::Client<Q> for Client<Q> {
                     {
                         self.ports.world.borrow_mut().paged(&self.ports.life, page);
                     }
+                    self.ports.world.borrow_mut().answered_to(&self.ports.life, response, answer.server);
                     return Some(Ok(answer.response));
                 }
                 Ok(_) => {}
@@ -307,10 +305,11 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
             let Some(mut response) = answer(&request) else { continue };
             let world = &mut *self.ports.world.borrow_mut();
             shorten(&mut response, world);
-            world.answered(&response);
+            world.answered(&request, &response);
             for (client, wakes, queue) in world.listening::<Answered<Q::Response>>(self.robot) {
                 if client.incarnation == asker {
-                    let answered = Answered { response: response.clone(), number };
+                    let server = self.ports.life.incarnation;
+                    let answered = Answered { response: response.clone(), number, server };
                     world.send(self.ports.life.incarnation, &client, wakes, &queue, Ok(answered));
                 }
             }
@@ -327,6 +326,8 @@ fn shorten<R: 'static>(response: &mut R, world: &World) {
     if let Some(page) = response.downcast_mut::<PastPage>() {
         page.records.truncate(records);
     } else if let Some(page) = response.downcast_mut::<TruthPage>() {
+        page.cells.truncate(cells);
+    } else if let Some(page) = response.downcast_mut::<PriorPage>() {
         page.cells.truncate(cells);
     } else if let Some(page) = response.downcast_mut::<MapPage>()
         && page.cells.len() > cells

@@ -14,6 +14,8 @@ use terrain::Terrain;
 
 use crate::chance::Chance;
 
+mod scouts;
+
 /// What every small world has in common with the paper's hard ground.
 static BRIEF: LazyLock<Brief> = LazyLock::new(|| {
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve());
@@ -29,6 +31,8 @@ pub enum Missions {
     Hopper,
     /// Those of two or three rovers that cover ground.
     Rovers,
+    /// Those of a rover that drives to a goal over ground of uncertain speed, and one or two helicopters that look ahead.
+    Scouts,
 }
 
 /// A planner process: its algorithm, and the robots that it commands.
@@ -89,7 +93,7 @@ impl Setup {
             planners: missions.planners(seed, &mut chance),
             stand_by: chance.one_in(3).then(|| missions.seat(seed, &mut chance)),
             pace: if chance.one_in(4) || screen && watch.one_in(2) {
-                Pace::Hertz(chance.pick(&[40.0, 150.0]))
+                missions.pace(&mut chance)
             } else {
                 Pace::Max
             },
@@ -98,7 +102,7 @@ impl Setup {
             records: watch.one_in(4),
             sync: chance.one_in(2),
             page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
-            page_cells: watch.pick(&[2, 4, 8, 16, 512]),
+            page_cells: watch.pick(&[2, 4, 8, 16, 512]) * if missions == Missions::Scouts { 8 } else { 1 },
             stay: chance.one_in(2),
             uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
             patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
@@ -124,6 +128,7 @@ impl Missions {
         match self {
             Missions::Hopper => hopper_mission(seed, number),
             Missions::Rovers => rover_mission(seed, number),
+            Missions::Scouts => scouts::mission(seed, number),
         }
     }
 
@@ -132,6 +137,10 @@ impl Missions {
         let name = match self {
             Missions::Hopper => chance.pick(&HOPPER_PLANNERS),
             Missions::Rovers => chance.pick(planner::COVER_ALGORITHMS),
+            Missions::Scouts => {
+                let of_rover = chance.one_in(2);
+                chance.pick(if of_rover { planner::DRIVE_ALGORITHMS } else { planner::FLY_ALGORITHMS })
+            }
         };
         name.parse().expect("the names of algorithms are names")
     }
@@ -140,22 +149,39 @@ impl Missions {
     pub(crate) fn robots(self, seed: u64) -> u16 {
         match self {
             Missions::Hopper => 1,
-            Missions::Rovers => Chance::new(seed, "robots").between(2, 3) as u16,
+            Missions::Rovers | Missions::Scouts => Chance::new(seed, "robots").between(2, 3) as u16,
         }
+    }
+
+    /// A pace that is not the fastest.
+    fn pace(self, chance: &mut Chance) -> Pace {
+        // A drive of 10 m takes one to five hours.
+        if self == Missions::Scouts && chance.one_in(2) {
+            return Pace::Times(chance.pick(&[100_000.0, 1_000_000.0]));
+        }
+        Pace::Hertz(chance.pick(&[40.0, 150.0]))
     }
 
     /// A planner process for some of the robots.
     pub(crate) fn seat(self, seed: u64, chance: &mut Chance) -> Seat {
+        if self == Missions::Scouts {
+            return scouts::seat(seed, chance);
+        }
         let planner = self.algorithm(chance);
         let robots = match self {
             Missions::Hopper => RobotSet::default(),
-            Missions::Rovers => RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16),
+            Missions::Rovers | Missions::Scouts => {
+                RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16)
+            }
         };
         Seat { planner, robots }
     }
 
     /// A planner process for each robot, or one for the first two.
     fn planners(self, seed: u64, chance: &mut Chance) -> Vec<Seat> {
+        if self == Missions::Scouts {
+            return scouts::planners(seed, chance);
+        }
         let count = self.robots(seed);
         let mut left = RobotSet::first(count);
         let mut seats = Vec::new();

@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name, Record, Refusal, RobotId, Role, RunId,
-    Status, Term,
+    Action, Announcement, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name, Record, Refusal,
+    RobotId, Role, Route, RouteId, RunId, Status, Term, Waypoint,
 };
-use hopper_sim::{Journal, JournalHeader, JournalReader, Mission};
+use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
 use process::{Exit, Failure};
 use serde::Serialize;
@@ -24,6 +24,7 @@ use crate::disk::Disk;
 use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
 use crate::life::Life;
 use crate::ports::SimulatedPorts;
+use crate::scouts::Scouts;
 use crate::setup::{self, Seat, Setup};
 use crate::work_loops;
 use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
@@ -109,6 +110,38 @@ fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -
         }
     });
     ended.map_or_else(|_| Vec::new(), |_| flown)
+}
+
+/// An action that the robot that is due must not take, and the points of the route that it names.
+fn forged_route(scouts: &Scouts, forgery: Forgery) -> Option<(Action, Option<Route>)> {
+    let (at, left_m) = scouts.due_at();
+    let route = |points: Vec<Waypoint>| {
+        let route = Route::new(points).ok()?;
+        Some((Action::Announce(route.id()), Some(route)))
+    };
+    match forgery {
+        Forgery::Kind => Some((if left_m.is_some() { Action::Drive } else { Action::Fly }, None)),
+        Forgery::UnknownRoute => Some((Action::Announce(RouteId(9)), None)),
+        Forgery::RouteElsewhere => {
+            let x_m = if at.x_m > 2.0 { at.x_m - 1.0 } else { at.x_m + 1.0 };
+            route(vec![Waypoint { x_m, ..at }, at])
+        }
+        Forgery::BeyondBudget => {
+            let there = Waypoint { x_m: if at.x_m > 5.0 { at.x_m - 4.0 } else { at.x_m + 4.0 }, ..at };
+            let legs = (left_m? / 4.0) as usize + 1;
+            route((0..=legs).map(|leg| if leg % 2 == 0 { at } else { there }).collect())
+        }
+        _ => None,
+    }
+}
+
+/// Appends a record, with the points of the route that it announces.
+fn append(journal: &mut Journal<Disk>, record: &Record, routes: &[Route]) -> Result<(), JournalError> {
+    let announced = routes.iter().find(|route| record.action == Action::Announce(route.id()));
+    match announced {
+        Some(route) => journal.append_announced(record, route),
+        None => journal.append(record),
+    }
 }
 
 /// A place for one process, whichever life it is in.
@@ -488,6 +521,7 @@ impl<'a> Simulation<'a> {
                     Ok(records) => {
                         let may_have_lost = std::mem::take(&mut self.power_lost) && !sync;
                         world.checker.reopened(&records, may_have_lost);
+                        world.checker.routes_read(journal.routes());
                     }
                     Err(error) => world.checker.violate("the journal can be read", || error.to_string()),
                 }
@@ -659,6 +693,7 @@ impl<'a> Simulation<'a> {
         }
         self.kill(0, Some(restart_ns), false);
         let Some(journal) = self.open_journal() else { return };
+        let routes = journal.routes().to_vec();
         drop(journal);
         let world = &mut *self.world.borrow_mut();
         if !can(world) || world.checker.records().is_empty() {
@@ -674,7 +709,7 @@ impl<'a> Simulation<'a> {
             JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
         let elsewhere = Disk::default();
         let written = Journal::create_on(elsewhere.clone(), &header, true)
-            .and_then(|mut journal| kept.iter().try_for_each(|record| journal.append(record)));
+            .and_then(|mut journal| kept.iter().try_for_each(|record| append(&mut journal, record, &routes)));
         written.expect("a disk that is not full takes everything");
         world.disk.restore(&elsewhere);
         world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
@@ -711,13 +746,14 @@ impl<'a> Simulation<'a> {
             incarnation: rogue,
             ..command
         };
+        let mut route = None;
         let message = match forgery {
             Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
             Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
             Forgery::NotDue => {
                 Ok(Command { robot: other, term: checker.leader_of(other).term.next(), ..forged })
             }
-            Forgery::Blocked => match checker.blocked_step() {
+            Forgery::Blocked => match checker.blocked_action() {
                 Some(action) => Ok(Command { action, ..forged }),
                 None => return,
             },
@@ -732,6 +768,15 @@ impl<'a> Simulation<'a> {
             Forgery::Stale => Ok(Command { term: Term(held.0 - 1), ..forged }),
             Forgery::Usurped => Ok(Command { term: held, ..forged }),
             Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
+            Forgery::Kind | Forgery::UnknownRoute | Forgery::RouteElsewhere | Forgery::BeyondBudget => {
+                match checker.scouts().and_then(|scouts| forged_route(scouts, forgery)) {
+                    Some((action, points)) => {
+                        route = points;
+                        Ok(Command { action, ..forged })
+                    }
+                    None => return,
+                }
+            }
         };
         world.coverage.count("forged", forgery.as_str());
         // It beats, or nobody would obey it.
@@ -750,6 +795,11 @@ impl<'a> Simulation<'a> {
         if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {
             world.send(rogue, &sim, wakes, &queue, Ok(beat));
         }
+        let listening = world.listening::<Announcement>(robot);
+        let reader = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim);
+        if let (Some(route), Some((sim, wakes, queue))) = (route, reader) {
+            world.send(rogue, &sim, wakes, &queue, Ok(Announcement { run, robot, route }));
+        }
         world.send(rogue, &sim, wakes, &queue, message);
     }
 
@@ -757,11 +807,17 @@ impl<'a> Simulation<'a> {
     fn conclude(&mut self) {
         let world = &mut *self.world.borrow_mut();
         let checker = &mut world.checker;
-        let records: Result<Vec<_>, _> = JournalReader::on(world.disk.clone(), "disk".into())
-            .and_then(|history| history.records().collect());
-        let records = match records {
-            Ok(records) if records == checker.records() => records,
-            Ok(records) => {
+        let read = JournalReader::on(world.disk.clone(), "disk".into()).and_then(|history| {
+            let mut reader = history.records();
+            let records: Vec<Record> = reader.by_ref().collect::<Result<_, _>>()?;
+            Ok((records, reader.into_routes()))
+        });
+        let records = match read {
+            Ok((records, routes)) if records == checker.records() => {
+                checker.routes_read(&routes);
+                records
+            }
+            Ok((records, _)) => {
                 let held = checker.records().len();
                 return checker.violate("what is committed is never lost", || {
                     format!("the disk holds {} records, {held} were committed", records.len())

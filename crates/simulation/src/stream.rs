@@ -26,6 +26,8 @@ pub(crate) struct Asked<Q> {
 pub(crate) struct Answered<R> {
     pub response: R,
     pub number: u64,
+    /// Who answers.
+    pub server: Incarnation,
 }
 
 /// What is known of a stream.
@@ -73,8 +75,8 @@ impl Visitor for Streams {
 }
 
 impl Stream {
-    /// Every stream of these missions: a hopper's have no [`contract::Team`], and neither's robots announce routes over ground
-    /// of uncertain speed.
+    /// Every stream of these missions: a hopper's have no [`contract::Team`], and only robots of [`Missions::Scouts`] announce
+    /// routes over ground of uncertain speed.
     #[must_use]
     pub fn all(missions: Missions) -> Vec<Stream> {
         let teams = Stream::of::<contract::Team>();
@@ -85,8 +87,10 @@ impl Stream {
             Stream::of::<Asked<contract::RouteRequest>>(),
             Stream::of::<Answered<contract::RoutePage>>(),
         ];
-        let is_used = |stream: &Stream| {
-            !of_routes.contains(stream) && (missions == Missions::Rovers || *stream != teams)
+        let is_used = |stream: &Stream| match missions {
+            Missions::Hopper => !of_routes.contains(stream) && *stream != teams,
+            Missions::Rovers => !of_routes.contains(stream),
+            Missions::Scouts => true,
         };
         (0..STREAMS.len() as u8).map(Stream).filter(is_used).collect()
     }

@@ -48,7 +48,7 @@ pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>)
 }
 
 /// Reasons for which hopper-sim refuses.
-pub const REASONS: [&str; 16] = [
+pub const REASONS: [&str; 18] = [
     "wrong_run",
     "wrong_robot",
     "repeated_decision",
@@ -65,6 +65,8 @@ pub const REASONS: [&str; 16] = [
     "vetoed",
     "not_due",
     "occupied",
+    "unknown_route",
+    "beyond_budget",
 ];
 
 /// Lets the checker see what hopper-sim has refused.

@@ -70,7 +70,8 @@ impl Checker {
     ) -> Option<&'static str> {
         let Command { run, robot, incarnation, decision, digest, term, action, .. } = *command;
         let Known { leader, since, is_gone } = known;
-        self.sent.insert((run, robot, incarnation, decision, digest, term, action.code()));
+        self.announced_before(command);
+        self.sent.insert((run, robot, incarnation, decision, digest, term, action.code(), action.route()));
         if leader.incarnation == incarnation && term == leader.term {
             return None;
         }

@@ -85,6 +85,12 @@ impl Checker {
         self.require(is_right, "every plan is made on the map of its own past", || {
             format!("at decision {} a cell or a treasure of the map is another", state.decision)
         });
+        self.plans_with_robots(situation);
+    }
+
+    /// Whether anything has been seen.
+    pub(crate) fn has_seen(&self) -> bool {
+        self.expected.fingerprint() != 0
     }
 
     /// The number of cells in view from each pose.

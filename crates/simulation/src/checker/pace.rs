@@ -5,6 +5,7 @@ use contract::{Control, Incarnation, MonotonicNs, Order, Pace, Role, State, Veto
 use super::{Checker, Pacing};
 use crate::life::Life;
 use crate::reservation::Reservations;
+use crate::scouts::Scouts;
 
 impl Checker {
     /// hopper-sim publishes a state at `now`.
@@ -51,11 +52,18 @@ impl Checker {
         let Some((decision, last)) = self.pacing.landed.replace((state.decision, state.landed)) else {
             return;
         };
-        let (false, Some(Pace::Hertz(hertz))) = (control, self.pacing.paces.first().copied()) else { return };
-        let period_ns = (1e9 / hertz) as u64 - 1;
+        let (false, Some(pace)) = (control, self.pacing.paces.first().copied()) else { return };
+        let period_ns = match pace {
+            Pace::Hertz(hertz) => (1e9 / hertz) as u64 - 1,
+            Pace::Times(times) => {
+                let lasts_ns = self.scouts().map_or(0, Scouts::lasts_ns);
+                ((lasts_ns as f64 / times) as u64).saturating_sub(1)
+            }
+            Pace::Max | Pace::Real => return,
+        };
         let apart_ns = state.landed.since_ns(last);
         self.require(state.decision == decision || apart_ns >= period_ns, "landings keep the pace", || {
-            format!("state {} landed {apart_ns} ns after {landed:?} at {hertz} Hz", state.decision)
+            format!("state {} landed {apart_ns} ns after {landed:?} at {pace}", state.decision)
         });
     }
 
@@ -79,7 +87,7 @@ impl Checker {
         let control = self.pacing.control;
         // What is kept for one robot while another is due is not computed here.
         self.reservations = Reservations::default();
-        self.reservations.unsure = self.rovers.is_some();
+        self.reservations.unsure = self.robots.is_some();
         self.policy = None;
         self.pacing = Pacing {
             control,

@@ -1,0 +1,450 @@
+//! A rover with helicopters as they should be: whose turn it is, which routes are known, what an action comes to, what the
+//! guard lets pass, and what is seen, by code that shares nothing with the product's. What a drive takes, and which cells a
+//! camera shows along a leg, is asked of the engines `rover` and `helicopter`, as a hop's outcome is of the hopper's.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use contract::{
+    Action, Announcement, Branch, Cell, Collected, Decision, Digest, Flight, Leader, Origin, Outcome,
+    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, Status, Team,
+    Travel, Vehicle, Vetoed, Waypoint,
+};
+use helicopter::Swath;
+use hopper_sim::Mission;
+use hopper_sim::dynamics::Execution;
+use rover::{DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse};
+use xxhash_rust::xxh3::xxh3_64;
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+/// How far a route may begin from its robot, a flight exceed its budget, and the goal be beyond its radius, metres.
+const TOLERANCE_M: f64 = 1e-6;
+
+/// The points of routes that planners have published: for which run and robot.
+pub(crate) type Announced = BTreeMap<(RunId, RobotId, RouteId), Vec<Waypoint>>;
+
+/// The fingerprint that a route of these points has.
+pub(crate) fn fingerprint(points: &[Waypoint]) -> RouteId {
+    let bytes: Vec<u8> = points
+        .iter()
+        .flat_map(|point| [point.x_m, point.y_m])
+        .flat_map(|metres| metres.to_bits().to_le_bytes())
+        .collect();
+    RouteId(xxh3_64(&bytes).max(1))
+}
+
+#[derive(Clone, Debug)]
+struct Scout {
+    robot: Robot,
+    at: Waypoint,
+    cell: Cell,
+    clock_ns: u64,
+    waits: bool,
+    actions: u64,
+    standing: Standing,
+    leader: Leader,
+    last: Option<Decision>,
+    fails_at: Option<u64>,
+    /// What it has announced last, and when.
+    route: Option<(RouteId, Vec<Waypoint>, Decision)>,
+    reached: usize,
+    moved: Option<Decision>,
+    flown_m: f64,
+}
+
+impl Scout {
+    /// The point that it goes to next.
+    fn next(&self) -> Option<Waypoint> {
+        self.route.as_ref().and_then(|(_, points, _)| points.get(self.reached + 1)).copied()
+    }
+
+    fn travel(&self) -> Travel {
+        Travel {
+            at: self.at,
+            route: self.route.as_ref().map(|(id, ..)| *id),
+            announced: self.route.as_ref().map(|(.., decision)| *decision),
+            reached: self.reached as u32,
+            legs: self.route.as_ref().map_or(0, |(_, points, _)| points.len() as u32 - 1),
+            moved: self.moved,
+            flown_m: self.flown_m,
+            waits: self.waits,
+        }
+    }
+}
+
+/// The robots of a mission after some decisions.
+#[derive(Clone, Debug)]
+pub(crate) struct Scouts {
+    run: RunId,
+    actions_max: u64,
+    hazard_max: f64,
+    surface: Surface,
+    truth: Truth,
+    prior: Vec<SpeedPrior>,
+    scouts: Vec<Scout>,
+    /// What some robot has seen, in index order.
+    seen: Vec<bool>,
+    /// Published by planners in any run, executed or not.
+    announced: Announced,
+    /// Those that decisions have announced, in their order.
+    routes: Vec<(RouteId, Vec<Waypoint>)>,
+    actor: Option<usize>,
+    /// When the last action began and whoever acts next is ready, nanoseconds of simulated time.
+    acted_at_ns: u64,
+}
+
+/// What an action comes to, and where it leaves the robot.
+struct Arrival {
+    outcome: Outcome,
+    at: Waypoint,
+}
+
+impl Scouts {
+    /// Before the first decision; `None` in a mission without scouts.
+    pub fn begin(mission: &Mission) -> Option<Self> {
+        let (fleet, _) = (mission.fleet.as_ref()?, mission.brief.scout?);
+        let grid = mission.brief.grid;
+        let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
+        let speeds = mission.terrain.cells.iter();
+        let speeds =
+            speeds.map(|ground| ground.speed.map_or(Speed::Zero, |speed| Speed::ALL[speed as usize]));
+        let scout = |(number, robot): (usize, &Robot)| {
+            let fault = fleet.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
+            let at = match robot.vehicle {
+                Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => start,
+                Vehicle::Rover { .. } => Waypoint::default(),
+            };
+            Scout {
+                robot: *robot,
+                at,
+                cell: robot.start.cell,
+                clock_ns: 0,
+                waits: false,
+                actions: 0,
+                standing: Standing::Active,
+                leader: Leader::default(),
+                last: None,
+                fails_at: fault.map(|fault| fault.action),
+                route: None,
+                reached: 0,
+                moved: None,
+                flown_m: 0.0,
+            }
+        };
+        Some(Self {
+            run: mission.brief.run,
+            actions_max: mission.brief.limits.steps_max,
+            hazard_max: mission.brief.guard.hazard_max,
+            surface: Surface::flat(lattice),
+            truth: Truth { speeds: speeds.collect() },
+            prior: mission.terrain.prior.clone(),
+            scouts: fleet.robots.iter().enumerate().map(scout).collect(),
+            seen: vec![false; grid.cells()],
+            announced: Announced::new(),
+            routes: Vec::new(),
+            actor: None,
+            acted_at_ns: 0,
+        })
+    }
+
+    /// Who acts next; once nobody does, who acted last.
+    pub fn due(&self) -> RobotId {
+        RobotId(self.next().or(self.actor).unwrap_or_default() as u16)
+    }
+
+    fn next(&self) -> Option<usize> {
+        let can_act = |number: &usize| {
+            let scout = &self.scouts[*number];
+            scout.standing == Standing::Active && !scout.waits
+        };
+        (0..self.scouts.len()).filter(can_act).min_by_key(|&number| (self.scouts[number].clock_ns, number))
+    }
+
+    pub fn leader(&self, robot: RobotId) -> Leader {
+        self.scouts.get(usize::from(robot.0)).map_or(Leader::default(), |scout| scout.leader)
+    }
+
+    /// Which cells some robot has seen.
+    pub fn seen(&self) -> &[bool] {
+        &self.seen
+    }
+
+    /// The routes that decisions have announced, in their order.
+    pub fn routes(&self) -> &[(RouteId, Vec<Waypoint>)] {
+        &self.routes
+    }
+
+    /// The points of a route that some decision has announced.
+    pub fn route(&self, id: RouteId) -> Option<&[Waypoint]> {
+        self.routes.iter().find(|(known, _)| *known == id).map(|(_, points)| points.as_slice())
+    }
+
+    /// Whether some planner has published that route in the run.
+    pub fn is_announced(&self, run: RunId, id: RouteId) -> bool {
+        self.announced.keys().any(|(of, _, known)| (*of, *known) == (run, id))
+    }
+
+    /// A planner publishes the points of a route.
+    pub fn announce(&mut self, announcement: &Announcement) {
+        let Announcement { run, robot, route } = announcement;
+        let points = route.waypoints().to_vec();
+        self.announced.insert((*run, *robot, fingerprint(&points)), points);
+    }
+
+    /// Keeps what planners have published, though decisions are taken back or another mission begins.
+    pub fn keep_announced(&mut self, before: &Self) {
+        self.announced.extend(before.announced.clone());
+    }
+
+    /// Simulated time from the beginning of the last action to that of the next, nanoseconds.
+    pub fn lasts_ns(&self) -> u64 {
+        let next = self.next().or(self.actor).map(|number| self.scouts[number].clock_ns);
+        next.map_or(0, |next_ns| next_ns.saturating_sub(self.acted_at_ns))
+    }
+
+    pub fn status(&self) -> Status {
+        for scout in &self.scouts {
+            let Vehicle::Driver { goal, goal_radius_m, .. } = scout.robot.vehicle else { continue };
+            let is_there = point(scout.at).distance_m(point(goal)) <= goal_radius_m + TOLERANCE_M;
+            match scout.standing {
+                Standing::Stranded => return Status::Lost,
+                _ if is_there && scout.next().is_none() => return Status::Goal,
+                Standing::Done => return Status::Deadlock,
+                Standing::Active => {}
+            }
+        }
+        let can_go_on = self.next().is_some_and(|due| self.scouts[due].actions < self.actions_max);
+        if can_go_on { Status::Underway } else { Status::Deadlock }
+    }
+
+    /// The drive of the rover that is due, if it is too dangerous by what anybody can know.
+    pub fn blocked(&self) -> Vetoed {
+        let drive = self.next().map(|due| &self.scouts[due]).and_then(|scout| {
+            let is_driver = matches!(scout.robot.vehicle, Vehicle::Driver { .. });
+            scout.next().filter(|to| is_driver && self.hazard(scout.at, *to) > self.hazard_max)
+        });
+        drive.map_or(Vetoed::NONE, |_| Vetoed::NONE.with(Action::Drive))
+    }
+
+    /// The largest probability of a cell between two points that it is a trap: what has been seen is certain.
+    fn hazard(&self, from: Waypoint, to: Waypoint) -> f64 {
+        let mut hazard = 0.0;
+        let leg = Segment { from: point(from), to: point(to) };
+        let _ = traverse(self.surface.lattice(), leg, |cell, _| {
+            let is_trap = self.truth.speeds[cell] == Speed::Zero;
+            let stuck = match self.seen[cell] {
+                true => f64::from(u8::from(is_trap)),
+                false => self.prior[cell].probabilities()[0],
+            };
+            hazard = f64::max(hazard, stuck);
+            ControlFlow::<()>::Continue(())
+        });
+        hazard
+    }
+
+    /// Whether the robot that is due may do that.
+    fn may(&self, due: usize, action: Action) -> bool {
+        let scout = &self.scouts[due];
+        let is_within_budget = |length_m: f64| match scout.robot.vehicle {
+            Vehicle::Helicopter { budget_m, .. } => length_m <= budget_m - scout.flown_m + TOLERANCE_M,
+            _ => true,
+        };
+        match (action, scout.robot.vehicle) {
+            (Action::Hold | Action::Wait | Action::Done, _) => true,
+            (Action::Announce(id), _) => self.points(due, id).is_some_and(|points| {
+                let begins_m = point(points[0]).distance_m(point(scout.at));
+                let length_m = points.windows(2).map(|leg| point(leg[0]).distance_m(point(leg[1]))).sum();
+                let on_map = points.iter().all(|at| self.surface.lattice().contains(point(*at)));
+                on_map && begins_m <= TOLERANCE_M && is_within_budget(length_m)
+            }),
+            (Action::Drive, Vehicle::Driver { .. }) => {
+                scout.next().is_some() && self.blocked() == Vetoed::NONE
+            }
+            (Action::Fly, Vehicle::Helicopter { .. }) => {
+                scout.next().is_some_and(|to| is_within_budget(point(scout.at).distance_m(point(to))))
+            }
+            _ => false,
+        }
+    }
+
+    /// The points of a route that the robot may announce: published for it, or announced before.
+    fn points(&self, due: usize, id: RouteId) -> Option<&[Waypoint]> {
+        let published = self.announced.get(&(self.run, RobotId(due as u16), id)).map(Vec::as_slice);
+        published.or_else(|| self.route(id))
+    }
+
+    /// What is done at the deadline: on along the route if that may be, or nothing.
+    pub fn fallback(&self) -> (Action, Origin) {
+        let on = self.next().and_then(|due| {
+            let flies = matches!(self.scouts[due].robot.vehicle, Vehicle::Helicopter { .. });
+            let action = if flies { Action::Fly } else { Action::Drive };
+            self.may(due, action).then_some((action, Origin::Policy))
+        });
+        on.unwrap_or((Action::Hold, Origin::Hold))
+    }
+
+    /// How the due robot's `action` comes out; `None` if it must be refused.
+    pub fn execute(&self, action: Action) -> Option<(RobotId, Execution)> {
+        let due = self.next()?;
+        if !self.may(due, action) {
+            return None;
+        }
+        let Arrival { outcome, .. } = self.arrival(due, action);
+        let mut after = self.clone();
+        after.act(due, Decision(0), action);
+        let execution = Execution {
+            outcome,
+            pose: Pose { cell: outcome.to, height_m: 0.0 },
+            collected: Collected::default(),
+            steps: after.scouts.iter().map(|scout| scout.actions).max().unwrap_or_default(),
+            visits: 0,
+            status: after.status(),
+        };
+        Some((RobotId(due as u16), execution))
+    }
+
+    fn arrival(&self, number: usize, action: Action) -> Arrival {
+        let scout = &self.scouts[number];
+        let from = scout.cell;
+        let arrival = |branch, at: Waypoint, to: Cell, (range_m, flight_time_s)| {
+            let flight = Flight { range_m, flight_time_s, flights: 1, ..Flight::default() };
+            Arrival { outcome: Outcome { branch, from, to, flight }, at }
+        };
+        if scout.fails_at == Some(scout.actions + 1) {
+            return arrival(Branch::Stranded, scout.at, from, (0.0, 1.0));
+        }
+        match (action, scout.next(), scout.robot.vehicle) {
+            (Action::Drive, Some(to), _) => {
+                let way = [point(scout.at), point(to)];
+                let drive = drive(&self.surface, &self.truth, &way, f64::INFINITY);
+                let took = (drive.length_m, drive.duration_sol * SOL_HOURS * 3600.0);
+                match drive.end {
+                    DriveEnd::Stuck { .. } => {
+                        let at = Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m };
+                        arrival(Branch::Stranded, at, self.cell(at), took)
+                    }
+                    _ => arrival(Branch::Intended, to, self.cell(to), took),
+                }
+            }
+            (Action::Fly, Some(to), Vehicle::Helicopter { speed_mps, .. }) => {
+                let range_m = point(scout.at).distance_m(point(to));
+                arrival(Branch::Intended, to, self.cell(to), (range_m, range_m / speed_mps))
+            }
+            (Action::Wait | Action::Done, ..) => arrival(Branch::Held, scout.at, from, (0.0, 0.0)),
+            _ => arrival(Branch::Held, scout.at, from, (0.0, 1.0)),
+        }
+    }
+
+    fn cell(&self, at: Waypoint) -> Cell {
+        let (cell, width) = (self.surface.lattice().cell(point(at)), self.surface.lattice().width());
+        Cell::new((cell % width) as i32, (cell / width) as i32)
+    }
+
+    /// A record was committed.
+    pub fn committed(&mut self, record: &Record) {
+        let number = usize::from(record.robot.0);
+        if number >= self.scouts.len() {
+            return;
+        }
+        if let Action::Announce(id) = record.action
+            && let Some(points) = self.points(number, id).map(<[Waypoint]>::to_vec)
+        {
+            self.routes.push((id, points));
+        }
+        self.act(number, record.decision, record.action);
+        (self.scouts[number].leader, self.scouts[number].last) = (record.leader, Some(record.decision));
+    }
+
+    fn act(&mut self, number: usize, decision: Decision, action: Action) {
+        let Arrival { outcome, at } = self.arrival(number, action);
+        let has_failed = outcome.branch == Branch::Stranded && outcome.flight.range_m == 0.0;
+        if !has_failed {
+            self.look(number, action);
+        }
+        let points = match action {
+            Action::Announce(id) => self.points(number, id).map(|points| (id, points.to_vec(), decision)),
+            _ => None,
+        };
+        self.actor = Some(number);
+        let scout = &mut self.scouts[number];
+        self.acted_at_ns = scout.clock_ns;
+        scout.actions += 1;
+        if outcome.branch == Branch::Stranded {
+            scout.standing = Standing::Stranded;
+        } else {
+            match action {
+                Action::Wait => {
+                    scout.waits = true;
+                    return;
+                }
+                Action::Done => {
+                    scout.standing = Standing::Done;
+                    return;
+                }
+                Action::Announce(_) => (scout.route, scout.reached) = (points, 0),
+                Action::Drive | Action::Fly => {
+                    (scout.reached, scout.moved) = (scout.reached + 1, Some(decision));
+                    if action == Action::Fly {
+                        scout.flown_m += outcome.flight.range_m;
+                    }
+                }
+                _ => {}
+            }
+        }
+        (scout.at, scout.cell) = (at, outcome.to);
+        scout.clock_ns += ((outcome.flight.flight_time_s * 1e9).round() as u64).max(SECOND_NS);
+        let ended_ns = scout.clock_ns;
+        for waiting in self.scouts.iter_mut().filter(|scout| scout.waits) {
+            (waiting.waits, waiting.clock_ns) = (false, waiting.clock_ns.max(ended_ns));
+        }
+    }
+
+    /// What a robot sees on the way to its next point.
+    fn look(&mut self, number: usize, action: Action) {
+        let Scout { robot, at, .. } = self.scouts[number];
+        let Some(to) = self.scouts[number].next() else { return };
+        let cells: Vec<usize> = match (action, robot.sensor) {
+            (Action::Drive, _) => {
+                drive(&self.surface, &self.truth, &[point(at), point(to)], f64::INFINITY).sensed
+            }
+            (Action::Fly, Sensor::Camera { radius_m }) => {
+                let leg = Segment { from: point(at), to: point(to) };
+                let lattice = self.surface.lattice();
+                Swath::new(lattice, leg, radius_m).cells(lattice).collect()
+            }
+            _ => return,
+        };
+        cells.into_iter().for_each(|cell| self.seen[cell] = true);
+    }
+
+    /// The message about all robots as of the state of `decision` with `digest`.
+    pub fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
+        let member = |scout: &Scout| contract::Member {
+            robot: scout.robot,
+            at: Placement { cell: scout.cell, ..scout.robot.start },
+            ready_at_ns: scout.clock_ns,
+            standing: scout.standing,
+            leader: scout.leader,
+            last: scout.last,
+            travel: Some(scout.travel()),
+        };
+        let members = self.scouts.iter().map(member).collect();
+        let actor = self.actor.map(|actor| RobotId(actor as u16));
+        Team { run, decision, digest, due: self.due(), actor, members }
+    }
+
+    /// Where the robot that is due stands, and how far it may still fly; `None` if that is the rover.
+    pub fn due_at(&self) -> (Waypoint, Option<f64>) {
+        let scout = &self.scouts[usize::from(self.due().0)];
+        let left_m = match scout.robot.vehicle {
+            Vehicle::Helicopter { budget_m, .. } => Some(budget_m - scout.flown_m),
+            _ => None,
+        };
+        (scout.at, left_m)
+    }
+}
+
+fn point(at: Waypoint) -> Point {
+    Point::new(at.x_m, at.y_m)
+}

@@ -1,0 +1,165 @@
+//! A rover that drives to a goal over a small map of uncertain speed, with one or two helicopters.
+
+use contract::{
+    Brief, Direction, DriveSpeed, Grid, Ground, Guard, Limits, Placement, Profile, Robot, RobotId, RobotSet,
+    RunId, Scout, Sensor, SpeedPrior, Vehicle, Waypoint,
+};
+use hopper_sim::Mission;
+use scenario::{Fault, Fleet};
+use terrain::Terrain;
+
+use super::{BRIEF, Missions, Seat, guard};
+use crate::chance::Chance;
+
+/// Distance from start and goal up to which the ground is good for certain, metres.
+const GOOD_M: f64 = 1.5;
+
+/// Ground with one prior and one true speed.
+struct Region {
+    middle: Waypoint,
+    radius_m: f64,
+    prior: SpeedPrior,
+    speed: DriveSpeed,
+}
+
+/// The number of the rover; the other robots are helicopters.
+fn rover(seed: u64) -> RobotId {
+    let count = Missions::Scouts.robots(seed);
+    let mut chance = Chance::new(seed, "rover");
+    RobotId(if chance.one_in(4) { chance.below(count.into()) as u16 } else { 0 })
+}
+
+/// A planner process for the rover, or for some of the helicopters; now and then for robots that it cannot plan for.
+pub(super) fn seat(seed: u64, chance: &mut Chance) -> Seat {
+    let (count, rover) = (Missions::Scouts.robots(seed), rover(seed));
+    if chance.one_in(16) {
+        let robots = RobotSet(chance.between(1, (1 << count) - 1) as u16);
+        return Seat { planner: Missions::Scouts.algorithm(chance), robots };
+    }
+    let helicopters = RobotSet::first(count).0 & !(1 << rover.0);
+    let some = helicopters & chance.between(1, (1 << count) - 1) as u16;
+    if some == 0 { of_rover(rover, chance) } else { of_helicopters(some, chance) }
+}
+
+fn of_rover(rover: RobotId, chance: &mut Chance) -> Seat {
+    let planner = chance.pick(planner::DRIVE_ALGORITHMS).parse().expect("the names of algorithms are names");
+    Seat { planner, robots: RobotSet(0).with(rover) }
+}
+
+fn of_helicopters(robots: u16, chance: &mut Chance) -> Seat {
+    let planner = chance.pick(planner::FLY_ALGORITHMS).parse().expect("the names of algorithms are names");
+    Seat { planner, robots: RobotSet(robots) }
+}
+
+/// A planner process for the rover, and one for each helicopter or for both.
+pub(super) fn planners(seed: u64, chance: &mut Chance) -> Vec<Seat> {
+    let (count, rover) = (Missions::Scouts.robots(seed), rover(seed));
+    let helicopters = RobotSet(RobotSet::first(count).0 & !(1 << rover.0));
+    let mut seats = vec![of_rover(rover, chance)];
+    if chance.one_in(3) {
+        seats.push(of_helicopters(helicopters.0, chance));
+    } else {
+        seats.extend(helicopters.iter().map(|robot| of_helicopters(1 << robot.0, chance)));
+    }
+    seats
+}
+
+/// The `number`th mission of a seed.
+pub(super) fn mission(seed: u64, number: u64) -> Mission {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "scouts");
+    let (count, rover) = (Missions::Scouts.robots(seed), rover(seed));
+    let side = |chance: &mut Chance| chance.between(10, 16) as u32;
+    let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    let (width_m, height_m) = (f64::from(grid.width), f64::from(grid.height));
+    let across = |chance: &mut Chance, side_m: f64| 0.5 + (side_m - 1.0) * chance.unit();
+    let start = Waypoint { x_m: 0.5 + chance.unit(), y_m: across(&mut chance, height_m) };
+    let goal = Waypoint { x_m: width_m - 0.5 - chance.unit(), y_m: across(&mut chance, height_m) };
+    let terrain = terrain(&mut chance, grid, [start, goal]);
+    let robot = |chance: &mut Chance, number: u16| {
+        let cell = grid.cell((start.y_m as usize) * grid.width as usize + start.x_m as usize);
+        let (vehicle, sensor) = if number == rover.0 {
+            let goal_radius_m = chance.pick(&[0.5, 1.0, 3.0]);
+            (Vehicle::Driver { start, goal, goal_radius_m }, Sensor::Track)
+        } else {
+            let (speed_mps, budget_m) = (chance.pick(&[0.002, 0.5, 5.0]), chance.pick(&[6.0, 15.0, 40.0]));
+            let vehicle = Vehicle::Helicopter { start, speed_mps, budget_m };
+            (vehicle, Sensor::Camera { radius_m: chance.pick(&[0.8, 1.5, 2.5]) })
+        };
+        Robot { vehicle, sensor, start: Placement { cell, heading: chance.pick(&Direction::ALL) } }
+    };
+    let robots: Vec<Robot> = (0..count).map(|number| robot(&mut chance, number)).collect();
+    let fault = |robot: RobotId| chance.one_in(5).then(|| Fault { robot, action: chance.between(1, 8) });
+    let faults = (0..count).map(RobotId).filter_map(fault).collect();
+    let mut scenario_hash = [0; 32];
+    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let brief = Brief {
+        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
+        scenario: "simulated".parse().expect("a name"),
+        scenario_hash,
+        profile: Profile::Hopper,
+        robots: count,
+        grid,
+        start: robots[usize::from(rover.0)].start.cell,
+        goal: grid.cell((goal.y_m as usize) * grid.width as usize + goal.x_m as usize),
+        limits: Limits { steps_max: chance.between(10, 24), decision_budget_ns: 600_000_000 },
+        guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.01]), ..guard(seed, number) },
+        cover: None,
+        scout: Some(Scout {
+            seed: chance.bits(),
+            rover_samples: chance.between(10, 40) as u32,
+            helicopter_samples: chance.between(10, 40) as u32,
+        }),
+        ..*BRIEF
+    };
+    Mission { brief, terrain, seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+}
+
+/// Good ground with discs that may be slow or a trap, none of them around a point of `kept`.
+fn terrain(chance: &mut Chance, grid: Grid, kept: [Waypoint; 2]) -> Terrain {
+    let regions: Vec<Region> = (0..chance.between(2, 6)).map(|_| region(chance, grid)).collect();
+    let certain = |speed: DriveSpeed| {
+        let mut probabilities = [0.0; 4];
+        probabilities[speed as usize] = 1.0;
+        SpeedPrior::new(probabilities).expect("a certainty adds up")
+    };
+    let region_at = |middle: Waypoint| {
+        let is_kept = kept.iter().any(|point| point.distance_m(middle) <= GOOD_M);
+        let within = |region: &&Region| region.middle.distance_m(middle) <= region.radius_m;
+        regions.iter().find(within).filter(|_| !is_kept)
+    };
+    let (cells, prior) = grid
+        .iter()
+        .map(|cell| {
+            let middle = Waypoint { x_m: f64::from(cell.x) + 0.5, y_m: f64::from(cell.y) + 0.5 };
+            let (speed, prior) = region_at(middle)
+                .map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior));
+            (Ground { speed: Some(speed), ..Ground::FLAT }, prior)
+        })
+        .unzip();
+    Terrain { grid, cells, treasures: Vec::new(), prior }
+}
+
+fn region(chance: &mut Chance, grid: Grid) -> Region {
+    let middle =
+        Waypoint { x_m: f64::from(grid.width) * chance.unit(), y_m: f64::from(grid.height) * chance.unit() };
+    let probabilities = match chance.below(4) {
+        0 => [1.0, 0.0, 0.0, 0.0],
+        1 => {
+            let trap = chance.pick(&[0.005, 0.1, 0.25, 0.5, 0.75]);
+            [trap, 0.0, 0.0, 1.0 - trap]
+        }
+        2 => chance.pick(&[[0.0, 0.5, 0.25, 0.25], [0.0, 0.125, 0.125, 0.75], [0.0, 0.75, 0.0, 0.25]]),
+        _ => [0.0, 1.0, 0.0, 0.0],
+    };
+    let mut left = chance.unit();
+    let drawn = DriveSpeed::ALL.into_iter().find(|speed| {
+        left -= probabilities[*speed as usize];
+        left < 0.0
+    });
+    Region {
+        middle,
+        radius_m: 1.0 + 3.0 * chance.unit(),
+        prior: SpeedPrior::new(probabilities).expect("the probabilities add up"),
+        speed: drawn.unwrap_or(DriveSpeed::Fast),
+    }
+}
