@@ -187,6 +187,7 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
     // Straight over level ground: 49 m less the 3 m of the goal's disc, at 200 m a Sol.
     let straight_s = 46.0 / 200.0 * rover::SOL_HOURS * 3600.0;
     assert!((time_s(&flat.1) / straight_s - 1.0).abs() < 1e-3, "{}", time_s(&flat.1));
+    assert!(hilly.1.iter().any(|record| record.pose.height_m > 0.5), "a pose has the height of its ground");
     let longer = time_s(&hilly.1) / time_s(&flat.1);
     assert!((1.002..1.05).contains(&longer), "{longer}: over or around a hill of six metres");
 }

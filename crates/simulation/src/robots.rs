@@ -84,7 +84,7 @@ impl Robots {
     pub fn execute(&self, mission: &Mission, action: Action) -> Option<(RobotId, Execution)> {
         match self {
             Self::Rovers(rovers) => rovers.execute(mission, action),
-            Self::Scouts(scouts) => scouts.execute(action),
+            Self::Scouts(scouts) => scouts.execute(mission, action),
         }
     }
 

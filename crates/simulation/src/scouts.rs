@@ -285,7 +285,7 @@ impl Scouts {
     }
 
     /// How the due robot's `action` comes out; `None` if it must be refused.
-    pub fn execute(&self, action: Action) -> Option<(RobotId, Execution)> {
+    pub fn execute(&self, mission: &Mission, action: Action) -> Option<(RobotId, Execution)> {
         let due = self.next()?;
         if !self.may(due, action) {
             return None;
@@ -295,7 +295,10 @@ impl Scouts {
         after.act(due, Decision(0), action);
         let execution = Execution {
             outcome,
-            pose: Pose { cell: outcome.to, height_m: 0.0 },
+            pose: Pose {
+                cell: outcome.to,
+                height_m: mission.terrain.ground(outcome.to).map_or(0.0, |ground| ground.height_m),
+            },
             collected: Collected::default(),
             steps: after.scouts.iter().map(|scout| scout.actions).max().unwrap_or_default(),
             visits: 0,

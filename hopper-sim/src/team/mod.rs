@@ -129,7 +129,7 @@ impl RobotTeam {
         let robot = self.due().expect("a mission underway has a robot that is due");
         let execution = match &mut self.task {
             Task::Cover(cover) => cover.execute(&mut self.roster, terrain, robot, decision, leader, action),
-            Task::Scout(scout) => scout.execute(&mut self.roster, robot, decision, leader, action),
+            Task::Scout(scout) => scout.execute(&mut self.roster, terrain, robot, decision, leader, action),
         };
         (robot, execution)
     }

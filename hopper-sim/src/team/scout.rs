@@ -236,6 +236,7 @@ impl ScoutTeam {
     pub fn execute(
         &mut self,
         roster: &mut Roster,
+        terrain: &Terrain,
         robot: RobotId,
         decision: Decision,
         leader: Leader,
@@ -250,7 +251,10 @@ impl ScoutTeam {
         let outcome = self.take(roster, robot, decision, leader, action);
         Execution {
             outcome,
-            pose: Pose { cell: outcome.to, height_m: 0.0 },
+            pose: Pose {
+                cell: outcome.to,
+                height_m: terrain.ground(outcome.to).map_or(0.0, |ground| ground.height_m),
+            },
             collected: Collected::default(),
             steps: roster.steps(),
             visits: 0,

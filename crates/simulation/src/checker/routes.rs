@@ -1,6 +1,9 @@
 //! What planners of routes announce, are served, and plan with.
 
-use contract::{Action, Announcement, Command, PriorPage, Record, Route, RoutePage, RouteRequest, Team};
+use contract::{
+    Action, Announcement, Command, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, SpeedPrior,
+    Team,
+};
 use planner::Situation;
 
 use super::Checker;
@@ -78,13 +81,23 @@ impl Checker {
         });
     }
 
+    /// What is known of each cell before the mission.
+    fn prior(&self) -> Vec<PriorCell> {
+        let terrain = &self.mission.terrain;
+        let cell = |(index, speeds): (usize, &SpeedPrior)| PriorCell {
+            speeds: *speeds,
+            height_m: terrain.cells[index].height_m,
+        };
+        terrain.prior.iter().enumerate().map(cell).collect()
+    }
+
     /// hopper-sim answers for the prior.
     pub(crate) fn prior_served(&mut self, page: &PriorPage) {
         let from = page.from as usize;
-        let need = self.mission.terrain.prior.get(from..from + page.cells.len());
+        let need = self.prior();
         let right = page.run == self.mission.brief.run
             && page.grid == self.mission.brief.grid
-            && need == Some(&page.cells[..]);
+            && need.get(from..from + page.cells.len()) == Some(&page.cells[..]);
         self.require(right, "the prior is that of the scenario", || {
             format!("the page from cell {from} is not")
         });
@@ -109,8 +122,7 @@ impl Checker {
             return;
         }
         let prior = situation.scouting.map(|scouting| scouting.prior);
-        let right =
-            prior.is_some_and(|prior| prior.run == state.run && prior.cells == self.mission.terrain.prior);
+        let right = prior.is_some_and(|prior| prior.run == state.run && prior.cells == self.prior());
         self.require(right, "every plan is made with the prior of its own run", || {
             format!("at decision {} it is another", state.decision)
         });
