@@ -17,7 +17,7 @@ use lockstep::PlannerSchedule;
 use node::relay::{Relay, Stage};
 use node::{Instance, Node};
 use perception::{Cartographer, Effect, Event};
-use scenario::ResolvedScenario;
+use scenario::{ResolvedScenario, Scenario};
 
 /// Interleaved rounds of each measurement.
 const ROUNDS: u64 = 7;
@@ -30,6 +30,9 @@ const RELAY_ROUNDS: u64 = 40;
 
 /// Lockstep missions a round.
 const EPISODES: u64 = 200;
+
+/// Lockstep missions of rovers a round.
+const COVERINGS: u64 = 20;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -51,8 +54,17 @@ fn main() {
             rows.push(&format!("{pace_hz} Hz: landing to accepted, less planning [us]"), stack_us);
             rows.push(&format!("{pace_hz} Hz: ratio of the two"), stack_us / bare_us);
         }
-        let timings = fly(round, "max");
-        rows.push("hops a second through four processes at --pace max", rate_hz(&timings));
+        let hopper_hz = rate_hz(&fly(round, "max"));
+        let rovers_hz = rate_hz(&fly_in("coverage-8", round, "max"));
+        rows.push("hops a second through four processes at --pace max", hopper_hz);
+        rows.push("8 rovers: decisions a second through eleven processes", rovers_hz);
+        rows.push("8 rovers: ratio of the two", rovers_hz / hopper_hz);
+        for rovers in [1, 8] {
+            rows.push(
+                &format!("{rovers} rovers: lockstep steps a second, one thread"),
+                covering_hz(rovers, round),
+            );
+        }
         for algorithm in ["mdp", "greedy"] {
             let (planning_us, episodes_hz) = in_lockstep(algorithm, round);
             rows.push(&format!("{algorithm}: planning a decision on 20x20 [us]"), planning_us);
@@ -126,11 +138,25 @@ fn bare_relay_us(round: u64, pace_hz: u64, cells: usize) -> f64 {
 
 /// Timings of a mission flown by four processes.
 fn fly(round: u64, pace: &str) -> Vec<Timing> {
+    fly_in("hard", round, pace)
+}
+
+fn fly_in(scenario: &str, round: u64, pace: &str) -> Vec<Timing> {
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("out");
     let status = Command::new(env!("CARGO_BIN_EXE_hopper"))
         .args(["run", "--instance", &format!("bench-stack-{}-{round}", std::process::id())])
-        .args(["--pace", pace, "--seed", &round.to_string(), "--format", "json", "--out"])
+        .args([
+            "--scenario",
+            scenario,
+            "--pace",
+            pace,
+            "--seed",
+            &round.to_string(),
+            "--format",
+            "json",
+            "--out",
+        ])
         .arg(&out)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -144,6 +170,30 @@ fn fly(round: u64, pace: &str) -> Vec<Timing> {
 fn rate_hz(timings: &[Timing]) -> f64 {
     let (first, last) = (timings.first().expect("hops"), timings.last().expect("hops"));
     timings.len() as f64 * 1e9 / last.committed.since_ns(first.landed) as f64
+}
+
+/// Steps a second of rovers that cover 20 x 20 cells by spirals.
+fn covering_hz(rovers: usize, round: u64) -> f64 {
+    let mut text = String::from(
+        "[mission]\nkind = \"cover\"\npercent = 95\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 5000\n\
+         [truth.terrain.obstacles]\nwidth_cells = 20\nheight_cells = 20\ncell_size_m = 1.0\npercent = 10.0\nseed = 0\n",
+    );
+    for [x, y] in [[0, 0], [19, 0], [0, 19], [19, 19], [9, 0], [0, 9], [19, 10], [10, 19]].iter().take(rovers)
+    {
+        text += &format!("[[robots]]\nstart = [{x}, {y}]\n");
+    }
+    let world =
+        Scenario::parse(&text, "covering").and_then(|scenario| scenario.resolve()).expect("a sound scenario");
+    let schedule = PlannerSchedule::single("spiral".parse().expect("a name"));
+    let mut steps = 0;
+    let started = Instant::now();
+    for episode in 0..COVERINGS {
+        let (brief, fleet) = (Brief { run: RunId(1), ..world.brief }, world.fleet.clone());
+        let mission =
+            Mission { brief, terrain: world.terrain.clone(), seed: round * COVERINGS + episode, fleet };
+        lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| steps += 1).expect("a known algorithm");
+    }
+    f64::from(steps) / started.elapsed().as_secs_f64()
 }
 
 /// Median planning time in microseconds, and missions a second.

@@ -18,7 +18,7 @@ pub const TOOLS: [(&str, &[&str]); 6] = [
     ("hopper-recordings", &["bag", "latency"]),
     ("hopper-research", &["coverage", "gallery", "known", "scouting"]),
     ("hopper-qa", &["chaos", "endure", "simulate"]),
-    // `hopper monitor` runs it itself, for --tui and --record.
+    // `hopper monitor` runs it itself, for --tui, --record and --foxglove.
     ("hopper-view", &[]),
     ("hopper-manual", &["completions", "man"]),
 ];

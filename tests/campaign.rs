@@ -4,7 +4,6 @@
 
 mod harness;
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -544,58 +543,6 @@ fn one_campaign_beside_another_is_accepted_or_not() {
         &["--beside needs"],
     );
     refused(dir.path(), &["report", "long/rows", "--accept"], &["--beside"]);
-}
-
-/// The fenced block of docs/campaigns.md with this info string.
-fn documented(fence: &str) -> String {
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/campaigns.md")).unwrap();
-    let block = page.split(&format!("```{fence}\n")).nth(1).expect("the page has the block");
-    block.split("```").next().unwrap().into()
-}
-
-/// A script of the documentation, with this build's `hopper` first in the path.
-fn script(dir: &Path, text: &str, environment: &[(&str, &str)]) {
-    let bin = Path::new(env!("CARGO_BIN_EXE_hopper")).parent().unwrap();
-    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
-    let mut command = Command::new("sh");
-    command.args(["-euc", text]).current_dir(dir).env("PATH", path).envs(environment.iter().copied());
-    done(command);
-}
-
-/// P-BATCH
-#[test]
-fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
-    let (slurm, parallel, merge) = (documented("slurm"), documented("parallel"), documented("merge"));
-    let dir = tempfile::tempdir().unwrap();
-    fs::create_dir(dir.path().join("campaigns")).unwrap();
-    // The documented lines, on a smaller campaign of the documented name.
-    fs::write(dir.path().join("campaigns/p23-tables.toml"), TINY).unwrap();
-    campaign(dir.path(), &["run", "campaigns/p23-tables.toml", "--out", "single"]);
-    let single = rows(dir.path().join("single"));
-
-    for id in ["1", "2", "3", "4"] {
-        let array =
-            [("SLURM_ARRAY_TASK_ID", id), ("SLURM_ARRAY_TASK_COUNT", "4"), ("SLURM_CPUS_PER_TASK", "2")];
-        script(dir.path(), &slurm, &array);
-    }
-    script(dir.path(), &merge, &[]);
-    assert_eq!(rows(dir.path().join("out/p23-tables")), single, "Slurm");
-
-    fs::remove_dir_all(dir.path().join("out")).unwrap();
-    if Command::new("parallel").arg("--version").output().is_ok_and(|output| output.status.success()) {
-        script(dir.path(), &parallel, &[]);
-    } else {
-        // What GNU parallel would run: the command once for each argument after `:::`.
-        let (_, command) = parallel.split_once("--resume ").unwrap();
-        let (command, arguments) = command.trim().split_once(" ::: ").unwrap();
-        let lines = arguments.split(' ').fold(String::new(), |mut lines, argument| {
-            let _ = writeln!(lines, "{}", command.replace("{}", argument));
-            lines
-        });
-        script(dir.path(), &lines, &[]);
-    }
-    script(dir.path(), &merge, &[]);
-    assert_eq!(rows(dir.path().join("out/p23-tables")), single, "GNU parallel");
 }
 
 /// P-CAMPAIGNS: every campaign of the house can be flown.

@@ -57,16 +57,26 @@ fn copy_tree(copy: &Path) {
         for entry in std::fs::read_dir(root().join(&folder)).unwrap().map(|entry| entry.unwrap()) {
             let path = folder.join(entry.file_name());
             let skipped = ["target", "out", ".git", "fuzz", ".venv", "node_modules"];
-            if entry.file_type().unwrap().is_symlink() || skipped.iter().any(|name| path.ends_with(name)) {
+            if skipped.iter().any(|name| path.ends_with(name)) {
                 continue;
             }
-            if entry.file_type().unwrap().is_dir() {
+            if entry.file_type().unwrap().is_symlink() {
+                link(&entry.path(), &copy.join(&path));
+            } else if entry.file_type().unwrap().is_dir() {
                 folders.push(path);
             } else {
                 let bytes = std::fs::read(entry.path()).unwrap();
                 write(&copy.join(&path), &bytes);
             }
         }
+    }
+}
+
+/// Copies a link that leads into the tree; others are somebody's own.
+fn link(original: &Path, copy: &Path) {
+    let target = std::fs::read_link(original).unwrap();
+    if target.is_relative() && !copy.is_symlink() {
+        std::os::unix::fs::symlink(target, copy).unwrap();
     }
 }
 

@@ -272,6 +272,7 @@ fn the_reason_for_a_hop_is_the_planners_own() {
 }
 
 /// P-WEB-PALETTE: one palette for page and pictures, so that whoever knows the one reads the other.
+/// P-CONTRAST: the rims of its symbols too.
 #[test]
 fn the_page_draws_in_the_colours_of_the_pictures() {
     use report::picture::colour;
@@ -288,11 +289,18 @@ fn the_page_draws_in_the_colours_of_the_pictures() {
         ("GOAL", colour::GOAL),
         ("TREASURE", colour::TREASURE),
         ("COLLECTED", colour::COLLECTED),
+        ("DARK", colour::DARK),
+        ("LIGHT", colour::LIGHT),
     ] {
         assert!(palette.contains(&format!("export const {name} = \"{colour}\";")), "{name} {colour}");
     }
     let robots: Vec<String> = (0..8).map(|number| format!("\"{}\"", colour::robot(number))).collect();
-    assert!(read("map.js").contains(&format!("ROBOTS = [{}]", robots.join(", "))), "{robots:?}");
+    let map = read("map.js");
+    assert!(map.contains(&format!("ROBOTS = [{}]", robots.join(", "))), "{robots:?}");
+    // The rims by which hopper and goal stand out on every ground: see P-CONTRAST.
+    for line in ["rim === DARK ? LIGHT : DARK", "HOPPER, DARK)", "GOAL, LIGHT)"] {
+        assert!(map.contains(line), "{line}");
+    }
 }
 
 #[test]

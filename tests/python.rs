@@ -16,7 +16,7 @@ fn root() -> &'static Path {
 }
 
 /// What the tests need besides the package, and what builds it.
-const REQUIREMENTS: &str = "maturin>=1.7,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24";
+const REQUIREMENTS: &str = "maturin>=1.7,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24 quantecon==0.11.4";
 
 /// The interpreter of a virtual environment in the target folder, with the package as it is now.
 fn python() -> &'static Path {
@@ -99,6 +99,15 @@ fn a_python_planner_flies_live_as_in_lockstep() {
     }
     let verified = mission.verified();
     assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+}
+
+/// P-QUANTECON: the solver's values are those of quantecon's policy iteration within the bound.
+#[test]
+fn the_solver_agrees_with_quantecon() {
+    let read = told("check_quantecon.py", &[]);
+    let count = |name: &str| read[name].as_u64().unwrap();
+    // Where two hops are worth the same, either is right.
+    assert!(count("worlds") == 20 && count("equal_hops") * 100 >= count("cells") * 99, "{read}");
 }
 
 /// P-PYTHON-HOLD: exceptions, wrong types and time-outs end in a message and a hold; no decision is lost. The journal and the

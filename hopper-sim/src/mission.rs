@@ -1,6 +1,9 @@
 //! What the arbiter executes: a brief, the true terrain under it, the seed of its draws.
 
-use contract::{Brief, Digest, PriorPage, PriorRequest, RobotId, Status, Task, TruthPage, TruthRequest};
+use contract::{
+    Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status, Task, TruthPage,
+    TruthRequest,
+};
 use scenario::Fleet;
 use terrain::Terrain;
 
@@ -34,6 +37,7 @@ impl Mission {
         let (run, terrain) = (self.brief.run, &self.terrain);
         (request.run == run).then(|| {
             let (from, cells) = page_of(&terrain.cells, request.from, cells_max);
+            let cells = cells.to_vec();
             TruthPage { run, grid: terrain.grid, from, cells, treasures: terrain.treasures.clone() }
         })
     }
@@ -43,17 +47,21 @@ impl Mission {
     pub fn prior_page(&self, request: &PriorRequest, cells_max: usize) -> Option<PriorPage> {
         let (run, terrain) = (self.brief.run, &self.terrain);
         (request.run == run).then(|| {
-            let (from, cells) = page_of(&terrain.prior, request.from, cells_max);
+            let (from, speeds) = page_of(&terrain.prior, request.from, cells_max);
+            let ground = &terrain.cells[from as usize..];
+            let cell =
+                |(&speeds, ground): (&SpeedPrior, &Ground)| PriorCell { speeds, height_m: ground.height_m };
+            let cells = speeds.iter().zip(ground).map(cell).collect();
             PriorPage { run, grid: terrain.grid, from, cells }
         })
     }
 }
 
 /// A page of at most `cells_max` of `cells`.
-fn page_of<T: Clone>(cells: &[T], from: u32, cells_max: usize) -> (u32, Vec<T>) {
+fn page_of<T>(cells: &[T], from: u32, cells_max: usize) -> (u32, &[T]) {
     let from = (from as usize).min(cells.len());
     let until = (from + cells_max).min(cells.len());
-    (from as u32, cells[from..until].to_vec())
+    (from as u32, &cells[from..until])
 }
 
 /// Start of the digest chain of `brief` flown with `seed`.

@@ -1,4 +1,4 @@
-//! The monitor process: ports around the [`Watcher`], and who looks on.
+//! The monitor process: ports around the [`Watcher`], its display and its observers.
 //!
 //! No message wakes it: it looks twenty times a second, so that watching costs the watched nothing, and fills what it
 //! missed from `hop/past`.
@@ -29,21 +29,22 @@ pub trait Display {
     fn finished(&mut self, watcher: &Watcher, now: MonotonicNs) -> Result<(), Failure>;
 }
 
-/// Records the mission, with ports of its own.
-pub trait Recorder<P: Ports> {
+/// Follows the mission with ports of its own: a recording, a live connection.
+pub trait Observer<P: Ports> {
     /// How long to wait for the next look at most, nanoseconds.
     fn period_ns(&self) -> u64;
 
-    /// Records what came since, and writes what is due. An error of the file ends the recording, not the monitor.
+    /// Takes what came since, and writes what is due. An error of a file ends the recording, not the monitor.
     ///
     /// # Errors
     /// If a port fails.
     fn turn(&mut self, ports: &mut P) -> Result<(), Failure>;
 
-    /// Whether the record of every decision of `run` before `decision` is in the file, or never will be.
+    /// Whether it needs no more from hopper-sim: it has the record of every decision of `run` before `decision`, or has
+    /// given up.
     fn is_whole_until(&self, run: RunId, decision: Decision) -> bool;
 
-    /// Records what came since and ends the file.
+    /// Takes what came since and ends.
     ///
     /// # Errors
     /// If the file could not be written.
@@ -56,7 +57,7 @@ pub struct Monitor<P: Ports, D: Display> {
     watcher: Watcher,
     display: D,
     view: Option<View<P>>,
-    recorder: Option<Box<dyn Recorder<P>>>,
+    observers: Vec<Box<dyn Observer<P>>>,
     briefs: P::Reader<Brief>,
     states: P::Reader<State>,
     teams: P::Reader<Team>,
@@ -75,7 +76,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
         ports: &mut P,
         display: D,
         view: Option<View<P>>,
-        recorder: Option<Box<dyn Recorder<P>>>,
+        observers: Vec<Box<dyn Observer<P>>>,
         terms: Terms,
     ) -> Result<Self, P::Error> {
         let robot = RobotId(0);
@@ -84,7 +85,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
             watcher: Watcher::new(robot),
             display,
             view,
-            recorder,
+            observers,
             briefs: ports.reader(robot, false)?,
             states: ports.reader(robot, false)?,
             teams: ports.reader(robot, false)?,
@@ -96,12 +97,16 @@ impl<P: Ports, D: Display> Monitor<P, D> {
         Ok(monitor)
     }
 
-    /// Ends the recording, whatever ended the watch.
+    /// Ends every observer, whatever ended the watch.
     ///
     /// # Errors
     /// If the file could not be written.
     pub fn finish(&mut self, ports: &mut P) -> Result<(), Failure> {
-        self.recorder.take().map_or(Ok(()), |mut recorder| recorder.finish(ports))
+        let mut ended = Ok(());
+        for mut observer in self.observers.drain(..) {
+            ended = ended.and(observer.finish(ports));
+        }
+        ended
     }
 
     /// What it has folded so far.
@@ -151,7 +156,7 @@ impl<P: Ports, D: Display> Monitor<P, D> {
     /// is in the file, so that hopper-sim stays to be asked.
     fn acknowledged(&mut self, now: MonotonicNs) -> (RunId, Decision, Status) {
         let (run, decision, status) = self.watcher.seen();
-        let is_whole = self.recorder.as_ref().is_none_or(|recorder| recorder.is_whole_until(run, decision));
+        let is_whole = self.observers.iter().all(|observer| observer.is_whole_until(run, decision));
         let nobody_to_ask = || !self.watcher.peer_table().has(Role::HopperSim, now);
         if is_whole || (self.over.is_some() || status.is_over()) && nobody_to_ask() {
             if let Some(status) = self.over.take() {
@@ -166,8 +171,8 @@ impl<P: Ports, D: Display> Monitor<P, D> {
 
 impl<P: Ports, D: Display> Process<P> for Monitor<P, D> {
     async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.turn(ports)?;
+        for observer in &mut self.observers {
+            observer.turn(ports)?;
         }
         // Before the states: a pacing message is never shown before a landing that preceded it, nor a page before a
         // patch that is in it.
@@ -189,9 +194,9 @@ impl<P: Ports, D: Display> Process<P> for Monitor<P, D> {
         let seen = self.acknowledged(ports.now());
         let turn = self.membership.close_turn(ports, seen, self.watcher.waits_for())?;
         let look_ns = if self.past.is_waiting() { TICK_NS } else { PERIOD_NS };
-        let record_ns = self.recorder.as_ref().map_or(look_ns, |recorder| recorder.period_ns());
+        let observe_ns = self.observers.iter().map(|observer| observer.period_ns()).min();
         Ok(match turn {
-            Turn::Sleep(_) => Turn::Sleep(look_ns.min(record_ns)),
+            Turn::Sleep(_) => Turn::Sleep(observe_ns.map_or(look_ns, |period_ns| period_ns.min(look_ns))),
             leave @ Turn::Leave(_) => leave,
         })
     }

@@ -10,13 +10,16 @@ use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use process::block_on;
 
 use crate::bar::Bar;
-use crate::process::{Display, Monitor, Recorder};
+use crate::process::{Display, Monitor, Observer};
 use crate::record_args::{RecordArgs, RecordNotes};
 use crate::web::Page;
 use crate::{History, Progress, Screen, View, Watcher};
 
 /// Where the page is served unless an address is given.
 pub const PAGE_ADDRESS: &str = "127.0.0.1:8427";
+
+/// Where viewers connect unless an address is given: the port that Foxglove proposes.
+pub const FOXGLOVE_ADDRESS: &str = "127.0.0.1:8765";
 
 /// Pause between two looks for a reason to end, while a page is all that is left.
 const LOOK: Duration = Duration::from_secs(1);
@@ -48,6 +51,10 @@ pub struct Args {
     /// Show the mission on this terminal, of at least 80 columns by 24 rows, over ssh too.
     #[arg(long)]
     tui: bool,
+    /// Serve the mission live to Foxglove and Lichtblick by WebSocket at this address or port; port 0 picks a free one,
+    /// which the log names.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = FOXGLOVE_ADDRESS, value_parser = address)]
+    foxglove: Option<SocketAddr>,
     /// Print the last progress as one JSON object on standard output when the mission ends.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -57,7 +64,7 @@ pub struct Args {
     notes: RecordNotes,
 }
 
-/// What an executable may link beside the page: crates of their own, so that who needs neither builds neither.
+/// What an executable may link beside the page: crates of their own, so that the default build leaves them out.
 #[derive(Clone, Copy, Default)]
 pub struct Extensions {
     /// Takes over the terminal; the argument is whether orders are allowed.
@@ -66,7 +73,10 @@ pub struct Extensions {
     /// Opens a recording and its ports; the last argument is whether the process may have been restarted.
     #[allow(clippy::type_complexity, reason = "one signature, used once")]
     pub recorder:
-        Option<fn(&RecordArgs, &RecordNotes, &mut Node, bool) -> Result<Box<dyn Recorder<Node>>, Failure>>,
+        Option<fn(&RecordArgs, &RecordNotes, &mut Node, bool) -> Result<Box<dyn Observer<Node>>, Failure>>,
+    /// Serves viewers at an address.
+    #[allow(clippy::type_complexity, reason = "one signature, used once")]
+    pub foxglove: Option<fn(SocketAddr, &mut Node) -> Result<Box<dyn Observer<Node>>, Failure>>,
 }
 
 impl ViewArgs {
@@ -81,7 +91,7 @@ impl Args {
     /// Whether the arguments ask for more than the page and the log.
     #[must_use]
     pub fn need_extensions(&self) -> bool {
-        self.tui || self.record.record.is_some()
+        self.tui || self.record.record.is_some() || self.foxglove.is_some()
     }
 }
 
@@ -107,10 +117,10 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
         node.hold_lifeline();
     }
     let (view, page) = view(args, extensions, &mut node)?;
-    let recorder = recorder(args, extensions, &mut node)?;
+    let observers = observers(args, extensions, &mut node)?;
     let show = Show { bar: if args.tui { Bar::default() } else { Bar::on_stderr() }, format: args.format };
     let exit = block_on(async {
-        let mut monitor = Monitor::join(&mut node, show, view, recorder, args.peer.terms()).await?;
+        let mut monitor = Monitor::join(&mut node, show, view, observers, args.peer.terms()).await?;
         tracing::info!("joined instance {:?}", args.peer.instance);
         let watched = process::run(&mut monitor, &mut node).await;
         // Whatever ended the watch, what was recorded has an end.
@@ -182,16 +192,21 @@ fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Opened,
     Ok((Some(view), page))
 }
 
-fn recorder(
+fn observers(
     args: &Args,
     extensions: &Extensions,
     node: &mut Node,
-) -> Result<Option<Box<dyn Recorder<Node>>>, Failure> {
-    if args.record.record.is_none() {
-        return Ok(None);
+) -> Result<Vec<Box<dyn Observer<Node>>>, Failure> {
+    let mut observers = Vec::new();
+    if args.record.record.is_some() {
+        let open = extensions.recorder.ok_or_else(|| lacks("--record"))?;
+        observers.push(open(&args.record, &args.notes, node, args.peer.lifeline)?);
     }
-    let open = extensions.recorder.ok_or_else(|| lacks("--record"))?;
-    open(&args.record, &args.notes, node, args.peer.lifeline).map(Some)
+    if let Some(address) = args.foxglove {
+        let open = extensions.foxglove.ok_or_else(|| lacks("--foxglove"))?;
+        observers.push(open(address, node)?);
+    }
+    Ok(observers)
 }
 
 fn lacks(flag: &str) -> Failure {

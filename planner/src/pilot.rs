@@ -306,12 +306,6 @@ impl Pilot {
         (leader.term > Term(0) && leader.incarnation != self.config.incarnation).then_some(leader.pid)
     }
 
-    /// Whether this planner is in command, of one robot at least.
-    #[must_use]
-    pub fn leads(&self) -> bool {
-        self.views.iter().any(|view| view.leads)
-    }
-
     /// The brief that was heard last.
     #[must_use]
     pub fn known_brief(&self) -> Option<&Brief> {

@@ -35,9 +35,11 @@ impl<'a> Turn<'a> {
         let cells = self.scouting.prior.cells.iter().zip(self.map.cells());
         let speeds = cells.map(|(prior, seen)| match seen.and_then(|ground| ground.speed) {
             Some(speed) => Some(SpeedDistribution::certain(Speed::ALL[speed as usize])),
-            None => SpeedDistribution::as_given(prior.probabilities()).ok(),
+            None => SpeedDistribution::as_given(prior.speeds.probabilities()).ok(),
         });
-        Belief::new(Arc::new(Surface::flat(lattice)), speeds.collect::<Option<_>>()?).ok()
+        let heights_m: Vec<f64> = self.scouting.prior.cells.iter().map(|prior| prior.height_m).collect();
+        let surface = Surface::from_heights(lattice, &heights_m).ok()?;
+        Belief::new(Arc::new(surface), speeds.collect::<Option<_>>()?).ok()
     }
 
     /// The points of a member's route.

@@ -302,6 +302,36 @@ fn a_takeover_fires_once() {
     assert_eq!(pilot.on(Event::Tick, at(0)), []);
 }
 
+#[test]
+fn a_takeover_whose_term_another_was_given_is_tried_in_the_next() {
+    let mut pilot = pilot(true);
+    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+    pilot.on(Event::Patch(map(0)), at(0));
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
+    pilot.on(Event::State(state(1, 5, Incarnation(3))), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), [Effect::Plan]);
+    assert_eq!(sent(&pilot.on(planned(), at(0))), [(1, 6)]);
+}
+
+#[test]
+fn what_heartbeats_say_is_of_the_run_of_the_brief_and_a_rival_is_who_commands_in_its_place() {
+    let mut pilot = pilot(false);
+    let nothing = (RunId::default(), Decision(0), Status::Underway);
+    assert_eq!((pilot.known_brief(), pilot.seen(), pilot.rival_pid()), (Some(&brief()), nothing, None));
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    assert_eq!(
+        (pilot.seen(), pilot.rival_pid()),
+        ((RUN, Decision(3), Status::Underway), None),
+        "nobody commands"
+    );
+    pilot.on(Event::State(state(4, 1, OTHER)), at(0));
+    assert_eq!((pilot.seen().1, pilot.rival_pid()), (Decision(4), Some(12)));
+    pilot.on(Event::State(state(5, 2, ME)), at(0));
+    assert_eq!((pilot.seen().1, pilot.rival_pid()), (Decision(5), None));
+    pilot.on(Event::Brief(Brief { run: RunId(8), ..brief() }), at(0));
+    assert_eq!(pilot.seen(), nothing, "the state is of another run");
+}
+
 /// P-HAND-OVER: a stand-by that is told to takes over once, and again when it is published again.
 #[test]
 fn a_stand_by_that_is_told_to_takes_over_once() {

@@ -250,6 +250,12 @@ impl Scratch {
             if root.join(name).is_file() {
                 copy_if_changed(&root.join(name), &tree.join(name))?;
                 tracked.insert(tree.join(name));
+            } else if let Ok(target) = fs::read_link(root.join(name)) {
+                // A link to a folder.
+                if !tree.join(name).is_symlink() {
+                    std::os::unix::fs::symlink(target, tree.join(name))?;
+                }
+                tracked.insert(tree.join(name));
             }
         }
         remove_others(&tree, &tracked)?;

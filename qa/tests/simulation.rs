@@ -127,7 +127,9 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
     let reasons = simulation::REASONS.into_iter().filter(|reason| *reason != "occupied");
     expected.extend(reasons.map(|reason| ("refusal", reason)));
     expected.extend(["goal", "deadlock", "lost"].map(|end| ("ended", end)));
-    expected.extend(["prior_asked", "routes_asked"].into_iter().flat_map(|way| [(way, "sent"), (way, "answered")]));
+    expected.extend(
+        ["prior_asked", "routes_asked"].into_iter().flat_map(|way| [(way, "sent"), (way, "answered")]),
+    );
     for kind in ["lose", "duplicate", "delay", "reorder"] {
         // Planners of routes have no policy.
         let streams = Stream::all(Missions::Scouts).into_iter().map(Stream::as_str);
@@ -142,7 +144,9 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
 /// P-SIMULATED-TWICE.
 #[test]
 fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
-    for (missions, seed) in [Missions::Hopper, Missions::Scouts].into_iter().flat_map(|of| (0..10).map(move |seed| (of, seed))) {
+    for (missions, seed) in
+        [Missions::Hopper, Missions::Scouts].into_iter().flat_map(|of| (0..10).map(move |seed| (of, seed)))
+    {
         let plan = Plan::of(missions, seed);
         let [one, two] = [(); 2].map(|()| simulate(&plan, true));
         assert_eq!(one.trace, two.trace, "seed {seed}");

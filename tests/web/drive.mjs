@@ -2,22 +2,14 @@
 //
 // node drive.mjs PLAYWRIGHT CHROMIUM URL FOLDER, where FOLDER gets the screenshots.
 
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [playwright, chromium, url, folder] = process.argv.slice(2);
-const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
-const FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync"];
+import { open } from "./browser.mjs";
 
-const browser = await browsers.chromium.launch({ executablePath: chromium, headless: true, args: FLAGS });
-const page = await browser.newPage({ viewport: { width: 1440, height: 900 }, colorScheme: "dark" });
-const seen = { errors: [], elsewhere: [], violations: [] };
-page.on("console", (message) => message.type() === "error" && seen.errors.push(message.text()));
-page.on("pageerror", (error) => seen.errors.push(error.message));
+const [playwright, chromium, url, folder] = process.argv.slice(2);
+const { browser, page, seen, accessible } = await open(playwright, chromium, { viewport: { width: 1440, height: 900 }, colorScheme: "dark" });
+seen.elsewhere = [];
 page.on("request", (request) => new URL(request.url()).origin !== new URL(url).origin && seen.elsewhere.push(request.url()));
-page.setDefaultTimeout(60000);
 // Every stream that the page opens is remembered.
 await page.addInitScript(() => {
   window.streams = [];
@@ -30,13 +22,6 @@ await page.addInitScript(() => {
   };
 });
 
-// Rules of accessibility; evaluated as the page's own policy lets no other script in.
-const axe = readFileSync(join(playwright, "../axe-core/axe.min.js"), "utf8");
-const accessible = async (state) => {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run());
-  seen.violations.push(...violations.map(({ id, nodes }) => `${state}: ${id} at ${nodes.map(({ target }) => target.join(" ")).join(", ")}`));
-};
 const text = (selector) => page.locator(selector).innerText();
 const shot = (name) => page.screenshot({ path: join(folder, `${name}.png`) });
 const until = (claim, ...words) => page.waitForFunction(claim, words);

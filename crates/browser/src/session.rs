@@ -79,8 +79,8 @@ impl Session {
         let screens: Vec<Box<dyn Screen>> = vec![Box::new(Remote(Rc::clone(&wishes)))];
         let never = "direct ports always open";
         let view = View::open(&mut ports, Arc::clone(&history), screens, true).expect(never);
-        let monitor =
-            block_on(Monitor::join(&mut ports, Silent, Some(view), None, Terms::default())).expect(never);
+        let monitor = block_on(Monitor::join(&mut ports, Silent, Some(view), Vec::new(), Terms::default()))
+            .expect(never);
         Ok(Self {
             flight,
             monitor,

@@ -10,6 +10,16 @@
 //! be done, [`protocol`] what processes tell each other meanwhile, [`map`] what is known of the ground; each knows those
 //! before it. [`message`] says what a message is.
 //!
+//! ```
+//! use contract::{Cell, Direction, Grid};
+//!
+//! // 20 × 20 cells of half a metre; a hop crosses two of them.
+//! let grid = Grid::new(20, 20, 0.5, 2)?;
+//! assert_eq!(grid.hop(Cell::new(3, 4), Direction::North), Cell::new(3, 6));
+//! assert_eq!(grid.hop_distance_m(), 1.0);
+//! # Ok::<(), contract::grid::GridError>(())
+//! ```
+//!
 //! No I/O, no clock, no middleware in here.
 
 #![warn(clippy::disallowed_methods)]
@@ -36,7 +46,7 @@ pub use ground::{DriveSpeed, Ground, Soil};
 pub use identity::{Decision, Incarnation, Leader, RobotId, Role, RouteId, RunId, Term};
 pub use map::observed_map::ObservedMap;
 pub use map::patch::{MapPage, MapPatch, MapRequest, SeenCell};
-pub use map::prior::{Prior, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
+pub use map::prior::{Prior, PriorCell, PriorGathering, PriorPage, PriorRequest, SpeedPrior};
 pub use map::replica::Replica;
 pub use map::truth::{Truth, TruthGathering, TruthPage, TruthRequest};
 pub use message::{Message, Payload, Request};

@@ -1,6 +1,6 @@
 //! Rover steps per second of the engines: deciding, driving, sensing, counting.
 //!
-//! `cargo bench -p coverage --bench steps`. One thread. Each figure is that of the median of rounds over the same worlds,
+//! `cargo bench -p hopper-coverage --bench steps`. One thread. Each figure is that of the median of rounds over the same worlds,
 //! which are made beforehand; the best round is beside it. Time is the thread's processor time, so that other load on the
 //! machine counts less.
 

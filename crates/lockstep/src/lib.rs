@@ -2,6 +2,20 @@
 //!
 //! A mission flown here has the digest of the same mission flown by four processes, bit for bit. No time
 //! passes here, so no deadline does: a mission in which the guard's fallback acted is repeated by its journal.
+//!
+//! ```
+//! use contract::{MonotonicNs, Status};
+//! use lockstep::{Mission, PlannerSchedule, fly};
+//!
+//! let world = scenario::load("hard")?.resolve()?;
+//! let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 3, fleet: world.fleet };
+//! let schedule = PlannerSchedule::single("mdp".parse()?);
+//! let mut hops = 0;
+//! let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_record| hops += 1)?;
+//! assert_eq!(flown.state.status, Status::Goal);
+//! assert_eq!(flown.state.decision.0, hops);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![warn(clippy::disallowed_methods)]
 
@@ -15,9 +29,11 @@ use contract::{
     Decision, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts, RobotId, RobotSet, Route,
     State,
 };
-use hopper_sim::{Fallback, Mission};
+use hopper_sim::Fallback;
 use planner::{Planner, PlannerError};
 use tracing::subscriber::{NoSubscriber, with_default};
+
+pub use hopper_sim::Mission;
 
 pub use flight::{Flight, Hooks, Tempo};
 pub use ports::{Clock, DirectPorts};

@@ -164,6 +164,33 @@ fn the_built_in_scenario_keeps_its_digest() {
     );
 }
 
+/// P-MOBILITY-SLOPES: the rover drives the slopes that its planner knows: a ramp costs what it is longer.
+#[test]
+fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
+    let mission_on = |amplitude_m: f64| {
+        let text = format!(
+            "[truth.terrain.gaussians]\nwidth_cells = 60\nheight_cells = 40\ncell_size_m = 1.0\nsigma_m = 12.0\n\
+             amplitude_m = {amplitude_m:?}\nraised_m = [[30.0, 20.0]]\n[truth.mobility]\nspeeds = [0, 0, 0, 1]\n\
+             [mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\nstart = [5, 20]\ngoal = [54, 20]\n\
+             [limits]\nsteps_max = 100\n[[robots]]\nvehicle = \"rover\"\nplanner = \"ett_exact\"\n"
+        );
+        let world = scenario::Scenario::parse(&text, "slopes").unwrap().resolve().unwrap();
+        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+        fly(mission, &PlannerSchedule::of_robots(&["ett_exact".parse().unwrap()]))
+    };
+    let time_s = |records: &[Record]| {
+        let drives = records.iter().filter(|record| record.action == Action::Drive);
+        drives.map(|record| record.outcome.flight.flight_time_s).sum::<f64>()
+    };
+    let (flat, hilly) = (mission_on(0.0), mission_on(6.0));
+    assert_eq!((flat.0.state.status, hilly.0.state.status), (Status::Goal, Status::Goal));
+    // Straight over level ground: 49 m less the 3 m of the goal's disc, at 200 m a Sol.
+    let straight_s = 46.0 / 200.0 * rover::SOL_HOURS * 3600.0;
+    assert!((time_s(&flat.1) / straight_s - 1.0).abs() < 1e-3, "{}", time_s(&flat.1));
+    let longer = time_s(&hilly.1) / time_s(&flat.1);
+    assert!((1.002..1.05).contains(&longer), "{longer}: over or around a hill of six metres");
+}
+
 /// P-SCOUT-LAW: whoever takes over goes on with the journalled routes: planners that are replaced by fresh ones of the same
 /// algorithm at every decision fly the same mission.
 #[test]

@@ -4,6 +4,23 @@
 //! ground, Sakamoto & Kubota 2022 (P22), launches at any angle, collisions and the vertical hop. Simulator and planners
 //! use the same functions and differ only in the ground they pass. Parameters are always arguments, so the crate holds no
 //! constant of any paper. Random numbers are a pure function of (seed, domain, robot, decision).
+//!
+//! ```
+//! use contract::{Grid, MotionParameters, Soil, SoilMotion};
+//!
+//! let soil = |intended, stuck, sideways, flights| SoilMotion { intended, stuck, sideways, flights };
+//! let parameters = MotionParameters {
+//!     hard: soil(0.9, 0.0, 0.05, 1),
+//!     sand: soil(0.7, 0.1, 0.1, 2),
+//!     slope_limit_rad: 30_f64.to_radians(),
+//!     launch_angle_rad: 45_f64.to_radians(),
+//!     gravity_mps2: 3.72,
+//! };
+//! let grid = Grid::new(20, 20, 1.0, 1)?;
+//! let flight = motion::flight(&parameters, &grid, Soil::Hard, 0.0);
+//! assert!((flight.apex_height_m - 0.25).abs() < 1e-12, "a quarter of the distance, on the flat at 45°");
+//! # Ok::<(), contract::grid::GridError>(())
+//! ```
 
 #![warn(clippy::disallowed_methods)]
 

@@ -1,6 +1,6 @@
 //! Latency of three processes that hand on state, map and command: bare, and through this crate's ports.
 //!
-//! `cargo bench -p node --bench relay [-- --rounds N --hertz HZ --cells N]`, N cells in each patch of the map, at
+//! `cargo bench -p hopper-node --bench relay [-- --rounds N --hertz HZ --cells N]`, N cells in each patch of the map, at
 //! most 1,024, 9 unless told, as the median patch of the paper's missions has; without `--hertz` it runs at
 //! full speed, at 1000 and at 100 rounds a second. Bare and ports take turns, three times each, and the
 //! medians of their percentiles are reported. Through the ports means domain types, validation of every

@@ -217,8 +217,9 @@ pub struct SeenCell {
     pub gradient_x: f64,
     #[prost(double, tag = "4")]
     pub gradient_y: f64,
-    #[prost(enumeration = "Soil", tag = "5")]
-    pub soil: i32,
+    /// 1 hard, 2 sand, plus 16 for each driving speed up to the cell's
+    #[prost(uint32, tag = "5")]
+    pub soil: u32,
     #[prost(bool, tag = "6")]
     pub passable: bool,
     /// by rovers
@@ -776,35 +777,6 @@ impl GradientSource {
             "NO_SOURCE" => Some(Self::NoSource),
             "MEASURED" => Some(Self::Measured),
             "SEEN_DIFFERENCES" => Some(Self::SeenDifferences),
-            _ => None,
-        }
-    }
-}
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
-#[repr(i32)]
-pub enum Soil {
-    NoSoil = 0,
-    Hard = 1,
-    Sand = 2,
-}
-impl Soil {
-    /// String value of the enum field names used in the ProtoBuf definition.
-    ///
-    /// The values are not transformed in any way and thus are considered stable
-    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
-    pub fn as_str_name(&self) -> &'static str {
-        match self {
-            Self::NoSoil => "NO_SOIL",
-            Self::Hard => "HARD",
-            Self::Sand => "SAND",
-        }
-    }
-    /// Creates an enum from field names used in the ProtoBuf definition.
-    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
-        match value {
-            "NO_SOIL" => Some(Self::NoSoil),
-            "HARD" => Some(Self::Hard),
-            "SAND" => Some(Self::Sand),
             _ => None,
         }
     }

@@ -38,19 +38,23 @@ pub enum Channel {
     Host,
     /// `recorder/gap`: messages that did not reach the recorder.
     Gap,
-    /// `view/map`: the observed map, a `foxglove.Grid`.
+    /// `view/map`: the seen cells, a `foxglove.PointCloud`.
     ViewMap,
-    /// `view/pose`: a `foxglove.PoseInFrame`.
-    ViewPose,
-    /// `view/scene`: goal, treasures and hops, a `foxglove.SceneUpdate`.
-    ViewScene,
+    /// `view/plan`: the policy near the robot and announced routes, a `foxglove.PointCloud`.
+    ViewPlan,
+    /// `view/route`: the ways that robots have come, a `foxglove.PointCloud`.
+    ViewRoute,
+    /// `view/robots`: robots and goals, a `foxglove.PointCloud`.
+    ViewRobots,
+    /// `view/transforms`: the frames of the robots, `foxglove.FrameTransforms`.
+    ViewTransforms,
     /// `view/log`: what happened, a `foxglove.Log`.
     ViewLog,
 }
 
 impl Channel {
     /// Every channel, in the order of the file.
-    pub const ALL: [Channel; 16] = [
+    pub const ALL: [Channel; 18] = [
         Channel::Brief,
         Channel::State,
         Channel::Map,
@@ -64,8 +68,10 @@ impl Channel {
         Channel::Host,
         Channel::Gap,
         Channel::ViewMap,
-        Channel::ViewPose,
-        Channel::ViewScene,
+        Channel::ViewPlan,
+        Channel::ViewRoute,
+        Channel::ViewRobots,
+        Channel::ViewTransforms,
         Channel::ViewLog,
     ];
 
@@ -86,8 +92,10 @@ impl Channel {
             Channel::Host => "recorder/host".into(),
             Channel::Gap => "recorder/gap".into(),
             Channel::ViewMap => "view/map".into(),
-            Channel::ViewPose => "view/pose".into(),
-            Channel::ViewScene => "view/scene".into(),
+            Channel::ViewPlan => "view/plan".into(),
+            Channel::ViewRoute => "view/route".into(),
+            Channel::ViewRobots => "view/robots".into(),
+            Channel::ViewTransforms => "view/transforms".into(),
             Channel::ViewLog => "view/log".into(),
         }
     }
@@ -114,9 +122,10 @@ impl Channel {
             Channel::Past => "hopper.Past",
             Channel::Host => "hopper.Host",
             Channel::Gap => "hopper.Gap",
-            Channel::ViewMap => "foxglove.Grid",
-            Channel::ViewPose => "foxglove.PoseInFrame",
-            Channel::ViewScene => "foxglove.SceneUpdate",
+            Channel::ViewMap | Channel::ViewPlan | Channel::ViewRoute | Channel::ViewRobots => {
+                "foxglove.PointCloud"
+            }
+            Channel::ViewTransforms => "foxglove.FrameTransforms",
             Channel::ViewLog => "foxglove.Log",
         }
     }

@@ -246,7 +246,7 @@ impl From<&SeenCellV3> for proto::SeenCell {
             height_m: wire.height_m,
             gradient_x: wire.gradient[0],
             gradient_y: wire.gradient[1],
-            soil: i32::from(wire.soil),
+            soil: u32::from(wire.soil),
             passable: wire.passable != 0,
             visits: wire.visits.into(),
         }

@@ -1,6 +1,7 @@
 //! Records missions as MCAP files and reads them back.
 //!
-//! [`Recorder`] takes every public message and returns bytes to append to a file. [`Recording`] reads such a file
+//! [`Recorder`] takes every public message and returns bytes to append to a file; what it writes on which channel is
+//! decided by [`Transcript`], which a live connection shares with it. [`Recording`] reads such a file
 //! up to its last valid record, even if it was cut; [`recover`] turns a cut file into a complete one. Messages are
 //! protobuf: in our own schemas, which match the layouts of `contract::wire` field by field ([`proto`]), and, for
 //! viewers, in Foxglove's well-known schemas ([`view`]); a message without a schema of ours is JSON ([`JsonMessage`]).
@@ -27,6 +28,7 @@ pub mod reader;
 pub mod recorder;
 pub mod recovery;
 pub mod sequence_gap;
+pub mod transcript;
 pub mod view;
 
 pub use channel::Channel;
@@ -37,6 +39,7 @@ pub use machine_load::MachineLoad;
 pub use message::RecordedMessage;
 pub use playback::{PendingDecision, Playback};
 pub use reader::{Entry, Recording};
-pub use recorder::{Context, Recorder, Requests};
+pub use recorder::{Context, Recorder};
 pub use recovery::recover;
 pub use sequence_gap::{SequenceGap, SequenceGaps};
+pub use transcript::{EncodedMessage, Requests, Topic, Transcript};

@@ -174,7 +174,12 @@ impl RecordedMessage {
             }
             Channel::Host => RecordedMessage::Host((&proto::Host::decode(bytes)?).try_into()?),
             Channel::Gap => RecordedMessage::Gap((&proto::Gap::decode(bytes)?).try_into()?),
-            Channel::ViewMap | Channel::ViewPose | Channel::ViewScene | Channel::ViewLog => return Ok(None),
+            Channel::ViewMap
+            | Channel::ViewPlan
+            | Channel::ViewRoute
+            | Channel::ViewRobots
+            | Channel::ViewTransforms
+            | Channel::ViewLog => return Ok(None),
         }))
     }
 }

@@ -10,6 +10,12 @@
 //! t_f, forwards, is clamped to [0, 1]: going down is no easier than the flat. t_l = −t_r is clamped to [−1, 1]. A
 //! slope that rises to the left makes the slip to the left the likelier one, as the paper prints it.
 //!
+//! ```
+//! let hard = scatter::FlatScatter { intended: 0.9, stuck: 0.0, sideways: 0.05 };
+//! let uphill = hard.on_slope(0.5, 0.0);
+//! assert_eq!((uphill.intended, uphill.stayed), (0.45, 0.45), "half the hops slide back");
+//! ```
+//!
 //! The simulator's physics and the solver's model of it both take the law from here. The crate knows neither messages
 //! nor grids, so the solver may depend on it.
 

@@ -7,19 +7,19 @@ use crate::{Scenario, ScenarioError};
 
 /// Built-in scenarios: name and TOML text. The texts are the files of `scenarios/`.
 pub const BUILT_IN: [(&str, &str); 13] = [
-    ("hard", include_str!("../../../scenarios/hard.toml")),
-    ("heterogeneous", include_str!("../../../scenarios/heterogeneous.toml")),
-    ("sandy", include_str!("../../../scenarios/sandy.toml")),
-    ("large", include_str!("../../../scenarios/large.toml")),
-    ("treasures", include_str!("../../../scenarios/treasures.toml")),
-    ("wide", include_str!("../../../scenarios/wide.toml")),
-    ("vast", include_str!("../../../scenarios/vast.toml")),
-    ("hills", include_str!("../../../scenarios/hills.toml")),
-    ("patrol", include_str!("../../../scenarios/patrol.toml")),
-    ("mars", include_str!("../../../scenarios/mars.toml")),
-    ("coverage", include_str!("../../../scenarios/coverage.toml")),
-    ("coverage-8", include_str!("../../../scenarios/coverage-8.toml")),
-    ("rover-helicopter", include_str!("../../../scenarios/rover-helicopter.toml")),
+    ("hard", include_str!("../scenarios/hard.toml")),
+    ("heterogeneous", include_str!("../scenarios/heterogeneous.toml")),
+    ("sandy", include_str!("../scenarios/sandy.toml")),
+    ("large", include_str!("../scenarios/large.toml")),
+    ("treasures", include_str!("../scenarios/treasures.toml")),
+    ("wide", include_str!("../scenarios/wide.toml")),
+    ("vast", include_str!("../scenarios/vast.toml")),
+    ("hills", include_str!("../scenarios/hills.toml")),
+    ("patrol", include_str!("../scenarios/patrol.toml")),
+    ("mars", include_str!("../scenarios/mars.toml")),
+    ("coverage", include_str!("../scenarios/coverage.toml")),
+    ("coverage-8", include_str!("../scenarios/coverage-8.toml")),
+    ("rover-helicopter", include_str!("../scenarios/rover-helicopter.toml")),
 ];
 
 /// The scenario that `selector` names: a built-in name, or else the path of a file.

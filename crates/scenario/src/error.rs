@@ -63,8 +63,10 @@ pub enum ScenarioError {
         "{field}: need the file {}, found none{}",
         path.display(), match *field {
             "--dem" => "",
-            "truth.sand.mask_file" => "; put it there, or name another in the scenario",
-            _ => "; put it there, name another in the scenario, or point to it with --dem FILE",
+            "truth.terrain.elevation_file.file" => {
+                "; put it there, name another in the scenario, or point to it with --dem FILE"
+            }
+            _ => "; put it there, or name another in the scenario",
         }
     )]
     FileMissing {

@@ -87,9 +87,13 @@ impl Scenario {
         if trip.is_some() != self.mission.is_scout() {
             return Err(ScenarioError::Value {
                 field: "mission.kind",
-                need: "scout with truth.terrain.passages, and no other with either",
-                got: if trip.is_some() { "passages in another mission" } else { "scout on other ground" }
-                    .into(),
+                need: "scout with truth.terrain.passages or truth.mobility, and no other with either",
+                got: if trip.is_some() {
+                    "uncertain ground in another mission"
+                } else {
+                    "scout on other ground"
+                }
+                .into(),
             });
         }
         if let Some(trip) = trip {

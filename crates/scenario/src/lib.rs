@@ -4,6 +4,13 @@
 //! limits and under which guard. [`Scenario::resolve`] builds its terrain, fills in every default and checks
 //! that a mission can be flown on it. The result is a [`ResolvedScenario`]: the true terrain for hopper-sim, the
 //! [`contract::Brief`] for every process, and a canonical text that resolves to the same value.
+//!
+//! ```
+//! let world = scenario::load("hard")?.resolve()?;
+//! assert_eq!((world.brief.grid.width, world.brief.grid.height), (20, 20));
+//! assert!(world.terrain.hops_between(world.brief.start, world.brief.goal).is_some());
+//! # Ok::<(), scenario::ScenarioError>(())
+//! ```
 
 #![warn(clippy::disallowed_methods)]
 
@@ -15,6 +22,7 @@ mod fitted;
 mod fleet;
 mod guard;
 mod mission;
+mod mobility;
 mod overrides;
 mod patrol;
 mod resolve;

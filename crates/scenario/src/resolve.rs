@@ -15,6 +15,7 @@ use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 use crate::bounds::in_range;
 use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::shape::{Shaped, grid};
+use crate::truth::Mobility;
 use crate::{
     Fleet, MissionBrief, Passages, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
 };
@@ -44,7 +45,7 @@ impl Scenario {
         let sand = resolved.sand(&shaped)?;
         let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
         let mut terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
-        let trip = resolved.spread(&mut terrain)?;
+        let trip = resolved.spread(&shaped, &mut terrain)?;
         resolved.resolve_priors(&terrain);
         resolved.resolve_sensor(&terrain.grid)?;
 
@@ -92,6 +93,9 @@ impl Scenario {
         }
         if let Some(mask) = &mut self.truth.sand.mask_file {
             *mask = existing("truth.sand.mask_file", &folder.join(&*mask))?;
+        }
+        for file in self.truth.mobility.iter_mut().flat_map(Mobility::files) {
+            *file = existing("truth.mobility", &folder.join(&*file))?;
         }
         Ok(())
     }
@@ -164,7 +168,7 @@ impl Scenario {
             }
         }
         let mask = match &rules.mask_file {
-            Some(path) => Sand::read_mask(path, shaped.source_cells, shaped.window, shaped.ratio)?,
+            Some(path) => Sand::read_mask(path, &shaped.source)?,
             None => Vec::new(),
         };
         Ok(Sand {
@@ -207,10 +211,17 @@ impl Scenario {
         Ok(cells)
     }
 
-    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it. The world is that of the Monte
-    /// Carlo study, bit for bit.
-    fn spread(&self, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
-        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else { return Ok(None) };
+    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it. Passages are the world of the
+    /// Monte Carlo study, bit for bit.
+    fn spread(&self, shaped: &Shaped, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
+        let mobility = self.truth.mobility.as_ref();
+        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else {
+            return mobility.map(|mobility| mobility.spread(&self.brief, shaped, terrain)).transpose();
+        };
+        if mobility.is_some() {
+            let (field, need) = ("truth.mobility", "terrain other than passages, whose speeds are drawn");
+            return Err(ScenarioError::Value { field, need, got: "both".into() });
+        }
         let world = scout_world::monte_carlo(*seed);
         for (ground, speed) in terrain.cells.iter_mut().zip(&world.truth.speeds) {
             let speed = scout_world::drive_speed(*speed);
@@ -224,7 +235,11 @@ impl Scenario {
     /// Seed of the random numbers of planners of routes. It is public, so it is derived one-way from that of the world,
     /// from which the truth follows.
     fn planner_seed(&self) -> u64 {
-        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else { return 0 };
+        let seed = match (&self.truth.terrain, &self.truth.mobility) {
+            (TerrainSource::Passages(passages), _) => passages.seed,
+            (_, Some(mobility)) => mobility.seed,
+            (_, None) => return 0,
+        };
         let mut hasher = Sha256::new();
         hasher.update(b"hopper planner seed v1");
         hasher.update(seed.to_le_bytes());
@@ -346,7 +361,8 @@ impl Scenario {
         let Some(first) = fleet.and_then(|fleet| fleet.robots.first()) else {
             return Ok((given("brief.start", *start)?, given("brief.goal", *goal)?));
         };
-        if start.is_some() || goal.is_some() {
+        let is_given = self.truth.mobility.is_none() && (start.is_some() || goal.is_some());
+        if is_given {
             let (field, need) =
                 ("brief.start, brief.goal", "neither: robots have starts, and no goal of the hopper's");
             return Err(ScenarioError::Value { field, need, got: "one of them".into() });

@@ -4,7 +4,7 @@ use std::io::{BufRead, Cursor, Seek};
 
 use contract::{Grid, Range};
 use coverage_world::World;
-use terrain::{Gaussian, RandomField, RasterFile, Relief, TerrainError, Window, hop_cells};
+use terrain::{Gaussian, RandomField, RasterFile, Relief, SourceCells, TerrainError, Window, hop_cells};
 
 use crate::bounds::{in_range, positive};
 use crate::truth::{CropCells, CropMetres};
@@ -13,19 +13,18 @@ use crate::{ElevationFile, Gaussians, Obstacles, Passages, RandomHills, Scenario
 /// Most hills of a generated terrain.
 const HILLS_MAX: usize = 1000;
 
-/// A relief with the crop and resampling that produced it, which a sand mask has to repeat.
+/// A relief with the cells of its source, on which further rasters lie.
 pub struct Shaped {
     pub relief: Relief,
-    pub source_cells: (u32, u32),
-    pub window: Window,
-    /// New cell size over old, if resampled.
-    pub ratio: Option<f64>,
+    pub source: SourceCells,
 }
 
 impl Shaped {
     pub fn generated(relief: Relief) -> Self {
         let Grid { width, height, .. } = relief.grid;
-        Self { relief, source_cells: (width, height), window: Window::all(width, height), ratio: None }
+        let window = Window::all(width, height);
+        let source = SourceCells { shape: (width, height), window, ratio: None, georeference: None };
+        Self { relief, source }
     }
 }
 
@@ -137,7 +136,8 @@ impl ElevationFile {
             elevation = elevation.resampled(cell_size_m)?;
         }
         let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
-        Ok(Shaped { relief, source_cells, window, ratio })
+        let source = SourceCells { shape: source_cells, window, ratio, georeference: Some(georeference) };
+        Ok(Shaped { relief, source })
     }
 }
 

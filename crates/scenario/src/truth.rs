@@ -1,5 +1,6 @@
 //! Section `[truth]`: the true ground, known to the simulator only.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 #[cfg(test)]
@@ -16,6 +17,9 @@ pub struct Truth {
     /// Where it is sand; nowhere by default.
     #[serde(default)]
     pub sand: SandRules,
+    /// How fast a rover drives on it, for missions of kind `scout`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mobility: Option<Mobility>,
     /// Cells (x, y) with treasures, at most 16; known to a planner once seen, collected on landing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub treasures: Vec<[i32; 2]>,
@@ -142,6 +146,47 @@ pub struct Passages {
     pub seed: u64,
 }
 
+/// How fast a rover drives on the terrain, whose cells need to be of a metre: exactly one of `class_file`, `classes` and
+/// `speeds`. By class, slope and rock abundance give the speed (Folsom et al. 2021, Fig. 3). Where the terrain has no
+/// height the speed is 0.
+///
+/// The truth is drawn: cells that touch and of which the same is known are of one class, or have one speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Mobility {
+    /// Seed from which the truth is drawn.
+    #[serde(default)]
+    pub seed: u64,
+    /// Share of the ground that rocks cover, 0 to 1: a number, or a raster.
+    #[serde(default = "nothing")]
+    pub rock_abundance: Layer,
+    /// Raster of the terrain classes, 0 to 10, of ground on which they are certain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class_file: Option<PathBuf>,
+    /// Probability of each terrain class that there may be: a number, or a raster.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub classes: BTreeMap<String, Layer>,
+    /// Probabilities of 0, 50, 150 and 200 m/Sol: each a number, or a raster.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speeds: Option<[Layer; 4]>,
+    /// Raster of the true speeds, 0, 50, 150 or 200 m/Sol, which are drawn otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub true_speed_file: Option<PathBuf>,
+}
+
+/// A value of each cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(untagged)]
+pub enum Layer {
+    /// The same everywhere.
+    Everywhere(f64),
+    /// Those of a GeoTIFF or ESRI ASCII grid with the cells of the terrain, or of the elevation model, with which it is cropped
+    /// and resampled.
+    File(PathBuf),
+}
+
 /// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
@@ -214,6 +259,10 @@ pub struct SandRectangle {
     pub x: [i32; 2],
     /// First and last row.
     pub y: [i32; 2],
+}
+
+fn nothing() -> Layer {
+    Layer::Everywhere(0.0)
 }
 
 fn one() -> f64 {

@@ -9,5 +9,5 @@ mod true_ground;
 mod world;
 
 pub use routing::Trip;
-pub use true_ground::{TrueGround, drive_speed, speed};
+pub use true_ground::{TrueGround, TrueGroundError, drive_speed, speed};
 pub use world::{World, monte_carlo, monte_carlo_regions};

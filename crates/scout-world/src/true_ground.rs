@@ -2,28 +2,40 @@
 
 use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
 use helicopter::Swath;
-use rover::{Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, Truth, drive};
+use rover::{Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive};
 
-/// Level ground with a true speed for each cell of a square metre.
+/// Ground with a true height and speed for each cell of a square metre.
 #[derive(Clone, Debug)]
 pub struct TrueGround {
     surface: Surface,
     truth: Truth,
 }
 
+/// Why cells make no [`TrueGround`].
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TrueGroundError {
+    /// Too many cells.
+    #[error(transparent)]
+    Lattice(#[from] LatticeError),
+    /// A height that is no number.
+    #[error(transparent)]
+    Heights(#[from] SurfaceError),
+}
+
 impl TrueGround {
     /// The ground with these cells, in index order. A cell without a speed counts as speed 0.
     ///
     /// # Errors
-    /// If the grid is too large.
+    /// If the grid is too large, or a height is no number.
     ///
     /// # Panics
     /// If there are not as many cells as the grid has.
-    pub fn new(grid: Grid, cells: &[Ground]) -> Result<Self, LatticeError> {
+    pub fn new(grid: Grid, cells: &[Ground]) -> Result<Self, TrueGroundError> {
         assert_eq!(cells.len(), grid.cells(), "the ground needs a cell for each of its grid");
         let lattice = Lattice::new(grid.width as usize, grid.height as usize)?;
         let speeds = cells.iter().map(|ground| ground.speed.map_or(Speed::Zero, speed)).collect();
-        Ok(Self { surface: Surface::flat(lattice), truth: Truth { speeds } })
+        let heights_m: Vec<f64> = cells.iter().map(|ground| ground.height_m).collect();
+        Ok(Self { surface: Surface::from_heights(lattice, &heights_m)?, truth: Truth { speeds } })
     }
 
     /// The cells of the ground.

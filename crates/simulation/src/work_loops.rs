@@ -144,12 +144,9 @@ pub(crate) async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> 
         let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
         View::open(&mut ports, history, screens, true)
     });
-    let recorder = match records {
-        true => Some(recorder(&mut ports)?),
-        false => None,
-    };
+    let observers = if records { vec![recorder(&mut ports)?] } else { Vec::new() };
     let checked = Checked { ports: ports.clone() };
-    let mut monitor = Monitor::join(&mut ports, checked, view.transpose()?, recorder, terms).await?;
+    let mut monitor = Monitor::join(&mut ports, checked, view.transpose()?, observers, terms).await?;
     let exit = process::run(&mut monitor, &mut ports).await?;
     monitor.finish(&mut ports)?;
     Ok(exit)
@@ -157,7 +154,7 @@ pub(crate) async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> 
 
 fn recorder(
     ports: &mut SimulatedPorts,
-) -> Result<Box<dyn monitor::process::Recorder<SimulatedPorts>>, Failure> {
+) -> Result<Box<dyn monitor::process::Observer<SimulatedPorts>>, Failure> {
     let bytes: Rc<RefCell<Vec<u8>>> = Rc::default();
     *ports.life.recording.borrow_mut() = Some(Rc::clone(&bytes));
     let opened = RecorderPorts::open(ports, false)?;

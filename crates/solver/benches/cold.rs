@@ -1,6 +1,6 @@
 //! Cold solves of seeded worlds: times, sweeps, certificates, and how close they come to the kernel's speed in cache.
 //!
-//! `cargo bench -p solver --bench cold [SIDE...]`. One thread. Each time is the median (and the least) of
+//! `cargo bench -p hopper-solver --bench cold [SIDE...]`. One thread. Each time is the median (and the least) of
 //! solves by one solver, buffers kept. "Kernel" is what as many sweeps would take if each ran as fast as
 //! on a world of 60 × 60, whose planes lie in the nearest caches, measured in the same run.
 

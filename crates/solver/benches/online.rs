@@ -1,6 +1,6 @@
 //! Decisions on a growing map, after hops that showed new nodes, beside cold solves in the same run.
 //!
-//! `cargo bench -p solver --bench online [-- SIDE...]`
+//! `cargo bench -p hopper-solver --bench online [-- SIDE...]`
 //!
 //! Times are processor time of this thread, so other load on the machine shows only through the caches. The time of a
 //! decision includes the update of the nodes seen. A mission is flown once with cold solves in between. Then one online

@@ -5,6 +5,23 @@
 //! the error of the values, computed by a sweep that shares no code with the kernels that found them. The
 //! crate uses no clock, file or random number.
 //!
+//! ```
+//! use solver::{Effort, GridWorld, Kind, Leaving, Rules, Soil, Solver, policy};
+//!
+//! let hard = Soil { intended: 0.9, stuck: 0.0, sideways: 0.05, wait: 0.0 };
+//! let rules = Rules { discount: 0.99, loss: -100.0, leaving: Leaving::Loses, soils: vec![hard] };
+//! let mut world = GridWorld::new(8, 5, rules)?;
+//! let goal = 2 * 8 + 7;
+//! world.set(goal, solver::Site { kind: Kind::Goal, payoff: 100.0, ..world.site(goal) });
+//!
+//! let mut solver = Solver::new();
+//! let solution = solver.solve(&world, &Effort { error_max: 1e-9, sweeps_max: u64::MAX });
+//! assert!(solution.certificate.error_bound <= 1e-9);
+//! let start = 2 * 8;
+//! assert_eq!(policy::hop(&world, solver.values(), start, 0.0), Some(solver::Hop::East));
+//! # Ok::<(), solver::Error>(())
+//! ```
+//!
 //! # The process
 //! From a free node x the hopper chooses one of four hops u. With probabilities p(x′ | x, u), given by the
 //! slope and the soil of x ([`scatter`], Sakamoto & Kunii 2023, section IV), it lands on the node ahead, stays

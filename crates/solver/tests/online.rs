@@ -1,6 +1,6 @@
 //! Decisions on a growing map: the same hop whatever the history, and the proofs behind it.
 //!
-//! `ONLINE_HOPS=300000 cargo test --release -p solver --test online` flies further.
+//! `ONLINE_HOPS=300000 cargo test --release -p hopper-solver --test online` flies further.
 
 #[path = "support/mission.rs"]
 mod mission;

@@ -137,17 +137,27 @@ pub enum TerrainError {
     },
     /// The sand mask has another shape than the terrain.
     #[error(
-        "a sand mask needs the shape of the terrain it lies on, {need_width} x {need_height} cells, got {got_width} x {got_height}"
+        "a further raster needs the shape of the terrain that it lies on, {need_width} x {need_height} cells, got {got_width} x {got_height}"
     )]
-    MaskShape {
+    LayerShape {
         /// Columns of the terrain.
         need_width: u32,
         /// Rows of the terrain.
         need_height: u32,
-        /// Columns of the mask.
+        /// Columns of the raster.
         got_width: u32,
-        /// Rows of the mask.
+        /// Rows of the raster.
         got_height: u32,
+    },
+    /// Another raster of the same ground lies elsewhere.
+    #[error(
+        "a further raster needs the cells of the elevation model, {need}, got {got}; cut it out of the same extent"
+    )]
+    LayerPosition {
+        /// Cells of the elevation model.
+        need: String,
+        /// Cells of the raster.
+        got: String,
     },
     /// A hop is not a whole number of cells.
     #[error(

@@ -4,6 +4,18 @@
 //! ([`RasterFile`]: GeoTIFF or ESRI ASCII grid). Either way it becomes a [`Relief`], elevations with
 //! gradients on a square lattice; a datum, a slope limit and the sand turn that into a [`Terrain`].
 //!
+//! ```
+//! use contract::{Cell, Grid};
+//! use terrain::{Gaussian, Relief, Sand, Terrain};
+//!
+//! let hill = Gaussian { centre_m: [5.0, 5.0], sigma_m: 1.0, amplitude_m: 2.0 };
+//! let relief = Relief::of_gaussians(Grid::new(11, 11, 1.0, 1)?, &[hill]);
+//! let terrain = Terrain::new(&relief, 0.0, 30_f64.to_radians(), &Sand::default());
+//! let passable = |x, y| terrain.ground(Cell::new(x, y)).is_some_and(|ground| ground.passable);
+//! assert!(passable(5, 5) && !passable(5, 6) && passable(0, 0), "flat on top, steep beside it");
+//! # Ok::<(), contract::grid::GridError>(())
+//! ```
+//!
 //! Files are untrusted input: sizes are checked against named limits before memory is allocated, and every
 //! fault is one [`TerrainError`] that says what was needed, what was got and what to do about it.
 
@@ -19,6 +31,7 @@ mod geo_keys;
 mod georeference;
 mod geotiff;
 mod lattice;
+mod layer;
 mod random_field;
 mod raster;
 mod raster_header;
@@ -36,6 +49,7 @@ pub use error::TerrainError;
 pub use gaussian::Gaussian;
 pub use georeference::Georeference;
 pub use lattice::{fitting_hop_m, hop_cells};
+pub use layer::{SourceCells, read_layer};
 pub use random_field::RandomField;
 pub use raster::RasterFile;
 pub use raster_header::{ELEVATION_CELLS_MAX, PixelIs, RasterFormat, RasterHeader};

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use contract::{Cell, Grid};
 
-use crate::elevation::{resample_ratio, resampled_side};
-use crate::{RasterFile, TerrainError, Window};
+use crate::{SourceCells, TerrainError, read_layer};
 
 /// A rectangle of cells, its edges included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,39 +36,14 @@ impl Sand {
             || grid.index(cell).is_some_and(|index| self.mask.get(index).copied().unwrap_or(false))
     }
 
-    /// Reads a mask from the raster at `path`: sand where its value is neither 0 nor nodata.
-    ///
-    /// The raster needs the shape `(width, height)` of the terrain's source. It is cropped to `window` as the
-    /// source was. If the source was resampled by `ratio` (new cell size over old), each new cell takes the
-    /// value of the old cell that its middle lies in.
+    /// Reads a mask from the raster at `path`: sand where its value is neither 0 nor nodata. See [`read_layer`].
     ///
     /// # Errors
-    /// If the file cannot be read or has another shape.
-    pub fn read_mask(
-        path: &Path,
-        (width, height): (u32, u32),
-        window: Window,
-        ratio: Option<f64>,
-    ) -> Result<Vec<bool>, TerrainError> {
-        let mut raster = RasterFile::open(path)?;
-        let (got_width, got_height) = (raster.header().width, raster.header().height);
-        if (got_width, got_height) != (width, height) {
-            let shape =
-                TerrainError::MaskShape { need_width: width, need_height: height, got_width, got_height };
-            return Err(shape.of(path));
-        }
-        let mask = raster.values(window).map_err(|error| error.of(path))?;
+    /// If the file cannot be read or has another shape than `source`.
+    pub fn read_mask(path: &Path, source: &SourceCells) -> Result<Vec<bool>, TerrainError> {
         let sand = |value: f64| !value.is_nan() && value != 0.0;
-        let Some(ratio) = ratio else { return Ok(mask.into_iter().map(sand).collect()) };
-        let ratio = resample_ratio(1.0, ratio)?;
-        let (columns, rows) = (resampled_side(window.width, ratio)?, resampled_side(window.height, ratio)?);
-        let nearest =
-            |cell: u32, side: u32| (((f64::from(cell) + 0.5) * ratio) as u32).min(side - 1) as usize;
-        Ok((0..rows)
-            .flat_map(|y| (0..columns).map(move |x| (x, y)))
-            .map(|(x, y)| {
-                sand(mask[nearest(y, window.height) * window.width as usize + nearest(x, window.width)])
-            })
-            .collect())
+        // A mask lies where the terrain does, whatever position its file names.
+        let source = SourceCells { georeference: None, ..source.clone() };
+        Ok(read_layer(path, &source)?.into_iter().map(sand).collect())
     }
 }

@@ -35,7 +35,7 @@ pub fn open(
     notes: &RecordNotes,
     node: &mut Node,
     is_again: bool,
-) -> Result<Box<dyn monitor::process::Recorder<Node>>, Failure> {
+) -> Result<Box<dyn monitor::process::Observer<Node>>, Failure> {
     let path = args.record.as_ref().expect("a recording was asked for");
     let now = Node::now();
     let context = context(notes, node, now)?;

@@ -2,10 +2,10 @@
 
 use contract::{Action, Branch, Brief, Cell, Decision, Direction, MonotonicNs, Origin, Policy, Role, Stage};
 use ratatui::Frame;
-use ratatui::layout::{Alignment, Constraint, Layout, Rect};
+use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Paragraph};
+use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
 use monitor::history::{Hop, PeerChange, SeenCells};
@@ -28,6 +28,9 @@ const STAGES: [Color; 7] = [
     Color::Rgb(208, 127, 174),
 ];
 
+/// Characters of the stages' bars, so that stages differ without colours too.
+const TEXTURES: [&str; 7] = ["█", "▓", "▒", "░", "▞", "▤", "▥"];
+
 const DIM: Style = Style::new().add_modifier(Modifier::DIM);
 const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 const BAD: Style = Style::new().fg(Color::Red);
@@ -48,6 +51,8 @@ pub struct ViewSettings {
     pub follow: bool,
     /// Whether orders are allowed.
     pub control: bool,
+    /// Whether to show what each key does.
+    pub keys: bool,
 }
 
 impl ViewSettings {
@@ -55,6 +60,15 @@ impl ViewSettings {
     #[must_use]
     pub fn shown(&self, due: Decision) -> Decision {
         self.at.map_or(due, |at| at.min(due))
+    }
+
+    /// Back by one: from the keys to the mission, from an earlier hop to now.
+    pub fn back(&mut self) {
+        if self.keys {
+            self.keys = false;
+        } else {
+            self.at = None;
+        }
     }
 
     /// Moves by `by` hops, back if negative; at the end of the history the view follows the mission again.
@@ -85,7 +99,29 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
         view.draw(frame, inside);
     }
     frame.render_widget(Paragraph::new(side(history, settings, now, right)), right);
+    if settings.keys {
+        let [across] = Layout::horizontal([Constraint::Length(62)]).flex(Flex::Center).areas(body);
+        let [panel] =
+            Layout::vertical([Constraint::Length(KEYS.len() as u16 + 2)]).flex(Flex::Center).areas(across);
+        let lines =
+            KEYS.map(|(key, does)| Line::from(vec![Span::styled(format!(" {key:<15}"), BOLD), does.into()]));
+        frame.render_widget(Clear, panel);
+        frame.render_widget(Paragraph::new(lines.to_vec()).block(Block::bordered().title(" keys ")), panel);
+    }
 }
+
+/// What each key does; those of the page that a terminal has use for.
+const KEYS: [(&str, &str); 9] = [
+    ("← →", "one hop back or ahead"),
+    ("Page Up, Down", "ten hops back or ahead"),
+    ("Home, End", "first hop; now"),
+    ("P", "policy arrows"),
+    ("F", "follow the robot, or the whole map"),
+    ("Esc", "back to now"),
+    ("Space, S, H", "pause, single step, hand over (--control)"),
+    ("?", "these keys"),
+    ("Q", "quit"),
+];
 
 fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
     let mut line = vec![Span::styled(" Hopper ", BOLD.fg(AMBER))];
@@ -121,7 +157,7 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
 }
 
 fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
-    let view = " q quit  ←→ PgUp PgDn Home End  p policy  f follow";
+    let view = " ? keys  q quit  ←→ PgUp PgDn Home End  p policy";
     let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
     let control = match (settings.control, obeys) {
         (true, true) => "  space pause  s step  h hand",
@@ -217,13 +253,19 @@ impl<'a> View<'a> {
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
         // On a patrol only the current leg and the one before are shown.
         let visits = hop_before(self.history, self.at).map_or(0, |hop| hop.visits);
-        for hop in hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits) {
+        let shown = || hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits);
+        for hop in shown() {
             put(hop.from, "• ", ROUTE);
+            if hop.branch == Branch::Intended {
+                put(hop.to, "• ", ROUTE);
+            }
+        }
+        // After all of the route: the next hop begins where a stray one ended.
+        for hop in shown() {
             match hop.branch {
                 Branch::Left | Branch::Right => put(hop.to, "× ", STRAY),
                 Branch::Stayed | Branch::Stranded => put(hop.to, "o ", STRAY),
-                Branch::Intended => put(hop.to, "• ", ROUTE),
-                Branch::Held => {}
+                Branch::Intended | Branch::Held => {}
             }
         }
         if self.robots > 1 {
@@ -237,7 +279,7 @@ impl<'a> View<'a> {
             put(treasure, "✦ ", TREASURE);
         }
         for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
-            put(goal, "★ ", LATER_GOAL);
+            put(goal, "☆ ", LATER_GOAL);
         }
         put(goal(self.history, brief, self.at), "★ ", GOAL);
         if let Some(cell) = pose(self.history, self.at) {
@@ -438,7 +480,7 @@ fn bar(stages_ns: &[u64; 7], budget_ns: u64) -> Line<'static> {
         let from = if sum == 0 { 0 } else { column(sum as f64) };
         sum += ns;
         let style = Style::new().fg(STAGES[stage]);
-        columns[from..column(sum as f64).max(from)].fill(Span::styled("█", style));
+        columns[from..column(sum as f64).max(from)].fill(Span::styled(TEXTURES[stage], style));
     }
     columns[budget] = Span::styled("│", BAD);
     columns.into()
@@ -449,7 +491,7 @@ fn stage_lines(stages_ns: &[u64; 7]) -> Vec<Line<'static>> {
     let entry = |stage: usize| {
         let name = Stage::ALL[stage].as_str();
         let text = format!(" {name:<7} {:>8}  ", duration(stages_ns[stage] as f64));
-        [Span::styled("█", Style::new().fg(STAGES[stage])), Span::raw(text)]
+        [Span::styled(TEXTURES[stage], Style::new().fg(STAGES[stage])), Span::raw(text)]
     };
     let total = format!("  total   {:>8}", duration(stages_ns.iter().sum::<u64>() as f64));
     let mut lines: Vec<Line<'static>> =

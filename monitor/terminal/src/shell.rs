@@ -47,13 +47,13 @@ impl Terminal {
         let order = |order| self.settings.control.then_some(Wish::Order(order));
         let paused = history.pacing().is_some_and(|pacing| pacing.paused);
         let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
-        match key.code {
+        match lower(key.code) {
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
                 return Some(Wish::Quit);
             }
             KeyCode::Char('q') => return Some(Wish::Quit),
-            KeyCode::Esc if self.settings.at.is_none() => return Some(Wish::Quit),
-            KeyCode::Esc => self.settings.at = None,
+            KeyCode::Esc => self.settings.back(),
+            KeyCode::Char('?') => self.settings.keys = !self.settings.keys,
             KeyCode::Char(' ' | 'k' | 's') if !obeys => {
                 tracing::warn!("hopper-sim obeys no orders: it was started without --control");
             }
@@ -80,6 +80,14 @@ impl Terminal {
             _ => {}
         }
         None
+    }
+}
+
+/// The same key in lower case, as on the page.
+fn lower(code: KeyCode) -> KeyCode {
+    match code {
+        KeyCode::Char(character) => KeyCode::Char(character.to_ascii_lowercase()),
+        other => other,
     }
 }
 

@@ -122,6 +122,24 @@ fn looking_back_shows_the_mission_as_it_was() {
     insta::assert_snapshot!("looking_back", picture(&account(), &settings, 100, 30));
 }
 
+/// P-TUI-KEYS.
+#[test]
+fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now() {
+    let mut settings = ViewSettings { at: Some(Decision(5)), keys: true, ..ViewSettings::default() };
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let shown = picture(&account(), &settings, columns, rows).to_string();
+        for key in ["one hop back or ahead", "back to now", "hand over (--control)", "these keys", "quit"] {
+            assert!(shown.contains(key), "{key}: {shown}");
+        }
+    }
+    settings.back();
+    assert_eq!((settings.keys, settings.at), (false, Some(Decision(5))));
+    settings.back();
+    assert_eq!(settings.at, None);
+    settings.back();
+    assert_eq!(settings, ViewSettings::default(), "now is as far as it goes");
+}
+
 #[test]
 fn a_terminal_too_small_says_what_it_needs_and_nothing_is_drawn_of_nothing() {
     let small = picture(&account(), &ViewSettings::default(), 60, 20).to_string();
@@ -136,7 +154,7 @@ fn every_size_of_terminal_and_every_moment_can_be_drawn() {
     for (columns, rows) in [(80, 24), (81, 25), (120, 40), (300, 100), (80, 200), (500, 24)] {
         for at in [None, Some(Decision(0)), Some(Decision(3)), Some(Decision(999))] {
             for follow in [false, true] {
-                let settings = ViewSettings { at, follow, policy: true, control: false };
+                let settings = ViewSettings { at, follow, policy: true, ..ViewSettings::default() };
                 let text = picture(&account, &settings, columns, rows).to_string();
                 assert!(text.contains('@'), "{columns} x {rows} at {at:?}: {text}");
             }
@@ -155,4 +173,53 @@ fn time_goes_back_and_ahead_to_now() {
     assert_eq!(settings.at, Some(Decision(10)));
     settings.go(10, Decision(14));
     assert_eq!(settings.at, None, "now again");
+}
+
+/// P-TUI-NO-COLOR: without colours every symbol, arrow, soil and stage is told by its character alone.
+#[test]
+fn without_colours_every_meaning_has_a_character_of_its_own() {
+    let account = account();
+    let drawn = |policy: bool| {
+        let settings = ViewSettings { policy, ..ViewSettings::default() };
+        let buffer = picture(&account, &settings, 80, 24).buffer().clone();
+        let row = |y| (0..80).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+        (0..24).map(row).collect::<Vec<_>>().join("\n")
+    };
+    let plain = drawn(false);
+    for (meaning, character) in [
+        ("hopper", "@"),
+        ("goal", "★"),
+        ("start", "S"),
+        ("route", "•"),
+        ("slipped", "×"),
+        ("sand", "░░"),
+        ("impassable", "##"),
+        ("not seen", "· "),
+    ] {
+        assert!(plain.contains(character), "{meaning}: {plain}");
+    }
+    let arrows = drawn(true);
+    assert!(["↑", "→", "↓", "←"].iter().filter(|arrow| arrows.contains(**arrow)).count() >= 2, "{arrows}");
+    let texture =
+        |stage: &str| plain.split(&format!(" {stage}")).next().and_then(|before| before.chars().last());
+    let textures: Vec<_> = ["state", "sense", "deliver", "plan", "commit"].map(texture).into();
+    assert_eq!(textures, ["█", "▓", "░", "▞", "▥"].map(|texture| texture.chars().next()), "{plain}");
+}
+
+/// P-CONTRAST: in the terminal, hopper and goal are written on a ground of their own, with a contrast of at least 3:1.
+#[test]
+fn hopper_and_goal_stand_out_in_the_terminal() {
+    use ratatui::style::Color;
+    let buffer = picture(&account(), &ViewSettings::default(), 80, 24).buffer().clone();
+    let rgb = |colour: Color| match colour {
+        Color::Rgb(r, g, b) => [r, g, b],
+        other => panic!("{other} has no value of its own"),
+    };
+    for symbol in ["@", "★"] {
+        // The text beside the ground has a star too, without a ground of its own.
+        let mut on_ground = buffer.content().iter().filter(|cell| cell.bg != Color::Reset);
+        let cell = on_ground.find(|cell| cell.symbol() == symbol).unwrap();
+        let contrast = report::picture::colour::contrast(rgb(cell.fg), rgb(cell.bg));
+        assert!(contrast >= 3.0, "{symbol}: {contrast:.2}");
+    }
 }

@@ -12,17 +12,17 @@ use contract::limits::{
 };
 use contract::wire::{
     AnnouncementV1, BriefV7, CommandV3, ControlV1, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2,
-    MapRequestV1, MemberV2, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorPageV1,
-    PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, SpeedPriorV1, StateV4, TeamHeaderV1,
+    MapRequestV1, MemberV2, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
+    PriorPageV1, PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4, TeamHeaderV1,
     TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire, map_page_from_wire,
     page_from_wire, patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire,
     team_from_wire, truth_page_from_wire,
 };
 use contract::{
     Announcement, Brief, Cell, Command, Control, Decision, Direction, Ground, Heartbeat, MapPage, MapPatch,
-    MapRequest, Member, Order, Pace, Pacing, PastRequest, Placement, Policy, PolicyCell, PriorPage,
-    PriorRequest, Record, Refusal, Robot, RobotId, Route, RoutePage, RouteRequest, SeenCell, Sensor,
-    SpeedPrior, Standing, State, Team, TruthPage, TruthRequest, Vehicle, Waypoint,
+    MapRequest, Member, Order, Pace, Pacing, PastRequest, Placement, Policy, PolicyCell, PriorCell,
+    PriorPage, PriorRequest, Record, Refusal, Robot, RobotId, Route, RoutePage, RouteRequest, SeenCell,
+    Sensor, SpeedPrior, Standing, State, Team, TruthPage, TruthRequest, Vehicle, Waypoint,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -116,7 +116,7 @@ pub fn prior_page(bytes: &[u8]) {
     let (page, rest) = header(bytes);
     paged(prior_page_from_wire(&page, &payload(rest)), |page| {
         assert!(page.cells.len() <= PRIOR_PAGE_CELLS);
-        let cells: Vec<SpeedPriorV1> = page.cells.iter().map(SpeedPriorV1::from).collect();
+        let cells: Vec<PriorCellV1> = page.cells.iter().map(PriorCellV1::from).collect();
         prior_page_from_wire(&PriorPageV1::from(page), &cells)
     });
     there_and_back::<PriorRequestV1, PriorRequest>(&header(bytes).0);
@@ -350,9 +350,10 @@ pub fn routes() -> Vec<Vec<u8>> {
 pub fn prior_pages() -> Vec<Vec<u8>> {
     let state = &fixtures::flown().1[0];
     let prior = |stuck| SpeedPrior::new([stuck, 0.0, 0.0, 1.0 - stuck]).expect("probabilities");
-    let cells = vec![prior(0.5), prior(0.0)];
+    let cell = |stuck| PriorCell { speeds: prior(stuck), height_m: 1.5 };
+    let cells = vec![cell(0.5), cell(0.0)];
     let page = PriorPage { run: state.run, grid: fixtures::brief().grid, from: 1, cells };
-    let cells: Vec<SpeedPriorV1> = page.cells.iter().map(SpeedPriorV1::from).collect();
+    let cells: Vec<PriorCellV1> = page.cells.iter().map(PriorCellV1::from).collect();
     vec![bytes_of(&PriorPageV1::from(&page), &cells)]
 }
 

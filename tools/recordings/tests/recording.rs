@@ -4,12 +4,17 @@
 
 #[path = "../../../tests/harness/mod.rs"]
 mod harness;
+#[path = "recording/python.rs"]
+mod python;
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
+use std::time::Duration;
 
 use harness::{Mission, hopper, json, lockstep, stderr};
 use serde_json::Value;
+
+/// How long mcap, of less than a megabyte, may take to install.
+const PYPI: Duration = Duration::from_secs(600);
 
 /// Flies the mission by `hopper run --record FILE WORDS`; its summary.
 fn flown(mission: &Mission, file: &str, words: &[&str]) -> Value {
@@ -164,9 +169,10 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
     assert_eq!((&whole["topics"], &whole["gaps"]), (&cut["topics"], &cut["gaps"]));
 
     let summary = flown(&mission, "a.mcap", &["--seed", "7", "--pace", "40"]);
-    let python = python();
+    let python = python::environment("mcap", PYPI)
+        .unwrap_or_else(|why| panic!("this test reads recordings with mcap and needs PyPI once: {why}"));
     for file in ["whole.mcap", "a.mcap"] {
-        let told = read(&python, &mission.path(file));
+        let told = python::read(&python, "read.py", &mission.path(file));
         let (ours, _) = info(&mission, file);
         let topics = ours["topics"].as_array().unwrap();
         assert_eq!(told["topics"].as_object().unwrap().len(), topics.len());
@@ -179,10 +185,10 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
         assert_eq!(told["cells"]["seen"], told["cells"]["finite"]);
         assert_eq!(told["metadata"]["hopper"]["seed"], ours["seed"]);
     }
-    let told = read(&python, &mission.path("a.mcap"));
+    let told = python::read(&python, "read.py", &mission.path("a.mcap"));
     assert_eq!(told["metadata"]["end"]["digest"], summary["digest"]);
-    assert_eq!(told["cells"]["all"], 400);
-    let told = read(&python, &mission.path("whole.mcap"));
+    assert_eq!(told["cells"]["bytes"], 19 * count(&told["cells"]["seen"]));
+    let told = python::read(&python, "read.py", &mission.path("whole.mcap"));
     assert!(told["metadata"]["recovered"]["fault"].as_str().is_some_and(|fault| !fault.is_empty()), "{told}");
 }
 
@@ -249,6 +255,44 @@ fn a_stopped_recorder_holds_up_no_hop() {
     assert_eq!(flown["digest"], lockstep(&["--seed", "9"])["digest"]);
 }
 
+/// P-BAG-OVERFLOW: a recorder that is stopped while thousands of hops a second are flown, and goes on, has the record of every
+/// decision: it requests from the past what its queues lost.
+#[test]
+fn what_the_queue_lost_is_taken_from_the_past() {
+    let mission = Mission::new("overflow");
+    let patrol = std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/patrol.toml"),
+    );
+    let short = patrol.unwrap().replace("hops_max = 1000000", "hops_max = 20000");
+    std::fs::write(mission.path("short.toml"), short).unwrap();
+    let mut sim = mission.start("sim", &["--scenario", "short.toml", "--seed", "5", "--pace", "max"]);
+    let mut monitor = mission.start("monitor", &["--record", "a.mcap"]);
+    monitor.await_log("joined");
+    monitor.signal(rustix::process::Signal::STOP);
+    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    // More than the 64 states that its queue holds.
+    mission.await_decisions(400);
+    monitor.signal(rustix::process::Signal::CONT);
+    assert_eq!((sim.code(), monitor.code()), (0, 0), "{}{}", sim.log(), monitor.log());
+    let flown = sim.json();
+    let (told, code) = info(&mission, "a.mcap");
+    assert_eq!((code, &told["whole"], &told["complete"]), (Some(0), &true.into(), &true.into()), "{told}");
+    assert_eq!((&told["records"], &told["decisions"]), (&flown["decisions"], &flown["decisions"]));
+    assert_eq!((&told["digest"], &told["digest_at_end"]), (&flown["digest"], &flown["digest"]));
+    let lost: u64 = told["gaps"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|gap| gap["topic"] == "hop/r0/state")
+        .map(|gap| 1 + count(&gap["through"]) - count(&gap["from"]))
+        .sum();
+    assert!(lost > 200, "{lost} states lost: {told}");
+    let text = String::from_utf8(bag(&mission, &["info"], "a.mcap").stdout).unwrap();
+    assert!(text.contains("missing     no decision") && text.contains("of hop/r0/state"), "{text}");
+    let rows = bag(&mission, &["export"], "a.mcap").stdout;
+    assert_eq!(String::from_utf8(rows).unwrap().lines().count() as u64, 1 + count(&flown["decisions"]));
+}
+
 /// P-BAG-FILE: nothing is written over, and what cannot be recorded is refused.
 #[test]
 fn a_recording_is_never_written_over() {
@@ -267,41 +311,6 @@ fn a_recording_is_never_written_over() {
         assert_eq!(output.status.code(), Some(2), "{words:?}");
         assert!(stderr(&output).contains("needs to begin with"), "{}", stderr(&output));
     }
-}
-
-/// The interpreter of a virtual environment in the target folder, with what `requirements.txt` says.
-fn python() -> PathBuf {
-    let requirements = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recording/requirements.txt");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mcap-venv");
-    let (interpreter, stamp) = (folder.join("bin/python"), folder.join("requirements.txt"));
-    let wanted = std::fs::read_to_string(&requirements).unwrap();
-    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
-        return interpreter;
-    }
-    let does = |command: &mut Command, what: &str| {
-        let output =
-            command.output().unwrap_or_else(|error| panic!("{what} needs python3 with venv: {error}"));
-        assert!(
-            output.status.success(),
-            "{what} failed; this test reads recordings with the mcap package and needs PyPI once:\n{}",
-            stderr(&output)
-        );
-    };
-    does(
-        Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
-        "making a virtual environment",
-    );
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
-    does(Command::new(&interpreter).args(pip).arg(&requirements), "installing mcap from PyPI");
-    std::fs::write(&stamp, wanted).unwrap();
-    interpreter
-}
-
-fn read(python: &Path, recording: &Path) -> Value {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recording/read.py");
-    let output = Command::new(python).arg(script).arg(recording).output().unwrap();
-    assert!(output.status.success(), "python reads no recording: {}", stderr(&output));
-    json(&output)
 }
 
 /// P-BAG-AGAIN: a supervised monitor that was killed goes on in another file, and leaves the first as it is.

@@ -1,4 +1,4 @@
-//! `hopper-view`: serves `hopper monitor --tui` and `hopper monitor --record`.
+//! `hopper-view`: serves `hopper monitor --tui`, `hopper monitor --record` and `hopper monitor --foxglove`.
 
 use std::process::ExitCode;
 
@@ -14,6 +14,10 @@ enum Cli {
 
 fn main() -> ExitCode {
     let Cli::Monitor(args) = hopper::command_line::parse();
-    let extensions = Extensions { terminal: Some(terminal::open), recorder: Some(recorder::open) };
+    let extensions = Extensions {
+        terminal: Some(terminal::open),
+        recorder: Some(recorder::open),
+        foxglove: Some(foxglove_server::open),
+    };
     hopper::tool::main("monitor", || monitor::shell::run(&args, &extensions))
 }

@@ -1,6 +1,6 @@
-//! What is known of the speeds of a driving rover before the mission, and how it travels.
+//! What is known of the ground of a driving rover before the mission, and how it travels.
 //!
-//! The prior of the whole map is served in pages, as the truth is, but to planners: it holds probabilities only.
+//! The prior of the whole map is served in pages, as the truth is, but to planners: it holds heights and probabilities only.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +44,15 @@ impl SpeedPrior {
     }
 }
 
+/// What is known of a cell beforehand.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PriorCell {
+    /// How likely each speed is.
+    pub speeds: SpeedPrior,
+    /// Height at the middle of the cell, metres; slopes follow from heights.
+    pub height_m: f64,
+}
+
 /// The prior of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prior {
@@ -52,7 +61,7 @@ pub struct Prior {
     /// Lattice of the mission.
     pub grid: Grid,
     /// In index order, one for each cell.
-    pub cells: Vec<SpeedPrior>,
+    pub cells: Vec<PriorCell>,
 }
 
 /// Asks hopper-sim for the prior from an index on.
@@ -74,14 +83,14 @@ pub struct PriorPage {
     /// Index of the first cell.
     pub from: u32,
     /// In index order.
-    pub cells: Vec<SpeedPrior>,
+    pub cells: Vec<PriorCell>,
 }
 
 /// Gathers the prior of one run page by page, asking until it is whole, and keeps it.
 #[derive(Clone, Debug, Default)]
 pub struct PriorGathering {
     run: Option<RunId>,
-    pages: Gathering<SpeedPrior>,
+    pages: Gathering<PriorCell>,
     whole: Option<Prior>,
 }
 
@@ -141,7 +150,8 @@ mod tests {
     #[test]
     fn pages_are_gathered_in_order_until_the_prior_is_whole() {
         let grid = Grid::new(3, 2, 1.0, 1).unwrap();
-        let cell = SpeedPrior::new([0.0, 0.0, 0.0, 1.0]).unwrap();
+        let speeds = SpeedPrior::new([0.0, 0.0, 0.0, 1.0]).unwrap();
+        let cell = PriorCell { speeds, height_m: 0.5 };
         let page = |from, cells| PriorPage { run: RunId(4), grid, from, cells: vec![cell; cells] };
         let mut gathering = PriorGathering::default();
         assert_eq!(gathering.ask(MonotonicNs(1)), None, "no run yet");

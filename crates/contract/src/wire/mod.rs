@@ -34,7 +34,7 @@ pub use heartbeat::HeartbeatV1;
 pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV3, map_page_from_wire, patch_from_wire};
 pub use past::{PastHeaderV1, PastRequestV1, RecordV4, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
-pub use prior::{PriorPageV1, PriorRequestV1, SpeedPriorV1, prior_page_from_wire};
+pub use prior::{PriorCellV1, PriorPageV1, PriorRequestV1, prior_page_from_wire};
 pub use route::{
     AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
 };

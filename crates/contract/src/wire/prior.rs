@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Wire, at_most, grid_from_wire, run_from_wire, run_to_wire};
+use super::{Wire, at_most, grid_from_wire, length, run_from_wire, run_to_wire};
 use crate::limits::PRIOR_PAGE_CELLS;
 use crate::message::{Request, RequestResponse};
-use crate::{PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
+use crate::{PriorCell, PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
 
 /// Asks for the prior from an index on.
 #[repr(C)]
@@ -31,16 +31,19 @@ pub struct PriorPageV1 {
     pub from: u32,
 }
 
-/// Probabilities of 0, 50, 150 and 200 m/Sol.
+/// What is known of one cell.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct SpeedPriorV1 {
+pub struct PriorCellV1 {
+    /// Probabilities of 0, 50, 150 and 200 m/Sol.
     pub probabilities: [f64; 4],
+    /// Height at the middle of the cell, metres.
+    pub height_m: f64,
 }
 
 const _: () = assert!(size_of::<PriorRequestV1>() == 24);
 const _: () = assert!(size_of::<PriorPageV1>() == 40);
-const _: () = assert!(size_of::<SpeedPriorV1>() == 32);
+const _: () = assert!(size_of::<PriorCellV1>() == 40);
 
 impl Wire for PriorRequestV1 {
     const NAME: &'static str = "hop.PriorRequest.v1";
@@ -50,8 +53,8 @@ impl Wire for PriorPageV1 {
     const NAME: &'static str = "hop.PriorPage.v1";
 }
 
-impl Wire for SpeedPriorV1 {
-    const NAME: &'static str = "hop.SpeedPrior.v1";
+impl Wire for PriorCellV1 {
+    const NAME: &'static str = "hop.PriorCell.v1";
 }
 
 impl From<&PriorRequest> for PriorRequestV1 {
@@ -68,9 +71,18 @@ impl TryFrom<&PriorRequestV1> for PriorRequest {
     }
 }
 
-impl From<&SpeedPrior> for SpeedPriorV1 {
-    fn from(prior: &SpeedPrior) -> Self {
-        Self { probabilities: prior.probabilities() }
+impl From<&PriorCell> for PriorCellV1 {
+    fn from(cell: &PriorCell) -> Self {
+        Self { probabilities: cell.speeds.probabilities(), height_m: cell.height_m }
+    }
+}
+
+impl TryFrom<&PriorCellV1> for PriorCell {
+    type Error = Refusal;
+
+    fn try_from(wire: &PriorCellV1) -> Result<Self, Refusal> {
+        let speeds = SpeedPrior::new(wire.probabilities)?;
+        Ok(Self { speeds, height_m: length("prior.height_m", wire.height_m)? })
     }
 }
 
@@ -90,19 +102,20 @@ impl From<&PriorPage> for PriorPageV1 {
 /// The page of a copied answer.
 ///
 /// # Errors
-/// If the lattice is out of bounds, there are too many cells, or the probabilities of one do not add up.
-pub fn prior_page_from_wire(header: &PriorPageV1, cells: &[SpeedPriorV1]) -> Result<PriorPage, Refusal> {
+/// If the lattice is out of bounds, there are too many cells, the probabilities of one do not add up, or its height
+/// is out of range.
+pub fn prior_page_from_wire(header: &PriorPageV1, cells: &[PriorCellV1]) -> Result<PriorPage, Refusal> {
     let size = [header.width, header.height];
     let grid = grid_from_wire("prior.grid", size, header.cell_size_m, header.hop_cells)?;
     let most = PRIOR_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
     at_most("prior.cells", most, cells)?;
-    let cells = cells.iter().map(|cell| SpeedPrior::new(cell.probabilities)).collect::<Result<_, _>>()?;
+    let cells = cells.iter().map(PriorCell::try_from).collect::<Result<_, _>>()?;
     Ok(PriorPage { run: run_from_wire(header.run), grid, from: header.from, cells })
 }
 
 fixed_payload!(PriorRequest => PriorRequestV1);
 
-slice_payload!(PriorPage => PriorPageV1, SpeedPriorV1, cells, prior_page_from_wire);
+slice_payload!(PriorPage => PriorPageV1, PriorCellV1, cells, prior_page_from_wire);
 
 /// What planners know of the ground before the mission. Served only where speeds are uncertain.
 impl Request for PriorRequest {
@@ -125,15 +138,17 @@ mod tests {
     #[test]
     fn pages_that_cannot_be_are_refused_by_name() {
         let grid = Grid::new(20, 10, 1.0, 1).unwrap();
-        let cells = vec![SpeedPrior::new([0.25, 0.0, 0.5, 0.25]).unwrap(); 3];
+        let speeds = SpeedPrior::new([0.25, 0.0, 0.5, 0.25]).unwrap();
+        let cells = vec![PriorCell { speeds, height_m: -2.5 }; 3];
         let page = PriorPage { run: RunId(1 << 90), grid, from: 190, cells };
         let (header, cell) = (page.header(), page.cell(0));
         assert_eq!(PriorPage::from_wire(&header, &[cell; 3]).unwrap(), page);
         let cases = [
             ("at most 10 cells", header, vec![cell; 11]),
             ("prior.grid", PriorPageV1 { width: 0, ..header }, vec![cell]),
-            ("prior.sum", header, vec![SpeedPriorV1 { probabilities: [0.5, 0.5, 0.5, 0.0] }]),
-            ("prior.probability", header, vec![SpeedPriorV1 { probabilities: [f64::NAN; 4] }]),
+            ("prior.sum", header, vec![PriorCellV1 { probabilities: [0.5, 0.5, 0.5, 0.0], ..cell }]),
+            ("prior.probability", header, vec![PriorCellV1 { probabilities: [f64::NAN; 4], ..cell }]),
+            ("prior.height_m", header, vec![PriorCellV1 { height_m: f64::INFINITY, ..cell }]),
         ];
         for (need, header, cells) in cases {
             let refusal = PriorPage::from_wire(&header, &cells).unwrap_err().to_string();

@@ -56,10 +56,40 @@ pub const ROBOTS: [[u8; 3]; 8] = [
     [0x4f, 0xd0, 0xc0],
     [0xc9, 0xb4, 0x58],
 ];
+/// The dark rim of symbols. On any ground, this or the light one has a contrast of at least 3:1.
+pub const DARK: &str = "#111111";
+/// The light rim of symbols.
+pub const LIGHT: &str = "#ffffff";
 /// A treasure.
 pub const TREASURE: &str = "#111111";
 /// A treasure that was collected.
 pub const COLLECTED: &str = "#ffc400";
+
+/// Red, green and blue of "#rrggbb"; black of anything else.
+#[must_use]
+pub fn rgb(hex: &str) -> [u8; 3] {
+    let part =
+        |at: usize| hex.get(at..at + 2).and_then(|part| u8::from_str_radix(part, 16).ok()).unwrap_or(0);
+    [part(1), part(3), part(5)]
+}
+
+/// Contrast of two colours, 1 to 21 (WCAG 2.2, relative luminance).
+#[must_use]
+pub fn contrast(one: [u8; 3], other: [u8; 3]) -> f64 {
+    let (one, other) = (luminance(one), luminance(other));
+    (one.max(other) + 0.05) / (one.min(other) + 0.05)
+}
+
+fn luminance(colour: [u8; 3]) -> f64 {
+    let [r, g, b] = colour.map(linear);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// One part of an 8-bit sRGB colour, as light.
+fn linear(part: u8) -> f64 {
+    let value = f64::from(part) / 255.0;
+    if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
+}
 
 /// Colour of a height at `share` of the scale: 0 is the lowest, 1 the highest.
 #[must_use]
@@ -102,19 +132,10 @@ fn srgb(lightness: f64, a: f64, b: f64) -> [u8; 3] {
 mod tests {
     use super::*;
 
-    /// Relative luminance (WCAG 2) of "#rrggbb".
-    fn luminance(colour: &str) -> f64 {
-        let linear = |at: usize| {
-            let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
-            if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
-        };
-        0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5)
-    }
-
     #[test]
     fn higher_ground_is_lighter_by_equal_steps() {
         // CIE lightness follows Oklab's closely; equal within a fifth of a step.
-        let star = |share: f64| 116.0 * libm::cbrt(luminance(&height(share))) - 16.0;
+        let star = |share: f64| 116.0 * libm::cbrt(luminance(height_rgb(share))) - 16.0;
         let steps: Vec<f64> =
             (0..10).map(|n| star(f64::from(n + 1) / 10.0) - star(f64::from(n) / 10.0)).collect();
         let mean = steps.iter().sum::<f64>() / 10.0;
@@ -124,11 +145,7 @@ mod tests {
 
     /// What the eye makes of "#rrggbb" in Oklab, colour-blind as `seen_by` says (a matrix on linear sRGB).
     fn seen(colour: &str, seen_by: &[[f64; 3]; 3]) -> [f64; 3] {
-        let linear = |at: usize| {
-            let value = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
-            if value <= 0.040_45 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
-        };
-        let light = [1, 3, 5].map(linear);
+        let light = rgb(colour).map(linear);
         let [r, g, b] =
             seen_by.map(|row| row.iter().zip(light).map(|(m, c)| m * c).sum::<f64>().clamp(0.0, 1.0));
         let long = libm::cbrt(0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b);
@@ -180,7 +197,7 @@ mod tests {
     #[test]
     fn arrows_stand_out_on_the_middle_of_the_scale() {
         for direction in Direction::ALL {
-            let contrast = (luminance(&height(0.5)) + 0.05) / (luminance(arrow(direction)) + 0.05);
+            let contrast = contrast(height_rgb(0.5), rgb(arrow(direction)));
             assert!(contrast > 2.5, "{direction} {contrast}");
         }
     }

@@ -30,9 +30,15 @@ pub fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
     )
 }
 
-/// Symbol of a goal: a red star instead of P23's red dot, so that the shape differs too.
+/// Symbol of a goal: a red star instead of P23's red dot, so that the shape differs too; with a dark rim around the white one,
+/// since neither red nor white stands out on ground of middling height.
 pub fn goal(x: f64, y: f64, size: f64) -> String {
-    star(x, y, size, &format!("fill=\"{}\" stroke=\"#fff\"", colour::GOAL))
+    let path = outline(x, y, size);
+    let rim = format!(
+        "<polygon points=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"3.8\" stroke-linejoin=\"round\"/>",
+        colour::DARK
+    );
+    rim + &star(x, y, size, &format!("fill=\"{}\" stroke=\"#fff\"", colour::GOAL))
 }
 
 /// Symbol of a treasure: a black star, as in P23; golden once collected, faint while unseen.
@@ -46,6 +52,14 @@ pub fn treasure(x: f64, y: f64, size: f64, treasure_state: TreasureState) -> Str
 }
 
 fn star(x: f64, y: f64, size: f64, ink: &str) -> String {
+    format!(
+        "<polygon points=\"{}\" {ink} stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\"/>",
+        outline(x, y, size)
+    )
+}
+
+/// The corners of a star.
+fn outline(x: f64, y: f64, size: f64) -> String {
     let points: Vec<String> = (0..10)
         .map(|n| {
             let radius = size * if n % 2 == 0 { 1.45 } else { 0.62 };
@@ -53,8 +67,5 @@ fn star(x: f64, y: f64, size: f64, ink: &str) -> String {
             format!("{} {}", Number(x + radius * libm::sin(angle)), Number(y - radius * libm::cos(angle)))
         })
         .collect();
-    format!(
-        "<polygon points=\"{}\" {ink} stroke-width=\"1.8\" stroke-linejoin=\"round\" paint-order=\"stroke\"/>",
-        points.join(" ")
-    )
+    points.join(" ")
 }

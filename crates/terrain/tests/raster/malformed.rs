@@ -145,7 +145,7 @@ fn a_geotiff_beyond_a_limit_is_refused_by_the_limits_name() {
     }
 }
 
-/// The GeoTIFFs that fuzzing begins from; `HOPPER_BLESS=1 cargo test -p terrain corpus` writes them anew.
+/// The GeoTIFFs that fuzzing begins from; `HOPPER_BLESS=1 cargo test -p hopper-terrain corpus` writes them anew.
 #[test]
 fn the_corpus_of_geotiffs_is_what_the_writer_makes() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/geotiff");

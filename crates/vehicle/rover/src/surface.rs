@@ -38,7 +38,8 @@ impl Surface {
         Self { lattice, gradients: Vec::new() }
     }
 
-    /// Ground with these heights at the middles of its cells; gradients are central differences, one-sided at the border.
+    /// Ground with these heights at the middles of its cells; gradients are central differences, one-sided at the border. If
+    /// all heights are equal it is level ground.
     ///
     /// # Errors
     /// If there are not as many heights as cells, or one of them is not finite.
@@ -48,6 +49,9 @@ impl Surface {
         }
         if let Some(cell) = heights_m.iter().position(|height_m| !height_m.is_finite()) {
             return Err(SurfaceError::Height { cell, got: heights_m[cell] });
+        }
+        if heights_m.windows(2).all(|pair| pair[0] == pair[1]) {
+            return Ok(Self::flat(lattice));
         }
         let (width, height) = (lattice.width(), lattice.height());
         let slope = |at: usize, size: usize, height_m: &dyn Fn(usize) -> f64| {

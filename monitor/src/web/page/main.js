@@ -11,10 +11,10 @@ import { give, mayOrder, stream } from "./transport.js";
 
 const by = (id) => document.getElementById(id);
 const history = new MissionHistory();
-const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, connected: "connecting", retry: 0 };
+const view = { at: Infinity, logarithmic: true, replay: 0, dirty: true, turned: false, connected: "connecting", retry: 0 };
 const map = new MapView(by("map"), history, () => { view.dirty = true; });
 const why = new WhyView(by("why"), history, map, () => { view.dirty = true; });
-const space = new SpaceView(by("space-view"), history, map, () => { view.dirty = true; });
+const space = new SpaceView(by("space-view"), history, map, () => { view.turned = true; });
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
@@ -376,8 +376,14 @@ function fly(at) {
 
 function show() {
   requestAnimationFrame(show);
-  if (!view.dirty) return;
-  view.dirty = false;
+  if (!view.dirty) {
+    // Only the eye has moved, or a hop is in flight: nothing else of the page changes.
+    const draws = view.turned && view.space && history.mission;
+    view.turned = false;
+    if (draws) space.draw(moment(), map.policyAt(moment()));
+    return;
+  }
+  [view.dirty, view.turned] = [false, false];
   if (!history.mission) {
     showHead(0);
     return;

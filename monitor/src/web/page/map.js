@@ -686,7 +686,7 @@ export class MapView {
       trace();
       context.lineJoin = "round";
       context.lineWidth = width + 2.4;
-      context.strokeStyle = rim === DARK ? "#ffffffc0" : "#000000a0";
+      context.strokeStyle = rim === DARK ? LIGHT : DARK;
       context.stroke();
       context.lineWidth = width;
       context.strokeStyle = rim;

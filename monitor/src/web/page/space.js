@@ -89,8 +89,9 @@ void main() {
     edge = mix(0.86, 0.42, fold);
   }
   if (reach > edge + 0.14) discard;
-  vec3 rim = form > 0.5 ? vec3(1.0) : vec3(0.07);
-  colour = vec4(reach > edge - 0.06 ? rim : ink.rgb, ink.a);
+  // Two rims, so that one of them stands out whatever the ground: a white one in a dark one, or the other way round.
+  vec3 inner = form > 0.5 ? vec3(1.0) : vec3(0.07), outer = form > 0.5 ? vec3(0.07) : vec3(1.0);
+  colour = vec4(reach > edge + 0.05 ? outer : reach > edge - 0.06 ? inner : ink.rgb, ink.a);
 }`;
 
 const rgba = (hex, alpha = 1) => [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16) / 255).concat(alpha);

@@ -51,6 +51,8 @@ struct Info {
     /// Decisions told by the states; those whose record is there; the last state's status and digest.
     decisions: u64,
     records: u64,
+    /// Whether every one of these decisions has its record, whatever states and patches were missed.
+    complete: bool,
     status: Option<Status>,
     digest: Option<Digest>,
     /// The journal's digest as it was at the end, if the recording came to its end.
@@ -174,6 +176,7 @@ impl Info {
             runs,
             decisions: state.map_or(0, |state| state.decision.0),
             records: records.len() as u64,
+            complete: state.is_some_and(|state| records.len() as u64 >= state.decision.0),
             status: state.map(|state| state.status),
             digest: state.map(|state| state.digest),
             digest_at_end: recording.metadata_entry("end", "digest").map(str::to_owned),
@@ -224,6 +227,8 @@ impl Info {
             line("missing", &format!("the records of {unrecorded} decisions"));
         } else if self.gaps.is_empty() {
             line("missing", "nothing");
+        } else if self.complete {
+            line("missing", "no decision: what queues lost is in hop/past");
         }
         for (topic, (gaps, messages)) in self.missing() {
             line("missing", &format!("{messages} messages of {topic}, in {gaps} gaps"));
@@ -299,6 +304,7 @@ mod tests {
         assert_eq!((late.decisions, late.records), (whole.decisions, whole.records));
         let text = late.text();
         assert!(text.contains("2 messages of hop/r0/state") && !text.contains("nothing"), "{text}");
+        assert!(late.complete && text.contains("missing     no decision"), "{text}");
     }
 
     /// P-BAG-RUNS: of several missions the last is told of, and nothing of those before is counted to it.

@@ -20,9 +20,10 @@ def main(path):
             if channel.topic == "hop/r0/state":
                 digest = message.digest.hex()
             if channel.topic == "view/map":
-                seen = [message.data[at + 5] for at in range(0, len(message.data), message.cell_stride)]
-                heights = [struct.unpack_from("<f", message.data, 8 * n)[0] for n, is_seen in enumerate(seen) if is_seen]
-                cells = {"all": len(seen), "seen": sum(seen), "finite": sum(h == h for h in heights)}
+                points = range(0, len(message.data), message.point_stride)
+                heights = [struct.unpack_from("<f", message.data, at + 8)[0] for at in points]
+                finite = sum(height == height for height in heights)
+                cells = {"bytes": len(message.data), "seen": len(heights), "finite": finite}
         metadata = {record.name: record.metadata for record in reader.iter_metadata()}
     print(json.dumps({
         "messages": statistics.message_count,

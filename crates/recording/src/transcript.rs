@@ -1,0 +1,374 @@
+//! Which messages a recording or a live viewer gets, on which channel.
+//!
+//! It requests what was missed, or was published before it began: executed decisions from `hop/past` until it has all of
+//! them, and the map from `hop/rN/snapshot`. The answers are written too.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
+use contract::{
+    Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage,
+    PastRequest, Replica, RobotId, RunId, State, Status, Team, Timeline, Vetoed,
+};
+use prost::Message as _;
+
+use crate::channel::ROBOT;
+use crate::proto::foxglove::log::Level;
+use crate::view::{self, ViewMessage, Views};
+use crate::{Channel, JsonMessage, RecordedMessage, SequenceGap, SequenceGaps};
+
+/// Time between two requests for the past while less than a page is missing, nanoseconds.
+const PAST_PERIOD_NS: u64 = 250_000_000;
+
+/// Most processes whose start is logged.
+const LOGGED_PROCESSES_MAX: usize = 4096;
+
+/// Requests that the caller has to send for the recorder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Requests {
+    /// Request to `hop/past`.
+    pub past: Option<PastRequest>,
+    /// Request to `hop/rN/snapshot`.
+    pub map: Option<MapRequest>,
+}
+
+impl Requests {
+    /// `later` where it has a request, else this.
+    #[must_use]
+    pub fn or(self, later: Requests) -> Self {
+        Self { past: later.past.or(self.past), map: later.map.or(self.map) }
+    }
+}
+
+/// A message to write.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EncodedMessage {
+    /// Where to.
+    pub topic: Topic,
+    /// Protobuf of the channel's schema, or JSON.
+    pub data: Vec<u8>,
+    /// When it was published; when it was received, if it has no such time.
+    pub published: MonotonicNs,
+    /// When it was received or made.
+    pub logged: MonotonicNs,
+}
+
+/// Where a message is written to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// A channel with a schema.
+    Known(Channel),
+    /// JSON under the name of its service.
+    Json(String),
+}
+
+impl Topic {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Topic::Known(channel) => channel.name(),
+            Topic::Json(name) => name.clone(),
+        }
+    }
+}
+
+/// Follows missions, one after another.
+pub struct Transcript {
+    out: Vec<EncodedMessage>,
+    gaps: SequenceGaps,
+    missing: BTreeMap<String, u64>,
+    brief: Option<Brief>,
+    state: Option<State>,
+    /// The records that are missing, by decision.
+    past: PageCursor,
+    /// How often the past was read again from its beginning.
+    pasts: u64,
+    /// Where the last of the records that came stands in the digest chain.
+    timeline: Timeline,
+    map: Replica,
+    views: Views,
+    processes: BTreeSet<Incarnation>,
+}
+
+impl Default for Transcript {
+    fn default() -> Self {
+        Self {
+            out: Vec::new(),
+            gaps: SequenceGaps::default(),
+            missing: BTreeMap::new(),
+            brief: None,
+            state: None,
+            past: PageCursor::default(),
+            pasts: 0,
+            timeline: Timeline::default(),
+            map: Replica::new(ROBOT),
+            views: Views::default(),
+            processes: BTreeSet::new(),
+        }
+    }
+}
+
+impl Transcript {
+    /// What is to be written since the last call.
+    #[must_use]
+    pub fn take(&mut self) -> Vec<EncodedMessage> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// The run that is followed.
+    #[must_use]
+    pub fn run(&self) -> Option<RunId> {
+        self.brief.map(|brief| brief.run)
+    }
+
+    /// The last state.
+    #[must_use]
+    pub fn state(&self) -> Option<&State> {
+        self.state.as_ref()
+    }
+
+    /// How often the past was read again from its beginning, and the first decision whose record is missing.
+    #[must_use]
+    pub fn written(&self) -> (u64, Decision) {
+        (self.pasts, self.due())
+    }
+
+    /// Whether the mission is over and every record is there.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.state.is_some_and(|state| state.status.is_over() && self.due() >= state.decision)
+    }
+
+    /// Number of missing messages so far, by topic.
+    #[must_use]
+    pub fn missing(&self) -> &BTreeMap<String, u64> {
+        &self.missing
+    }
+
+    /// Takes a message received at `now`. Of messages received together, pass states, patches and commands in the
+    /// order of their publication, and pages last.
+    pub fn on(&mut self, message: RecordedMessage, now: MonotonicNs) -> Requests {
+        self.write(&message, now);
+        let mut requests = Requests::default();
+        match message {
+            RecordedMessage::Brief(brief) => self.brief(brief, now),
+            RecordedMessage::State(state) => self.on_state(&state, now),
+            RecordedMessage::Patch(patch) => {
+                if self.is_of_run(patch.run, patch.robot) {
+                    let gap = self.gaps.patch(&patch);
+                    self.record_gap(gap, now);
+                }
+                requests.map = self.map.patch(patch, now);
+            }
+            RecordedMessage::Page(page) => requests.map = self.map.page(&page, now),
+            RecordedMessage::Heartbeat(beat) => {
+                let gap = self.gaps.beat(&beat);
+                self.record_gap(gap, now);
+                if self.processes.len() < LOGGED_PROCESSES_MAX && self.processes.insert(beat.incarnation) {
+                    let text = format!("{} processes, process {} {}", beat.role, beat.pid, beat.planner);
+                    self.log(Level::Info, beat.role.as_str(), text.trim_end().into(), now);
+                }
+            }
+            RecordedMessage::Past(page) => requests.past = self.past(&page, now),
+            RecordedMessage::Policy(policy) => {
+                if self.is_of_run(policy.run, policy.robot) {
+                    self.views.policy(policy);
+                }
+            }
+            RecordedMessage::Command(_)
+            | RecordedMessage::Control(_)
+            | RecordedMessage::Pacing(_)
+            | RecordedMessage::Host(_)
+            | RecordedMessage::Gap(_) => {}
+        }
+        requests
+    }
+
+    /// Takes a message that has no schema of ours, received at `now`.
+    pub fn on_json(&mut self, message: &JsonMessage, now: MonotonicNs) {
+        let topic = Topic::Json(message.topic.clone());
+        self.out.push(EncodedMessage { topic, data: message.json.clone(), published: now, logged: now });
+    }
+
+    /// Takes where all robots are, received at `now`. Pass it before the state it was published with.
+    pub fn on_team(&mut self, team: &Team, now: MonotonicNs) {
+        if let Some(message) = JsonMessage::of(team) {
+            self.on_json(&message, now);
+        }
+        if self.run() == Some(team.run) {
+            self.views.team(team, self.map.map());
+        }
+    }
+
+    /// Takes a route that a robot will take, received at `now`.
+    pub fn on_announcement(&mut self, announcement: &Announcement, now: MonotonicNs) {
+        if let Some(message) = JsonMessage::of(announcement) {
+            self.on_json(&message, now);
+        }
+        if self.is_of_run(announcement.run, announcement.robot) {
+            self.views.announcement(announcement);
+        }
+    }
+
+    /// Lets time pass; returns the requests that are due.
+    pub fn tick(&mut self, now: MonotonicNs) -> Requests {
+        self.draw(now, false);
+        Requests { past: self.past_wanted(now), map: self.map.ask(now) }
+    }
+
+    /// Adds what viewers shall see at the end.
+    pub fn finish(&mut self, now: MonotonicNs) {
+        self.draw(now, true);
+    }
+
+    fn brief(&mut self, brief: Brief, now: MonotonicNs) {
+        if self.brief.is_some_and(|known| known.run == brief.run) {
+            return;
+        }
+        self.gaps.begin();
+        (self.brief, self.state) = (Some(brief), None);
+        self.views.begin(&brief);
+        self.forget_past();
+        self.map = Replica::new(ROBOT);
+        self.map.begin(&brief);
+        let text = format!("run {} of {} in profile {}", brief.run, brief.scenario, brief.profile);
+        self.log(Level::Info, "hopper-sim", text, now)
+    }
+
+    /// Whether a message belongs to the current run; only within a run are sequence numbers consecutive.
+    fn is_of_run(&self, run: RunId, robot: RobotId) -> bool {
+        self.brief.is_some_and(|brief| brief.run == run && robot.0 < brief.robots)
+    }
+
+    fn on_state(&mut self, state: &State, now: MonotonicNs) {
+        if !self.is_of_run(state.run, state.robot) {
+            return;
+        }
+        if self.state.is_some_and(|known| state.is_older_than(&known)) {
+            return;
+        }
+        let gap = self.gaps.state(state);
+        self.record_gap(gap, now);
+        let before = self.state.replace(*state);
+        if self.timeline.is_contradicted_by(state) {
+            // A journal that has lost its tail, or was flown on elsewhere: those decisions are executed again.
+            self.forget_past();
+        }
+        if before.is_none_or(|before| before.decision != state.decision) {
+            let messages = self.views.state(state);
+            self.put_views(messages, now);
+        }
+        self.log_state(before.as_ref(), state, now)
+    }
+
+    /// Logs what a state means to a person: leader, vetoes, fallback, end.
+    fn log_state(&mut self, before: Option<&State>, state: &State, now: MonotonicNs) {
+        let led = before.map_or(Leader::default(), |before| before.leader);
+        if (state.leader.incarnation, state.leader.term) != (led.incarnation, led.term) {
+            let Leader { planner, pid, term, .. } = state.leader;
+            let text = format!("{planner}, process {pid}, commands under term {term}");
+            self.log(Level::Info, "planner", text, now);
+        }
+        if state.vetoed != before.map_or(Vetoed::NONE, |before| before.vetoed) && !state.vetoed.is_empty() {
+            let text =
+                format!("the guard vetoed {} actions at decision {}", state.vetoed.count(), state.decision);
+            self.log(Level::Warning, "guard", text, now);
+        }
+        if state.last_origin.is_fallback() && before.is_some_and(|before| before.decision != state.decision) {
+            let text =
+                format!("the fallback acted ({}) before decision {}", state.last_origin, state.decision);
+            self.log(Level::Warning, "guard", text, now);
+        }
+        if state.status.is_over() && before.is_none_or(|before| !before.status.is_over()) {
+            let level = if state.status == Status::Goal { Level::Info } else { Level::Error };
+            let text = format!("the mission is over: {} after {} decisions", state.status, state.decision);
+            self.log(level, "hopper-sim", text, now);
+        }
+    }
+
+    /// Counts executed decisions; returns the next request if they were a full page and more are missing.
+    fn past(&mut self, page: &PastPage, now: MonotonicNs) -> Option<PastRequest> {
+        if !self.is_of_run(page.run, page.robot) {
+            return None;
+        }
+        for record in &page.records {
+            if record.decision != self.due() {
+                continue;
+            }
+            if self.timeline.is_broken_by(record) {
+                self.forget_past();
+                self.past.restart(now);
+                return None;
+            }
+            // Fewer records than a page are asked for now and then: the pause stays in force.
+            self.timeline.fold(record);
+            self.views.record(record);
+            self.past.move_to(self.timeline.due().0);
+        }
+        let is_whole = self.state.is_none_or(|state| self.due() >= state.decision);
+        if page.records.len() < PAST_PAGE_RECORDS || is_whole {
+            return None;
+        }
+        let from = Decision(self.past.ask_at_once(now));
+        Some(PastRequest { run: page.run, robot: ROBOT, from })
+    }
+
+    /// Asks for all records again.
+    fn forget_past(&mut self) {
+        self.past.move_to(0);
+        self.timeline = Timeline::default();
+        self.pasts += 1;
+        self.views.forget_past();
+    }
+
+    /// First decision whose record is still missing.
+    fn due(&self) -> Decision {
+        Decision(self.past.next())
+    }
+
+    fn past_wanted(&mut self, now: MonotonicNs) -> Option<PastRequest> {
+        let (brief, state) = (self.brief?, self.state?);
+        let behind = state.decision.0.saturating_sub(self.past.next());
+        let urgent = behind >= PAST_PAGE_RECORDS as u64 || state.status.is_over();
+        let pause_ns = if urgent { ASK_AGAIN_NS } else { PAST_PERIOD_NS };
+        if behind == 0 {
+            return None;
+        }
+        let from = Decision(self.past.ask_after(now, pause_ns)?);
+        Some(PastRequest { run: brief.run, robot: ROBOT, from })
+    }
+
+    /// Writes for viewers what changed and is due, or everything that changed if the file ends.
+    fn draw(&mut self, now: MonotonicNs, ends: bool) {
+        let messages = self.views.draw(self.map.map(), now, ends);
+        self.put_views(messages, now);
+    }
+
+    fn put_views(&mut self, messages: Vec<ViewMessage>, now: MonotonicNs) {
+        for (channel, data, moment) in messages {
+            self.put(channel, data, moment, now);
+        }
+    }
+
+    fn record_gap(&mut self, gap: Option<SequenceGap>, now: MonotonicNs) {
+        let Some(gap) = gap else { return };
+        let missing = self.missing.entry(gap.topic.clone()).or_default();
+        *missing = missing.saturating_add(gap.missing());
+        let text = format!("{} {} of {} did not reach the recorder", gap.missing(), gap.counted, gap.topic);
+        self.write(&RecordedMessage::Gap(gap), now);
+        self.log(Level::Warning, "recorder", text, now)
+    }
+
+    fn log(&mut self, level: Level, name: &str, text: String, now: MonotonicNs) {
+        self.put(Channel::ViewLog, view::line(level, name, text, now).encode_to_vec(), now, now);
+    }
+
+    fn write(&mut self, message: &RecordedMessage, now: MonotonicNs) {
+        self.put(message.topic(), message.encode(), message.published().unwrap_or(now), now);
+    }
+
+    fn put(&mut self, channel: Channel, data: Vec<u8>, published: MonotonicNs, logged: MonotonicNs) {
+        self.out.push(EncodedMessage { topic: Topic::Known(channel), data, published, logged });
+    }
+}

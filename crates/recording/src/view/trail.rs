@@ -1,0 +1,134 @@
+//! The way that a robot has come, in a bounded number of points.
+
+use contract::{Brief, Flight, Record};
+
+use super::middle;
+use super::point_cloud::Point;
+
+/// Most points of a trail. A longer way is shown by every second of its points, and so on.
+const POINTS_MAX: usize = 4096;
+
+/// Points of one flight of a hop after its launch.
+const FLIGHT_POINTS: u32 = 12;
+
+/// Most points of a straight way from cell to cell.
+const STRAIGHT_POINTS_MAX: f64 = 256.0;
+
+/// Points along the way of one robot.
+#[derive(Clone, Debug)]
+pub(super) struct Trail {
+    points: Vec<(Point, bool)>,
+    /// Every so many of the points passed are kept.
+    stride: u64,
+    passed: u64,
+}
+
+impl Default for Trail {
+    fn default() -> Self {
+        Self { points: Vec::new(), stride: 1, passed: 0 }
+    }
+}
+
+impl Trail {
+    /// The points, each with whether the robot strayed there.
+    pub fn points(&self) -> &[(Point, bool)] {
+        &self.points
+    }
+
+    /// Adds the way of a decision.
+    pub fn add(&mut self, brief: &Brief, record: &Record) {
+        let outcome = &record.outcome;
+        if outcome.from == outcome.to {
+            return;
+        }
+        let to = middle(brief, outcome.to, record.pose.height_m);
+        let from = middle(brief, outcome.from, record.pose.height_m - outcome.flight.rise_m);
+        let strayed = outcome.branch != contract::Branch::Intended;
+        if self.passed == 0 {
+            self.push(from, strayed);
+        }
+        let flies = outcome.flight.apex_height_m > 0.0;
+        if flies {
+            let flights = outcome.flight.flights.clamp(1, 2);
+            let along = |share: f64| between(from, to, share);
+            for flight in 0..flights {
+                let share = |n: u32| f64::from(n) / f64::from(flights);
+                for point in arc(along(share(flight)), along(share(flight + 1)), &outcome.flight) {
+                    self.push(point, strayed);
+                }
+            }
+        } else {
+            let (dx, dy) = (to.x - from.x, to.y - from.y);
+            let cells = (libm::hypot(dx, dy) / brief.grid.cell_size_m * 2.0).ceil();
+            let count = cells.clamp(1.0, STRAIGHT_POINTS_MAX) as u32;
+            for n in 1..=count {
+                self.push(between(from, to, f64::from(n) / f64::from(count)), strayed);
+            }
+        }
+    }
+
+    fn push(&mut self, point: Point, strayed: bool) {
+        if self.passed.is_multiple_of(self.stride) {
+            if self.points.len() == POINTS_MAX {
+                let mut is_kept = false;
+                self.points.retain(|_| {
+                    is_kept = !is_kept;
+                    is_kept
+                });
+                self.stride = self.stride.saturating_mul(2);
+            }
+            self.points.push((point, strayed));
+        }
+        self.passed = self.passed.saturating_add(1);
+    }
+}
+
+/// The point at `share` of the straight way.
+pub(super) fn between(from: Point, to: Point, share: f64) -> Point {
+    let at = |from: f64, to: f64| from + (to - from) * share;
+    Point { x: at(from.x, to.x), y: at(from.y, to.y), z: at(from.z, to.z) }
+}
+
+/// Points after the first on the parabola from launch to landing with the apex of the flight.
+fn arc(from: Point, to: Point, flight: &Flight) -> impl Iterator<Item = Point> {
+    let rise_m = to.z - from.z;
+    let apex_m = flight.apex_height_m.max(rise_m).max(0.0);
+    // z(s) = b s − (b − rise) s² over s in 0 to 1 has its apex b² / 4 (b − rise); solved for b.
+    let b = 2.0 * (apex_m + (apex_m * (apex_m - rise_m)).max(0.0).sqrt());
+    (1..=FLIGHT_POINTS).map(move |n| {
+        let s = f64::from(n) / f64::from(FLIGHT_POINTS);
+        Point { z: from.z + b * s - (b - rise_m) * s * s, ..between(from, to, s) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arc_goes_from_launch_to_landing_over_the_apex() {
+        let from = Point { x: 0.5, y: 0.5, z: 1.0 };
+        for (rise_m, apex_height_m) in [(0.0, 0.25), (0.3, 0.5), (-0.4, 0.1)] {
+            let to = Point { x: 1.5, y: 0.5, z: 1.0 + rise_m };
+            let points: Vec<_> = arc(from, to, &Flight { apex_height_m, ..Flight::default() }).collect();
+            let end = points[points.len() - 1];
+            assert!((end.z - to.z).abs() < 1e-12 && end.x == to.x, "{end:?}");
+            let highest = points.iter().fold(f64::MIN, |most, point| most.max(point.z)) - from.z;
+            assert!(highest <= apex_height_m + 1e-12 && highest > 0.8 * apex_height_m, "{highest}");
+        }
+    }
+
+    #[test]
+    fn a_long_way_is_thinned_out_from_its_first_point_to_its_last() {
+        let mut trail = Trail::default();
+        let count = 10 * POINTS_MAX as u32;
+        for n in 0..count {
+            trail.push(Point { x: f64::from(n), ..Point::default() }, false);
+        }
+        let xs: Vec<f64> = trail.points().iter().map(|(point, _)| point.x).collect();
+        assert!(xs.len() <= POINTS_MAX && xs.len() > POINTS_MAX / 4, "{}", xs.len());
+        assert_eq!(xs[0], 0.0);
+        assert!(xs[xs.len() - 1] > f64::from(count) - 20.0);
+        assert!(xs.windows(2).all(|pair| (pair[1] - pair[0] - (xs[1] - xs[0])).abs() < 1e-9), "evenly");
+    }
+}

@@ -1,0 +1,247 @@
+//! What viewers are shown of a mission: folded from its messages, drawn when it is due.
+
+use std::collections::BTreeMap;
+
+use contract::{
+    Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, Record, RobotId, Route, State, Team,
+    Vehicle, Waypoint,
+};
+use prost::Message as _;
+use report::picture::colour;
+
+use super::point_cloud::{Cloud, Point};
+use super::trail::{Trail, between};
+use super::{FRAME, arrows, ground, markers, middle, stamp, unturned};
+use crate::Channel;
+use crate::proto::foxglove::{FrameTransform, FrameTransforms, Vector3};
+
+/// Time between two clouds of one channel, nanoseconds.
+const PERIOD_NS: u64 = 1_000_000_000;
+
+/// Time added to it for each seen cell of the map, nanoseconds: the clouds of large maps take megabytes.
+const CELL_NS: u64 = 40_000;
+
+/// Height of a robot's marker: so many cells, and at least this share of the longer side of the map.
+const MARKER_CELLS: f64 = 1.5;
+const MARKER_SHARE: f64 = 0.03;
+
+/// Points of an announced route in each cell of its length.
+const ROUTE_POINTS_PER_CELL: f64 = 2.0;
+
+/// A message for viewers: its channel, its bytes, and the moment that it shows.
+pub type ViewMessage = (Channel, Vec<u8>, MonotonicNs);
+
+/// The robots, their ways and plans, as far as they are known.
+#[derive(Debug, Default)]
+pub struct Views {
+    brief: Option<Brief>,
+    team: Option<Team>,
+    places: BTreeMap<RobotId, Point>,
+    trails: BTreeMap<RobotId, Trail>,
+    routes: BTreeMap<RobotId, Route>,
+    policy: Option<Policy>,
+    /// Where the robot of the last state was, and its goals visited.
+    here: Cell,
+    visits: u64,
+    map: Due,
+    plan: Due,
+    route: Due,
+}
+
+/// When something was drawn last, and whether it has changed since.
+#[derive(Clone, Copy, Debug, Default)]
+struct Due {
+    drawn: Option<MonotonicNs>,
+    /// Fingerprint of the map that was drawn.
+    observation: u64,
+    has_changed: bool,
+}
+
+impl Due {
+    /// Whether to draw now; then it counts as drawn.
+    fn is_now(&mut self, now: MonotonicNs, period_ns: u64, ends: bool) -> bool {
+        let is_due = ends || self.drawn.is_none_or(|drawn| now.since_ns(drawn) >= period_ns);
+        let draws = self.has_changed && is_due;
+        if draws {
+            (self.has_changed, self.drawn) = (false, Some(now));
+        }
+        draws
+    }
+}
+
+impl Views {
+    /// Another run begins.
+    pub fn begin(&mut self, brief: &Brief) {
+        *self = Self { brief: Some(*brief), ..Self::default() };
+    }
+
+    /// The past is read again from its beginning.
+    pub fn forget_past(&mut self) {
+        self.trails.clear();
+        self.route.has_changed = true;
+    }
+
+    /// All robots at one moment, published before the state of that moment.
+    pub fn team(&mut self, team: &Team, map: Option<&ObservedMap>) {
+        let Some(brief) = self.brief else { return };
+        for (number, member) in (0..).map(RobotId).zip(&team.members) {
+            let cell = middle(&brief, member.at.cell, 0.0);
+            let at = member.travel.as_ref().map_or(cell, |travel| at(travel.at));
+            let known = self.places.get(&number).map_or(0.0, |place| place.z);
+            let z = map.and_then(|map| map.ground(member.at.cell)).map_or(known, |ground| ground.height_m);
+            self.places.insert(number, Point { z, ..at });
+        }
+        self.team = Some(team.clone());
+    }
+
+    /// Where the robot goes that announced it.
+    pub fn announcement(&mut self, announcement: &Announcement) {
+        let known = self.routes.get(&announcement.robot);
+        if known.is_none_or(|route| route.id() != announcement.route.id()) {
+            self.routes.insert(announcement.robot, announcement.route.clone());
+            self.plan.has_changed = true;
+        }
+    }
+
+    /// The policy that the next decision is made by.
+    pub fn policy(&mut self, policy: Policy) {
+        self.policy = Some(policy);
+        self.plan.has_changed = true;
+    }
+
+    /// An executed decision, in the order of the decisions.
+    pub fn record(&mut self, record: &Record) {
+        let Some(brief) = &self.brief else { return };
+        self.trails.entry(record.robot).or_default().add(brief, record);
+        self.route.has_changed = true;
+    }
+
+    /// A state of another decision: where the robots and their goals are.
+    pub fn state(&mut self, state: &State) -> Vec<ViewMessage> {
+        let Some(brief) = self.brief else { return Vec::new() };
+        let place = middle(&brief, state.pose.cell, state.pose.height_m);
+        let exact = self.team.as_ref().filter(|team| team.is_of(state)).and_then(|team| {
+            let member = team.member(state.robot)?;
+            member.travel.as_ref().map(|travel| at(travel.at))
+        });
+        let place = exact.map_or(place, |exact| Point { z: place.z, ..exact });
+        self.places.insert(state.robot, place);
+        (self.here, self.visits) = (state.pose.cell, state.visits);
+        vec![
+            (Channel::ViewTransforms, self.transforms(state.published).encode_to_vec(), state.published),
+            (Channel::ViewRobots, self.robots(&brief, state.published), state.published),
+        ]
+    }
+
+    /// What is due to be drawn again at `now`, or all that has changed if the file ends.
+    pub fn draw(&mut self, map: Option<&ObservedMap>, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
+        let Some(brief) = self.brief else { return Vec::new() };
+        let mut messages = Vec::new();
+        if let Some(map) = map {
+            self.map.has_changed |= map.observation() != self.map.observation;
+            let period_ns = PERIOD_NS + CELL_NS * map.seen_cells() as u64;
+            if self.map.is_now(now, period_ns, ends) {
+                self.map.observation = map.observation();
+                messages.push((Channel::ViewMap, ground::ground(map).encode_to_vec(), map.published));
+            }
+            if self.plan.is_now(now, PERIOD_NS, ends) {
+                messages.push((Channel::ViewPlan, self.plan(&brief, map, now), now));
+            }
+        }
+        if self.route.is_now(now, PERIOD_NS, ends) {
+            messages.push((Channel::ViewRoute, self.route(now), now));
+        }
+        messages
+    }
+
+    fn transforms(&self, moment: MonotonicNs) -> FrameTransforms {
+        let transform = |(robot, at): (&RobotId, &Point)| FrameTransform {
+            timestamp: stamp(moment),
+            parent_frame_id: FRAME.into(),
+            child_frame_id: format!("r{robot}"),
+            translation: Some(Vector3 { x: at.x, y: at.y, z: at.z }),
+            rotation: unturned(),
+        };
+        FrameTransforms { transforms: self.places.iter().map(transform).collect() }
+    }
+
+    fn robots(&self, brief: &Brief, moment: MonotonicNs) -> Vec<u8> {
+        let height_m = marker_m(brief);
+        let mut cloud = Cloud::default();
+        for (robot, place) in &self.places {
+            let lift_m = if self.flies(*robot) { height_m } else { 0.0 };
+            markers::robot(&mut cloud, Point { z: place.z + lift_m, ..*place }, robot.0, height_m);
+        }
+        let here = self.places.values().next().map_or(0.0, |place| place.z);
+        for goal in self.goals(brief) {
+            markers::goal(&mut cloud, Point { z: here, ..goal }, height_m);
+        }
+        cloud.into_message(moment).encode_to_vec()
+    }
+
+    /// Where the mission is to go; rovers that cover ground have no such place.
+    fn goals(&self, brief: &Brief) -> Vec<Point> {
+        if brief.is_of_hopper() {
+            return vec![middle(brief, brief.goal_after(self.visits), 0.0)];
+        }
+        let members = self.team.iter().flat_map(|team| &team.members);
+        members
+            .filter_map(|member| match member.robot.vehicle {
+                Vehicle::Driver { goal, .. } => Some(at(goal)),
+                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } => None,
+            })
+            .collect()
+    }
+
+    fn flies(&self, robot: RobotId) -> bool {
+        let member = self.team.as_ref().and_then(|team| team.member(robot));
+        member.is_some_and(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. }))
+    }
+
+    fn route(&self, now: MonotonicNs) -> Vec<u8> {
+        let points = self.trails.values().map(|trail| trail.points().len()).sum();
+        let mut cloud = Cloud::with(&["robot", "strayed"], points);
+        for (robot, trail) in &self.trails {
+            let colours = colour::ROBOTS[usize::from(robot.0) % colour::ROBOTS.len()];
+            let own = if self.trails.len() == 1 { colour::rgb(colour::ROUTE) } else { colours };
+            for (point, strayed) in trail.points() {
+                let shade = if *strayed { colour::rgb(colour::STRAY) } else { own };
+                cloud.push_with(*point, shade, [robot.0.min(255) as u8, u8::from(*strayed)]);
+            }
+        }
+        cloud.into_message(now).encode_to_vec()
+    }
+
+    /// The policy's arrows, and the routes that were announced.
+    fn plan(&self, brief: &Brief, map: &ObservedMap, now: MonotonicNs) -> Vec<u8> {
+        let mut cloud = Cloud::default();
+        if let Some(policy) = &self.policy {
+            arrows::arrows(&mut cloud, brief, map, policy, self.here);
+        }
+        for (robot, route) in &self.routes {
+            let shade = colour::ROBOTS[usize::from(robot.0) % colour::ROBOTS.len()];
+            for leg in route.waypoints().windows(2) {
+                let cells = leg[0].distance_m(leg[1]) / brief.grid.cell_size_m;
+                let count = (cells * ROUTE_POINTS_PER_CELL).ceil().clamp(1.0, 256.0) as u32;
+                for n in 0..count {
+                    let point = between(at(leg[0]), at(leg[1]), f64::from(n) / f64::from(count));
+                    let cell = |metres: f64| (metres / brief.grid.cell_size_m).floor() as i32;
+                    let ground = map.ground(Cell { x: cell(point.x), y: cell(point.y) });
+                    let z = ground.map_or(0.0, |ground| ground.height_m) + 0.2 * brief.grid.cell_size_m;
+                    cloud.push(Point { z, ..point }, shade);
+                }
+            }
+        }
+        cloud.into_message(now).encode_to_vec()
+    }
+}
+
+/// Height of a robot's marker, metres.
+fn marker_m(brief: &Brief) -> f64 {
+    let side_m = f64::from(brief.grid.width.max(brief.grid.height)) * brief.grid.cell_size_m;
+    (MARKER_CELLS * brief.grid.cell_size_m).max(MARKER_SHARE * side_m)
+}
+
+fn at(waypoint: Waypoint) -> Point {
+    Point { x: waypoint.x_m, y: waypoint.y_m, z: 0.0 }
+}

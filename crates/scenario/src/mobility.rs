@@ -1,0 +1,313 @@
+//! Section `[truth.mobility]`: how fast a rover drives, as far as is known and in truth.
+
+use std::path::PathBuf;
+
+use contract::{Cell, DriveSpeed, SpeedPrior};
+use routing::{Goal, Stream};
+use rover::{Lattice, Point, Speed, SpeedDistribution, Surface, TerrainClass, speed, speed_distribution};
+use scout_world::Trip;
+use terrain::{Terrain, read_layer};
+
+use crate::shape::Shaped;
+use crate::truth::{Layer, Mobility};
+use crate::{MissionBrief, ScenarioError};
+
+/// A rover is at its goal within this distance, metres, as in the Monte Carlo study.
+const GOAL_RADIUS_M: f64 = 3.0;
+
+/// What is known of the cells.
+enum Known {
+    Classes(Vec<[f64; 11]>),
+    Speeds(Vec<SpeedDistribution>),
+}
+
+/// Names of the terrain classes, in the order of [`TerrainClass::ALL`].
+const CLASSES: [&str; 11] = [
+    "smooth_regolith",
+    "smooth_outcrop",
+    "fractured_outcrop",
+    "sparse_linear_ripples",
+    "rough_outcrop",
+    "crater",
+    "rock_field",
+    "dense_linear_ripples",
+    "deep_sand",
+    "polygonal_ripples",
+    "scarp",
+];
+
+impl Layer {
+    fn file(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Self::Everywhere(_) => None,
+            Self::File(file) => Some(file),
+        }
+    }
+
+    /// The values in index order, each from 0 to 1 where the terrain has a height.
+    fn shares(&self, field: &'static str, shaped: &Shaped) -> Result<Vec<f64>, ScenarioError> {
+        let cells = &shaped.relief.cells;
+        let values = match self {
+            Self::Everywhere(value) => vec![*value; cells.len()],
+            Self::File(file) => read_layer(file, &shaped.source)?,
+        };
+        checked(field, "0 to 1", self.name(), values, shaped, |value| (0.0..=1.0).contains(&value))
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Everywhere(_) => "the scenario".into(),
+            Self::File(file) => file.display().to_string(),
+        }
+    }
+}
+
+/// The values of a layer, which are right wherever the terrain has a height.
+fn checked(
+    field: &'static str,
+    need: &'static str,
+    origin: String,
+    values: Vec<f64>,
+    shaped: &Shaped,
+    is_right: impl Fn(f64) -> bool,
+) -> Result<Vec<f64>, ScenarioError> {
+    let heights = shaped.relief.cells.iter();
+    let wrong = values.iter().zip(heights).position(|(value, height)| height.is_some() && !is_right(*value));
+    match wrong {
+        None => Ok(values),
+        Some(index) => {
+            let (cell, value) = (shaped.relief.grid.cell(index), values[index]);
+            let value = if value.is_nan() { "no value".into() } else { value.to_string() };
+            Err(ScenarioError::Value { field, need, got: format!("{value} in cell {cell} of {origin}") })
+        }
+    }
+}
+
+impl Mobility {
+    /// All files that it names.
+    pub(crate) fn files(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let Self { rock_abundance, class_file, classes, speeds, true_speed_file, .. } = self;
+        let layers =
+            std::iter::once(rock_abundance).chain(classes.values_mut()).chain(speeds.iter_mut().flatten());
+        layers.filter_map(Layer::file).chain(class_file).chain(true_speed_file)
+    }
+
+    /// Writes prior and true speeds into `terrain`; the rover's trip on it.
+    ///
+    /// # Errors
+    /// If a raster does not fit or has a value that cannot be, or start or goal is missing, off the map or no ground to stand
+    /// on.
+    pub(crate) fn spread(
+        &self,
+        brief: &MissionBrief,
+        shaped: &Shaped,
+        terrain: &mut Terrain,
+    ) -> Result<Trip, ScenarioError> {
+        let grid = terrain.grid;
+        if grid.cell_size_m != 1.0 {
+            return Err(ScenarioError::Value {
+                field: "truth.mobility",
+                need: "terrain with cells of 1 m; set truth.terrain.elevation_file.cell_size_m = 1.0, which resamples",
+                got: format!("{} m", grid.cell_size_m),
+            });
+        }
+        let lattice = Lattice::new(grid.width as usize, grid.height as usize);
+        let lattice = lattice.map_err(|error| ScenarioError::Value {
+            field: "truth.mobility",
+            need: "terrain that a rover's map can hold",
+            got: error.to_string(),
+        })?;
+        let heights_m: Vec<f64> = terrain.cells.iter().map(|ground| ground.height_m).collect();
+        let surface = Surface::from_heights(lattice, &heights_m).expect("a finite height for each cell");
+        let abundance = self.rock_abundance.shares("truth.mobility.rock_abundance", shaped)?;
+        let known = self.known(shaped)?;
+        let prior = known.prior(&surface, &abundance, shaped)?;
+        let truth = match &self.true_speed_file {
+            Some(file) => true_speeds(file, shaped)?,
+            None => known.drawn(self.seed, &surface, &abundance),
+        };
+        for (index, ground) in terrain.cells.iter_mut().enumerate() {
+            let is_ground = shaped.relief.cells[index].is_some();
+            let speed = if is_ground { scout_world::drive_speed(truth[index]) } else { DriveSpeed::Zero };
+            (ground.speed, ground.passable) = (Some(speed), speed != DriveSpeed::Zero);
+        }
+        let prior = prior.iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
+        terrain.prior = prior.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
+        let end = |field, cell: Option<[i32; 2]>| self::end(field, cell, terrain);
+        let (start, goal) = (end("brief.start", brief.start)?, end("brief.goal", brief.goal)?);
+        Ok(Trip { start, goal: Goal { at: goal, radius_m: GOAL_RADIUS_M } })
+    }
+
+    fn known(&self, shaped: &Shaped) -> Result<Known, ScenarioError> {
+        let cells = shaped.relief.cells.len();
+        match (&self.class_file, self.classes.is_empty(), &self.speeds) {
+            (Some(file), true, None) => {
+                let is_class = |value: f64| value.fract() == 0.0 && (0.0..=10.0).contains(&value);
+                let codes = read_layer(file, &shaped.source)?;
+                let (field, origin) = ("truth.mobility.class_file", file.display().to_string());
+                let codes = checked(field, "classes 0 to 10", origin, codes, shaped, is_class)?;
+                let certain =
+                    |code: &f64| std::array::from_fn(|class| f64::from(u8::from(*code == class as f64)));
+                Ok(Known::Classes(codes.iter().map(certain).collect()))
+            }
+            (None, false, None) => {
+                let mut probabilities = vec![[0.0; 11]; cells];
+                for (name, layer) in &self.classes {
+                    let class = CLASSES.iter().position(|class| class == name).ok_or_else(|| {
+                        let (field, need) =
+                            ("truth.mobility.classes", "names of terrain classes: see docs/scenario.md");
+                        ScenarioError::Value {
+                            field,
+                            need,
+                            got: format!("{name:?}; there are {}", CLASSES.join(", ")),
+                        }
+                    })?;
+                    let shares = layer.shares("truth.mobility.classes", shaped)?;
+                    probabilities.iter_mut().zip(shares).for_each(|(of, share)| of[class] = share);
+                }
+                Ok(Known::Classes(probabilities))
+            }
+            (None, true, Some(layers)) => {
+                let shares = |layer: &Layer| layer.shares("truth.mobility.speeds", shaped);
+                let layers = layers.iter().map(shares).collect::<Result<Vec<_>, _>>()?;
+                let speeds = (0..cells).map(|cell| {
+                    let probabilities = std::array::from_fn(|speed| layers[speed][cell]);
+                    let given = SpeedDistribution::as_given(probabilities);
+                    distribution(
+                        "truth.mobility.speeds",
+                        given.map_err(|error| error.to_string()),
+                        cell,
+                        shaped,
+                    )
+                });
+                Ok(Known::Speeds(speeds.collect::<Result<_, _>>()?))
+            }
+            _ => Err(ScenarioError::Value {
+                field: "truth.mobility",
+                need: "exactly one of class_file, classes and speeds",
+                got: "none or several".into(),
+            }),
+        }
+    }
+}
+
+/// The distribution of a cell; where the terrain has no height, speed 0.
+fn distribution(
+    field: &'static str,
+    given: Result<SpeedDistribution, String>,
+    cell: usize,
+    shaped: &Shaped,
+) -> Result<SpeedDistribution, ScenarioError> {
+    if shaped.relief.cells[cell].is_none() {
+        return Ok(SpeedDistribution::certain(Speed::Zero));
+    }
+    given.map_err(|error| {
+        let (need, cell) = ("probabilities that add up to 1 in each cell", shaped.relief.grid.cell(cell));
+        ScenarioError::Value { field, need, got: format!("{error}, in cell {cell}") }
+    })
+}
+
+impl Known {
+    fn prior(
+        &self,
+        surface: &Surface,
+        abundance: &[f64],
+        shaped: &Shaped,
+    ) -> Result<Vec<SpeedDistribution>, ScenarioError> {
+        let classes = match self {
+            Known::Speeds(speeds) => return Ok(speeds.clone()),
+            Known::Classes(classes) => classes,
+        };
+        let of = |(cell, classes): (usize, &[f64; 11])| {
+            let given = speed_distribution(classes, surface.slope_deg(cell), abundance[cell]);
+            distribution("truth.mobility.classes", given.map_err(|error| error.to_string()), cell, shaped)
+        };
+        classes.iter().enumerate().map(of).collect()
+    }
+
+    /// True speeds: those of a class or speed drawn for each region, in the order of their first cells.
+    fn drawn(&self, seed: u64, surface: &Surface, abundance: &[f64]) -> Vec<Speed> {
+        let mut draws = Stream::new(seed, "mobility");
+        let mut uniforms: Vec<Option<f64>> = vec![None; abundance.len()];
+        for cell in 0..uniforms.len() {
+            if uniforms[cell].is_none() {
+                let uniform = draws.uniform();
+                self.spread_over_region(cell, surface.lattice(), uniform, &mut uniforms);
+            }
+        }
+        let speed_of = |(cell, uniform): (usize, &Option<f64>)| {
+            let uniform = uniform.unwrap_or_default();
+            match self {
+                Known::Speeds(speeds) => speeds[cell].quantile(uniform),
+                Known::Classes(classes) => {
+                    speed(class_at(&classes[cell], uniform), surface.slope_deg(cell), abundance[cell])
+                }
+            }
+        };
+        uniforms.iter().enumerate().map(speed_of).collect()
+    }
+
+    /// Gives `uniform` to all cells that are connected with `first` and of which the same is known.
+    fn spread_over_region(&self, first: usize, lattice: Lattice, uniform: f64, uniforms: &mut [Option<f64>]) {
+        let (width, cells) = (lattice.width(), uniforms.len());
+        let mut left = vec![first];
+        while let Some(cell) = left.pop() {
+            if uniforms[cell].is_some() || !self.is_same(first, cell) {
+                continue;
+            }
+            uniforms[cell] = Some(uniform);
+            let column = cell % width;
+            left.extend((column > 0).then(|| cell - 1));
+            left.extend((column + 1 < width).then(|| cell + 1));
+            left.extend(cell.checked_sub(width));
+            left.extend(Some(cell + width).filter(|above| *above < cells));
+        }
+    }
+
+    fn is_same(&self, one: usize, other: usize) -> bool {
+        match self {
+            Known::Classes(classes) => classes[one] == classes[other],
+            Known::Speeds(speeds) => speeds[one] == speeds[other],
+        }
+    }
+}
+
+/// The class at which the probabilities, added up in order, exceed `uniform`.
+fn class_at(probabilities: &[f64; 11], uniform: f64) -> TerrainClass {
+    let mut sum = 0.0;
+    let likely = |(class, probability): (TerrainClass, &f64)| {
+        sum += probability;
+        (uniform < sum).then_some(class)
+    };
+    // Rounding may leave the sum just below 1: then it is the last class that there may be.
+    let last =
+        || (0..11).rev().find(|class| probabilities[*class] > 0.0).map(|class| TerrainClass::ALL[class]);
+    TerrainClass::ALL
+        .into_iter()
+        .zip(probabilities)
+        .find_map(likely)
+        .or_else(last)
+        .unwrap_or(TerrainClass::Scarp)
+}
+
+fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, ScenarioError> {
+    let speed = |value: f64| Speed::ALL.into_iter().find(|speed| speed.m_per_sol() == value);
+    let values = read_layer(file, &shaped.source)?;
+    let (field, need) = ("truth.mobility.true_speed_file", "0, 50, 150 or 200 m/Sol");
+    let origin = file.display().to_string();
+    let values = checked(field, need, origin, values, shaped, |value| speed(value).is_some())?;
+    Ok(values.into_iter().map(|value| speed(value).unwrap_or(Speed::Zero)).collect())
+}
+
+/// The middle of a cell at which the rover starts or ends.
+fn end(field: &'static str, cell: Option<[i32; 2]>, terrain: &Terrain) -> Result<Point, ScenarioError> {
+    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got });
+    let Some([x, y]) = cell else { return refuse("a cell (x, y)", "nothing".into()) };
+    match terrain.ground(Cell::new(x, y)) {
+        None => refuse("a cell on the map", format!("({x}, {y})")),
+        Some(ground) if !ground.passable => {
+            refuse("a cell whose true speed is above 0", format!("({x}, {y})"))
+        }
+        Some(_) => Ok(Point::new(f64::from(x) + 0.5, f64::from(y) + 0.5)),
+    }
+}

@@ -1,0 +1,194 @@
+//! Readers of every public message, and clients for what was missed.
+
+use contract::message::{Message as _, Visitor};
+use contract::{
+    Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
+    Policy, RobotId, State, Team,
+};
+use process::{Client, Ports, Reader, accept};
+use recording::{JsonMessage, RecordedMessage as Message, Requests, Transcript};
+
+/// Longest and shortest pause between two looks, nanoseconds.
+const PERIODS_NS: [u64; 2] = [20_000_000, 1_000_000];
+
+/// Messages of one look at which the shortest queues, those of patches and commands, are a quarter full.
+const MANY: usize = 4;
+
+/// Readers of every public message, and clients for what was missed.
+pub struct RecorderPorts<P: Ports> {
+    briefs: P::Reader<Brief>,
+    states: P::Reader<State>,
+    teams: P::Reader<Team>,
+    announcements: P::Reader<Announcement>,
+    maps: P::Reader<MapPatch>,
+    commands: P::Reader<Command>,
+    beats: P::Reader<Heartbeat>,
+    controls: P::Reader<Control>,
+    pacings: P::Reader<Pacing>,
+    policies: Option<P::Reader<Policy>>,
+    past: P::Client<PastRequest>,
+    snapshots: P::Client<MapRequest>,
+    /// One reader for each message without a schema of ours.
+    others: Vec<Drain>,
+    period_ns: u64,
+}
+
+/// What one look found.
+#[derive(Debug, Default)]
+pub struct Received {
+    early: Vec<Message>,
+    teams: Vec<Team>,
+    announcements: Vec<Announcement>,
+    ordered: Vec<Message>,
+    others: Vec<JsonMessage>,
+}
+
+/// Gives the messages of one service that came since the last call.
+type Drain = Box<dyn FnMut() -> Vec<JsonMessage>>;
+
+/// Opens a reader for each message that is recorded as JSON.
+struct Others<'p, P: Ports> {
+    ports: &'p mut P,
+    readers: Vec<Drain>,
+    error: Option<P::Error>,
+}
+
+impl<P: Ports + 'static> Visitor for Others<'_, P> {
+    fn message<M: contract::Message>(&mut self) {
+        let service = M::SERVICE.name;
+        let has_a_reader = service == Team::SERVICE.name || service == Announcement::SERVICE.name;
+        if JsonMessage::topic::<M>().is_none() || has_a_reader || self.error.is_some() {
+            return;
+        }
+        match self.ports.reader::<M>(RobotId(0), false) {
+            Ok(mut reader) => self.readers.push(Box::new(move || {
+                let messages = reader.drain().into_iter().filter_map(|message| accept(Some(message)));
+                messages.filter_map(|message| JsonMessage::of(&message)).collect()
+            })),
+            Err(error) => self.error = Some(error),
+        }
+    }
+
+    fn request<Q: contract::Request>(&mut self) {}
+}
+
+impl<P: Ports + 'static> RecorderPorts<P> {
+    /// Opens every port; that of policies only if they are wanted, since planners make them for readers alone.
+    ///
+    /// # Errors
+    /// If a port cannot be had.
+    pub fn open(ports: &mut P, with_policies: bool) -> Result<Self, P::Error> {
+        let robot = RobotId(0);
+        let mut others = Others { ports, readers: Vec::new(), error: None };
+        contract::wire::visit(&mut others);
+        let Others { ports, readers: others, error } = others;
+        if let Some(error) = error {
+            return Err(error);
+        }
+        Ok(Self {
+            briefs: ports.reader(robot, false)?,
+            states: ports.reader(robot, false)?,
+            teams: ports.reader(robot, false)?,
+            announcements: ports.reader(robot, false)?,
+            maps: ports.reader(robot, false)?,
+            commands: ports.reader(robot, false)?,
+            beats: ports.reader(robot, false)?,
+            controls: ports.reader(robot, false)?,
+            pacings: ports.reader(robot, false)?,
+            policies: with_policies.then(|| ports.reader(robot, false)).transpose()?,
+            past: ports.client(robot)?,
+            snapshots: ports.client(robot)?,
+            others,
+            period_ns: PERIODS_NS[0],
+        })
+    }
+
+    /// Sends the requests.
+    ///
+    /// # Errors
+    /// If a port fails.
+    pub fn ask(&mut self, wanted: Requests) -> Result<(), P::Error> {
+        if let Some(request) = wanted.past {
+            self.past.request(request)?;
+        }
+        if let Some(request) = wanted.map {
+            self.snapshots.request(request)?;
+        }
+        Ok(())
+    }
+
+    /// How long to wait for the next look at most, nanoseconds: the less the fuller the queues were.
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// Reads policies from now on, or no longer. That there is no place for another reader is no error: it is tried again.
+    pub fn want_policies(&mut self, ports: &mut P, wanted: bool) {
+        if !wanted {
+            self.policies = None;
+        } else if self.policies.is_none() {
+            self.policies = ports.try_reader(RobotId(0)).ok();
+        }
+    }
+
+    /// Everything that came, in the order of publication.
+    pub fn receive(&mut self) -> Received {
+        // The page before the patches: with it come all patches published before it was made.
+        let page = accept(self.snapshots.receive()).map(Message::Page);
+        // Teams before states, and states before patches, so that none comes without what it belongs to.
+        let teams = well_formed(self.teams.drain());
+        let mut ordered = known(self.states.drain(), Message::State);
+        let states = ordered.len();
+        ordered.extend(known(self.maps.drain(), Message::Patch));
+        let maps = ordered.len() - states;
+        ordered.extend(known(self.commands.drain(), Message::Command));
+        let commands = ordered.len() - states - maps;
+        // Stable: what was published at one moment stays in the order of its services.
+        ordered.sort_by_key(Message::published);
+        let mut early = known(self.beats.drain(), Message::Heartbeat);
+        early.extend(known(self.briefs.drain(), Message::Brief));
+        early.extend(known(self.pacings.drain(), Message::Pacing));
+        early.extend(known(self.controls.drain(), Message::Control));
+        ordered.extend(page);
+        ordered.extend(accept(self.past.receive()).map(Message::Past));
+        ordered.extend(accept(self.policies.as_mut().and_then(Reader::newest)).map(Message::Policy));
+        let most = maps.max(commands).max(states / 4);
+        self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
+        let announcements = well_formed(self.announcements.drain());
+        let others = self.others.iter_mut().flat_map(|drain| drain()).collect();
+        Received { early, teams, announcements, ordered, others }
+    }
+}
+
+impl Received {
+    /// Passes everything to `transcript` in order; returns what it requests.
+    pub fn tell(self, transcript: &mut Transcript, now: MonotonicNs) -> Requests {
+        let mut wanted = Requests::default();
+        for message in self.early {
+            wanted = wanted.or(transcript.on(message, now));
+        }
+        for team in &self.teams {
+            transcript.on_team(team, now);
+        }
+        for announcement in &self.announcements {
+            transcript.on_announcement(announcement, now);
+        }
+        for message in self.ordered {
+            wanted = wanted.or(transcript.on(message, now));
+        }
+        for message in &self.others {
+            transcript.on_json(message, now);
+        }
+        wanted
+    }
+}
+
+/// The well-formed messages; others are logged and dropped.
+fn well_formed<M>(messages: Vec<Result<M, contract::Refusal>>) -> Vec<M> {
+    messages.into_iter().filter_map(|received| accept(Some(received))).collect()
+}
+
+fn known<M>(messages: Vec<Result<M, contract::Refusal>>, message: impl Fn(M) -> Message) -> Vec<Message> {
+    well_formed(messages).into_iter().map(message).collect()
+}

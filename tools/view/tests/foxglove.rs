@@ -1,0 +1,122 @@
+//! A viewer of `hopper monitor --foxglove`.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+#[path = "../../../tests/harness/mod.rs"]
+mod harness;
+
+use std::collections::BTreeMap;
+use std::net::TcpStream;
+
+use harness::{Mission, Process};
+use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+
+/// A client of Foxglove's WebSocket protocol, version 1.
+struct Viewer {
+    socket: WebSocket<MaybeTlsStream<TcpStream>>,
+    /// Ids by topic, as advertised so far, with the names of their schemas.
+    channels: BTreeMap<String, (u64, String)>,
+    name: Option<String>,
+    /// Messages of each subscription.
+    messages: BTreeMap<u32, u64>,
+}
+
+impl Viewer {
+    fn of(monitor: &Process) -> Self {
+        monitor.await_log("viewers connect to ws://");
+        let log = monitor.log();
+        let address = log.split("viewers connect to ").nth(1).unwrap().split_whitespace().next().unwrap();
+        let mut request = address.into_client_request().unwrap();
+        request.headers_mut().insert("Sec-WebSocket-Protocol", "foxglove.sdk.v1".parse().unwrap());
+        let (socket, _) = tungstenite::connect(request).unwrap();
+        let MaybeTlsStream::Plain(stream) = socket.get_ref() else { panic!("not TLS") };
+        stream.set_read_timeout(Some(harness::PATIENCE)).unwrap();
+        Self { socket, channels: BTreeMap::new(), name: None, messages: BTreeMap::new() }
+    }
+
+    /// Reads until `claim` is true.
+    fn read_until(&mut self, claim: impl Fn(&Self) -> bool) {
+        while !claim(self) {
+            match self.socket.read().unwrap() {
+                Message::Text(text) => {
+                    let told: Value = serde_json::from_str(&text).unwrap();
+                    self.name = told["name"].as_str().map(str::to_owned).or(self.name.take());
+                    for channel in told["channels"].as_array().into_iter().flatten() {
+                        let (topic, schema) =
+                            (channel["topic"].as_str().unwrap(), channel["schemaName"].as_str().unwrap());
+                        let id = channel["id"].as_u64().unwrap();
+                        self.channels.insert(topic.into(), (id, schema.into()));
+                    }
+                }
+                // Opcode 1, subscription, time, payload.
+                Message::Binary(bytes) if bytes[0] == 1 => {
+                    let subscription = u32::from_le_bytes(bytes[1..5].try_into().unwrap());
+                    assert!(bytes.len() > 13, "a payload");
+                    *self.messages.entry(subscription).or_default() += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn subscribe(&mut self, subscription: u32, topic: &str) {
+        let id = self.channels[topic].0;
+        let ask = json!({"op": "subscribe", "subscriptions": [{"id": subscription, "channelId": id}]});
+        self.socket.send(Message::text(ask.to_string())).unwrap();
+    }
+
+    fn has(&self, subscription: u32, count: u64) -> bool {
+        self.messages.get(&subscription).is_some_and(|messages| *messages >= count)
+    }
+}
+
+/// P-FOXGLOVE: every channel of a recording is advertised, messages come, the newest of them to whoever comes late, policies
+/// once somebody looks; and a viewer that never reads delays no hop.
+#[test]
+fn a_viewer_is_told_the_channels_and_gets_messages() {
+    let mission = Mission::new("foxglove");
+    let slow = mission.start_slow_sim("3");
+    let mut monitor = mission.start("monitor", &["--foxglove", "127.0.0.1:0"]);
+    let _peers = ["perception", "planner"].map(|role| mission.start(role, &[]));
+    let mut viewer = Viewer::of(&monitor);
+    let all: Vec<_> = recording::Channel::ALL.map(|channel| channel.name()).into();
+    viewer.read_until(|viewer| all.iter().all(|topic| viewer.channels.contains_key(topic)));
+    assert_eq!(viewer.name.as_deref(), Some(format!("hopper {}", mission.name).as_str()));
+    assert_eq!(viewer.channels["view/map"].1, "foxglove.PointCloud");
+    assert_eq!(viewer.channels["hop/r0/state"].1, "hopper.State");
+    mission.await_decisions(2);
+
+    // What was published before, as the brief, is there for whoever comes now.
+    let mut late = Viewer::of(&monitor);
+    late.read_until(|viewer| viewer.channels.contains_key("view/map"));
+    for (subscription, topic) in (0..).zip(["hop/brief", "view/map", "view/robots"]) {
+        late.subscribe(subscription, topic);
+    }
+    late.read_until(|viewer| (0..3).all(|subscription| viewer.has(subscription, 1)));
+
+    // It subscribes to everything that grows and reads no more.
+    for (subscription, topic) in (0..).zip(all.iter().filter(|topic| !topic.ends_with("policy"))) {
+        viewer.subscribe(subscription, topic);
+    }
+    late.subscribe(3, "hop/r0/state");
+    late.subscribe(4, "view/plan");
+    late.read_until(|viewer| viewer.has(3, 2) && viewer.has(4, 1));
+    let sim = mission.hurry(slow, "3");
+    assert_eq!(sim.json()["digest"], harness::lockstep(&["--seed", "3"])["digest"]);
+    drop(late);
+    assert_eq!(monitor.code(), 0, "{}", monitor.log());
+}
+
+/// An address that is taken is a usage error before anything flies.
+#[test]
+fn an_address_that_is_taken_is_a_usage_error() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let mission = Mission::new("foxglove-taken");
+    let mut monitor = mission.start("monitor", &["--foxglove", &address]);
+    assert_eq!(monitor.code(), 2, "{}", monitor.log());
+    assert!(monitor.log().contains("--foxglove cannot listen on"), "{}", monitor.log());
+}
