@@ -255,6 +255,16 @@ impl Arbiter {
         self.robots.as_ref()?.route(id)
     }
 
+    /// The same, unless it is announced by a record that the journal does not hold yet.
+    #[must_use]
+    pub fn committed_route(&self, id: RouteId) -> Option<&Route> {
+        let is_uncommitted = match &self.phase {
+            Phase::Committing(record) | Phase::Unwritten(record) => record.action == Action::Announce(id),
+            Phase::Resting | Phase::Flying(_) => false,
+        };
+        self.route(id).filter(|_| !is_uncommitted)
+    }
+
     /// Takes an event that happened at `now`; the effects are to be carried out in order.
     ///
     /// # Panics

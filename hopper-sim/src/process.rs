@@ -339,7 +339,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         if let Some(routes) = routes {
             let run = arbiter.state().run;
             let page = |request: &RouteRequest| {
-                let route = arbiter.route(request.id).filter(|_| request.run == run)?;
+                let route = arbiter.committed_route(request.id).filter(|_| request.run == run)?;
                 Some(RoutePage { run, route: route.clone() })
             };
             refusals.extend(routes.serve(page)?);

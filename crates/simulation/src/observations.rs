@@ -297,8 +297,9 @@ impl World {
             && let Pass::Over { is_clean, .. } = life.pass.replace(Pass::None)
         {
             self.coverage.count("map", "asked_again");
-            // A rover that has not driven has seen nothing: then the whole map is empty.
-            let is_empty = request.observation == 0 && self.checker.has_seen();
+            // Where nobody has driven or flown yet the whole map is empty.
+            let due = life.state_seen.get().map(|(_, decision, _)| decision);
+            let is_empty = request.observation == 0 && self.checker.had_seen(due);
             if is_clean && is_empty && !self.is_another_mission {
                 let incarnation = life.incarnation;
                 self.checker

@@ -109,6 +109,7 @@ impl Scouts {
         let speeds = mission.terrain.cells.iter();
         let speeds =
             speeds.map(|ground| ground.speed.map_or(Speed::Zero, |speed| Speed::ALL[speed as usize]));
+        let heights_m: Vec<f64> = mission.terrain.cells.iter().map(|ground| ground.height_m).collect();
         let scout = |(number, robot): (usize, &Robot)| {
             let fault = fleet.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
             let at = match robot.vehicle {
@@ -136,7 +137,7 @@ impl Scouts {
             run: mission.brief.run,
             actions_max: mission.brief.limits.steps_max,
             hazard_max: mission.brief.guard.hazard_max,
-            surface: Surface::flat(lattice),
+            surface: Surface::from_heights(lattice, &heights_m).ok()?,
             truth: Truth { speeds: speeds.collect() },
             prior: mission.terrain.prior.clone(),
             scouts: fleet.robots.iter().enumerate().map(scout).collect(),

@@ -88,9 +88,12 @@ impl Checker {
         self.plans_with_robots(situation);
     }
 
-    /// Whether anything has been seen.
-    pub(crate) fn has_seen(&self) -> bool {
-        self.expected.fingerprint() != 0
+    /// Whether anything had been seen two decisions before `due`, of which a map may not tell yet.
+    pub(crate) fn had_seen(&self, due: Option<Decision>) -> bool {
+        let before = Decision(due.unwrap_or_default().0.saturating_sub(2));
+        self.state_at(before)
+            .and_then(|state| self.prints.get(&state.digest))
+            .is_some_and(|print| *print != 0)
     }
 
     /// The number of cells in view from each pose.

@@ -1,8 +1,7 @@
 //! What planners of routes announce, are served, and plan with.
 
 use contract::{
-    Action, Announcement, Command, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, SpeedPrior,
-    Team,
+    Action, Announcement, Command, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, Team,
 };
 use planner::Situation;
 
@@ -81,26 +80,22 @@ impl Checker {
         });
     }
 
-    /// What is known of each cell before the mission.
-    fn prior(&self) -> Vec<PriorCell> {
-        let terrain = &self.mission.terrain;
-        let cell = |(index, speeds): (usize, &SpeedPrior)| PriorCell {
-            speeds: *speeds,
-            height_m: terrain.cells[index].height_m,
-        };
-        terrain.prior.iter().enumerate().map(cell).collect()
-    }
-
     /// hopper-sim answers for the prior.
     pub(crate) fn prior_served(&mut self, page: &PriorPage) {
         let from = page.from as usize;
-        let need = self.prior();
         let right = page.run == self.mission.brief.run
             && page.grid == self.mission.brief.grid
-            && need.get(from..from + page.cells.len()) == Some(&page.cells[..]);
+            && page.cells.iter().enumerate().all(|(index, cell)| self.is_prior(from + index, cell));
         self.require(right, "the prior is that of the scenario", || {
             format!("the page from cell {from} is not")
         });
+    }
+
+    /// Whether that is known of a cell before the mission.
+    fn is_prior(&self, index: usize, got: &PriorCell) -> bool {
+        let terrain = &self.mission.terrain;
+        terrain.prior.get(index) == Some(&got.speeds)
+            && terrain.cells.get(index).is_some_and(|ground| ground.height_m == got.height_m)
     }
 
     /// A planner is about to plan with these robots, this prior and these routes.
@@ -122,7 +117,11 @@ impl Checker {
             return;
         }
         let prior = situation.scouting.map(|scouting| scouting.prior);
-        let right = prior.is_some_and(|prior| prior.run == state.run && prior.cells == self.prior());
+        let right = prior.is_some_and(|prior| {
+            prior.run == state.run
+                && prior.cells.len() == self.mission.terrain.prior.len()
+                && prior.cells.iter().enumerate().all(|(index, cell)| self.is_prior(index, cell))
+        });
         self.require(right, "every plan is made with the prior of its own run", || {
             format!("at decision {} it is another", state.decision)
         });

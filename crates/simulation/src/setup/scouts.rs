@@ -127,13 +127,16 @@ fn terrain(chance: &mut Chance, grid: Grid, kept: [Waypoint; 2]) -> Terrain {
         let within = |region: &&Region| region.middle.distance_m(middle) <= region.radius_m;
         regions.iter().find(within).filter(|_| !is_kept)
     };
+    let relief_m = chance.pick(&[0.0, 0.5]);
+    let mut heights = chance.clone();
     let (cells, prior) = grid
         .iter()
         .map(|cell| {
             let middle = Waypoint { x_m: f64::from(cell.x) + 0.5, y_m: f64::from(cell.y) + 0.5 };
             let (speed, prior) = region_at(middle)
                 .map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior));
-            (Ground { speed: Some(speed), ..Ground::FLAT }, prior)
+            let height_m = relief_m * heights.unit();
+            (Ground { speed: Some(speed), height_m, ..Ground::FLAT }, prior)
         })
         .unzip();
     Terrain { grid, cells, treasures: Vec::new(), prior }
