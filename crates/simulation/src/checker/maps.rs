@@ -91,7 +91,9 @@ impl Checker {
     /// Whether anything had been seen two decisions before `due`, of which a map may not tell yet.
     pub(crate) fn had_seen(&self, due: Option<Decision>) -> bool {
         let before = Decision(due.unwrap_or_default().0.saturating_sub(2));
-        self.state_at(before).and_then(|state| self.prints.get(&state.digest)).is_some_and(|print| *print != 0)
+        self.state_at(before)
+            .and_then(|state| self.prints.get(&state.digest))
+            .is_some_and(|print| *print != 0)
     }
 
     /// The number of cells in view from each pose.
