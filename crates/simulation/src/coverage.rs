@@ -84,7 +84,7 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("refusal", "not_due", TEAMS, 500),
     sometimes("refusal", "occupied", ROVERS, 2_000),
     sometimes("refusal", "unknown_route", SCOUTS, 500),
-    sometimes("refusal", "beyond_budget", SCOUTS, 500),
+    sometimes("refusal", "beyond_budget", SCOUTS, 5_000),
     sometimes("refusal", "vetoed", SCOUTS, 500),
     sometimes("scouts", "announcement_lost", SCOUTS, 500),
     sometimes("scouts", "another_life_drives_off", SCOUTS, 500),
