@@ -28,6 +28,7 @@ mod ports;
 mod recorded;
 mod reservation;
 mod robots;
+mod route_memory;
 mod rovers;
 mod scouts;
 mod screen;

@@ -21,8 +21,6 @@ use crate::world::World;
 
 mod scouts;
 
-pub(crate) use scouts::Scouting;
-
 impl World {
     /// The checker looks at what the journal has just taken.
     pub fn check_commit(&mut self) {

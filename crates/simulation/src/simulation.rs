@@ -721,6 +721,7 @@ impl<'a> Simulation<'a> {
         world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
     }
 
+    // Long: a message for each forgery.
     fn forge(&mut self, forgery: Forgery) {
         let world = &mut *self.world.borrow_mut();
         let Some(command) = world.commanded else { return };

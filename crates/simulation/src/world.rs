@@ -16,7 +16,7 @@ use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::Kind;
 use crate::life::Life;
-use crate::observations::Scouting;
+use crate::route_memory::RouteMemory;
 use crate::setup::Setup;
 use crate::stream::{Answered, Asked, Stream};
 
@@ -157,7 +157,7 @@ pub(crate) struct World {
     /// The sequence number of the last patch published, and the fingerprint of the map it led to.
     pub patched: Option<(u64, u64)>,
     /// What is remembered for the counters of rare events around routes.
-    pub scouting: Scouting,
+    pub scouting: RouteMemory,
     /// Whether another mission has begun since; messages of the one before may come late.
     pub is_another_mission: bool,
 }
@@ -187,7 +187,7 @@ impl World {
             commanded: None,
             decisions: 0,
             patched: None,
-            scouting: Scouting::default(),
+            scouting: RouteMemory::default(),
             is_another_mission: false,
         }
     }

@@ -1,32 +1,9 @@
 //! Rare events around routes: who announces, who sets off, what is asked for again.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use contract::{
-    Action, Announcement, Branch, Command, Incarnation, PriorPage, Record, RouteId, RouteRequest, RunId,
-    Vehicle,
-};
+use contract::{Action, Branch, Command, Incarnation, PriorPage, Record, RouteRequest, Vehicle};
 
 use crate::life::Life;
 use crate::world::World;
-
-/// What is remembered of messages about routes.
-#[derive(Debug, Default)]
-pub(crate) struct Scouting {
-    /// Routes whose points a life of hopper-sim has received.
-    received: BTreeSet<(Incarnation, RunId, RouteId)>,
-    /// Which life in a slot was the first to ask for a route.
-    askers: BTreeMap<(usize, RunId, RouteId), Incarnation>,
-    /// Which life of hopper-sim has sent a planner the first page of the prior that it took last.
-    priors: BTreeMap<Incarnation, (RunId, Incarnation)>,
-}
-
-impl Scouting {
-    /// hopper-sim receives the points of a route.
-    pub fn heard(&mut self, life: &Life, announcement: &Announcement) {
-        self.received.insert((life.incarnation, announcement.run, announcement.route.id()));
-    }
-}
 
 impl World {
     /// Rare events among a rover and helicopters that a record shows, before it is one of the checker's.
