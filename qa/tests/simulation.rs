@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use hopper_qa::simulate::sweep;
+use hopper_qa::simulate::{Campaign, sweep};
 use simulation::fault::{Forgery, Plan, points};
 use simulation::setup::Missions;
 use simulation::simulate;
@@ -96,6 +96,19 @@ fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
     assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
 }
 
+/// Checks that each of these events of a team came up, every fault of every stream, and the rare events that so many seeds have.
+fn came_up(missions: Missions, campaign: &Campaign, mut expected: Vec<(&'static str, &'static str)>) {
+    for kind in ["lose", "duplicate", "delay", "reorder"] {
+        // Planners of teams have no policy.
+        let streams = Stream::all(missions).into_iter().map(Stream::as_str);
+        expected.extend(streams.filter(|stream| *stream != "policy").map(|stream| (kind, stream)));
+    }
+    expected.retain(|(group, name)| campaign.coverage.of(group, name) == 0);
+    assert!(expected.is_empty(), "never came up: {expected:?} of {:#?}", campaign.coverage);
+    let never: Vec<_> = campaign.never().collect();
+    assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
+}
+
 /// P-SIMULATED-ROVERS.
 #[test]
 fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_out() {
@@ -105,15 +118,7 @@ fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_ou
         Forgery::of(Missions::Rovers).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     expected.extend(simulation::REASONS[..16].iter().map(|reason| ("refusal", *reason)));
     expected.extend(["goal", "deadlock", "lost"].map(|end| ("ended", end)));
-    for kind in ["lose", "duplicate", "delay", "reorder"] {
-        // Planners of rovers have no policy.
-        let streams = Stream::all(Missions::Rovers).into_iter().map(Stream::as_str);
-        expected.extend(streams.filter(|stream| *stream != "policy").map(|stream| (kind, stream)));
-    }
-    expected.retain(|(group, name)| campaign.coverage.of(group, name) == 0);
-    assert!(expected.is_empty(), "never came up: {expected:?} of {:#?}", campaign.coverage);
-    let never: Vec<_> = campaign.never().collect();
-    assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
+    came_up(Missions::Rovers, &campaign, expected);
 }
 
 /// P-SIMULATED-SCOUTS.
@@ -133,15 +138,7 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
     expected.extend(
         ["prior_asked", "routes_asked"].into_iter().flat_map(|way| [(way, "sent"), (way, "answered")]),
     );
-    for kind in ["lose", "duplicate", "delay", "reorder"] {
-        // Planners of routes have no policy.
-        let streams = Stream::all(Missions::Scouts).into_iter().map(Stream::as_str);
-        expected.extend(streams.filter(|stream| *stream != "policy").map(|stream| (kind, stream)));
-    }
-    expected.retain(|(group, name)| campaign.coverage.of(group, name) == 0);
-    assert!(expected.is_empty(), "never came up: {expected:?} of {:#?}", campaign.coverage);
-    let never: Vec<_> = campaign.never().collect();
-    assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
+    came_up(Missions::Scouts, &campaign, expected);
 }
 
 /// P-SIMULATED-TWICE.

@@ -106,21 +106,27 @@ pub struct Checker {
     violation: Option<Violation>,
 }
 
-impl Checker {
-    /// Checks the first mission of `setup` from its start.
-    #[must_use]
-    pub fn new(setup: &Setup) -> Self {
-        let pacing = Pacing {
-            control: setup.control,
-            paces: vec![setup.pace],
+impl Pacing {
+    /// That of a life of hopper-sim that has landed nothing yet.
+    fn begin(control: bool, pace: Pace) -> Self {
+        Self {
+            control,
+            paces: vec![pace],
             paused: false,
             steps: 0,
             landings: 0,
             published: None,
             landed: None,
             told: MonotonicNs(0),
-        };
-        Self::of(&setup.mission, pacing)
+        }
+    }
+}
+
+impl Checker {
+    /// Checks the first mission of `setup` from its start.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        Self::of(&setup.mission, Pacing::begin(setup.control, setup.pace))
     }
 
     fn of(mission: &Mission, pacing: Pacing) -> Self {

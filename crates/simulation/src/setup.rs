@@ -222,16 +222,9 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     let robots: Vec<Robot> = starts.iter().map(robot).collect();
     let fault = |robot: RobotId| chance.one_in(6).then(|| Fault { robot, action: chance.between(2, 9) });
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
-    let mut scenario_hash = [0; 32];
-    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let brief = brief_of(&mut chance, count, grid);
     let deadline_ns = guard(seed, number).deadline_ns;
     let brief = Brief {
-        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
-        scenario: "simulated".parse().expect("a name"),
-        scenario_hash,
-        profile: Profile::Hopper,
-        robots: count,
-        grid,
         start: starts[0],
         goal: starts[0],
         limits: Limits { steps_max: chance.between(8, 24), decision_budget_ns: 600_000_000 },
@@ -240,7 +233,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
             percent: chance.pick(&[60, 90, 100]),
             mode: chance.pick(&[CoverMode::Overlap, CoverMode::Voronoi]),
         }),
-        ..*BRIEF
+        ..brief
     };
     let fleet = Some(Fleet { robots, faults });
     Mission {
@@ -267,20 +260,15 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
     let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, [start, goal])).collect();
     let treasures =
         grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
-    let mut scenario_hash = [0; 32];
-    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let brief = brief_of(&mut chance, 1, grid);
     let mut brief = Brief {
-        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
-        scenario: "simulated".parse().expect("a name"),
-        scenario_hash,
         profile: chance.pick(&Profile::ALL),
-        grid,
         start,
         goal,
         limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
         guard: guard(seed, number),
         patrol: patrol(seed, number, goal, start),
-        ..*BRIEF
+        ..brief
     };
     brief.sensor.gradient = if brief.profile == Profile::Hopper {
         contract::GradientSource::SeenDifferences
@@ -296,6 +284,21 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
         terrain: Terrain { grid, cells, treasures, prior: Vec::new() },
         seed: chance.bits(),
         fleet: None,
+    }
+}
+
+/// What the briefs of all missions have in common: a run and a scenario of their own.
+fn brief_of(chance: &mut Chance, robots: u16, grid: Grid) -> Brief {
+    let mut scenario_hash = [0; 32];
+    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    Brief {
+        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
+        scenario: "simulated".parse().expect("a name"),
+        scenario_hash,
+        profile: Profile::Hopper,
+        robots,
+        grid,
+        ..*BRIEF
     }
 }
 

@@ -84,21 +84,11 @@ impl Checker {
     /// A life of hopper-sim begins: a pause does not outlive the one before.
     pub(crate) fn sim_started(&mut self, incarnation: Incarnation, pace: Pace) {
         self.sim = incarnation;
-        let control = self.pacing.control;
         // What is kept for one robot while another is due is not computed here.
         self.reservations = Reservations::default();
         self.reservations.unsure = self.robots.is_some();
         self.policy = None;
-        self.pacing = Pacing {
-            control,
-            paces: vec![pace],
-            paused: false,
-            steps: 0,
-            landings: 0,
-            published: None,
-            landed: None,
-            told: MonotonicNs(0),
-        };
+        self.pacing = Pacing::begin(self.pacing.control, pace);
     }
 
     /// hopper-sim publishes how landings are paced.

@@ -1,14 +1,14 @@
 //! A rover that drives to a goal over a small map of uncertain speed, with one or two helicopters.
 
 use contract::{
-    Brief, Direction, DriveSpeed, Grid, Ground, Guard, Limits, Placement, Profile, Robot, RobotId, RobotSet,
-    RunId, Scout, Sensor, SpeedPrior, Vehicle, Waypoint,
+    Brief, Direction, DriveSpeed, Grid, Ground, Guard, Limits, Placement, Robot, RobotId, RobotSet, Scout,
+    Sensor, SpeedPrior, Vehicle, Waypoint,
 };
 use hopper_sim::Mission;
 use scenario::{Fault, Fleet};
 use terrain::Terrain;
 
-use super::{BRIEF, Missions, Seat, guard};
+use super::{Missions, Seat, brief_of, guard};
 use crate::chance::Chance;
 
 /// Distance from start and goal up to which the ground is good for certain, metres.
@@ -90,15 +90,8 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let robots: Vec<Robot> = (0..count).map(|number| robot(&mut chance, number)).collect();
     let fault = |robot: RobotId| chance.one_in(5).then(|| Fault { robot, action: chance.between(1, 8) });
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
-    let mut scenario_hash = [0; 32];
-    scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
+    let brief = brief_of(&mut chance, count, grid);
     let brief = Brief {
-        run: RunId(u128::from(chance.bits()) << 64 | u128::from(chance.bits() | 1)),
-        scenario: "simulated".parse().expect("a name"),
-        scenario_hash,
-        profile: Profile::Hopper,
-        robots: count,
-        grid,
         start: robots[usize::from(rover.0)].start.cell,
         goal: grid.cell((goal.y_m as usize) * grid.width as usize + goal.x_m as usize),
         limits: Limits { steps_max: chance.between(10, 24), decision_budget_ns: 600_000_000 },
@@ -109,7 +102,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
             rover_samples: chance.between(10, 40) as u32,
             helicopter_samples: chance.between(10, 40) as u32,
         }),
-        ..*BRIEF
+        ..brief
     };
     Mission { brief, terrain, seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
 }
