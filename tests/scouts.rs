@@ -33,38 +33,7 @@ fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
 #[test]
 fn any_process_of_rover_and_helicopter_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("scouts-kill");
-    let sim_words = [&SCENARIO[..], &["--pace", "10"]].concat();
-    let mut sim = mission.start("sim", &sim_words);
-    let mut perception = mission.start("perception", &[]);
-    let of_rover = ["--robot", "0", "--algorithm", "rrt_star_ett"];
-    let of_helicopter = ["--robot", "1", "--algorithm", "rrt_star_it"];
-    let mut rover = mission.start("planner", &of_rover);
-    let mut helicopter = mission.start("planner", &of_helicopter);
-    mission.await_decisions(3);
-    helicopter.kill();
-    let mut helicopter = mission.start("planner", &of_helicopter);
-    mission.await_decisions(8);
-    perception.kill();
-    let mut perception = mission.start("perception", &[]);
-    mission.await_decisions(13);
-    sim.kill();
-    let mut sim = mission.start("sim", &sim_words);
-    mission.await_decisions(20);
-    rover.kill();
-    let mut rover = mission.start("planner", &of_rover);
-    assert_eq!(sim.code(), 0, "{}", sim.log());
-    for process in [&mut perception, &mut rover, &mut helicopter] {
-        assert_eq!(process.code(), 0, "{}", process.log());
-    }
-    let verified = mission.verified();
-    assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
-    assert_eq!(verified["digest"], lockstep(&SCENARIO)["digest"]);
-    let led = leaders(&verified);
-    assert!(
-        led.contains(&(0, 2, "rrt_star_ett".into())) && led.contains(&(1, 2, "rrt_star_it".into())),
-        "{led:?}"
-    );
-    mission.assert_as_lockstep("journal");
+    mission.kill_each_of_two(&SCENARIO, "10", ["rrt_star_ett", "rrt_star_it"], [3, 8, 13, 20]);
 }
 
 /// P-SCOUT-TAKEOVER: the helicopter's planner is swapped live; the rover's goes on in its own term.

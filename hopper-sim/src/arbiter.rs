@@ -189,7 +189,8 @@ impl Arbiter {
         let robots = mission.fleet.as_ref().map(|fleet| RobotTeam::new(brief, &mission.terrain, fleet));
         let state = match (&robots, last) {
             (Some(robots), None) => {
-                State { status: robots.status(), visits: robots.visited_cells(), ..state }
+                let (status, visits) = robots.opening(brief);
+                State { status, visits, ..state }
             }
             _ => state,
         };
@@ -292,11 +293,11 @@ impl Arbiter {
                 self.refuse(refusal, now, &mut effects);
             }
             Event::Appended => {
-                let Phase::Committing(record) = self.phase else {
+                let Phase::Committing(record) = &self.phase else {
                     panic!("appended a record that was not to be appended");
                 };
-                self.phase = Phase::Flying(self.state_after(&record, now));
-                effects.extend(self.land(now));
+                self.phase = Phase::Flying(self.state_after(record, now));
+                self.land(now, &mut effects);
             }
             Event::AppendFailed => {
                 let Phase::Committing(record) = self.phase else {
@@ -314,7 +315,7 @@ impl Arbiter {
                     self.refusals.count(&refusal);
                     effects.push(Effect::Refused(refusal));
                 }
-                effects.extend(self.land(now));
+                self.land(now, &mut effects);
             }
             Event::Policy(policy) => self.keep(policy),
             Event::Repeat(fallback) => {
@@ -325,7 +326,7 @@ impl Arbiter {
                 if let Phase::Unwritten(record) = self.phase {
                     effects.push(self.commit(record));
                 }
-                effects.extend(self.land(now));
+                self.land(now, &mut effects);
                 if self.sent.is_none() {
                     // The mission begins, or is taken up again.
                     self.state.landed = now;
@@ -463,7 +464,8 @@ impl Arbiter {
         // Whoever let one decision pass that was kept for it is too slow to be waited for.
         let slow = self.bid_for(robot).is_some_and(|bid| bid.incarnation == command.incarnation);
         let due = self.state.decision;
-        let decision = if matches!(self.phase, Phase::Resting) { due } else { due.next() };
+        let is_next = matches!(self.phase, Phase::Resting) && robot == self.due();
+        let decision = if is_next { due } else { due.next() };
         let bid = Bid { incarnation: command.incarnation, robot, decision, since: now };
         (late && takes_over && !slow).then_some(bid)
     }
@@ -493,7 +495,7 @@ impl Arbiter {
     fn admit(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
         let leader = self.judge(command, now)?;
         let action = command.action;
-        if let Some(robots) = &self.robots {
+        if let Some(robots) = self.robots_not_hopping() {
             return robots.refusal(&self.mission.terrain, action).map_or(Ok(leader), Err);
         }
         if !matches!(action, Action::Hold | Action::Hop(_)) {
@@ -518,16 +520,16 @@ impl Arbiter {
             accepted: now,
             committed: now,
         };
-        let record = self.record(leader, command.action, Origin::Planner, timing);
-        let Command { observation, work, cut, .. } = *command;
-        Record { observation, work, cut, ..record }
+        let mut record = self.record(leader, command.action, Origin::Planner, timing);
+        (record.observation, record.work, record.cut) = (command.observation, command.work, command.cut);
+        record
     }
 
     /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
     fn record(&mut self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
         let (robot, execution) = match &mut self.robots {
-            Some(robots) => robots.execute(&self.mission.terrain, state.decision, leader, action),
+            Some(robots) => robots.execute(&self.mission, state, leader, action),
             None => (ROBOT, execute(&self.mission, state, action)),
         };
         let Execution { outcome, pose, collected, steps, visits, status } = execution;
@@ -555,6 +557,11 @@ impl Arbiter {
         record
     }
 
+    /// The robots, unless it is a hopper's turn.
+    fn robots_not_hopping(&self) -> Option<&RobotTeam> {
+        self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper())
+    }
+
     /// The guard where the hopper stands.
     fn guard(&self) -> Guard<'_> {
         Guard::new(&self.mission.brief, &self.mission.terrain, self.state.pose)
@@ -562,8 +569,8 @@ impl Arbiter {
 
     /// What is done at the deadline.
     fn fallback(&self) -> Fallback {
-        match &self.robots {
-            Some(robots) => robots.fallback(),
+        match self.robots_not_hopping() {
+            Some(robots) => robots.fallback(&self.mission.terrain),
             None => self.guard().fallback(self.goal(), self.policy()),
         }
     }
@@ -602,7 +609,8 @@ impl Arbiter {
     /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
     fn policy(&self) -> Option<&Policy> {
         let leads_here = |policy: &&Policy| policy.decision >= self.leg_began;
-        self.policy.as_ref().filter(|policy| policy.planner == self.state.leader.planner).filter(leads_here)
+        let in_command = self.leader(ROBOT).planner;
+        self.policy.as_ref().filter(|policy| policy.planner == in_command).filter(leads_here)
     }
 
     /// Who leads once `command` is executed; or why it is not.
@@ -696,28 +704,28 @@ impl Arbiter {
     }
 
     /// Takes up the next state and publishes it, if its landing has come.
-    fn land(&mut self, now: MonotonicNs) -> Option<Effect> {
-        let Phase::Flying(next) = &self.phase else { return None };
+    fn land(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        let Phase::Flying(next) = &self.phase else { return };
         if now < next.landed || self.throttle.holds() {
-            return None;
+            return;
         }
-        let next = *next;
-        self.throttle.landed();
-        self.phase = Phase::Resting;
+        let decision = next.decision;
         if next.visits != self.state.visits {
-            self.leg_began = next.decision;
+            self.leg_began = decision;
         }
-        self.state = next;
+        self.state = *next;
+        self.phase = Phase::Resting;
+        self.throttle.landed();
         if let Some(robots) = &self.robots {
             self.team = Some(robots.team(&self.state));
             let due = self.due();
-            for bid in self.bids.iter_mut().filter(|bid| bid.robot != due && bid.decision == next.decision) {
+            for bid in self.bids.iter_mut().filter(|bid| bid.robot != due && bid.decision == decision) {
                 // It is not that robot's turn: the one to come is kept.
-                bid.decision = next.decision.next();
+                bid.decision = decision.next();
             }
         }
         self.sent = None;
-        Some(self.publish(now))
+        effects.push(self.publish(now));
     }
 
     /// Carries out an order: a hop in the air lands when the pace now in force has it, and a pause counts
@@ -728,7 +736,7 @@ impl Arbiter {
             return Err(Refusal::WrongRun { need: self.state.run, got: run });
         }
         if robot != ROBOT {
-            return Err(Refusal::WrongRobot { robots: ROBOT.0 + 1, got: robot.0.into() });
+            return Err(Refusal::WrongRobot { robots: 1, got: robot.0.into() });
         }
         self.throttle.obey(order, now)?;
         if let Phase::Flying(next) = &self.phase {

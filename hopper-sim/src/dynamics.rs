@@ -4,7 +4,7 @@ use contract::{Action, Branch, Brief, Cell, Collected, Flight, Outcome, Pose, St
 use motion::{Domain, Draw};
 use terrain::Terrain;
 
-use crate::Mission;
+use crate::{Mission, ROBOT};
 
 /// Where an executed action left the mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +32,21 @@ pub struct Execution {
 /// If `state` stands outside the terrain, as only a mission that is over can.
 #[must_use]
 pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
+    execute_beside(mission, state, state.decision.0, action)
+}
+
+/// The same for a hopper that is not alone: it has acted `flown` times, and all other decisions were those of others.
+///
+/// # Panics
+/// As [`execute`].
+#[must_use]
+pub fn execute_beside(mission: &Mission, state: &State, flown: u64, action: Action) -> Execution {
     let Mission { brief, terrain, seed, .. } = mission;
     let from = state.pose.cell;
     let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
     let outcome = match action {
         Action::Hop(direction) => {
-            let uniform = Draw::new(*seed, Domain::Motion, state.robot, state.decision).uniform();
+            let uniform = Draw::new(*seed, Domain::Motion, ROBOT, state.decision).uniform();
             let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
             let target = terrain.ground(brief.grid.hop(from, direction));
             let rise_m = target.map_or(0.0, |target| target.height_m - ground.height_m);
@@ -60,18 +69,18 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
         collected: state.collected.landing(&terrain.treasures, outcome.to),
         steps,
         visits: state.visits + u64::from(visited),
-        status: status(brief, terrain, state, outcome.to, steps),
+        status: status(brief, terrain, flown, outcome.to, steps),
     }
 }
 
 /// How the mission stands with the hopper on `cell` after `steps`. A patrol is flown once its hops are.
-fn status(brief: &Brief, terrain: &Terrain, before: &State, cell: Cell, steps: u64) -> Status {
+fn status(brief: &Brief, terrain: &Terrain, flown: u64, cell: Cell, steps: u64) -> Status {
     let ground = terrain.ground(cell);
     if let Some(patrol) = &brief.patrol {
         return match ground {
             None => Status::LeftMap,
             Some(ground) if !ground.passable => Status::Lost,
-            Some(_) if before.decision.0 + 1 >= patrol.hops_max => Status::Goal,
+            Some(_) if flown + 1 >= patrol.hops_max => Status::Goal,
             Some(_) => Status::Underway,
         };
     }

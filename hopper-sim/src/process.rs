@@ -185,7 +185,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     ) -> Result<Self, P::Error> {
         let may_fall_back = arbiter.mission().brief.guard.deadline_ns > 0;
         let robots = (0..arbiter.robots()).map(RobotId);
-        let has_routes = arbiter.mission().brief.scout.is_some();
+        let (has_routes, has_prior) =
+            (arbiter.mission().brief.has_routes(), arbiter.mission().brief.scout.is_some());
         let mut sim = Self {
             membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms)?,
             briefs: ports.writer(ROBOT)?,
@@ -198,7 +199,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
                 .map(|robot| ports.reader(robot, false))
                 .collect::<Result<_, _>>()?,
             routes: has_routes.then(|| ports.server(ROBOT)).transpose()?,
-            priors: has_routes.then(|| ports.server(ROBOT)).transpose()?,
+            priors: has_prior.then(|| ports.server(ROBOT)).transpose()?,
             controls: ports.reader(ROBOT, false)?,
             pacings: ports.writer(ROBOT)?,
             pacing_sent: None,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status};
+use contract::{Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status, Vehicle};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
@@ -150,7 +150,11 @@ impl fmt::Display for Progress {
         let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
         match self.hops_max {
             None if !self.robots.is_empty() => {
-                write!(f, "decision {decision}, step {steps}/{steps_max}, {} cells covered", self.visits)?;
+                write!(f, "decision {decision}, step {steps}/{steps_max}, ")?;
+                match self.robots[0].robot.vehicle {
+                    Vehicle::Hopper => write!(f, "{distance_to_goal_m:.1} m to go")?,
+                    _ => write!(f, "{} cells covered", self.visits)?,
+                }
                 self.write_robots(f)?;
             }
             None => write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?,

@@ -153,7 +153,7 @@ impl Cartographer {
                 // The record that needs it may be asked for at once.
                 self.past = PageCursor::default();
             }
-            Event::Truth(page) => return self.truth(&page, now),
+            Event::Truth(page) => return self.truth(page, now),
             Event::Tick => return self.tick(now),
         }
         self.advance(now)
@@ -257,6 +257,12 @@ impl Cartographer {
         self.observation.as_ref().map(Observation::map)
     }
 
+    /// The map so far, of a cartographer who is no longer needed.
+    #[must_use]
+    pub fn into_map(self) -> Option<ObservedMap> {
+        self.observation.map(Observation::into_map)
+    }
+
     /// The run, decision and status last seen, for the heartbeat. A run is known once its terrain is.
     #[must_use]
     pub fn seen(&self) -> (RunId, Decision, Status) {
@@ -311,11 +317,11 @@ impl Cartographer {
             let of_brief = |(run, robots): &(RunId, Vec<Robot>)| {
                 *run == brief.run && robots.len() == usize::from(brief.robots)
             };
-            brief.is_of_hopper() || self.robots.as_ref().is_some_and(of_brief)
+            !brief.has_team() || self.robots.as_ref().is_some_and(of_brief)
         })
     }
 
-    fn truth(&mut self, page: &TruthPage, now: MonotonicNs) -> Vec<Effect> {
+    fn truth(&mut self, page: TruthPage, now: MonotonicNs) -> Vec<Effect> {
         match self.gathering.page(page) {
             Ok(Some(truth)) => {
                 let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
@@ -381,9 +387,9 @@ impl Cartographer {
     }
 
     /// Whether robots go from point to point. What they see then follows from the points, which only records have: the map is
-    /// a fold over records alone.
+    /// a fold over records alone, also of what a hopper among them sees.
     fn has_tracks(&self) -> bool {
-        self.brief.is_some_and(|brief| brief.scout.is_some())
+        self.brief.as_ref().is_some_and(Brief::has_routes)
     }
 
     /// Folds in what all see from their starts.
@@ -394,18 +400,29 @@ impl Cartographer {
             return;
         };
         let seen = self.tracks.begin(brief, terrain, robots);
-        observation.see(terrain, &seen, Decision(0));
+        if brief.is_of_hopper() {
+            let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
+            observation.fold(brief, terrain, Pose { cell: brief.start, height_m }, Decision(0));
+        } else {
+            observation.see(terrain, &seen, Decision(0));
+        }
         observation.map_mut().digest = digest;
         self.folded = 1;
     }
 
     /// Folds in a record; false if the points of a route are missing, which is then asked for.
     fn fold_track(&mut self, record: &Record) -> bool {
-        let (Some((_, terrain)), Some(observation)) = (&self.terrain, &mut self.observation) else {
+        let (Some(brief), Some((_, terrain)), Some(observation)) =
+            (&self.brief, &self.terrain, &mut self.observation)
+        else {
             return false;
         };
         let Some(seen) = self.tracks.fold(record) else { return false };
-        observation.see(terrain, &seen, record.decision.next());
+        if self.tracks.is_hopper(record.robot) {
+            observation.fold(brief, terrain, record.pose, record.decision.next());
+        } else {
+            observation.see(terrain, &seen, record.decision.next());
+        }
         observation.map_mut().digest = record.digest;
         self.actor = record.robot;
         self.folded += 1;

@@ -70,6 +70,10 @@ impl Observation {
         &self.map
     }
 
+    pub(crate) fn into_map(self) -> ObservedMap {
+        self.map
+    }
+
     pub(crate) fn map_mut(&mut self) -> &mut ObservedMap {
         &mut self.map
     }
@@ -97,16 +101,22 @@ impl Observation {
         let grid = self.map.grid;
         assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
         self.landing.clear();
-        self.links.clear();
-        self.seen.clear();
         for cell in disc(grid, &brief.sensor, pose) {
             let index = grid.index(cell).expect("the disc is clipped to the grid");
             if !self.known.has(index) {
                 self.landing.push(index as u32);
             }
         }
+        self.reveal(terrain, Some(pose.cell), decision);
+    }
+
+    /// Folds in the cells of the landing, which were unknown; the hopper, if one has landed, is on `landed`.
+    fn reveal(&mut self, terrain: &Terrain, landed: Option<Cell>, decision: Decision) {
+        let grid = self.map.grid;
+        self.links.clear();
+        self.seen.clear();
         self.treasures = self.map.treasures().to_vec();
-        let treasures = self.treasures_after(terrain, pose.cell);
+        let treasures = self.treasures_after(terrain, landed);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
             GradientSource::Measured => self.learn(|index| (terrain.cells[index], 0)),
@@ -168,15 +178,11 @@ impl Observation {
     pub fn see(&mut self, terrain: &Terrain, seen: &[usize], decision: Decision) {
         assert!(terrain.grid == self.map.grid, "terrain and brief disagree on the grid");
         self.landing.clear();
-        self.links.clear();
-        self.seen.clear();
         let news = seen.iter().filter(|index| !self.known.has(**index));
         self.landing.extend(news.map(|&index| index as u32));
         self.landing.sort_unstable();
         self.landing.dedup();
-        self.landing.iter().for_each(|&index| self.known.add(index as usize));
-        self.learn(|index| (terrain.cells[index], 0));
-        self.close_landing(decision);
+        self.reveal(terrain, None, decision);
     }
 
     fn close_landing(&mut self, decision: Decision) {
@@ -187,11 +193,11 @@ impl Observation {
     }
 
     /// A treasure is known from the moment its cell is revealed until the hopper lands on it.
-    fn treasures_after(&self, terrain: &Terrain, landed: Cell) -> Vec<Cell> {
+    fn treasures_after(&self, terrain: &Terrain, landed: Option<Cell>) -> Vec<Cell> {
         let grid = self.map.grid;
         let is_known = |cell: &&Cell| {
             let revealed = || self.landing.iter().any(|&index| grid.index(**cell) == Some(index as usize));
-            **cell != landed && (self.treasures.contains(cell) || revealed())
+            Some(**cell) != landed && (self.treasures.contains(cell) || revealed())
         };
         // Those of the terrain are in index order.
         terrain.treasures.iter().filter(is_known).copied().collect()

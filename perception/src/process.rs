@@ -62,6 +62,12 @@ impl<P: Ports> Perception<P> {
         &self.cartographer
     }
 
+    /// The cartographer of a process that takes no more turns.
+    #[must_use]
+    pub fn into_cartographer(self) -> Cartographer {
+        self.cartographer
+    }
+
     /// Everything that came since, in the order in which the cartographer needs it.
     async fn receive(&mut self, ports: &mut P) -> Vec<Effect> {
         let mut effects = Vec::new();
@@ -135,8 +141,11 @@ impl<P: Ports> Process<P> for Perception<P> {
     }
 }
 
-/// Adds what an event asks for; the first list is taken as it is, since most turns have one.
+/// Adds what an event asks for: most ask for nothing, and most turns have one list, which is taken as it is.
 fn append(effects: &mut Vec<Effect>, mut more: Vec<Effect>) {
+    if more.is_empty() {
+        return;
+    }
     if effects.is_empty() {
         *effects = more;
     } else {

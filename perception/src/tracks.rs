@@ -1,6 +1,6 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Branch, Brief, Record, Robot, RouteId, Routes, Waypoint};
+use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Vehicle, Waypoint};
 use scout_world::TrueGround;
 use terrain::Terrain;
 
@@ -48,6 +48,12 @@ impl Tracks {
         let on_ground = |track: &&Track| matches!(track.robot.sensor, contract::Sensor::Track);
         let drivers = self.robots.iter().filter(on_ground);
         drivers.flat_map(|track| ground.seen(track.robot.sensor, track.at, track.at)).collect()
+    }
+
+    /// Whether that robot sees where it lands, not along a way.
+    pub fn is_hopper(&self, robot: RobotId) -> bool {
+        let track = self.robots.get(usize::from(robot.0));
+        track.is_some_and(|track| matches!(track.robot.vehicle, Vehicle::Hopper))
     }
 
     /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not

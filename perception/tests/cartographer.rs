@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use contract::limits::ASK_AGAIN_NS;
+use contract::limits::{ASK_AGAIN_NS, MAP_PAGE_SPAN};
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Leader, MonotonicNs, ObservedMap,
-    Outcome, PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status, Timing,
+    Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Grid, Ground, Leader, MapRequest,
+    MonotonicNs, ObservedMap, Outcome, PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status,
+    Timing, TruthPage, TruthRequest,
 };
 use perception::cartographer::REPUBLISH_NS;
 use perception::{Cartographer, Effect, Event};
@@ -160,12 +161,102 @@ fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
         );
         assert_eq!(reborn.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)], "then it is asked again");
         assert_eq!(reborn.on(Event::Past(world.page(0, 4)), NOW), [request(4)]);
-        assert_eq!(reborn.on(Event::Past(world.page(2, 2)), NOW), [], "an old page brings nothing");
+        let late = NOW.plus_ns(ASK_AGAIN_NS);
+        assert_eq!(reborn.on(Event::Past(world.page(2, 2)), late), [], "an old page brings nothing");
         assert_eq!(reborn.on(Event::Past(world.page(4, 5)), NOW), [Effect::PublishMap]);
         assert_eq!(reborn.map().unwrap().cells(), world.undisturbed(9).cells());
         assert_eq!(reborn.map().unwrap().through, Some(Decision(9)));
         assert_eq!(reborn.map().unwrap().observation(), world.undisturbed(9).observation());
     }
+}
+
+#[test]
+fn a_page_of_another_run_or_robot_is_not_folded() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut reborn = world.ready();
+    assert_eq!(reborn.on(Event::State(world.state(9)), NOW), [request(0)]);
+    for foreign in
+        [PastPage { run: RunId(8), ..world.page(0, 4) }, PastPage { robot: RobotId(1), ..world.page(0, 4) }]
+    {
+        assert_eq!(reborn.on(Event::Past(foreign), NOW), []);
+    }
+    assert_eq!(reborn.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)]);
+}
+
+#[test]
+fn the_ground_is_asked_for_page_by_page_unless_it_is_known() {
+    let world = World::new(contract::Profile::Paper2023);
+    let whole = world.terrain.cells.len();
+    let page = |from: usize, until: usize| {
+        let cells = world.terrain.cells[from..until].to_vec();
+        let (grid, from, treasures) = (world.brief.grid, from as u32, Vec::new());
+        Event::Truth(TruthPage { run: RUN, grid, from, cells, treasures })
+    };
+    let request = |from| Effect::RequestTruth(TruthRequest { run: RUN, from });
+    let mut cartographer = Cartographer::new(RobotId(0));
+    cartographer.on(Event::Brief(world.brief), NOW);
+    assert_eq!(cartographer.on(Event::Tick, NOW), [request(0)]);
+    assert!(matches!(cartographer.on(page(0, 0), NOW)[..], [Effect::Refused(_)]), "a page without a cell");
+    assert_eq!(cartographer.on(page(0, 100), NOW), [request(100)]);
+    assert_eq!(cartographer.on(Event::State(world.state(0)), NOW), []);
+    assert_eq!(cartographer.on(page(100, whole), NOW), [Effect::PublishMap]);
+    assert_eq!(cartographer.map().unwrap().cells(), world.undisturbed(0).cells());
+    assert_eq!(world.ready().on(Event::Tick, NOW), [], "known before the brief is begun with");
+    let mut told_first = Cartographer::new(RobotId(0));
+    told_first.on(Event::Terrain(RUN, world.terrain.clone()), NOW);
+    told_first.on(Event::Brief(world.brief), NOW);
+    assert_eq!(told_first.on(Event::Tick, NOW), []);
+}
+
+#[test]
+fn a_landing_is_cut_into_patches_of_as_many_cells_as_asked_for() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = Cartographer::new(RobotId(0)).with_patches_of(3);
+    for event in
+        [Event::Brief(world.brief), Event::Terrain(RUN, world.terrain.clone()), Event::State(world.state(0))]
+    {
+        cartographer.on(event, NOW);
+    }
+    let patches = cartographer.patches(NOW, &mut || NOW);
+    let (last, rest) = patches.split_last().unwrap();
+    assert!(!rest.is_empty() && rest.iter().all(|patch| patch.cells.len() == 3));
+    assert!((1..=3).contains(&last.cells.len()));
+    let mut seen = 0;
+    for patch in &patches {
+        seen += patch.cells.len();
+        assert_eq!(patch.seen_cells as usize, seen, "of the map after this patch");
+    }
+    assert_eq!(seen, world.undisturbed(0).seen_cells());
+}
+
+fn map_request(from: usize) -> MapRequest {
+    MapRequest { run: RUN, robot: RobotId(0), from: from as u32, observation: 0 }
+}
+
+#[test]
+fn a_page_of_the_map_is_served_once_the_landing_of_the_state_is_published() {
+    let world = World::new(contract::Profile::Paper2023);
+    let mut cartographer = world.ready();
+    cartographer.on(Event::State(world.state(0)), NOW);
+    assert_eq!(cartographer.page(&map_request(0)), None, "folded, but not published");
+    cartographer.patches(NOW, &mut || NOW);
+    assert!(cartographer.page(&map_request(0)).is_some());
+    cartographer.on(Event::State(world.state(3)), NOW);
+    assert_eq!(cartographer.page(&map_request(0)), None, "published, but behind the state");
+}
+
+#[test]
+fn a_page_of_the_map_spans_so_many_cells_though_none_of_them_is_seen() {
+    let mut world = World::new(contract::Profile::Paper2023);
+    let grid = Grid::new(512, 256, 1.0, 1).unwrap();
+    let cells = vec![Ground::FLAT; grid.cells()];
+    world.terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
+    world.brief.grid = grid;
+    let mut cartographer = world.ready();
+    cartographer.on(Event::State(world.state(0)), NOW);
+    cartographer.patches(NOW, &mut || NOW);
+    let next = |from| cartographer.page(&map_request(from)).unwrap().next as usize;
+    assert_eq!([next(0), next(MAP_PAGE_SPAN), next(9)], [MAP_PAGE_SPAN, grid.cells(), MAP_PAGE_SPAN + 9]);
 }
 
 /// P-UNSEEN.

@@ -5,7 +5,7 @@ use coverage::UnknownAlgorithm;
 use crate::cover::Cover;
 use crate::drive::{Drive, RouteSearch};
 use crate::error::PlannerError;
-use crate::fly::{FlightSearch, Fly};
+use crate::fly::{FlightSearch, Fly, LookAhead};
 use crate::greedy::Greedy;
 use crate::hold::Hold;
 use crate::mdp::Mdp;
@@ -32,6 +32,7 @@ pub fn algorithm(name: &str) -> Result<Box<dyn Planner>, PlannerError> {
         names::SCOUT_ROUTE => Ok(Box::new(Fly::new(FlightSearch::Route))),
         names::RRT_STAR_IT => Ok(Box::new(Fly::new(FlightSearch::Spread))),
         names::SCOUT_VALUE => Ok(Box::new(Fly::new(FlightSearch::Value))),
+        names::SCOUT_AHEAD => Ok(Box::<LookAhead>::default()),
         names::CLAIRVOYANT => Err(PlannerError::LockstepOnly),
         _ => match name.parse() {
             Ok(algorithm) => Ok(Box::new(Cover::new(algorithm))),

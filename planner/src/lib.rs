@@ -30,6 +30,7 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod algorithm;
+mod assignment;
 pub mod conformance;
 pub mod cover;
 pub mod drive;
@@ -51,11 +52,13 @@ mod uncertain;
 pub use contract;
 
 pub use algorithm::algorithm;
+pub use assignment::assigned;
 pub use contract::map::belief;
 pub use contract::map::payoff;
 pub use error::PlannerError;
 pub use names::{
-    ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed, suited, usual,
+    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed,
+    suited, usual,
 };
 pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};
 #[cfg(feature = "shell")]

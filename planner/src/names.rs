@@ -1,6 +1,6 @@
 //! The names that algorithms are asked for by.
 
-use contract::{Name, Vehicle};
+use contract::{Name, Task, Vehicle};
 use coverage::Algorithm;
 
 /// Every algorithm that a planner process can run for a hopper.
@@ -23,12 +23,16 @@ pub const DRIVE_ALGORITHMS: &[&str] = &[RRT_STAR, RRT_STAR_ETT, ETT_EXACT];
 /// Every algorithm that a planner process can run for a helicopter that looks ahead for a rover.
 pub const FLY_ALGORITHMS: &[&str] = &[SCOUT_ROUTE, RRT_STAR_IT, SCOUT_VALUE];
 
+/// Every algorithm that a planner process can run for a helicopter that looks ahead for a hopper.
+pub const AHEAD_ALGORITHMS: &[&str] = &[SCOUT_AHEAD];
+
 pub(crate) const RRT_STAR: &str = "rrt_star";
 pub(crate) const RRT_STAR_ETT: &str = "rrt_star_ett";
 pub(crate) const ETT_EXACT: &str = "ett_exact";
 pub(crate) const SCOUT_ROUTE: &str = "scout_route";
 pub(crate) const RRT_STAR_IT: &str = "rrt_star_it";
 pub(crate) const SCOUT_VALUE: &str = "scout_value";
+pub(crate) const SCOUT_AHEAD: &str = "scout_ahead";
 pub(crate) const MDP: &str = "mdp";
 pub(crate) const GREEDY: &str = "greedy";
 pub(crate) const ASTAR: &str = "astar";
@@ -38,24 +42,26 @@ pub(crate) const HOLD: &str = "hold";
 /// The planner that sees the whole ground. No process can run it, so it is not one of [`ALGORITHMS`].
 pub const CLAIRVOYANT: &str = "clairvoyant";
 
-/// The algorithms that suit a vehicle; without one, a hopper.
+/// The algorithms that suit a vehicle with that task; without a vehicle, a hopper that is alone.
 #[must_use]
-pub fn suited(vehicle: Option<Vehicle>) -> &'static [&'static str] {
+pub fn suited(task: Task, vehicle: Option<Vehicle>) -> &'static [&'static str] {
     match vehicle {
-        None => ALGORITHMS,
+        None | Some(Vehicle::Hopper) => ALGORITHMS,
         Some(Vehicle::Rover { .. }) => COVER_ALGORITHMS,
         Some(Vehicle::Driver { .. }) => DRIVE_ALGORITHMS,
+        Some(Vehicle::Helicopter { .. }) if task == Task::Accompany => AHEAD_ALGORITHMS,
         Some(Vehicle::Helicopter { .. }) => FLY_ALGORITHMS,
     }
 }
 
-/// The algorithm that commands a vehicle for which nobody names another; without a vehicle, a hopper.
+/// The algorithm that commands a vehicle with that task for which nobody names another.
 #[must_use]
-pub fn usual(vehicle: Option<Vehicle>) -> &'static str {
+pub fn usual(task: Task, vehicle: Option<Vehicle>) -> &'static str {
     match vehicle {
-        None => MDP,
+        None | Some(Vehicle::Hopper) => MDP,
         Some(Vehicle::Rover { .. }) => "cover_frontier",
         Some(Vehicle::Driver { .. }) => RRT_STAR_ETT,
+        Some(Vehicle::Helicopter { .. }) if task == Task::Accompany => SCOUT_AHEAD,
         Some(Vehicle::Helicopter { .. }) => RRT_STAR_IT,
     }
 }
@@ -64,8 +70,9 @@ pub fn usual(vehicle: Option<Vehicle>) -> &'static str {
 #[must_use]
 pub fn listed() -> String {
     format!(
-        "{}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
+        "{}; for its helicopter {}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
         ALGORITHMS.join(", "),
+        AHEAD_ALGORITHMS.join(", "),
         COVER_ALGORITHMS.join(", "),
         DRIVE_ALGORITHMS.join(", "),
         FLY_ALGORITHMS.join(", ")

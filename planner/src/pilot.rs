@@ -13,7 +13,7 @@ use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
     Member, MonotonicNs, Name, PeerTable, PriorGathering, PriorPage, PriorRequest, Refusal, Replica, RobotId,
-    RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vetoed,
+    RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vehicle, Vetoed,
 };
 
 use crate::plan::Scouting;
@@ -119,7 +119,7 @@ struct RobotView {
     leader_since: MonotonicNs,
     takeover: bool,
     leads: bool,
-    /// The term last asked for in this run.
+    /// The term last spoken for in this run.
     asked: Option<Term>,
 }
 
@@ -208,7 +208,7 @@ impl Pilot {
             Event::Patch(patch) => effects.extend(self.map.patch(patch, now).map(Effect::RequestMap)),
             Event::Page(page) => effects.extend(self.map.page(&page, now).map(Effect::RequestMap)),
             Event::Prior(page) => {
-                if let Err(refusal) = self.prior.page(&page) {
+                if let Err(refusal) = self.prior.page(page) {
                     self.map.refuse(&refusal);
                 }
             }
@@ -233,7 +233,7 @@ impl Pilot {
 
     /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.
     fn gather(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        if self.brief.is_none_or(|brief| brief.scout.is_none()) {
+        if self.brief.as_ref().is_none_or(|brief| brief.scout.is_none()) {
             return;
         }
         effects.extend(self.prior.ask(now).map(Effect::RequestPrior));
@@ -271,7 +271,7 @@ impl Pilot {
                 let team = self.team.as_ref().filter(|team| team.is_of(state));
                 let is_mine = match team {
                     Some(team) => self.config.robots.has(team.due),
-                    None => brief.is_of_hopper(),
+                    None => !brief.has_team(),
                 };
                 let scouting = match brief.scout {
                     Some(_) => Some(self.scouting()?),
@@ -347,7 +347,7 @@ impl Pilot {
     /// Whose turn it is by the present state. Where there is a single hopper, its own.
     fn turn(&self) -> Option<Turn> {
         let state = self.state.as_ref()?;
-        if self.brief.as_ref().is_none_or(Brief::is_of_hopper) {
+        if !self.brief.as_ref().is_some_and(Brief::has_team) {
             return Some(Turn { robot: state.robot, leader: state.leader });
         }
         let team = self.team.as_ref().filter(|team| team.is_of(state))?;
@@ -362,7 +362,7 @@ impl Pilot {
     /// Who leads `robot` by the present state.
     fn leader_of(&self, robot: RobotId) -> Option<Leader> {
         let state = self.state.as_ref()?;
-        if self.brief.as_ref().is_none_or(Brief::is_of_hopper) {
+        if !self.brief.as_ref().is_some_and(Brief::has_team) {
             return (robot == state.robot).then_some(state.leader);
         }
         let team = self.team.as_ref().filter(|team| team.is_of(state))?;
@@ -434,7 +434,9 @@ impl Pilot {
         state.vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
         self.state = Some(state);
         self.note_leaders(now, effects);
-        if state.status.is_over() && !self.finished && self.brief.is_some_and(|brief| brief.run == state.run)
+        if state.status.is_over()
+            && !self.finished
+            && self.brief.as_ref().is_some_and(|brief| brief.run == state.run)
         {
             self.finished = true;
             effects.push(Effect::Finished(state.status));
@@ -503,7 +505,11 @@ impl Pilot {
             decision: situation.state.decision,
             digest: situation.state.digest,
             term: Term(0),
-            action: if vetoed.has(plan.action) { Action::Hold } else { plan.action },
+            action: if vetoed.has(plan.action) || !fits(&situation, plan.action) {
+                Action::Hold
+            } else {
+                plan.action
+            },
             observation: situation.map.observation(),
             planner: self.config.planner,
             incarnation: self.config.incarnation,
@@ -523,13 +529,11 @@ impl Pilot {
     fn send(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let Some(term) = self.term(now) else { return };
         let Some(due) = self.situation().map(|situation| due(situation.state)) else { return };
-        let Some(Turn { robot, leader }) = self.own_turn() else { return };
+        let Some(Turn { robot, .. }) = self.own_turn() else { return };
         if self.planned_for() != Some(due) {
             return;
         }
-        if term > leader.term {
-            self.views[usize::from(robot.0)].asked = Some(term);
-        }
+        self.views[usize::from(robot.0)].asked = Some(term);
         let Some(planned) = &mut self.planned else { return };
         planned.sent = now;
         effects.push(Effect::Send(Command { term, ..planned.command }));
@@ -549,6 +553,13 @@ impl Pilot {
             self.send(now, effects);
         }
     }
+}
+
+/// Whether the robot that is due could ever do that: a planner may be told to command a robot of another kind.
+fn fits(situation: &Situation<'_>, action: Action) -> bool {
+    let Some(due) = situation.team.and_then(|team| team.member(team.due)) else { return true };
+    let hops = due.robot.vehicle == Vehicle::Hopper;
+    action == Action::Hold || hops == matches!(action, Action::Hop(_))
 }
 
 fn due(state: &State) -> Due {

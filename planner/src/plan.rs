@@ -12,9 +12,10 @@ pub struct Situation<'a> {
     /// What has been seen, the present pose included. [`ObservedMap::changed_since`] gives the cells that changed since
     /// the last plan.
     pub map: &'a ObservedMap,
-    /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]).
+    /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]). In a hopper's mission
+    /// its pose is the hopper's, whoever decides.
     pub state: &'a State,
-    /// All robots, the one that decides being [`Team::due`]; `None` where there is a single hopper.
+    /// All robots, the one that decides being [`Team::due`]; `None` where a hopper is alone.
     pub team: Option<&'a Team>,
     /// The prior and the announced routes, where robots go from point to point.
     pub scouting: Option<Scouting<'a>>,
@@ -128,7 +129,12 @@ pub trait Planner: Send {
 
     /// Whether it can plan for that task; by default for those of a hopper.
     fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Reach | Task::Patrol)
+        matches!(task, Task::Reach | Task::Patrol | Task::Accompany)
+    }
+
+    /// Whether its plans may announce routes.
+    fn announces(&self) -> bool {
+        false
     }
 
     /// Decides what to do.
@@ -152,6 +158,10 @@ impl<P: Planner + ?Sized> Planner for Box<P> {
 
     fn suits(&self, task: Task) -> bool {
         (**self).suits(task)
+    }
+
+    fn announces(&self) -> bool {
+        (**self).announces()
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use contract::{
     Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
-    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, Scout, State, Task, Team,
+    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, State, Task, Team,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
@@ -28,9 +28,6 @@ pub struct Claim {
     /// A process known to be dead: its term may be taken at once.
     pub succeeds_pid: Option<u32>,
 }
-
-/// By which a planner of routes is recognised: it suits such a mission, whatever its numbers.
-const ANY_SCOUT: Scout = Scout { seed: 0, rover_samples: 1, helicopter_samples: 1 };
 
 /// The ports of a planner of routes.
 struct RoutePorts<P: Ports> {
@@ -86,7 +83,7 @@ impl<P: Ports> PlannerProcess<P> {
     ) -> Result<Self, P::Error> {
         // What is not a robot's own goes by the name of the first.
         let robot = RobotId(0);
-        let plans_routes = planner.suits(Task::Scout(ANY_SCOUT));
+        let announces = planner.announces();
         let command = |robot| Ok((robot, ports.writer(robot)?));
         let commands = claim.robots.iter().map(command).collect::<Result<_, _>>()?;
         let process = Self {
@@ -106,7 +103,7 @@ impl<P: Ports> PlannerProcess<P> {
             teams: ports.reader(robot, false)?,
             snapshots: ports.client(robot)?,
             controls: ports.reader(robot, false)?,
-            routes: plans_routes.then(|| RoutePorts::open(ports, claim.robots)).transpose()?,
+            routes: announces.then(|| RoutePorts::open(ports, claim.robots)).transpose()?,
             commands,
             policies: ports.writer(robot)?,
             policy_sent: PolicySent::default(),
@@ -188,8 +185,8 @@ impl<P: Ports> PlannerProcess<P> {
         }
     }
 
-    async fn carry_out(&mut self, effect: Effect, ports: &mut P) -> Result<Vec<Effect>, P::Error> {
-        match effect {
+    async fn carry_out(&mut self, effect: &Effect, ports: &mut P) -> Result<Vec<Effect>, P::Error> {
+        match *effect {
             Effect::RequestMap(request) => self.snapshots.request(request)?,
             Effect::RequestPrior(request) => {
                 if let Some(routes) = &mut self.routes {
@@ -276,7 +273,8 @@ impl<P: Ports> PlannerProcess<P> {
             return;
         }
         let Some(situation) = self.pilot.situation() else { return };
-        let (run, robot, decision) = (situation.state.run, situation.state.robot, situation.state.decision);
+        // Policies are hoppers', and a hopper has number 0.
+        let (run, robot, decision) = (situation.state.run, RobotId(0), situation.state.decision);
         let Some(cells) = self.planner.policy() else { return };
         let (planner, error_bound) = (self.planner.name(), self.error_bound);
         let policy = Policy { run, robot, decision, planner, error_bound, cells };
@@ -298,6 +296,7 @@ impl<P: Ports> PlannerProcess<P> {
         } else {
             let need = match brief.task() {
                 Task::Reach | Task::Patrol => crate::ALGORITHMS.to_vec(),
+                Task::Accompany => [crate::ALGORITHMS, crate::AHEAD_ALGORITHMS].concat(),
                 Task::Cover(_) => crate::COVER_ALGORITHMS.to_vec(),
                 Task::Scout(_) => [crate::DRIVE_ALGORITHMS, crate::FLY_ALGORITHMS].concat(),
             };
@@ -334,7 +333,7 @@ impl<P: Ports> Process<P> for PlannerProcess<P> {
     async fn turn(&mut self, ports: &mut P) -> Result<Turn, Failure> {
         let mut effects = self.receive(ports).await;
         while let Some(effect) = effects.pop_front() {
-            append(&mut effects, self.carry_out(effect, ports).await.map_err(Into::into)?);
+            append(&mut effects, self.carry_out(&effect, ports).await.map_err(Into::into)?);
         }
         self.log_refusals();
         self.commands.iter_mut().for_each(|(_, commands)| commands.idle());
@@ -377,8 +376,11 @@ fn event<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
     )
 }
 
-/// Adds what an event asks for; the first list is taken as it is, since most events come alone.
+/// Adds what an event asks for: most ask for nothing, and most that do come alone, so that their list is taken as it is.
 fn append(effects: &mut VecDeque<Effect>, more: Vec<Effect>) {
+    if more.is_empty() {
+        return;
+    }
     if effects.is_empty() {
         *effects = more.into();
     } else {

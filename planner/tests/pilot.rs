@@ -6,15 +6,18 @@ use contract::limits::ASK_AGAIN_NS;
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
-    MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, Pose, RobotId, Role, RunId, SeenCell,
-    State, Status, Term, Timing,
+    MapPage, MapPatch, MapRequest, Member, MonotonicNs, Name, ObservedMap, Placement, Pose, PriorCell,
+    PriorPage, PriorRequest, Robot, RobotId, Role, Route, RoutePage, RouteRequest, RunId, SeenCell, Sensor,
+    SpeedPrior, Standing, State, Status, Team, Term, Timing, Travel, Vehicle, Waypoint,
 };
-use planner::pilot::{DEATH_SILENCE_NS, Effect, Event, Pilot, PilotConfig, RESEND_NS};
+use planner::pilot::{Effect, Event, Pilot, PilotConfig, RESEND_NS};
 use planner::{Plan, PlanStatus};
 
 const RUN: RunId = RunId(7);
 const ME: Incarnation = Incarnation(1);
 const OTHER: Incarnation = Incarnation(2);
+/// How long a leader whose process is gone is waited for: a fifth of a second.
+const DEATH_SILENCE_NS: u64 = 200_000_000;
 
 fn name(text: &str) -> Name {
     text.parse().unwrap()
@@ -28,15 +31,19 @@ fn brief() -> Brief {
     Brief { run: RUN, ..scenario::load("hard").unwrap().resolve().unwrap().brief }
 }
 
-fn pilot(takeover: bool) -> Pilot {
-    let mut pilot = Pilot::new(PilotConfig {
+fn uninformed(takeover: bool) -> Pilot {
+    Pilot::new(PilotConfig {
         robots: contract::RobotSet::default(),
         incarnation: ME,
         pid: 11,
         planner: name("mdp"),
         takeover,
         succeeds_pid: None,
-    });
+    })
+}
+
+fn pilot(takeover: bool) -> Pilot {
+    let mut pilot = uninformed(takeover);
     assert_eq!(pilot.on(Event::Brief(brief()), at(0)), []);
     pilot
 }
@@ -213,6 +220,83 @@ fn a_map_that_comes_before_its_state_is_kept() {
 }
 
 #[test]
+fn a_brief_that_comes_after_its_state_is_planned_for() {
+    let mut pilot = uninformed(false);
+    assert_eq!(pilot.on(Event::State(state(1, 0, Incarnation(0))), at(0)), []);
+    assert_eq!(pilot.on(Event::Brief(brief()), at(0)), []);
+    assert_eq!(pilot.on(Event::Patch(map(1)), at(0)), [Effect::Plan]);
+}
+
+#[test]
+fn on_a_patrol_the_goal_of_the_state_is_planned_for() {
+    let goals = [Cell::new(4, 4), Cell::new(9, 2)];
+    let patrol = contract::Patrol::new(&goals, 9).unwrap();
+    let mut pilot = uninformed(false);
+    pilot.on(Event::Brief(Brief { patrol: Some(patrol), goal: goals[0], ..brief() }), at(0));
+    for visits in 0..3 {
+        pilot.on(Event::State(State { visits, ..state(visits, 1, ME) }), at(0));
+        pilot.on(Event::Patch(map(visits)), at(0));
+        assert_eq!(pilot.situation().unwrap().brief.goal, goals[visits as usize % 2], "{visits} visits");
+    }
+}
+
+#[test]
+fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_known() {
+    let scout = contract::Scout { seed: 1, rover_samples: 1, helicopter_samples: 1 };
+    let brief = Brief { robots: 2, scout: Some(scout), ..brief() };
+    let start = Waypoint { x_m: 1.5, y_m: 2.5 };
+    let route = Route::new(vec![start, Waypoint { x_m: 4.5, ..start }]).unwrap();
+    let robot = Robot {
+        vehicle: Vehicle::Driver { start, goal: start, goal_radius_m: 1.0 },
+        sensor: Sensor::Track,
+        start: Placement { cell: Cell::new(1, 2), heading: Direction::North },
+    };
+    let member = |route| Member {
+        robot,
+        at: robot.start,
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader: Leader::default(),
+        last: None,
+        travel: Some(Travel { route, ..Travel::from_start(start) }),
+    };
+    let team = Team {
+        run: RUN,
+        decision: Decision(3),
+        digest: Digest::default(),
+        due: RobotId(0),
+        actor: None,
+        members: vec![member(None), member(Some(route.id()))],
+    };
+    let mut pilot = uninformed(false);
+    let prior = PriorRequest { run: RUN, from: 0 };
+    assert_eq!(pilot.on(Event::Brief(brief), at(0)), [Effect::RequestPrior(prior)]);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    pilot.on(Event::Patch(map(3)), at(0));
+    let asked = Effect::RequestRoute(RouteRequest { run: RUN, id: route.id() });
+    assert_eq!(pilot.on(Event::Team(team), at(0)), [asked]);
+    let speeds = SpeedPrior::new([0.0, 0.0, 0.0, 1.0]).unwrap();
+    let cells = vec![PriorCell { speeds, height_m: 0.0 }; brief.grid.cells()];
+    let page = PriorPage { run: RUN, grid: brief.grid, from: 0, cells };
+    assert_eq!(pilot.on(Event::Prior(page), at(0)), [], "the other robot's route is not known");
+    assert!(pilot.waits_for().is_some_and(|what| what.contains("routes")));
+    assert_eq!(pilot.on(Event::Route(RoutePage { run: RUN, route }), at(0)), [Effect::Plan]);
+    assert!(pilot.situation().unwrap().scouting.is_some());
+}
+
+#[test]
+fn a_command_says_whether_its_plan_was_cut_short() {
+    for (status, cut) in [(PlanStatus::Solved, false), (PlanStatus::Cut, true)] {
+        let mut pilot = pilot(false);
+        pilot.on(Event::State(state(0, 1, ME)), at(0));
+        pilot.on(Event::Patch(map(0)), at(0));
+        let plan = Plan { action: Action::Hold, status, work: 3, error_bound: 0.0 };
+        let effects = pilot.on(Event::Planned(plan, at(1), at(2)), at(2));
+        assert!(matches!(effects[..], [Effect::Send(command)] if command.cut == cut), "{effects:?}");
+    }
+}
+
+#[test]
 fn a_map_of_another_run_is_not_planned_on() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 0, Incarnation(0))), at(0));
@@ -275,14 +359,15 @@ fn a_leader_whose_process_is_gone_is_waited_for_less() {
 
 #[test]
 fn a_stand_by_that_was_stopped_itself_gives_the_leader_time_to_be_heard() {
-    let mut pilot = pilot(false);
-    pilot.on(Event::State(state(0, 4, OTHER)), at(0));
-    pilot.on(Event::Patch(map(0)), at(0));
-    pilot.on(Event::Tick, at(1));
-    let awake = 20 * SILENCE_NS;
-    assert_eq!(pilot.on(Event::Tick, at(awake)), []);
-    pilot.on(beat(OTHER, 9), at(awake + 1));
-    assert_eq!(pilot.on(Event::Tick, at(awake + SILENCE_NS / 2)), []);
+    for awake in [SILENCE_NS + 2, 20 * SILENCE_NS] {
+        let mut pilot = pilot(false);
+        pilot.on(Event::State(state(0, 4, OTHER)), at(0));
+        pilot.on(Event::Patch(map(0)), at(0));
+        pilot.on(Event::Tick, at(1));
+        assert_eq!(pilot.on(Event::Tick, at(awake)), []);
+        pilot.on(beat(OTHER, 9), at(awake + 1));
+        assert_eq!(pilot.on(Event::Tick, at(awake + SILENCE_NS / 2)), []);
+    }
 }
 
 #[test]
@@ -415,6 +500,11 @@ fn a_new_run_is_started_from_nothing_and_the_end_is_reported_once() {
     pilot.on(Event::State(fresh), at(0));
     let map = MapPatch { run: RunId(8), ..map(0) };
     assert_eq!(pilot.on(Event::Patch(map), at(0)), [Effect::Plan]);
+    pilot.on(Event::Brief(next), at(0));
+    let end = State { run: RunId(8), ..end };
+    assert_eq!(pilot.on(Event::State(end), at(0)), [Effect::Leads(Term(1)), Effect::Finished(Status::Goal)]);
+    pilot.on(Event::Brief(next), at(0));
+    assert_eq!(pilot.on(Event::State(end), at(0)), [], "the same brief again begins nothing");
 }
 
 /// What was sent: decision, action.

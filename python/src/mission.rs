@@ -79,31 +79,26 @@ pub fn run<'py>(
 ) -> PyResult<Answer<'py>> {
     let world = world(scenario, profile)?;
     let brief = Brief { run: RUN, ..world.brief };
+    let (task, vehicles) = (brief.task(), world.vehicles());
+    let own = world.planners;
+    let usual = planner::assigned(task, &vehicles, None, &own)
+        .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
     let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
     let (flown, records) = match planner {
         Chosen::Named(name) => {
             let name: Name = name.parse().map_err(crate::error)?;
-            if name.as_str() != planner::CLAIRVOYANT {
-                let suits = planner::algorithm(name.as_str()).map_err(crate::error)?.suits(brief.task());
-                let known =
-                    if brief.is_of_hopper() { planner::ALGORITHMS } else { planner::COVER_ALGORITHMS };
-                if !suits {
-                    let (scenario, known) = (brief.scenario, known.join(", "));
-                    let message =
-                        format!("scenario {scenario} needs one of the planners {known}, got {name}");
-                    return Err(crate::error(message));
-                }
-            }
+            let planners = planner::assigned(task, &vehicles, Some(name), &own);
+            let planners = planners.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
             py.detach(move || {
                 let mut records = Vec::new();
-                let schedule = PlannerSchedule::single(name);
+                let schedule = PlannerSchedule::of_robots(&planners);
                 let flown = lockstep::fly(mission, &schedule, &mut node::Node::now, &mut |record| {
                     records.push(*record)
                 });
                 flown.map(|flown| (flown, records)).map_err(crate::error)
             })?
         }
-        Chosen::Own(planner) => fly_own(&planner, mission)?,
+        Chosen::Own(planner) => fly_own(&planner, mission, &usual)?,
     };
     told(py, &brief, seed, &flown, &records)
 }
@@ -154,7 +149,16 @@ fn taken(raised: &Raised) -> Option<PyErr> {
     raised.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-fn fly_own(planner: &Bound<'_, PyAny>, mission: Mission) -> PyResult<(Flown, Vec<Record>)> {
+/// Who commands if the planner `own` is of the user's: all robots, but not a hopper's helicopters, which keep their `usual` ones.
+pub fn schedule_of(own: Name, task: Task, usual: &[Name]) -> PlannerSchedule {
+    if task != Task::Accompany {
+        return PlannerSchedule::single(own);
+    }
+    let names: Vec<Name> = std::iter::once(own).chain(usual.iter().skip(1).copied()).collect();
+    PlannerSchedule::of_robots(&names)
+}
+
+fn fly_own(planner: &Bound<'_, PyAny>, mission: Mission, usual: &[Name]) -> PyResult<(Flown, Vec<Record>)> {
     let name = answer::name(planner)?;
     let raised = Arc::new(Mutex::new(None));
     let mut local = Some(Local {
@@ -163,14 +167,17 @@ fn fly_own(planner: &Bound<'_, PyAny>, mission: Mission) -> PyResult<(Flown, Vec
         watch: Watch::default(),
         raised: Arc::clone(&raised),
     });
-    let mut make = |name: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
+    let mut make = |asked: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
+        if asked != name {
+            return planner::algorithm(asked.as_str());
+        }
         let local = local.take().ok_or(PlannerError::UnknownAlgorithm { got: name.to_string() })?;
         Ok(Box::new(local))
     };
     let mut records = Vec::new();
     let mut clock = || -> MonotonicNs { node::Node::now() };
     let flown = catch_unwind(AssertUnwindSafe(|| {
-        let schedule = PlannerSchedule::single(name);
+        let schedule = schedule_of(name, mission.brief.task(), usual);
         lockstep::fly_with(mission, &schedule, &mut make, &mut clock, &mut |record| records.push(*record))
     }));
     match flown {

@@ -7,12 +7,12 @@ use std::thread::JoinHandle;
 
 use contract::{Action, Brief, Name, Record, Task, Team};
 use hopper_sim::Mission;
-use lockstep::{Flown, PlannerSchedule};
+use lockstep::Flown;
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
 use pyo3::prelude::*;
 
 use crate::arrays::{Arrays, Map, News, Watch};
-use crate::mission::{Answer, RUN, told, world};
+use crate::mission::{Answer, RUN, schedule_of, told, world};
 use crate::view;
 
 /// A decision that is due.
@@ -72,12 +72,15 @@ impl Session {
     fn new(scenario: &str, profile: Option<&str>, seed: u64) -> PyResult<Self> {
         let world = world(scenario, profile)?;
         let brief = Brief { run: RUN, ..world.brief };
+        let usual = planner::assigned(brief.task(), &world.vehicles(), None, &world.planners);
+        let usual = usual.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
         let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
         let (questions, inbox) = channel();
         let (outbox, answers) = channel();
         let name: Name = "session".parse().map_err(crate::error)?;
         let asker = Asker { name, questions, answers, watch: Watch::default() };
-        let flight = std::thread::Builder::new().name("mission".into()).spawn(move || fly(mission, asker))?;
+        let flight =
+            std::thread::Builder::new().name("mission".into()).spawn(move || fly(mission, asker, &usual))?;
         Ok(Self {
             brief,
             seed,
@@ -132,10 +135,14 @@ impl Session {
     }
 }
 
-fn fly(mission: Mission, asker: Asker) -> Ended {
-    let schedule = PlannerSchedule::single(asker.name);
+fn fly(mission: Mission, asker: Asker, usual: &[Name]) -> Ended {
+    let own = asker.name;
+    let schedule = schedule_of(own, mission.brief.task(), usual);
     let mut asker = Some(asker);
     let mut make = |name: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
+        if name != own {
+            return planner::algorithm(name.as_str());
+        }
         let asker = asker.take().ok_or(PlannerError::UnknownAlgorithm { got: name.to_string() })?;
         Ok(Box::new(asker))
     };

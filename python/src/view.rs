@@ -21,13 +21,15 @@ impl Brief {
         self.0.profile.as_str()
     }
 
-    /// "reach", "patrol" or "cover".
+    /// "reach", "patrol", "accompany" (a hopper with helicopters), "cover" or "scout".
     #[getter]
     fn task(&self) -> &'static str {
         match self.0.task() {
             Task::Reach => "reach",
             Task::Patrol => "patrol",
-            _ => "cover",
+            Task::Accompany => "accompany",
+            Task::Cover(_) => "cover",
+            Task::Scout(_) => "scout",
         }
     }
 

@@ -2,9 +2,9 @@
 //!
 //! Every file of `qa/planted/` is one bug: a patch whose first line says in a sentence what is wrong. Those whose name
 //! begins with `rovers-` are to be found in missions of several rovers, those with `scouts-` in missions of a rover with
-//! helicopters, the others in those of a hopper. The tracked files are copied to `target/planted/tree`, where one patch at
-//! a time is applied, the example `seeds` of the simulation is built and run, and the patch is reversed. No bug is ever in
-//! a tree that is shipped.
+//! helicopters, those with `accompanied-` in missions of a hopper with helicopters, the others in those of a hopper alone.
+//! The tracked files are copied to `target/planted/tree`, where one patch at a time is applied, the example `seeds` of the
+//! simulation is built and run, and the patch is reversed. No bug is ever in a tree that is shipped.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -63,12 +63,14 @@ pub struct Bug {
 const HOPPER: &str = "hopper";
 const ROVERS: &str = "rovers";
 const SCOUTS: &str = "scouts";
+const ACCOMPANIED: &str = "accompanied";
 
 /// In whose missions the bug of that name is to be found.
 fn missions_of(name: &str) -> &'static str {
     match name.split('-').next() {
         Some(ROVERS) => ROVERS,
         Some(SCOUTS) => SCOUTS,
+        Some(ACCOMPANIED) => ACCOMPANIED,
         _ => HOPPER,
     }
 }
@@ -294,7 +296,7 @@ impl Scratch {
 
     /// Makes sure that it was the bugs that were found: without them the same seeds break no promise.
     fn try_unpatched(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        for missions in [HOPPER, ROVERS, SCOUTS] {
+        for missions in [HOPPER, ROVERS, SCOUTS, ACCOMPANIED] {
             let of_these = verdicts.iter().filter(|verdict| missions_of(&verdict.name) == missions);
             let Some(last) = of_these.filter_map(|verdict| verdict.seed).max() else { continue };
             if let Seen::Broken(seed, promise, detail) = self.simulate(missions, &Seeds(0..last + 1))? {

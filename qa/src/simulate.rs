@@ -24,7 +24,8 @@ pub struct Args {
     /// Seeds to simulate, the last left out.
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
-    /// Whose missions: those of a hopper, of two or three rovers that cover ground, or of a rover that helicopters scout for.
+    /// Whose missions: those of a hopper, of two or three rovers that cover ground, of a rover that helicopters scout for, or of a
+    /// hopper that they accompany.
     #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
     missions: Whose,
     /// Seeds at once [default: one a core].
@@ -42,6 +43,7 @@ enum Whose {
     Hopper,
     Rovers,
     Scouts,
+    Accompanied,
 }
 
 impl From<Whose> for Missions {
@@ -50,6 +52,7 @@ impl From<Whose> for Missions {
             Whose::Hopper => Missions::Hopper,
             Whose::Rovers => Missions::Rovers,
             Whose::Scouts => Missions::Scouts,
+            Whose::Accompanied => Missions::Accompanied,
         }
     }
 }

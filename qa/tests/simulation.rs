@@ -141,6 +141,24 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
     came_up(Missions::Scouts, &campaign, expected);
 }
 
+/// P-SIMULATED-ACCOMPANIED.
+#[test]
+fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no_refusal_out() {
+    let campaign = sweep(Missions::Accompanied, SEEDS, |_| ());
+    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let mut expected: Vec<(&str, &str)> =
+        Forgery::of(Missions::Accompanied).iter().map(|forgery| ("forged", forgery.as_str())).collect();
+    // Nobody else stands where a hopper lands, and what the guard forbids it nobody forges here.
+    let reasons =
+        simulation::REASONS.into_iter().filter(|reason| !["occupied", "unknown_life"].contains(reason));
+    expected.extend(reasons.map(|reason| ("refusal", reason)));
+    expected.retain(|forged| *forged != ("forged", "blocked"));
+    expected.extend(["goal", "deadlock", "lost", "left_map"].map(|end| ("ended", end)));
+    expected.extend(["policy", "greedy", "hold"].map(|origin| ("fallback", origin)));
+    expected.extend(["sent", "answered"].map(|way| ("routes_asked", way)));
+    came_up(Missions::Accompanied, &campaign, expected);
+}
+
 /// P-SIMULATED-TWICE.
 #[test]
 fn a_seed_simulated_twice_is_the_same_to_the_last_line() {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Digest, Name, Role, Status, Vehicle};
+use contract::{Digest, Name, Role, Status};
 use hopper_sim::shell::{MissionArgs, print_summary};
 use hopper_sim::{Journal, JournalReader, Pace};
 use monitor::record_args::RecordArgs;
@@ -210,56 +210,13 @@ fn check(args: &Args) -> Result<(), Failure> {
 /// Exit code 2 if one is not known, or cannot plan for the scenario's task.
 fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure> {
     let task = world.brief.task();
-    let own = |robot: usize| world.planners.get(robot).copied().flatten();
-    let mut planners = Vec::new();
-    for robot in 0..usize::from(world.brief.robots) {
-        let name = match (&args.planner, own(robot)) {
-            // A planner for the rover is none for its helicopter, whose own stays.
-            (Some(given), own) if !suits_robot(world, robot, given) => match own {
-                Some(own) => own,
-                None => fallback(world, robot).parse().map_err(Failure::usage)?,
-            },
-            (Some(given), _) => given.parse().map_err(Failure::usage)?,
-            (None, Some(own)) => own,
-            (None, None) => fallback(world, robot).parse().map_err(Failure::usage)?,
-        };
-        let known = name.as_str() == planner::CLAIRVOYANT && args.lockstep && world.fleet.is_none();
-        if !known && !planner::algorithm(name.as_str()).map_err(Failure::usage)?.suits(task) {
-            let (scenario, need) = (world.brief.scenario, suited(world, robot).join(", "));
-            return Err(Failure::usage(format!(
-                "scenario {scenario} needs one of the planners {need}, got {name}"
-            )));
-        }
-        if world.brief.scout.is_some() && !suited(world, robot).contains(&name.as_str()) {
-            let (scenario, need) = (world.brief.scenario, suited(world, robot).join(", "));
-            return Err(Failure::usage(format!(
-                "robot {robot} of scenario {scenario} needs one of the planners {need}, got {name}"
-            )));
-        }
-        planners.push(name);
+    let given: Option<Name> = args.planner.as_deref().map(str::parse).transpose().map_err(Failure::usage)?;
+    if let Some(name) = given.filter(|_| !args.lockstep || world.fleet.is_some()) {
+        planner::algorithm(name.as_str()).map_err(Failure::usage)?;
     }
-    Ok(planners)
-}
-
-/// The planners that suit a robot.
-fn suited(world: &ResolvedScenario, robot: usize) -> &'static [&'static str] {
-    planner::suited(vehicle(world, robot))
-}
-
-/// Whether a planner given for all robots is meant for this one: in a mission of rover and helicopter, one of the two.
-fn suits_robot(world: &ResolvedScenario, robot: usize, given: &str) -> bool {
-    let of_others = [planner::DRIVE_ALGORITHMS, planner::FLY_ALGORITHMS].concat();
-    world.brief.scout.is_none() || !of_others.contains(&given) || suited(world, robot).contains(&given)
-}
-
-/// The planner of a robot for which neither scenario nor command line names one.
-fn fallback(world: &ResolvedScenario, robot: usize) -> &'static str {
-    planner::usual(vehicle(world, robot))
-}
-
-/// The body of a robot, unless there is a single hopper.
-fn vehicle(world: &ResolvedScenario, robot: usize) -> Option<Vehicle> {
-    Some(world.fleet.as_ref()?.robots.get(robot)?.vehicle)
+    let scenario = world.brief.scenario;
+    planner::assigned(task, &world.vehicles(), given, &world.planners)
+        .map_err(|error| Failure::usage(error.in_scenario(scenario)))
 }
 
 /// The folder of the journal that `--planners-from` names.

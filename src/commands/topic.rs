@@ -377,7 +377,7 @@ fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
             None => {}
         }
         while let Some(page) = client.receive() {
-            match page.and_then(|page| gathering.page(&page)) {
+            match page.and_then(|page| gathering.page(page)) {
                 Ok(Some(truth)) => return Some(Ok(truth_summary(truth, full))),
                 Ok(None) => {}
                 Err(refusal) => return Some(Err(refusal)),

@@ -39,7 +39,7 @@ pub fn in_lockstep(
     let mut unwritten = Vec::new();
     let flown = lockstep::fly(mission, schedule, &mut Node::now, &mut |record| {
         summary.record(record);
-        if brief.scout.is_some() {
+        if brief.has_routes() {
             unwritten.push(*record);
         } else if let Err(error) = journal.append(record) {
             failed.get_or_insert(error);

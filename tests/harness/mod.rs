@@ -104,6 +104,45 @@ impl Mission {
         assert!(text.contains("the same digest and map at each of"), "{text}");
     }
 
+    /// Flies a scenario of two robots, each with a planner process of its own. The second robot's planner, perception,
+    /// hopper-sim and the first robot's planner are killed and started again once there are so many decisions. The journal is
+    /// that of lockstep, and each planner leads in its second term.
+    pub fn kill_each_of_two(&self, scenario: &[&str], pace: &str, planners: [&str; 2], at: [u64; 4]) {
+        let sim_words = [scenario, &["--pace", pace]].concat();
+        let [of_first, of_second] = [0, 1].map(|robot| {
+            let number = ["0", "1"][robot];
+            ["--robot", number, "--algorithm", planners[robot]]
+        });
+        let mut sim = self.start("sim", &sim_words);
+        let mut perception = self.start("perception", &[]);
+        let mut first = self.start("planner", &of_first);
+        let mut second = self.start("planner", &of_second);
+        self.await_decisions(at[0]);
+        second.kill();
+        let mut second = self.start("planner", &of_second);
+        self.await_decisions(at[1]);
+        perception.kill();
+        let mut perception = self.start("perception", &[]);
+        self.await_decisions(at[2]);
+        sim.kill();
+        let mut sim = self.start("sim", &sim_words);
+        self.await_decisions(at[3]);
+        first.kill();
+        let mut first = self.start("planner", &of_first);
+        assert_eq!(sim.code(), 0, "{}", sim.log());
+        for process in [&mut perception, &mut first, &mut second] {
+            assert_eq!(process.code(), 0, "{}", process.log());
+        }
+        let verified = self.verified();
+        assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+        assert_eq!(verified["digest"], lockstep(scenario)["digest"]);
+        let led = leaders(&verified);
+        for (robot, planner) in (0..).zip(planners) {
+            assert!(led.contains(&(robot, 2, planner.into())), "{led:?}");
+        }
+        self.assert_as_lockstep("journal");
+    }
+
     /// Decisions in the journal so far; 0 while there is none.
     pub fn decisions(&self) -> u64 {
         if !self.journal().join("hops.journal").exists() {

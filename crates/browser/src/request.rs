@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::{Brief, Decision, Name, Pace, Profile, RunId, Vehicle};
+use contract::{Brief, Decision, Name, Pace, Profile, RunId};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 use scenario::{Overrides, ResolvedScenario, Scenario};
@@ -63,7 +63,9 @@ impl Request {
         let run = self.run.as_deref().map_or(Ok(1), |run| u128::from_str_radix(run, 16));
         let run = RunId(run.map_err(|_| "a run needs to be 32 hexadecimal digits".to_owned())?);
         let schedule = self.schedule(&world)?;
-        let mut suited: Vec<&str> = vehicles(&world).into_iter().flat_map(planner::suited).copied().collect();
+        let task = world.brief.task();
+        let suited = |vehicle| planner::suited(task, vehicle);
+        let mut suited: Vec<&str> = world.vehicles().into_iter().flat_map(suited).copied().collect();
         suited.dedup();
         let warnings = world.warnings.iter().map(ToString::to_string).collect();
         let brief = Brief { run, ..world.brief };
@@ -106,16 +108,13 @@ impl Request {
             }
         };
         if self.planners.is_empty() {
-            let own = |robot: usize| world.planners.get(robot).copied().flatten();
-            let names = vehicles(world).into_iter().enumerate();
-            let names = names.map(|(robot, vehicle)| match own(robot) {
-                Some(own) => Ok(own),
-                None => named(planner::usual(vehicle)),
-            });
-            return Ok(PlannerSchedule::of_robots(&names.collect::<Result<Vec<_>, _>>()?));
+            let (task, vehicles) = (world.brief.task(), world.vehicles());
+            let names = planner::assigned(task, &vehicles, None, &world.planners);
+            let names = names.map_err(|error| error.in_scenario(world.brief.scenario))?;
+            return Ok(PlannerSchedule::of_robots(&names));
         }
-        if world.brief.scout.is_some() {
-            return Err("rover and helicopter keep the planners that their scenario names".into());
+        if world.brief.has_routes() {
+            return Err("robots of different kinds keep the planners that their scenario names".into());
         }
         let mut turnovers = Vec::new();
         for Turnover { from, planner } in &self.planners {
@@ -129,13 +128,5 @@ impl Request {
             );
         }
         Ok(PlannerSchedule::in_turn(&turnovers))
-    }
-}
-
-/// The vehicle of each robot; `None` for a hopper.
-fn vehicles(world: &ResolvedScenario) -> Vec<Option<Vehicle>> {
-    match &world.fleet {
-        Some(fleet) => fleet.robots.iter().map(|robot| Some(robot.vehicle)).collect(),
-        None => vec![None],
     }
 }

@@ -141,7 +141,7 @@ impl Session {
     /// # Errors
     /// If no planner of this name suits the mission.
     pub fn hand_over(&mut self, planner: &str) -> Result<(), String> {
-        let scouted = self.flight.arbiter().mission().brief.scout.is_some();
+        let scouted = self.flight.arbiter().mission().brief.has_routes();
         if scouted || !self.suited.contains(&planner) {
             let need = if scouted { "none".into() } else { self.suited.join(", ") };
             return Err(format!("a planner that takes over needs to be one of {need}, got {planner:?}"));

@@ -146,6 +146,12 @@ impl<'c> Flight<'c> {
         self.perception.cartographer().map()
     }
 
+    /// The map observed at the end.
+    #[must_use]
+    pub fn into_map(self) -> Option<ObservedMap> {
+        self.perception.into_cartographer().into_map()
+    }
+
     /// The policy of the planner that joined last, if it has one.
     pub fn policy(&mut self) -> Option<Vec<PolicyCell>> {
         self.planners.last_mut().and_then(|hosted| hosted.process.planner().policy())

@@ -210,10 +210,10 @@ fn fly_silently(
     );
     Ok(Flown {
         state: *flight.state(),
-        map: flight.map().expect("a flown mission has a map").clone(),
         policy: flight.policy(),
         refusals,
         routes: flight.routes(),
+        map: flight.into_map().expect("a flown mission has a map"),
     })
 }
 

@@ -240,6 +240,9 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
     type Error = Never;
 
     fn serve(&mut self, mut answer: impl FnMut(&Q) -> Option<Q::Response>) -> Result<Vec<Refusal>, Never> {
+        if self.0.borrow().is_empty() {
+            return Ok(Vec::new());
+        }
         let asked = std::mem::take(&mut *self.0.borrow_mut());
         for (index, (request, asker)) in asked.iter().enumerate() {
             // A client asks one thing at a time: its last request counts.

@@ -15,7 +15,7 @@ pub(super) struct Records {
 
 impl Records {
     pub fn of(brief: &Brief) -> Self {
-        Self { run: brief.run, is_kept: brief.scout.is_some(), kept: Vec::new() }
+        Self { run: brief.run, is_kept: brief.has_routes(), kept: Vec::new() }
     }
 }
 

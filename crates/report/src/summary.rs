@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, Role, State};
+use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, RobotId, Role, State};
 use serde::{Deserialize, Serialize};
 
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
@@ -197,7 +197,8 @@ impl fmt::Display for Summary {
         let route = &self.route;
         fact("outcome", self.sentence())?;
         let names = self.planners.iter().map(|leadership| leadership.name);
-        let planners = if self.team.is_none() { planners_in_order(names) } else { planners_of_team(names) };
+        let is_alone = self.planners.iter().all(|leadership| leadership.robot == RobotId(0));
+        let planners = if is_alone { planners_in_order(names) } else { planners_of_team(names) };
         let Self { scenario, profile, seed, .. } = self;
         fact("run", format!("scenario {scenario}, planner {planners}, profile {profile}, seed {seed}"))?;
         for (name, text) in self.moves() {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use contract::{
     Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
-    Range, Record, RobotId, State, Status, Term, Timing, Vetoed,
+    Range, Record, RobotId, State, Status, Task, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
@@ -196,6 +196,8 @@ pub struct Tally {
     pub goal: Cell,
     /// Goals of the patrol; `None` for other missions.
     pub patrol: Option<Patrol>,
+    /// Whether the route is the hopper's alone, though others act too.
+    pub is_accompanied: bool,
     /// Last decision added; `None` before the first.
     pub last: Option<Executed>,
     /// Which planner commanded which decisions.
@@ -222,6 +224,7 @@ impl Tally {
             start: brief.start,
             goal: brief.goal,
             patrol: brief.patrol,
+            is_accompanied: brief.task() == Task::Accompany,
             last: None,
             planners: Vec::new(),
             route: Route::default(),
@@ -297,7 +300,9 @@ impl Tally {
             self.began = executed.timing.landed;
         }
         self.latency.record(&executed.timing, executed.steps.saturating_sub(self.steps()));
-        self.route.add(executed, &self.grid);
+        if !self.is_accompanied || executed.robot == RobotId(0) {
+            self.route.add(executed, &self.grid);
+        }
         self.duration_s = executed.timing.committed.since_ns(self.began) as f64 / 1e9;
         self.vetoes += executed.vetoed.count();
         self.fallbacks.count(executed.origin);

@@ -5,7 +5,10 @@
 
 mod mission;
 
-use contract::{Action, Branch, Brief, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId, Status};
+use contract::{
+    Action, Branch, Brief, Cover, CoverMode, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId,
+    Status,
+};
 use mission::{Step, brief, ground, policy, records};
 use report::{Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
 use roxmltree::Document;
@@ -244,10 +247,31 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
     );
 }
 
+/// P-ACCOMPANIED-PICTURE.
+#[test]
+fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
+    let brief = Brief { robots: 2, ..brief(12) };
+    let (terrain, map) = ground(&brief);
+    let mut route = records(&brief, &steps(8), 4);
+    for record in route.iter_mut().skip(1).step_by(2) {
+        record.robot = RobotId(1);
+    }
+    let drawn = svg(&brief, &terrain, &map, None, &route);
+    let read = Document::parse(&drawn).unwrap();
+    let texts: Vec<&str> =
+        read.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
+    for word in ["start", "goal", "hop as intended", "helicopter 1", "1"] {
+        assert!(texts.contains(&word), "{word}: {texts:?}");
+    }
+    assert!(texts.iter().any(|text| text.contains("4 hops")), "the helicopter does not hop: {texts:?}");
+    assert!(!texts.contains(&"visited, darker the more often"));
+}
+
 /// P-TEAM-PICTURE.
 #[test]
 fn a_picture_of_a_team_shows_each_robot_and_the_visits() {
-    let brief = Brief { robots: 2, ..brief(12) };
+    let cover = Some(Cover { percent: 100, mode: CoverMode::Overlap });
+    let brief = Brief { robots: 2, cover, ..brief(12) };
     let (terrain, map) = ground(&brief);
     let mut route = records(&brief, &steps(8), 4);
     for (number, record) in route.iter_mut().enumerate() {

@@ -65,29 +65,47 @@ const MOVES: [Move; 16] = [
     step(2, -1, &[(1, 0), (1, -1)]),
 ];
 
+/// The lines along which moves lead, each both ways: the moves 0, 1, 4, 5 and 8 to 11.
+const LINES: [(isize, isize); 8] = [(1, 0), (0, 1), (1, 1), (-1, 1), (2, 1), (1, 2), (-1, 2), (-2, 1)];
+
+/// The line of a move.
+const fn line(number: usize) -> usize {
+    match number {
+        0..4 => number % 2,
+        4..8 => 2 + number % 2,
+        _ => 4 + number % 4,
+    }
+}
+
 /// A forbidden margin, so that no move has to ask whether it leaves the map.
 const MARGIN: usize = 2;
 /// In place of a move: the edge from the start.
 const FROM_START: u8 = MOVES.len() as u8;
+/// How many times finer buckets are on sloping ground.
+const FINER: f64 = 32.0;
 /// Cells whose middle is within this many columns and rows of the start are joined to it directly.
 const JOINED: isize = 2;
 
-/// A* in buckets of one least edge: within a bucket the order does not matter for what is final, so no heap is needed
-/// (Denardo & Fox 1979). The heuristic is the distance at the least cost per metre.
+/// A* in buckets instead of a heap: within a bucket the order does not matter for what is final, as a cell that gets cheaper is
+/// searched again (Denardo & Fox 1979). The heuristic is the distance at the least cost per metre.
 struct Search<'a> {
     costs: &'a CostMap,
     goal: Goal,
     stride: usize,
-    /// Cost per metre with the margin around.
+    /// Cost per metre on the plane with the margin around.
     padded: Vec<f64>,
     /// Cost from the start, infinite if not reached yet.
     reached: Vec<f64>,
     /// The move that led to a cell.
     came_by: Vec<u8>,
+    /// In turn, a power of two of them.
     buckets: Vec<Vec<(f64, u32)>>,
     queued: usize,
     /// Estimate at the lower edge of bucket 0.
     origin: f64,
+    /// Breadth of a bucket: a least edge. Slopes make edges differ by little, so many cells of such a bucket would get cheaper by little,
+    /// again and again: there it is [`FINER`] times less.
+    breadth: f64,
     /// The bucket in hand, counted from the origin.
     current: usize,
 }
@@ -102,6 +120,7 @@ impl<'a> Search<'a> {
             let first = (row + MARGIN) * stride + MARGIN;
             padded[first..first + line.len()].copy_from_slice(line);
         }
+        let flat = costs.surface().is_flat();
         Self {
             costs,
             goal,
@@ -112,6 +131,7 @@ impl<'a> Search<'a> {
             buckets: Vec::new(),
             queued: 0,
             origin: 0.0,
+            breadth: if flat { costs.least() } else { costs.least() / FINER },
             current: 0,
         }
     }
@@ -124,14 +144,12 @@ impl<'a> Search<'a> {
             return Some(Route { points: vec![start], cost: 0.0 });
         }
         self.open(start);
-        let surface = self.costs.surface().clone();
-        let lengths: Vec<Point> = MOVES
-            .iter()
-            .map(|step| {
-                let to = Point::new(step.columns as f64, step.rows as f64);
-                Segment { from: Point::new(0.0, 0.0), to }.direction()
-            })
-            .collect();
+        let surface = self.costs.surface().as_ref();
+        let width = self.costs.lattice().width() as isize;
+        let directions = LINES.map(|(columns, rows)| {
+            let to = Point::new(columns as f64, rows as f64);
+            Segment { from: Point::new(0.0, 0.0), to }.direction()
+        });
         let goal = self.goal;
         let near_m = SQRT_5 + 0.1;
         let mut best: Option<(f64, usize)> = None;
@@ -140,10 +158,10 @@ impl<'a> Search<'a> {
             if goal.distance_m(start) < near_m { self.costs.segment(direct) } else { f64::INFINITY };
         while self.queued > 0 {
             let limit = best.map_or(f64::INFINITY, |best| best.0);
-            if self.origin + self.current as f64 * self.costs.least() > limit {
+            if self.origin + self.current as f64 * self.breadth > limit {
                 break;
             }
-            let slot = self.current % self.buckets.len();
+            let slot = self.current & (self.buckets.len() - 1);
             let Some((reached, cell)) = self.buckets[slot].pop() else {
                 self.current += 1;
                 continue;
@@ -162,12 +180,18 @@ impl<'a> Search<'a> {
                 }
             }
             if surface.is_flat() {
-                self.relax(cell, reached, |_, _| 1.0);
+                self.relax(cell, reached, centre, |search, (columns, rows), _| {
+                    search.padded[search.offset(cell, columns, rows)]
+                });
             } else {
-                let (stride, width) = (self.stride, self.costs.lattice().width());
-                self.relax(cell, reached, |cell, step| {
-                    let (column, row) = (cell % stride - MARGIN, cell / stride - MARGIN);
-                    surface.stretch(row * width + column, lengths[step])
+                let on_map = self.on_map(cell);
+                self.relax(cell, reached, centre, |search, (columns, rows), line| {
+                    let rate = search.padded[search.offset(cell, columns, rows)];
+                    if rate == f64::INFINITY {
+                        return rate;
+                    }
+                    let cell = on_map.wrapping_add_signed(rows * width + columns);
+                    rate * surface.stretch(cell, directions[line])
                 });
             }
         }
@@ -182,19 +206,11 @@ impl<'a> Search<'a> {
 
     /// Opens the cells around the start.
     fn open(&mut self, start: Point) {
-        let stretch_max = {
-            let surface = self.costs.surface();
-            let steepest = |cell: usize| 1.0 / libm::cos(surface.slope_deg(cell).to_radians());
-            if surface.is_flat() {
-                1.0
-            } else {
-                (0..self.costs.lattice().cells()).map(steepest).fold(1.0, f64::max)
-            }
-        };
+        let stretch_max = self.costs.surface().stretch_max();
         let longest = SQRT_5 * (self.costs.most() * stretch_max + self.costs.least());
-        let spread = (longest / self.costs.least()).ceil() as usize;
+        let spread = (longest / self.breadth).ceil() as usize;
         // The cells around the start differ by less than two moves.
-        self.buckets = vec![Vec::new(); 2 * spread + 4];
+        self.buckets = vec![Vec::new(); (2 * spread + 4).next_power_of_two()];
         let lattice = self.costs.lattice();
         let middle = lattice.cell(start);
         let (column, row) = ((middle % lattice.width()) as isize, (middle / lattice.width()) as isize);
@@ -208,11 +224,11 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let estimates = opened.iter().map(|(cost, cell)| cost + self.ahead(*cell));
+        let estimates = opened.iter().map(|(cost, cell)| cost + self.ahead(self.centre(*cell)));
         self.origin = estimates.fold(f64::INFINITY, f64::min);
         for (cost, cell) in opened {
             self.reached[cell] = cost;
-            self.push(cost, cell);
+            self.push(cost, cell, self.centre(cell));
         }
     }
 
@@ -223,47 +239,73 @@ impl<'a> Search<'a> {
         )
     }
 
-    /// No way from the cell to the goal is cheaper.
-    fn ahead(&self, cell: usize) -> f64 {
-        self.goal.distance_m(self.centre(cell)) * self.costs.least()
+    /// No way from the point to the goal is cheaper.
+    fn ahead(&self, at: Point) -> f64 {
+        self.goal.distance_m(at) * self.costs.least()
     }
 
-    fn push(&mut self, cost: f64, cell: usize) {
-        let estimate = cost + self.ahead(cell);
-        let bucket = ((estimate - self.origin) / self.costs.least()) as usize;
+    #[inline]
+    fn push(&mut self, cost: f64, cell: usize, centre: Point) {
+        let estimate = cost + self.ahead(centre);
+        let bucket = ((estimate - self.origin) / self.breadth) as usize;
         // The heuristic is consistent, so only rounding could ask for a bucket that is done.
-        let slot = bucket.max(self.current) % self.buckets.len();
+        let slot = bucket.max(self.current) & (self.buckets.len() - 1);
         self.buckets[slot].push((cost, cell as u32));
         self.queued += 1;
     }
 
     #[inline]
-    fn relax(&mut self, cell: usize, reached: f64, stretch: impl Fn(usize, usize) -> f64) {
-        let offset =
-            |columns: isize, rows: isize| cell.wrapping_add_signed(rows * self.stride as isize + columns);
-        let mut improved = [(0.0, 0); MOVES.len()];
-        let mut count = 0;
-        for (number, step) in MOVES.iter().enumerate() {
-            let to = offset(step.columns, step.rows);
-            let rate = |cell: usize| self.padded[cell] * stretch(cell, number);
-            if self.padded[to] == f64::INFINITY {
-                continue;
-            }
-            let mut rates = rate(cell) + rate(to);
-            for (columns, rows) in step.between {
-                let between = offset(*columns, *rows);
-                rates += if self.padded[between] == f64::INFINITY { f64::INFINITY } else { rate(between) };
-            }
-            let cost = reached + rates * step.piece_m;
-            if cost < self.reached[to] {
-                self.reached[to] = cost;
-                self.came_by[to] = number as u8;
-                improved[count] = (cost, to);
-                count += 1;
-            }
+    fn offset(&self, cell: usize, columns: isize, rows: isize) -> usize {
+        cell.wrapping_add_signed(rows * self.stride as isize + columns)
+    }
+
+    /// The number of a cell without the margin.
+    #[inline]
+    fn on_map(&self, cell: usize) -> usize {
+        (cell / self.stride - MARGIN) * self.costs.lattice().width() + cell % self.stride - MARGIN
+    }
+
+    /// Leads neighbours through a cell where that is cheaper. `rate` is the cost per metre so many columns and rows away, along a line.
+    #[inline(always)]
+    fn relax(
+        &mut self,
+        cell: usize,
+        reached: f64,
+        centre: Point,
+        rate: impl Fn(&Self, (isize, isize), usize) -> f64,
+    ) {
+        let mut own = [0.0; LINES.len()];
+        for (line, own) in own.iter_mut().enumerate() {
+            *own = rate(self, (0, 0), line);
         }
-        for (cost, to) in &improved[..count] {
-            self.push(*cost, *to);
+        let mut improved = [(0.0, 0, Point::default()); MOVES.len()];
+        let mut count = 0;
+        // Move by move, not in a loop: there all moves would share branches, which are then predicted badly; a whole map takes a third longer.
+        macro_rules! lead {
+            ($($number:literal)*) => {$({
+                const STEP: &Move = &MOVES[$number];
+                let (line, to) = (const { line($number) }, self.offset(cell, STEP.columns, STEP.rows));
+                // Most moves lead back: their cost need not be looked up.
+                if reached + own[line] * STEP.piece_m < self.reached[to] {
+                    // Infinite if one of them is forbidden.
+                    let mut rates = own[line] + rate(self, (STEP.columns, STEP.rows), line);
+                    for between in STEP.between {
+                        rates += rate(self, *between, line);
+                    }
+                    let cost = reached + rates * STEP.piece_m;
+                    if cost < self.reached[to] {
+                        self.reached[to] = cost;
+                        self.came_by[to] = $number;
+                        let at = Point::new(centre.x_m + STEP.columns as f64, centre.y_m + STEP.rows as f64);
+                        improved[count] = (cost, to, at);
+                        count += 1;
+                    }
+                }
+            })*};
+        }
+        lead!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+        for (cost, to, at) in &improved[..count] {
+            self.push(*cost, *to, *at);
         }
     }
 
@@ -349,6 +391,17 @@ mod tests {
             }
         }
         best
+    }
+
+    #[test]
+    fn each_move_leads_along_its_line() {
+        for (number, step) in MOVES.iter().enumerate() {
+            let (columns, rows) = LINES[line(number)];
+            assert!(
+                [(columns, rows), (-columns, -rows)].contains(&(step.columns, step.rows)),
+                "move {number}"
+            );
+        }
     }
 
     proptest! {

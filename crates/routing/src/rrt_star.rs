@@ -80,15 +80,14 @@ fn search(costs: &CostMap, trip: &Trip, settings: &RrtStar, seed: u64) -> Option
         } else {
             Point::new(samples.uniform() * width_m, samples.uniform() * height_m)
         };
-        let near_m = RrtStar::near_m(side_m, tree.at.len());
+        let near_m = RrtStar::near_m(side_m, tree.nodes.len());
         if let Some(node) = tree.extend(sample, settings.edge_max, near_m)
-            && trip.goal.distance_m(tree.at[node as usize]) == 0.0
+            && trip.goal.distance_m(tree.node(node).at) == 0.0
         {
             arrived.push(node);
         }
     }
-    let best =
-        arrived.into_iter().min_by(|a, b| tree.cost[*a as usize].total_cmp(&tree.cost[*b as usize]))?;
+    let best = arrived.into_iter().min_by(|a, b| tree.node(*a).cost.total_cmp(&tree.node(*b).cost))?;
     let mut points = tree.way(best);
     random_shortcuts(costs, &mut points, settings.shortcuts, &mut Stream::new(seed, "shortcuts"));
     Some(Route::new(costs, points))
@@ -97,51 +96,89 @@ fn search(costs: &CostMap, trip: &Trip, settings: &RrtStar, seed: u64) -> Option
 struct Tree<'a> {
     costs: &'a CostMap,
     grid: BucketGrid,
-    at: Vec<Point>,
-    /// From the root to each node.
-    cost: Vec<f64>,
-    parent: Vec<u32>,
-    children: Vec<Vec<u32>>,
+    nodes: Vec<Node>,
     /// Neighbours of the node in hand, kept for their memory.
     near: Vec<(f64, u32)>,
     ranked: Vec<(f64, u32)>,
+    /// Nodes whose cost is still to be lowered, kept for its memory.
+    open: Vec<u32>,
 }
+
+/// A node with its links, together in memory: most of the time of a large tree is spent on what is not in the cache.
+#[derive(Clone, Copy)]
+struct Node {
+    at: Point,
+    /// From the root.
+    cost: f64,
+    parent: u32,
+    /// A child, the others in a chain behind it.
+    first_child: u32,
+    next_sibling: u32,
+    previous_sibling: u32,
+}
+
+/// In place of a node.
+const NONE: u32 = u32::MAX;
 
 impl<'a> Tree<'a> {
     fn new(costs: &'a CostMap, root: Point, expected: usize) -> Self {
         let mut grid = BucketGrid::new(costs.lattice(), expected);
         grid.insert(root);
-        Self {
-            costs,
-            grid,
-            at: vec![root],
-            cost: vec![0.0],
-            parent: vec![0],
-            children: vec![Vec::new()],
-            near: Vec::new(),
-            ranked: Vec::new(),
-        }
+        let root = Node {
+            at: root,
+            cost: 0.0,
+            parent: 0,
+            first_child: NONE,
+            next_sibling: NONE,
+            previous_sibling: NONE,
+        };
+        Self { costs, grid, nodes: vec![root], near: Vec::new(), ranked: Vec::new(), open: Vec::new() }
+    }
+
+    fn node(&self, node: u32) -> &Node {
+        &self.nodes[node as usize]
     }
 
     /// Adds a node towards `sample`, unless nothing lies that way.
     fn extend(&mut self, sample: Point, edge_max: f64, near_m: f64) -> Option<u32> {
         let nearest = self.nearest(sample);
-        let from = self.at[nearest as usize];
+        let from = self.node(nearest).at;
         let to = self.costs.reach(Segment { from, to: sample }, edge_max);
         if from.distance_m(to) < 1e-6 {
             return None;
         }
         self.grid.within(to, near_m, &mut self.near);
         let (parent, cost) = self.parent(nearest, to)?;
-        let node = self.at.len() as u32;
-        self.at.push(to);
-        self.cost.push(cost);
-        self.parent.push(parent);
-        self.children.push(Vec::new());
-        self.children[parent as usize].push(node);
+        let node = self.nodes.len() as u32;
+        let alone = Node { first_child: NONE, ..self.nodes[0] };
+        self.nodes.push(Node { at: to, cost, ..alone });
+        self.link(node, parent);
         self.grid.insert(to);
         self.rewire(node);
         Some(node)
+    }
+
+    /// Makes a node a child of another one.
+    fn link(&mut self, node: u32, parent: u32) {
+        let next = std::mem::replace(&mut self.nodes[parent as usize].first_child, node);
+        if next != NONE {
+            self.nodes[next as usize].previous_sibling = node;
+        }
+        let node = &mut self.nodes[node as usize];
+        (node.parent, node.previous_sibling, node.next_sibling) = (parent, NONE, next);
+    }
+
+    /// Takes a node from its parent.
+    fn unlink(&mut self, node: u32) {
+        let Node { parent, previous_sibling, next_sibling, .. } = *self.node(node);
+        if previous_sibling == NONE {
+            self.nodes[parent as usize].first_child = next_sibling;
+        } else {
+            self.nodes[previous_sibling as usize].next_sibling = next_sibling;
+        }
+        if next_sibling != NONE {
+            self.nodes[next_sibling as usize].previous_sibling = previous_sibling;
+        }
     }
 
     /// The cheapest by cost of the nearest by distance (algorithm 2); the nearest by distance if forbidden ground lies between.
@@ -150,7 +187,7 @@ impl<'a> Tree<'a> {
         let mut best = (f64::MAX, self.ranked[0].1);
         for &(away_m, node) in &self.ranked {
             if away_m * self.costs.least() < best.0 {
-                let cost = self.costs.within(Segment { from: self.at[node as usize], to: sample }, best.0);
+                let cost = self.costs.within(Segment { from: self.node(node).at, to: sample }, best.0);
                 if cost < best.0 {
                     best = (cost, node);
                 }
@@ -162,10 +199,10 @@ impl<'a> Tree<'a> {
     /// The neighbour through which `to` is cheapest, with that cost. In the order of a lower bound, few edges are integrated.
     fn parent(&mut self, nearest: u32, to: Point) -> Option<(u32, f64)> {
         let least = self.costs.least();
-        let bound = |away_m: f64, node: u32| self.cost[node as usize] + away_m * least;
+        let bound = |away_m: f64, node: u32| self.nodes[node as usize].cost + away_m * least;
         self.ranked.clear();
         self.ranked.extend(self.near.iter().map(|&(away_m, node)| (bound(away_m, node), node)));
-        let away_m = self.at[nearest as usize].distance_m(to);
+        let away_m = self.node(nearest).at.distance_m(to);
         self.ranked.push((bound(away_m, nearest), nearest));
         self.ranked.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut best: Option<(u32, f64)> = None;
@@ -174,8 +211,8 @@ impl<'a> Tree<'a> {
             if bound >= limit {
                 break;
             }
-            let so_far = self.cost[node as usize];
-            let edge = self.costs.within(Segment { from: self.at[node as usize], to }, limit - so_far);
+            let Node { at, cost: so_far, .. } = *self.node(node);
+            let edge = self.costs.within(Segment { from: at, to }, limit - so_far);
             if so_far + edge < limit {
                 best = Some((node, so_far + edge));
             }
@@ -185,19 +222,18 @@ impl<'a> Tree<'a> {
 
     /// Leads neighbours through the new node where that is cheaper.
     fn rewire(&mut self, node: u32) {
-        let (from, so_far) = (self.at[node as usize], self.cost[node as usize]);
+        let Node { at: from, cost: so_far, .. } = *self.node(node);
         let near = std::mem::take(&mut self.near);
         for &(away_m, other) in &near {
-            let saved = self.cost[other as usize] - so_far;
+            let Node { at: to, cost, .. } = *self.node(other);
+            let saved = cost - so_far;
             if away_m * self.costs.least() >= saved {
                 continue;
             }
-            let edge = self.costs.within(Segment { from, to: self.at[other as usize] }, saved);
+            let edge = self.costs.within(Segment { from, to }, saved);
             if edge < saved {
-                let former = self.parent[other as usize];
-                self.children[former as usize].retain(|child| *child != other);
-                self.children[node as usize].push(other);
-                self.parent[other as usize] = node;
+                self.unlink(other);
+                self.link(other, node);
                 self.cheapen(other, saved - edge);
             }
         }
@@ -206,19 +242,24 @@ impl<'a> Tree<'a> {
 
     /// Takes `saved` off the cost of a node and of all below it.
     fn cheapen(&mut self, node: u32, saved: f64) {
-        let mut open = vec![node];
-        while let Some(node) = open.pop() {
-            self.cost[node as usize] -= saved;
-            open.extend(&self.children[node as usize]);
+        self.open.push(node);
+        while let Some(node) = self.open.pop() {
+            let node = &mut self.nodes[node as usize];
+            node.cost -= saved;
+            let mut child = node.first_child;
+            while child != NONE {
+                self.open.push(child);
+                child = self.node(child).next_sibling;
+            }
         }
     }
 
     fn way(&self, node: u32) -> Vec<Point> {
-        let mut points = vec![self.at[node as usize]];
+        let mut points = vec![self.node(node).at];
         let mut node = node;
         while node != 0 {
-            node = self.parent[node as usize];
-            points.push(self.at[node as usize]);
+            node = self.node(node).parent;
+            points.push(self.node(node).at);
         }
         points.reverse();
         points
@@ -264,15 +305,15 @@ mod tests {
         let mut before = Vec::new();
         for _ in 0..600 {
             let sample = Point::new(samples.between(0.0, 60.0), samples.between(0.0, 40.0));
-            let _ = tree.extend(sample, 0.1, RrtStar::near_m(49.0, tree.at.len()));
+            let _ = tree.extend(sample, 0.1, RrtStar::near_m(49.0, tree.nodes.len()));
             for (node, before) in before.iter().enumerate() {
-                assert!(tree.cost[node] <= *before);
+                assert!(tree.nodes[node].cost <= *before);
             }
-            before.clone_from(&tree.cost);
+            before = tree.nodes.iter().map(|node| node.cost).collect();
         }
-        for node in 0..tree.at.len() {
+        for node in 0..tree.nodes.len() {
             let way = map.way(&tree.way(node as u32));
-            assert!((way - tree.cost[node]).abs() < 1e-9, "{way} against {}", tree.cost[node]);
+            assert!((way - tree.nodes[node].cost).abs() < 1e-9, "{way} against {}", tree.nodes[node].cost);
         }
     }
 

@@ -145,7 +145,7 @@ impl fmt::Display for ScenarioCheck {
                 100.0 * self.impassable_share
             ),
         )?;
-        if let Some(fleet) = &self.fleet {
+        if let Some(fleet) = self.fleet.as_ref().filter(|_| !brief.is_of_hopper()) {
             let task = match (self.brief.cover, self.brief.scout) {
                 (Some(cover), _) => cover_in_words(cover),
                 (None, Some(scout)) => scout_in_words(&scout),
@@ -159,6 +159,9 @@ impl fmt::Display for ScenarioCheck {
         if let Some(patrol) = &brief.patrol {
             let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
             line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
+        }
+        for (number, robot) in self.fleet.iter().flat_map(|fleet| fleet.robots.iter().enumerate()) {
+            line(&format!("robot {number}"), in_words(robot))?;
         }
         self.write_rules(f)?;
         self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
@@ -191,11 +194,13 @@ fn in_words(robot: &Robot) -> String {
         Vehicle::Helicopter { start, speed_mps, budget_m } => {
             format!("helicopter at {start}, {speed_mps} m/s, {budget_m} m of flight")
         }
+        Vehicle::Hopper => format!("hopper at {cell}"),
     };
     let view = match robot.sensor {
         Sensor::Square { range_cells } => format!("{0} x {0} cells", 2 * range_cells + 1),
         Sensor::Track => "the cells that it drives over".into(),
         Sensor::Camera { radius_m } => format!("{radius_m:.1} m to each side"),
+        Sensor::Disc => "a disc that grows with its height".into(),
     };
     format!("{body}, sees {view}")
 }

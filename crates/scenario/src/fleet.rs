@@ -37,10 +37,11 @@ pub struct Fault {
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RobotRules {
-    /// Its body: `rover`, which drives to neighbouring cells or, where it is scouted for, from point to point; `helicopter`.
+    /// Its body: `rover`, which drives to neighbouring cells or, where it is scouted for, from point to point; `helicopter`;
+    /// `hopper`, the first robot of a mission of kind `reach` or `patrol`, to which `[robot]` applies.
     #[serde(default)]
     pub vehicle: VehicleKind,
-    /// Cell (x, y) that it starts from; none in a mission of kind `scout`, whose world has the start.
+    /// Cell (x, y) that it starts from, where ground is to be covered. All others start where the world or `brief.start` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[i32; 2]>,
     /// Where it faces at the start: `north`, `east`, `south` or `west`.
@@ -73,8 +74,21 @@ pub enum VehicleKind {
     /// Drives to one of four neighbouring cells at a time.
     #[default]
     Rover,
-    /// Flies from point to point and looks ahead for a rover.
+    /// Flies from point to point and looks ahead for a rover or a hopper.
     Helicopter,
+    /// Hops.
+    Hopper,
+}
+
+impl VehicleKind {
+    /// As written in a scenario.
+    fn name(self) -> &'static str {
+        match self {
+            VehicleKind::Rover => "rover",
+            VehicleKind::Helicopter => "helicopter",
+            VehicleKind::Hopper => "hopper",
+        }
+    }
 }
 
 impl Scenario {
@@ -99,16 +113,11 @@ impl Scenario {
         if let Some(trip) = trip {
             return self.scouts_on(trip).map(Some);
         }
-        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
         let (robots, faults) = (&self.robots, &self.faults);
         if !self.mission.is_cover() {
             return match (robots.is_empty(), faults.is_empty()) {
                 (true, true) => Ok(None),
-                (false, _) => refuse(
-                    "robots",
-                    "mission.kind = \"cover\" or \"scout\", or [robot] for a hopper",
-                    "another mission".into(),
-                ),
+                (false, _) => self.accompanied_on(terrain).map(Some),
                 (true, false) => refuse("faults", "robots that may fail", "none".into()),
             };
         }
@@ -123,9 +132,38 @@ impl Scenario {
         Ok(Some(Fleet { robots, faults: faults.clone() }))
     }
 
+    /// A hopper with its helicopters, checked.
+    fn accompanied_on(&mut self, terrain: &Terrain) -> Result<Fleet, ScenarioError> {
+        let hoppers = self.robots.iter().filter(|rules| rules.vehicle == VehicleKind::Hopper).count();
+        let is_first = self.robots.first().is_some_and(|rules| rules.vehicle == VehicleKind::Hopper);
+        if !(2..=ROBOTS_MAX).contains(&self.robots.len()) || hoppers != 1 || !is_first {
+            let need = "a hopper and 1 to 15 helicopters, the hopper first; or mission.kind = \"cover\" or \"scout\"";
+            let (others, first) =
+                (self.robots.len() - hoppers, if is_first { ", one of them first" } else { "" });
+            return refuse("robots", need, format!("{hoppers} hoppers{first}, and {others} others"));
+        }
+        self.check_faults()?;
+        let Some([x, y]) = self.brief.start else {
+            return refuse("brief.start", "a cell (x, y)", "nothing".into());
+        };
+        let cell = Cell::new(x, y);
+        if !terrain.grid.contains(cell) {
+            return refuse("brief.start", "a cell on the map", cell.to_string());
+        }
+        let start = Waypoint::middle_of(&terrain.grid, cell);
+        let robot = |(number, rules): (usize, &mut RobotRules)| match rules.vehicle {
+            VehicleKind::Hopper => rules.hopping(number, cell),
+            VehicleKind::Helicopter => rules.flying(number, start, cell),
+            VehicleKind::Rover => {
+                refuse("robots.vehicle", "helicopter, beside a hopper", format!("rover for robot {number}"))
+            }
+        };
+        let robots = self.robots.iter_mut().enumerate().map(robot).collect::<Result<_, _>>()?;
+        Ok(Fleet { robots, faults: self.faults.clone() })
+    }
+
     /// A rover on `trip` with its helicopters, checked.
     fn scouts_on(&mut self, trip: &Trip) -> Result<Fleet, ScenarioError> {
-        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
         if !(1..=ROBOTS_MAX).contains(&self.robots.len()) {
             return refuse(
                 "robots",
@@ -166,16 +204,11 @@ impl Scenario {
 
 impl RobotRules {
     fn check(&self, number: usize, terrain: &Terrain, before: &[Self]) -> Result<(), ScenarioError> {
-        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
         if self.vehicle != VehicleKind::Rover {
             let (field, need) = ("robots.vehicle", "rover, where ground is to be covered");
-            return refuse(field, need, format!("helicopter for robot {number}"));
+            return refuse(field, need, format!("{} for robot {number}", self.vehicle.name()));
         }
-        let flies = self.budget_m.is_some() || self.view_radius_m.is_some();
-        if flies {
-            let need = "vehicle = \"helicopter\"";
-            return refuse("robots.budget_m, view_radius_m", need, format!("rover for robot {number}"));
-        }
+        self.check_grounded(number)?;
         let Some([x, y]) = self.start else {
             return refuse("robots.start", "a cell (x, y)", format!("nothing for robot {number}"));
         };
@@ -219,40 +252,71 @@ impl RobotRules {
 
     /// The robot of these rules on `trip`, with the defaults of a helicopter filled in.
     fn scouting(&mut self, number: usize, trip: &Trip) -> Result<Robot, ScenarioError> {
-        let refuse = |field, need, got: String| Err(ScenarioError::Value { field, need, got });
-        if let Some([x, y]) = self.start {
-            let need = "none in a mission of kind scout: its world has the start";
-            return refuse("robots.start", need, format!("({x}, {y}) of robot {number}"));
-        }
+        self.check_without_start(number)?;
         let start = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
-        let (vehicle, sensor) = match self.vehicle {
-            VehicleKind::Rover if self.budget_m.is_some() || self.view_radius_m.is_some() => {
-                let need = "vehicle = \"helicopter\"";
-                return refuse("robots.budget_m, view_radius_m", need, format!("rover for robot {number}"));
+        let cell = Cell::new(start.x_m as i32, start.y_m as i32);
+        match self.vehicle {
+            VehicleKind::Helicopter => self.flying(number, start, cell),
+            VehicleKind::Hopper => {
+                refuse("robots.vehicle", "rover or helicopter", format!("hopper for robot {number}"))
             }
             VehicleKind::Rover => {
+                self.check_grounded(number)?;
                 let goal = Waypoint { x_m: trip.goal.at.x_m, y_m: trip.goal.at.y_m };
-                (Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m }, Sensor::Track)
+                let vehicle = Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m };
+                let start = Placement { cell, heading: self.heading };
+                Ok(Robot { vehicle, sensor: Sensor::Track, start })
             }
-            VehicleKind::Helicopter => {
-                let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
-                if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
-                    return refuse("robots.budget_m", "0 to 1e6 m", budget_m.to_string());
-                }
-                let radius_m = *self.view_radius_m.get_or_insert_with(|| Camera::default().radius_m());
-                if !(1.0e-3..=Sensor::RADIUS_MAX_M).contains(&radius_m) {
-                    return refuse("robots.view_radius_m", "0.001 to 1000 m", radius_m.to_string());
-                }
-                if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
-                    return refuse("robots.speed_mps", "0.001 to 1000 m/s", self.speed_mps.to_string());
-                }
-                let vehicle = Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m };
-                (vehicle, Sensor::Camera { radius_m })
-            }
-        };
-        let cell = Cell::new(start.x_m as i32, start.y_m as i32);
-        Ok(Robot { vehicle, sensor, start: Placement { cell, heading: self.heading } })
+        }
     }
+
+    /// The hopper of these rules, on `cell`.
+    fn hopping(&self, number: usize, cell: Cell) -> Result<Robot, ScenarioError> {
+        self.check_grounded(number)?;
+        self.check_without_start(number)?;
+        let start = Placement { cell, heading: self.heading };
+        Ok(Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start })
+    }
+
+    /// The helicopter of these rules, at `start` above `cell`, with the defaults filled in.
+    fn flying(&mut self, number: usize, start: Waypoint, cell: Cell) -> Result<Robot, ScenarioError> {
+        self.check_without_start(number)?;
+        let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
+        if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
+            return refuse("robots.budget_m", "0 to 1e6 m", budget_m.to_string());
+        }
+        let radius_m = *self.view_radius_m.get_or_insert_with(|| Camera::default().radius_m());
+        if !(1.0e-3..=Sensor::RADIUS_MAX_M).contains(&radius_m) {
+            return refuse("robots.view_radius_m", "0.001 to 1000 m", radius_m.to_string());
+        }
+        if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
+            return refuse("robots.speed_mps", "0.001 to 1000 m/s", self.speed_mps.to_string());
+        }
+        Ok(Robot {
+            vehicle: Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m },
+            sensor: Sensor::Camera { radius_m },
+            start: Placement { cell, heading: self.heading },
+        })
+    }
+
+    fn check_without_start(&self, number: usize) -> Result<(), ScenarioError> {
+        let Some([x, y]) = self.start else { return Ok(()) };
+        let (field, need) = ("robots.start", "none: the robots start where the world or brief.start says");
+        refuse(field, need, format!("({x}, {y}) of robot {number}"))
+    }
+
+    /// Checks that nothing is given which only a helicopter has.
+    fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
+        if self.budget_m.is_none() && self.view_radius_m.is_none() {
+            return Ok(());
+        }
+        let (field, need) = ("robots.budget_m, view_radius_m", "vehicle = \"helicopter\"");
+        refuse(field, need, format!("{} for robot {number}", self.vehicle.name()))
+    }
+}
+
+fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
+    Err(ScenarioError::Value { field, need, got })
 }
 
 fn north() -> Direction {

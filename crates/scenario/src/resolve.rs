@@ -295,6 +295,7 @@ impl Scenario {
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
         let sensor = &robot.sensor;
+        let is_of_hopper = !rules.is_cover() && !rules.is_scout();
         let patrol = rules.resolve(goal)?;
         let cover = rules.resolve_cover()?;
         Ok(Brief {
@@ -337,7 +338,7 @@ impl Scenario {
                 offset_m: sensor.offset_m,
                 radius_min_m: sensor.radius_min_m.unwrap_or_default(),
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: sensor.gradient.filter(|_| fleet.is_none()).unwrap_or(GradientSource::Measured),
+                gradient: sensor.gradient.filter(|_| is_of_hopper).unwrap_or(GradientSource::Measured),
             },
             limits: Limits {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
@@ -350,7 +351,7 @@ impl Scenario {
         })
     }
 
-    /// Start and goal of the hopper. Where rovers cover ground the first one's start stands for both; where a rover drives
+    /// Start and goal of the hopper, with helicopters or without. Where rovers cover ground the first one's start stands for both; where a rover drives
     /// to a goal, the cells of both.
     fn ends(&self, fleet: Option<&Fleet>) -> Result<(Cell, Cell), ScenarioError> {
         let MissionBrief { start, goal, .. } = &self.brief;
@@ -358,7 +359,8 @@ impl Scenario {
             Some([x, y]) => Ok(Cell::new(x, y)),
             None => Err(ScenarioError::Value { field, need: "a cell (x, y)", got: "nothing".into() }),
         };
-        let Some(first) = fleet.and_then(|fleet| fleet.robots.first()) else {
+        let first = fleet.and_then(|fleet| fleet.robots.first());
+        let Some(first) = first.filter(|first| first.vehicle != Vehicle::Hopper) else {
             return Ok((given("brief.start", *start)?, given("brief.goal", *goal)?));
         };
         let is_given = self.truth.mobility.is_none() && (start.is_some() || goal.is_some());
@@ -370,7 +372,7 @@ impl Scenario {
         let mut goals =
             fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| match robot.vehicle {
                 Vehicle::Driver { goal, .. } => Some(Cell::new(goal.x_m as i32, goal.y_m as i32)),
-                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } => None,
+                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
             });
         Ok((first.start.cell, goals.next_back().unwrap_or(first.start.cell)))
     }

@@ -1,6 +1,6 @@
 //! The result of resolving a scenario: terrain, brief, canonical text and hash.
 
-use contract::{Brief, Name};
+use contract::{Brief, Name, Vehicle};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
@@ -28,6 +28,17 @@ pub struct ResolvedScenario {
     pub hash: [u8; 32],
     /// Warnings; empty for a sound scenario.
     pub warnings: Vec<Warning>,
+}
+
+impl ResolvedScenario {
+    /// The vehicle of each robot, in the order of their numbers; a single `None` for a hopper that is alone.
+    #[must_use]
+    pub fn vehicles(&self) -> Vec<Option<Vehicle>> {
+        match &self.fleet {
+            Some(fleet) => fleet.robots.iter().map(|robot| Some(robot.vehicle)).collect(),
+            None => vec![None],
+        }
+    }
 }
 
 /// The canonical text of a scenario whose defaults are filled in.

@@ -4,11 +4,12 @@ use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
 use helicopter::Swath;
 use rover::{Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive};
 
-/// Ground with a true height and speed for each cell of a square metre.
+/// Ground with a true height and speed for each cell: of a square metre where robots drive, of any size where they only fly.
 #[derive(Clone, Debug)]
 pub struct TrueGround {
     surface: Surface,
     truth: Truth,
+    cell_size_m: f64,
 }
 
 /// Why cells make no [`TrueGround`].
@@ -35,7 +36,11 @@ impl TrueGround {
         let lattice = Lattice::new(grid.width as usize, grid.height as usize)?;
         let speeds = cells.iter().map(|ground| ground.speed.map_or(Speed::Zero, speed)).collect();
         let heights_m: Vec<f64> = cells.iter().map(|ground| ground.height_m).collect();
-        Ok(Self { surface: Surface::from_heights(lattice, &heights_m)?, truth: Truth { speeds } })
+        Ok(Self {
+            surface: Surface::from_heights(lattice, &heights_m)?,
+            truth: Truth { speeds },
+            cell_size_m: grid.cell_size_m,
+        })
     }
 
     /// The cells of the ground.
@@ -65,10 +70,14 @@ impl TrueGround {
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
         let mut cells: Vec<usize> = match sensor {
             Sensor::Camera { radius_m } => {
-                let leg = Segment { from: point(from), to: point(to) };
-                Swath::new(self.lattice(), leg, radius_m).cells(self.lattice()).collect()
+                // The lattice is in cells.
+                let scaled = |at: Waypoint| Point::new(at.x_m / self.cell_size_m, at.y_m / self.cell_size_m);
+                let leg = Segment { from: scaled(from), to: scaled(to) };
+                Swath::new(self.lattice(), leg, radius_m / self.cell_size_m).cells(self.lattice()).collect()
             }
             Sensor::Track | Sensor::Square { .. } => self.drive(from, to).sensed,
+            // It sees where it stands, not along a way.
+            Sensor::Disc => Vec::new(),
         };
         cells.sort_unstable();
         cells.dedup();
@@ -115,6 +124,14 @@ mod tests {
         assert_eq!(ground.seen(Sensor::Track, at(0.5), at(5.5)), [0, 1, 2, 3]);
         assert_eq!(ground.seen(Sensor::Track, at(2.5), at(0.5)), [0, 1, 2]);
         assert_eq!(ground.seen(Sensor::Camera { radius_m: 1.0 }, at(2.5), at(3.5)), [1, 2, 3, 4, 8, 9]);
+    }
+
+    #[test]
+    fn a_camera_sees_as_far_in_metres_on_small_cells() {
+        let grid = Grid::new(6, 2, 0.5, 2).unwrap();
+        let ground = TrueGround::new(grid, &[Ground::FLAT; 12]).unwrap();
+        let middle = |x| Waypoint::middle_of(&grid, contract::Cell::new(x, 0));
+        assert_eq!(ground.seen(Sensor::Camera { radius_m: 0.5 }, middle(2), middle(3)), [1, 2, 3, 4, 8, 9]);
     }
 
     #[test]

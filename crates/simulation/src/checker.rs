@@ -56,6 +56,8 @@ struct Pacing {
     /// The pace of the start, and those ordered since.
     paces: Vec<Pace>,
     paused: bool,
+    /// Ordered since the last message about it.
+    resumed: bool,
     /// Single steps ordered, and landings published, since the pause.
     steps: u64,
     landings: u64,
@@ -113,6 +115,7 @@ impl Pacing {
             control,
             paces: vec![pace],
             paused: false,
+            resumed: false,
             steps: 0,
             landings: 0,
             published: None,
@@ -289,7 +292,7 @@ impl Checker {
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = match &self.robots {
-                Some(robots) => robots.execute(&self.mission, record.action),
+                Some(robots) => robots.execute(&self.mission, &before, record.action),
                 None => Some((RobotId(0), execute(&self.mission, &before, record.action))),
             };
             let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
@@ -328,7 +331,8 @@ impl Checker {
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
-        if record.origin == Origin::Policy && self.robots.is_none() {
+        let hops = self.mission.brief.is_of_hopper() && record.robot == RobotId(0);
+        if record.origin == Origin::Policy && hops {
             // The decision after that which reached the last goal.
             let visits = self.records.last().map_or(0, |last| last.visits);
             let leg_began = self.records.iter().position(|record| record.visits == visits);
@@ -361,7 +365,7 @@ impl Checker {
     /// Actions that the guard should veto at `from`, which is where the hopper is; of several robots, those that lead the one
     /// that is due where it cannot stand or may be trapped.
     fn to_veto(&self, from: Cell) -> Vetoed {
-        if let Some(robots) = &self.robots {
+        if let Some(robots) = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper()) {
             return robots.blocked(&self.mission);
         }
         let hazard_max = self.mission.brief.guard.hazard_max;
@@ -392,7 +396,8 @@ impl Checker {
         self.require(due, "nobody falls back before the deadline", || {
             format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
         });
-        let Some(need) = self.robots.as_ref().map(Robots::fallback) else { return };
+        let robots = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper());
+        let Some(need) = robots.map(Robots::fallback) else { return };
         let got = (record.action, record.origin);
         self.require(got == need, "at the deadline a robot goes on along its route, or holds", || {
             format!("decision {} was {got:?}, needs {need:?}", record.decision)
@@ -543,7 +548,11 @@ impl Checker {
             return;
         }
         let route = &tally.route;
-        let whole = route.hops() + route.held == due.0 && (due == Decision(0) || need == got);
+        // Beside a hopper the decisions of its helicopters are no part of its route.
+        let is_of_hopper = self.mission.brief.is_of_hopper();
+        let known = self.records.iter().take(due.0 as usize);
+        let in_route = known.filter(|record| !is_of_hopper || record.robot == RobotId(0)).count() as u64;
+        let whole = route.hops() + route.held == in_route && (due == Decision(0) || need == got);
         self.require(whole, "the monitor knows what the journal holds", || {
             format!("its tally through {due} is another's")
         });

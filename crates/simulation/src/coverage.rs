@@ -46,11 +46,13 @@ pub struct Sometimes {
     pub seeds: u64,
 }
 
-const ALL: &[Missions] = &[Missions::Hopper, Missions::Rovers, Missions::Scouts];
+const ALL: &[Missions] = &[Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied];
 const HOPPER: &[Missions] = &[Missions::Hopper];
 const ROVERS: &[Missions] = &[Missions::Rovers];
 const SCOUTS: &[Missions] = &[Missions::Scouts];
-const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts];
+const ACCOMPANIED: &[Missions] = &[Missions::Accompanied];
+const FLYING: &[Missions] = &[Missions::Scouts, Missions::Accompanied];
+const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts, Missions::Accompanied];
 
 const fn sometimes(
     group: &'static str,
@@ -83,20 +85,22 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("rovers", "two_led_by_one", ROVERS, 500),
     sometimes("refusal", "not_due", TEAMS, 500),
     sometimes("refusal", "occupied", ROVERS, 2_000),
-    sometimes("refusal", "unknown_route", SCOUTS, 500),
+    sometimes("refusal", "unknown_route", FLYING, 500),
     sometimes("refusal", "beyond_budget", SCOUTS, 5_000),
-    sometimes("refusal", "vetoed", SCOUTS, 500),
-    sometimes("scouts", "announcement_lost", SCOUTS, 500),
+    sometimes("refusal", "vetoed", FLYING, 500),
+    sometimes("scouts", "announcement_lost", FLYING, 500),
     sometimes("scouts", "another_life_drives_off", SCOUTS, 500),
-    sometimes("scouts", "another_life_takes_off", SCOUTS, 500),
+    sometimes("scouts", "another_life_takes_off", FLYING, 500),
     sometimes("scouts", "flight_taken_over", SCOUTS, 500),
     sometimes("scouts", "drive_taken_over", SCOUTS, 500),
     sometimes("scouts", "announced_anew", SCOUTS, 500),
-    sometimes("scouts", "helicopter_out", SCOUTS, 500),
+    sometimes("scouts", "helicopter_out", FLYING, 500),
     sometimes("scouts", "rover_trapped", SCOUTS, 500),
-    sometimes("scouts", "fallback_flies", SCOUTS, 500),
+    sometimes("scouts", "fallback_flies", FLYING, 500),
     sometimes("scouts", "fallback_drives", SCOUTS, 500),
-    sometimes("scouts", "route_asked_again", SCOUTS, 500),
+    sometimes("scouts", "route_asked_again", FLYING, 500),
+    sometimes("scouts", "treasure_spotted", ACCOMPANIED, 500),
+    sometimes("scouts", "hopper_out", ACCOMPANIED, 500),
     sometimes("scouts", "prior_of_two_lives", SCOUTS, 2_000),
 ];
 

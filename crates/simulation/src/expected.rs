@@ -57,9 +57,15 @@ impl Expected {
     }
 
     /// These cells, in index order, have been seen on the way of some robot.
-    pub fn reveal(&mut self, terrain: &Terrain, seen: &[bool]) {
-        self.seen = seen.to_vec();
-        self.cells = seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
+    pub fn reveal(&mut self, brief: &Brief, terrain: &Terrain, seen: &[bool]) {
+        for (index, cell) in cells_of(brief).enumerate() {
+            if seen[index] && !self.seen[index] && terrain.treasures.contains(&cell) {
+                self.treasures.push(cell);
+            }
+            self.seen[index] |= seen[index];
+        }
+        self.treasures.sort_by_key(|cell| (cell.y, cell.x));
+        self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
     }
 
     /// The robot has landed at `pose`.

@@ -3,9 +3,9 @@
 use std::any::Any;
 
 use contract::{
-    Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest,
-    Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest, Record,
-    RobotId, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
+    Action, Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch,
+    MapRequest, Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest,
+    Record, RobotId, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
 
@@ -29,7 +29,11 @@ impl World {
         self.count_rovers(&record);
         self.count_scouts(&record);
         self.checker.executed(&record);
+        let treasures = self.checker.treasures_known();
         self.checker.committed(&record);
+        if record.action == Action::Fly && self.checker.treasures_known() > treasures {
+            self.coverage.count("scouts", "treasure_spotted");
+        }
         self.checker.journalled(&record, &frame);
         self.decisions += 1;
         self.stirred_ns = self.stirred_ns.max(self.time_ns);
@@ -142,7 +146,7 @@ impl World {
         let of_team = || life.leader_in_team(command);
         let (leader, since) = match (is_known, is_behind, self.setup.missions) {
             (true, _, Missions::Hopper) => life.leader_seen.get(),
-            (true, _, Missions::Rovers | Missions::Scouts) => of_team().unwrap_or((itself, now)),
+            (true, _, _) => of_team().unwrap_or((itself, now)),
             (false, true, _) => (itself, now),
             (false, false, _) => (contract::Leader::default(), life.leader_seen.get().1),
         };

@@ -47,6 +47,10 @@ impl Planner for Observed {
         self.planner.suits(task)
     }
 
+    fn announces(&self) -> bool {
+        self.planner.announces()
+    }
+
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let seen = Given::of(situation);
         *self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(seen);

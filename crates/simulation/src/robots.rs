@@ -1,6 +1,8 @@
 //! The robots of a mission that is not a single hopper's, as the checker knows them.
 
-use contract::{Action, Brief, Decision, Digest, Leader, Origin, Record, RobotId, RunId, Team, Vetoed};
+use contract::{
+    Action, Brief, Decision, Digest, Leader, Origin, Record, RobotId, RunId, State, Team, Vetoed,
+};
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 use terrain::Terrain;
@@ -14,12 +16,12 @@ use crate::scouts::Scouts;
 pub(crate) enum Robots {
     /// They cover ground.
     Rovers(Rovers),
-    /// A rover drives to a goal, and helicopters look ahead for it.
+    /// A rover drives to a goal, or a hopper hops, and helicopters look ahead for it.
     Scouts(Box<Scouts>),
 }
 
 impl Robots {
-    /// Before the first decision; `None` if the mission is that of a hopper.
+    /// Before the first decision; `None` if the mission is that of a hopper that is alone.
     pub fn begin(mission: &Mission) -> Option<Self> {
         let scouts = Scouts::begin(mission).map(|scouts| Self::Scouts(Box::new(scouts)));
         scouts.or_else(|| Rovers::begin(mission).map(Self::Rovers))
@@ -81,10 +83,10 @@ impl Robots {
     }
 
     /// How the due robot's `action` comes out; `None` if it must be refused.
-    pub fn execute(&self, mission: &Mission, action: Action) -> Option<(RobotId, Execution)> {
+    pub fn execute(&self, mission: &Mission, before: &State, action: Action) -> Option<(RobotId, Execution)> {
         match self {
             Self::Rovers(rovers) => rovers.execute(mission, action),
-            Self::Scouts(scouts) => scouts.execute(mission, action),
+            Self::Scouts(scouts) => scouts.execute(mission, before, action),
         }
     }
 
@@ -100,15 +102,28 @@ impl Robots {
     pub fn open(&self, brief: &Brief, terrain: &Terrain, expected: &mut Expected) {
         match self {
             Self::Rovers(rovers) => expected.enter(brief, terrain, &rovers.views()),
-            Self::Scouts(scouts) => expected.reveal(terrain, scouts.seen()),
+            Self::Scouts(scouts) => {
+                expected.reveal(brief, terrain, scouts.seen());
+                if let Some(start) = scouts.hopper_start(terrain) {
+                    expected.land(brief, terrain, start);
+                }
+            }
         }
+    }
+
+    /// Whether it is the turn of a hopper, which is guarded as one that is alone.
+    pub fn is_turn_of_hopper(&self) -> bool {
+        self.scouts().is_some_and(|scouts| scouts.is_hopper(scouts.due()))
     }
 
     /// What is seen after `record`, which was committed.
     pub fn see(&self, brief: &Brief, terrain: &Terrain, record: &Record, expected: &mut Expected) {
         match self {
             Self::Rovers(rovers) => expected.enter(brief, terrain, rovers.view_after(record).as_slice()),
-            Self::Scouts(scouts) => expected.reveal(terrain, scouts.seen()),
+            Self::Scouts(scouts) if scouts.is_hopper(record.robot) => {
+                expected.land(brief, terrain, record.pose)
+            }
+            Self::Scouts(scouts) => expected.reveal(brief, terrain, scouts.seen()),
         }
     }
 

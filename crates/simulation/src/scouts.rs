@@ -1,4 +1,4 @@
-//! A rover with helicopters as they should be: whose turn it is, which routes are known, what an action comes to, what the
+//! A rover or a hopper with helicopters as they should be: whose turn it is, which routes are known, what an action comes to, what the
 //! guard lets pass, and what is seen, by code that shares nothing with the product's. What a drive takes, and which cells a
 //! camera shows along a leg, is asked of the engines `rover` and `helicopter`, as a hop's outcome is of the hopper's.
 
@@ -7,13 +7,14 @@ use std::ops::ControlFlow;
 
 use contract::{
     Action, Announcement, Branch, Cell, Collected, Decision, Digest, Flight, Leader, Origin, Outcome,
-    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, Status, Team,
-    Travel, Vehicle, Vetoed, Waypoint,
+    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, State, Status,
+    Team, Travel, Vehicle, Vetoed, Waypoint,
 };
 use helicopter::Swath;
 use hopper_sim::Mission;
-use hopper_sim::dynamics::Execution;
+use hopper_sim::dynamics::{Execution, execute_beside};
 use rover::{DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse};
+use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -103,7 +104,7 @@ struct Arrival {
 impl Scouts {
     /// Before the first decision; `None` in a mission without scouts.
     pub fn begin(mission: &Mission) -> Option<Self> {
-        let (fleet, _) = (mission.fleet.as_ref()?, mission.brief.scout?);
+        let fleet = mission.fleet.as_ref().filter(|_| mission.brief.has_routes())?;
         let grid = mission.brief.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
         let speeds = mission.terrain.cells.iter();
@@ -114,7 +115,7 @@ impl Scouts {
             let fault = fleet.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
             let at = match robot.vehicle {
                 Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => start,
-                Vehicle::Rover { .. } => Waypoint::default(),
+                Vehicle::Rover { .. } | Vehicle::Hopper => Waypoint::default(),
             };
             Scout {
                 robot: *robot,
@@ -147,6 +148,19 @@ impl Scouts {
             actor: None,
             acted_at_ns: 0,
         })
+    }
+
+    /// Whether that robot is a hopper.
+    pub fn is_hopper(&self, robot: RobotId) -> bool {
+        let scout = self.scouts.get(usize::from(robot.0));
+        scout.is_some_and(|scout| scout.robot.vehicle == Vehicle::Hopper)
+    }
+
+    /// Where the hopper begins, if there is one.
+    pub fn hopper_start(&self, terrain: &Terrain) -> Option<Pose> {
+        let hopper = self.scouts.iter().find(|scout| scout.robot.vehicle == Vehicle::Hopper)?;
+        let cell = hopper.robot.start.cell;
+        Some(Pose { cell, height_m: terrain.ground(cell)?.height_m })
     }
 
     /// Who acts next; once nobody does, who acted last.
@@ -252,6 +266,8 @@ impl Scouts {
             _ => true,
         };
         match (action, scout.robot.vehicle) {
+            (Action::Hold | Action::Hop(_), Vehicle::Hopper) => true,
+            (_, Vehicle::Hopper) => false,
             (Action::Hold | Action::Wait | Action::Done, _) => true,
             (Action::Announce(id), _) => self.points(due, id).is_some_and(|points| {
                 let begins_m = point(points[0]).distance_m(point(scout.at));
@@ -286,10 +302,14 @@ impl Scouts {
     }
 
     /// How the due robot's `action` comes out; `None` if it must be refused.
-    pub fn execute(&self, mission: &Mission, action: Action) -> Option<(RobotId, Execution)> {
+    pub fn execute(&self, mission: &Mission, before: &State, action: Action) -> Option<(RobotId, Execution)> {
         let due = self.next()?;
         if !self.may(due, action) {
             return None;
+        }
+        let robot = RobotId(due as u16);
+        if mission.brief.is_of_hopper() {
+            return Some((robot, self.beside_hopper(mission, before, robot, action)));
         }
         let Arrival { outcome, .. } = self.arrival(due, action);
         let mut after = self.clone();
@@ -305,7 +325,23 @@ impl Scouts {
             visits: 0,
             status: after.status(),
         };
-        Some((RobotId(due as u16), execution))
+        Some((robot, execution))
+    }
+
+    /// The same in a hopper's mission, whose pose, steps, visits and treasures are the hopper's.
+    fn beside_hopper(&self, mission: &Mission, before: &State, robot: RobotId, action: Action) -> Execution {
+        let &State { pose, collected, steps, visits, status, .. } = before;
+        let scout = &self.scouts[usize::from(robot.0)];
+        let fails = scout.fails_at == Some(scout.actions + 1);
+        let stays = |outcome, status| Execution { outcome, pose, collected, steps, visits, status };
+        match (self.is_hopper(robot), fails) {
+            (true, true) => {
+                let (from, flight) = (pose.cell, Flight::default());
+                stays(Outcome { branch: Branch::Stranded, from, to: from, flight }, Status::Lost)
+            }
+            (true, false) => execute_beside(mission, before, scout.actions, action),
+            (false, _) => stays(self.arrival(usize::from(robot.0), action).outcome, status),
+        }
     }
 
     fn arrival(&self, number: usize, action: Action) -> Arrival {
@@ -356,8 +392,34 @@ impl Scouts {
         {
             self.routes.push((id, points));
         }
-        self.act(number, record.decision, record.action);
+        if self.is_hopper(record.robot) {
+            self.hop(number, &record.outcome);
+        } else {
+            self.act(number, record.decision, record.action);
+        }
         (self.scouts[number].leader, self.scouts[number].last) = (record.leader, Some(record.decision));
+    }
+
+    /// The hopper's action has come to `outcome`, which was compared.
+    fn hop(&mut self, number: usize, outcome: &Outcome) {
+        self.actor = Some(number);
+        let scout = &mut self.scouts[number];
+        (self.acted_at_ns, scout.cell) = (scout.clock_ns, outcome.to);
+        scout.actions += 1;
+        if outcome.branch == Branch::Stranded {
+            scout.standing = Standing::Stranded;
+        }
+        let seconds = outcome.flight.flight_time_s * f64::from(outcome.flight.flights);
+        self.busy(number, seconds);
+    }
+
+    /// A robot is busy for so long; whoever waits for somebody to act waits no longer than that.
+    fn busy(&mut self, number: usize, seconds: f64) {
+        self.scouts[number].clock_ns += ((seconds * 1e9).round() as u64).max(SECOND_NS);
+        let ended_ns = self.scouts[number].clock_ns;
+        for waiting in self.scouts.iter_mut().filter(|scout| scout.waits) {
+            (waiting.waits, waiting.clock_ns) = (false, waiting.clock_ns.max(ended_ns));
+        }
     }
 
     fn act(&mut self, number: usize, decision: Decision, action: Action) {
@@ -397,11 +459,7 @@ impl Scouts {
             }
         }
         (scout.at, scout.cell) = (at, outcome.to);
-        scout.clock_ns += ((outcome.flight.flight_time_s * 1e9).round() as u64).max(SECOND_NS);
-        let ended_ns = scout.clock_ns;
-        for waiting in self.scouts.iter_mut().filter(|scout| scout.waits) {
-            (waiting.waits, waiting.clock_ns) = (false, waiting.clock_ns.max(ended_ns));
-        }
+        self.busy(number, outcome.flight.flight_time_s);
     }
 
     /// What a robot sees on the way to its next point.
@@ -431,7 +489,7 @@ impl Scouts {
             standing: scout.standing,
             leader: scout.leader,
             last: scout.last,
-            travel: Some(scout.travel()),
+            travel: (scout.robot.vehicle != Vehicle::Hopper).then(|| scout.travel()),
         };
         let members = self.scouts.iter().map(member).collect();
         let actor = self.actor.map(|actor| RobotId(actor as u16));

@@ -14,6 +14,7 @@ use terrain::Terrain;
 
 use crate::chance::Chance;
 
+mod accompanied;
 mod scouts;
 
 /// What every small world has in common with the paper's hard ground.
@@ -33,6 +34,8 @@ pub enum Missions {
     Rovers,
     /// Those of a rover that drives to a goal over ground of uncertain speed, and one or two helicopters that look ahead.
     Scouts,
+    /// Those of a hopper, and one or two helicopters that look ahead for it.
+    Accompanied,
 }
 
 /// A planner process: its algorithm, and the robots that it commands.
@@ -129,6 +132,7 @@ impl Missions {
             Missions::Hopper => hopper_mission(seed, number),
             Missions::Rovers => rover_mission(seed, number),
             Missions::Scouts => scouts::mission(seed, number),
+            Missions::Accompanied => accompanied::mission(seed, number),
         }
     }
 
@@ -141,6 +145,8 @@ impl Missions {
                 let of_rover = chance.one_in(2);
                 chance.pick(if of_rover { planner::DRIVE_ALGORITHMS } else { planner::FLY_ALGORITHMS })
             }
+            Missions::Accompanied if chance.one_in(2) => planner::AHEAD_ALGORITHMS[0],
+            Missions::Accompanied => chance.pick(&HOPPER_PLANNERS),
         };
         name.parse().expect("the names of algorithms are names")
     }
@@ -149,7 +155,9 @@ impl Missions {
     pub(crate) fn robots(self, seed: u64) -> u16 {
         match self {
             Missions::Hopper => 1,
-            Missions::Rovers | Missions::Scouts => Chance::new(seed, "robots").between(2, 3) as u16,
+            Missions::Rovers | Missions::Scouts | Missions::Accompanied => {
+                Chance::new(seed, "robots").between(2, 3) as u16
+            }
         }
     }
 
@@ -164,23 +172,25 @@ impl Missions {
 
     /// A planner process for some of the robots.
     pub(crate) fn seat(self, seed: u64, chance: &mut Chance) -> Seat {
-        if self == Missions::Scouts {
-            return scouts::seat(seed, chance);
+        match self {
+            Missions::Scouts => return scouts::seat(seed, chance),
+            Missions::Accompanied => return accompanied::seat(seed, chance),
+            Missions::Hopper | Missions::Rovers => {}
         }
         let planner = self.algorithm(chance);
         let robots = match self {
             Missions::Hopper => RobotSet::default(),
-            Missions::Rovers | Missions::Scouts => {
-                RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16)
-            }
+            _ => RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16),
         };
         Seat { planner, robots }
     }
 
     /// A planner process for each robot, or one for the first two.
     fn planners(self, seed: u64, chance: &mut Chance) -> Vec<Seat> {
-        if self == Missions::Scouts {
-            return scouts::planners(seed, chance);
+        match self {
+            Missions::Scouts => return scouts::planners(seed, chance),
+            Missions::Accompanied => return accompanied::planners(seed, chance),
+            Missions::Hopper | Missions::Rovers => {}
         }
         let count = self.robots(seed);
         let mut left = RobotSet::first(count);

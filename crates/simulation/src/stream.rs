@@ -75,15 +75,17 @@ impl Visitor for Streams {
 }
 
 impl Stream {
-    /// Every stream of these missions: a hopper's have no [`contract::Team`], and only robots of [`Missions::Scouts`] announce
-    /// routes over ground of uncertain speed.
+    /// Every stream of these missions: a lone hopper's have no [`contract::Team`], only helicopters and those they look
+    /// ahead for announce routes, and only ground of uncertain speed has a prior.
     #[must_use]
     pub fn all(missions: Missions) -> Vec<Stream> {
         let teams = Stream::of::<contract::Team>();
+        let of_prior =
+            [Stream::of::<Asked<contract::PriorRequest>>(), Stream::of::<Answered<contract::PriorPage>>()];
         let of_routes = [
+            of_prior[0],
+            of_prior[1],
             Stream::of::<contract::Announcement>(),
-            Stream::of::<Asked<contract::PriorRequest>>(),
-            Stream::of::<Answered<contract::PriorPage>>(),
             Stream::of::<Asked<contract::RouteRequest>>(),
             Stream::of::<Answered<contract::RoutePage>>(),
         ];
@@ -91,6 +93,7 @@ impl Stream {
             Missions::Hopper => !of_routes.contains(stream) && *stream != teams,
             Missions::Rovers => !of_routes.contains(stream),
             Missions::Scouts => true,
+            Missions::Accompanied => !of_prior.contains(stream),
         };
         (0..STREAMS.len() as u8).map(Stream).filter(is_used).collect()
     }

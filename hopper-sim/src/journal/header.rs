@@ -26,6 +26,9 @@ const FORMAT_OF_ROVERS: u32 = 6;
 /// As [`FORMAT_OF_ROVERS`], of a mission whose robots announce routes, which stand behind the records that announce them.
 const FORMAT_OF_ROUTES: u32 = 7;
 
+/// As [`FORMAT_OF_ROUTES`], of a hopper with helicopters: its brief is that of a hopper.
+const FORMAT_OF_ACCOMPANIED: u32 = 8;
+
 /// The format of the release before, whose brief has neither a [`Reading`] nor the number of treasures; its journals are
 /// read and resumed all the same. Format 4 was never released.
 const FORMAT_BEFORE: u32 = 3;
@@ -97,6 +100,7 @@ impl JournalHeader {
         let mut bytes = MAGIC.to_vec();
         let format = match (&self.brief.scout, &self.fleet) {
             (Some(_), _) => FORMAT_OF_ROUTES,
+            (None, Some(_)) if self.brief.is_of_hopper() => FORMAT_OF_ACCOMPANIED,
             (None, Some(_)) => FORMAT_OF_ROVERS,
             (None, None) => FORMAT,
         };
@@ -121,8 +125,10 @@ impl JournalHeader {
         }
         let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
         let format = number(format);
-        if ![FORMAT_BEFORE, FORMAT, FORMAT_OF_ROVERS, FORMAT_OF_ROUTES].contains(&format) {
-            let need = format!("{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS} or {FORMAT_OF_ROUTES}");
+        if format != FORMAT_BEFORE && !(FORMAT..=FORMAT_OF_ACCOMPANIED).contains(&format) {
+            let need = format!(
+                "{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS}, {FORMAT_OF_ROUTES} or {FORMAT_OF_ACCOMPANIED}"
+            );
             let got = format.to_string();
             return Err(JournalError::Mismatch { field: "format", need, got });
         }
@@ -135,12 +141,13 @@ impl JournalHeader {
         let payload = frame::payload(&frame, codec::BYTES_MAX)
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
         let header: Self = match format {
+            FORMAT_OF_ACCOMPANIED => codec::decode::<HeaderOfAccompanied>(payload).map_err(bad)?.into(),
             FORMAT_OF_ROUTES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
             FORMAT_OF_ROVERS => codec::decode::<HeaderOfRobots<Cover>>(payload).map_err(bad)?.into(),
             FORMAT => codec::decode::<HeaderOfHopper>(payload).map_err(bad)?.into(),
             _ => codec::decode::<HeaderBefore>(payload).map_err(bad)?.into(),
         };
-        if header.fleet.is_some() == header.brief.is_of_hopper() {
+        if header.fleet.is_some() != header.brief.has_team() {
             return Err(bad("brief and robots are of different missions".into()));
         }
         // The bounds of the wire are those of the journal too; they are stated there.
@@ -164,6 +171,16 @@ struct HeaderOfRobots<T> {
     brief: BriefOf<Priors>,
     reading: Reading,
     task: Option<T>,
+    seed: u64,
+    resolved: String,
+    fleet: Option<Fleet>,
+}
+
+/// [`JournalHeader`] in [`FORMAT_OF_ACCOMPANIED`].
+#[derive(Deserialize)]
+struct HeaderOfAccompanied {
+    brief: BriefOf<Priors>,
+    reading: Reading,
     seed: u64,
     resolved: String,
     fleet: Option<Fleet>,
@@ -218,6 +235,13 @@ impl From<HeaderOfHopper> for JournalHeader {
     fn from(HeaderOfHopper { brief, reading, seed, resolved }: HeaderOfHopper) -> Self {
         let priors = brief.priors;
         Self { brief: brief.with(priors, reading), seed, resolved, fleet: None }
+    }
+}
+
+impl From<HeaderOfAccompanied> for JournalHeader {
+    fn from(HeaderOfAccompanied { brief, reading, seed, resolved, fleet }: HeaderOfAccompanied) -> Self {
+        let priors = brief.priors;
+        Self { brief: brief.with(priors, reading), seed, resolved, fleet }
     }
 }
 

@@ -156,7 +156,7 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
     let speed_mps = match entry.robot.vehicle {
         Vehicle::Rover { speed_mps } | Vehicle::Helicopter { speed_mps, .. } => speed_mps,
         // Scenarios that cover ground have rovers only.
-        Vehicle::Driver { .. } => 1.0,
+        Vehicle::Driver { .. } | Vehicle::Hopper => 1.0,
     };
     let stays = |branch| {
         let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };

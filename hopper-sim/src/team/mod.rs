@@ -1,13 +1,15 @@
-//! The robots of a mission that is not a single hopper's: who acts next, what an action comes to, and how the mission
+//! The robots of a mission that is not that of a hopper alone: who acts next, what an action comes to, and how the mission
 //! stands after it.
 
 mod cover;
+mod hop;
 mod roster;
 mod scout;
+mod travels;
 mod turn_order;
 
 use contract::{
-    Action, Announcement, Brief, Decision, Leader, Record, Refusal, RobotId, Route, RouteId, State, Status,
+    Action, Announcement, Brief, Leader, Origin, Record, Refusal, RobotId, Route, RouteId, State, Status,
     Team,
 };
 use scenario::Fleet;
@@ -15,9 +17,13 @@ use terrain::Terrain;
 
 use crate::dynamics::Execution;
 use crate::guard::Fallback;
+use crate::mission::opening_status;
+use crate::{Mission, ROBOT};
 use cover::CoverTeam;
+use hop::HopTeam;
 use roster::Roster;
 use scout::ScoutTeam;
+use travels::Travels;
 
 /// The robots of a mission, and their task.
 #[derive(Clone, Debug)]
@@ -32,6 +38,8 @@ enum Task {
     Cover(CoverTeam),
     /// A rover drives to a goal, and helicopters look ahead for it.
     Scout(Box<ScoutTeam>),
+    /// A hopper goes its way, and helicopters look ahead for it.
+    Hop(HopTeam),
 }
 
 impl RobotTeam {
@@ -42,7 +50,9 @@ impl RobotTeam {
     #[must_use]
     pub fn new(brief: &Brief, terrain: &Terrain, fleet: &Fleet) -> Self {
         let mut roster = Roster::new(brief, fleet);
-        let task = if brief.scout.is_some() {
+        let task = if brief.is_of_hopper() {
+            Task::Hop(HopTeam::new(&roster, brief))
+        } else if brief.scout.is_some() {
             Task::Scout(Box::new(ScoutTeam::new(&roster, brief, terrain)))
         } else {
             Task::Cover(CoverTeam::new(&mut roster, brief, terrain))
@@ -54,6 +64,12 @@ impl RobotTeam {
     #[must_use]
     pub fn due(&self) -> Option<RobotId> {
         self.roster.due()
+    }
+
+    /// Whether it is a hopper's turn: its commands are judged as those of a hopper that is alone.
+    #[must_use]
+    pub fn is_turn_of_hopper(&self) -> bool {
+        matches!(self.task, Task::Hop(_)) && self.due() == Some(ROBOT)
     }
 
     /// How many robots there are.
@@ -71,65 +87,62 @@ impl RobotTeam {
         self.roster.leader(robot)
     }
 
-    /// Cells visited by rovers that cover ground; 0 if that is not the task.
-    #[must_use]
-    pub fn visited_cells(&self) -> u64 {
-        match &self.task {
-            Task::Cover(cover) => cover.visited_cells(),
-            Task::Scout(_) => 0,
-        }
-    }
-
     /// Simulated time from the beginning of the last action to that of the next, seconds.
     #[must_use]
     pub fn elapsed_s(&self) -> f64 {
         self.roster.elapsed_ns() as f64 / 1.0e9
     }
 
-    /// How the mission stands.
+    /// How the mission stands before the first action, and how many cells are visited.
     #[must_use]
-    pub fn status(&self) -> Status {
+    pub fn opening(&self, brief: &Brief) -> (Status, u64) {
         match &self.task {
-            Task::Cover(cover) => cover.status(&self.roster),
-            Task::Scout(scout) => scout.status(&self.roster),
+            Task::Cover(cover) => (cover.status(&self.roster), cover.visited_cells()),
+            Task::Scout(scout) => (scout.status(&self.roster), 0),
+            Task::Hop(_) => (opening_status(brief), 0),
         }
     }
 
-    /// Why the robot that is due shall not execute `action`, if there is a reason.
+    /// Why the robot that is due, unless it is a hopper, shall not execute `action`, if there is a reason.
     #[must_use]
     pub fn refusal(&self, terrain: &Terrain, action: Action) -> Option<Refusal> {
         let robot = self.due()?;
         match &self.task {
             Task::Cover(cover) => cover.refusal(&self.roster, terrain, robot, action),
             Task::Scout(scout) => scout.refusal(&self.roster, robot, action),
+            Task::Hop(hop) => hop.refusal(&self.roster, robot, action),
         }
     }
 
-    /// What is done at the deadline: rovers that cover ground hold.
+    /// What is done at the deadline, unless it is a hopper's turn: who has an announced route goes on along it, all others
+    /// hold.
     #[must_use]
-    pub fn fallback(&self) -> Fallback {
-        let hold = Fallback { action: Action::Hold, origin: contract::Origin::Hold };
-        match (&self.task, self.due()) {
-            (Task::Scout(scout), Some(robot)) => scout.fallback(&self.roster, robot).unwrap_or(hold),
-            _ => hold,
+    pub fn fallback(&self, terrain: &Terrain) -> Fallback {
+        let along = |robot| self.roster.entry(robot).robot.vehicle.along_route();
+        let action = self.due().and_then(along).filter(|action| self.refusal(terrain, *action).is_none());
+        match action {
+            Some(action) => Fallback { action, origin: Origin::Policy },
+            None => Fallback { action: Action::Hold, origin: Origin::Hold },
         }
     }
 
-    /// Executes `action`, which was not refused, at `decision` of the robot that is due, and takes note of it.
+    /// Executes `action`, which was not refused, at the decision of `state` of the robot that is due, and takes note of it.
     ///
     /// # Panics
     /// If nobody is due.
     pub fn execute(
         &mut self,
-        terrain: &Terrain,
-        decision: Decision,
+        mission: &Mission,
+        state: &State,
         leader: Leader,
         action: Action,
     ) -> (RobotId, Execution) {
         let robot = self.due().expect("a mission underway has a robot that is due");
+        let (roster, terrain, decision) = (&mut self.roster, &mission.terrain, state.decision);
         let execution = match &mut self.task {
-            Task::Cover(cover) => cover.execute(&mut self.roster, terrain, robot, decision, leader, action),
-            Task::Scout(scout) => scout.execute(&mut self.roster, terrain, robot, decision, leader, action),
+            Task::Cover(cover) => cover.execute(roster, terrain, robot, decision, leader, action),
+            Task::Scout(scout) => scout.execute(roster, terrain, robot, decision, leader, action),
+            Task::Hop(hop) => hop.execute(roster, mission, state, robot, leader, action),
         };
         (robot, execution)
     }
@@ -142,13 +155,14 @@ impl RobotTeam {
         match &mut self.task {
             Task::Cover(cover) => cover.recall(&mut self.roster, terrain, record),
             Task::Scout(scout) => scout.recall(&mut self.roster, record),
+            Task::Hop(hop) => hop.recall(&mut self.roster, record),
         }
     }
 
     /// Adds a route of an earlier life, which [`RobotTeam::recall`] needs.
     pub fn recall_route(&mut self, route: Route) {
-        if let Task::Scout(scout) = &mut self.task {
-            scout.recall_route(route);
+        if let Some(travels) = self.travels_mut() {
+            travels.recall_route(route);
         }
     }
 
@@ -157,38 +171,43 @@ impl RobotTeam {
     /// # Errors
     /// If the mission has no such robot, or its robots have no routes.
     pub fn offer(&mut self, announcement: Announcement) -> Result<(), Refusal> {
-        match &mut self.task {
-            Task::Cover(_) => {
-                Err(Refusal::malformed("route", "a mission whose robots have routes", "another"))
-            }
-            Task::Scout(scout) => scout.offer(announcement),
+        match self.travels_mut() {
+            Some(travels) => travels.offer(announcement),
+            None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
         }
     }
 
     /// The route with that fingerprint, if it was announced.
     #[must_use]
     pub fn route(&self, id: RouteId) -> Option<&Route> {
-        match &self.task {
-            Task::Cover(_) => None,
-            Task::Scout(scout) => scout.route(id),
-        }
+        self.travels()?.route(id)
     }
 
     /// All routes that were announced.
     pub fn routes(&self) -> impl Iterator<Item = &Route> {
-        let scout = match &self.task {
-            Task::Cover(_) => None,
-            Task::Scout(scout) => Some(scout),
-        };
-        scout.into_iter().flat_map(|scout| scout.routes())
+        self.travels().into_iter().flat_map(Travels::routes)
     }
 
     /// All of them, as published with `state`.
     #[must_use]
     pub fn team(&self, state: &State) -> Team {
-        self.roster.team(state, |robot| match &self.task {
+        let travels = self.travels();
+        self.roster.team(state, |robot| travels.and_then(|travels| travels.get(robot)))
+    }
+
+    fn travels(&self) -> Option<&Travels> {
+        match &self.task {
             Task::Cover(_) => None,
-            Task::Scout(scout) => Some(scout.travel(robot)),
-        })
+            Task::Scout(scout) => Some(scout.travels()),
+            Task::Hop(hop) => Some(hop.travels()),
+        }
+    }
+
+    fn travels_mut(&mut self) -> Option<&mut Travels> {
+        match &mut self.task {
+            Task::Cover(_) => None,
+            Task::Scout(scout) => Some(scout.travels_mut()),
+            Task::Hop(hop) => Some(hop.travels_mut()),
+        }
     }
 }

@@ -117,6 +117,12 @@ impl Roster {
         entry.fails_at == Some(entry.actions + 1)
     }
 
+    /// Actions of `robot` so far.
+    #[must_use]
+    pub fn actions(&self, robot: RobotId) -> u64 {
+        self.entry(robot).actions
+    }
+
     /// Whether `robot` has used up its actions.
     #[must_use]
     pub fn is_spent(&self, robot: RobotId) -> bool {

@@ -1,8 +1,8 @@
 //! Who may command, when a hop has happened, who is told.
 
 use contract::{
-    Action, Cell, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PeerTable, Refusal, RobotId, Role,
-    RunId, Status, Term,
+    Action, Cell, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PeerTable, Record, Refusal,
+    RobotId, Role, RunId, Status, Term,
 };
 use hopper_sim::arbiter::BID_GRACE_NS;
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, REPUBLISH_NS};
@@ -103,6 +103,10 @@ fn the_record_says_who_commanded_what_and_continues_the_chain() {
     );
     assert_eq!(record.previous, mission().genesis());
     assert_eq!(record.digest, record.previous.chain(&record));
+    let mut arbiter = bare(Pace::Max);
+    let cut = Command { cut: true, ..command(arbiter.state(), EAST) };
+    let effects = arbiter.on(Event::Command(Ok(cut)), MonotonicNs(2_000));
+    assert!(matches!(effects[..], [Effect::Append(Record { cut: true, .. })]) && !record.cut, "{effects:?}");
 }
 
 /// P-TERM.
@@ -153,6 +157,50 @@ fn a_takeover_that_falls_silent_keeps_nobody_waiting_for_long() {
     let grace_ns = BID_GRACE_NS.max(2 * arbiter.mission().brief.limits.decision_budget_ns);
     let effects = arbiter.on(Event::Command(Ok(incumbent)), now.plus_ns(grace_ns));
     assert!(matches!(effects[..], [Effect::Append(record)] if record.leader.term == Term(1)), "{effects:?}");
+}
+
+/// P-BID.
+#[test]
+fn of_two_takeovers_that_came_too_late_the_first_gets_the_next_decision() {
+    let (mut arbiter, _) = committing(Pace::Hertz(10.0));
+    let order = command(arbiter.state(), EAST);
+    let third = |command| Command { incarnation: Incarnation(3), ..rival(command, 2) };
+    let now = MonotonicNs(2_001);
+    for late in [rival(order, 2), third(order)] {
+        arbiter.on(Event::Command(Ok(late)), now);
+    }
+    assert_eq!(arbiter.refusals().of("busy"), 2);
+    arbiter.on(Event::Appended, now);
+    let now = arbiter.wake_at().unwrap().max(MonotonicNs(200_000_000));
+    arbiter.on(Event::Tick, now);
+    let order = command(arbiter.state(), EAST);
+    for early in [order, third(order)] {
+        let effects = arbiter.on(Event::Command(Ok(early)), now);
+        assert!(matches!(effects[..], [Effect::Refused(Refusal::Yielding { .. })]), "{effects:?}");
+    }
+    let effects = arbiter.on(Event::Command(Ok(rival(order, 2))), now);
+    assert!(matches!(effects[..], [Effect::Append(_)]), "{effects:?}");
+}
+
+/// P-BID.
+#[test]
+fn whoever_let_a_kept_decision_pass_is_not_waited_for_again_but_another_is() {
+    let mut host = led();
+    let grace_ns = BID_GRACE_NS.max(2 * mission().brief.limits.decision_budget_ns);
+    let third = |command| Command { incarnation: Incarnation(3), ..rival(command, 2) };
+    let before = command(&host.state(), EAST);
+    host.send(Command { decision: Decision(0), ..rival(before, 2) });
+    host.now = host.now.plus_ns(grace_ns);
+    host.send(before);
+    assert_eq!(host.state().decision, Decision(2), "it was waited for in vain");
+    host.send(rival(before, 2));
+    host.send(command(&host.state(), EAST));
+    assert_eq!(host.state().decision, Decision(3), "it is too slow");
+    host.send(third(before));
+    host.send(command(&host.state(), EAST));
+    assert_eq!((host.state().decision, host.refused.last()), (Decision(3), Some(&"yielding")));
+    host.send(third(command(&host.state(), EAST)));
+    assert_eq!((host.state().decision, host.state().leader.incarnation), (Decision(4), Incarnation(3)));
 }
 
 #[test]
@@ -368,6 +416,24 @@ fn in_real_time_the_next_state_is_published_when_the_hop_lands() {
     let state = arbiter.state();
     assert_eq!((state.decision, state.landed, state.published), (Decision(1), landing, landing));
     assert_eq!(state.last_timing.committed, MonotonicNs(2_050));
+}
+
+#[test]
+fn in_real_time_a_hop_on_sand_lasts_its_two_flights() {
+    let mut arbiter =
+        Arbiter::new(sure_mission(Cell::new(3, 2)), None, Pace::Real, LINGER_NS, MonotonicNs(1_000));
+    arbiter.on(Event::Tick, MonotonicNs(1_000));
+    let order = command(arbiter.state(), EAST);
+    arbiter.on(Event::Command(Ok(order)), MonotonicNs(2_000));
+    arbiter.on(Event::Appended, MonotonicNs(2_000));
+    let mut now = MonotonicNs(2_000);
+    while arbiter.state().decision == Decision(0) {
+        now = arbiter.wake_at().unwrap();
+        arbiter.on(Event::Tick, now);
+    }
+    let flight = arbiter.state().last.unwrap().flight;
+    assert_eq!(flight.flights, 2);
+    assert_eq!(now.since_ns(MonotonicNs(2_000)), (2.0 * flight.flight_time_s * 1e9).round() as u64);
 }
 
 #[test]

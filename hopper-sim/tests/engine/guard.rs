@@ -146,6 +146,10 @@ fn hazards_up_to_the_limit_pass_and_standing_still_always_does() {
         host.send(command(&host.state(), NORTH));
         assert_eq!(host.state().decision.0 == 1, passes, "{hazard_max}");
     }
+    let [_, north, ..] = hazards(&guarded(Cell::new(0, 4), &[], 1.0, 0), Cell::new(0, 4));
+    let mut at_the_limit = host(guarded(Cell::new(0, 4), &[], north, 0));
+    at_the_limit.send(command(&at_the_limit.state(), NORTH));
+    assert_eq!(at_the_limit.state().decision, Decision(1), "{north}");
     let mut walled = host(guarded(Cell::new(0, 0), &[Cell::new(1, 0), Cell::new(0, 1)], 0.0, 0));
     for action in Action::ALL.into_iter().filter(|action| matches!(action, Action::Hold | Action::Hop(_))) {
         walled.send(command(&walled.state(), action));
@@ -181,6 +185,10 @@ fn at_the_deadline_the_fallback_acts_greedily_and_the_command_stays_where_it_is(
     // The goal lies at (7, 6): east comes nearest.
     assert_eq!((record.origin, record.action), (Origin::Greedy, EAST), "from {from}");
     assert_eq!((record.leader, record.observation, record.work), (leader, 0, 0));
+    let moments = [record.timing.landed, record.timing.state_published].map(|moment| moment.0);
+    assert_eq!(moments, [1_005; 2], "of the state that nobody answered");
+    assert_eq!([record.timing.accepted, record.timing.committed], [MonotonicNs(1_005 + DEADLINE_NS); 2]);
+    assert_eq!(record.timing.planning_ended, MonotonicNs(0), "nobody planned");
     assert_eq!(record.digest, record.previous.chain(&record));
     let state = host.state();
     assert_eq!((state.decision, state.leader, state.last_origin), (Decision(2), leader, Origin::Greedy));

@@ -150,3 +150,45 @@ fn a_peer_that_goes_on_without_knowing_the_run_is_told_of_it_again() {
     let rival = |counter| ignorant(Role::HopperSim, 50, counter);
     assert_eq!(hear_for(&mut host, 40, &rival), 0, "another hopper-sim has a run of its own");
 }
+
+/// P-ANNOUNCE: two announcements' time after a peer was last looked after, another takes its place.
+#[test]
+fn a_peer_that_went_before_it_knew_the_run_makes_room_for_another() {
+    let mut host = Host::fresh();
+    let ignorant =
+        |role, life, counter| Heartbeat { run: RunId(0), ..beat(role, life, counter, Status::Underway) };
+    hear(&mut host, ignorant(Role::Monitor, 30, 1));
+    let tenth = ANNOUNCE_NS / 10;
+    let begun = host.now;
+    while host.announced == 0 {
+        host.now = host.now.plus_ns(tenth);
+        let counter = host.now.0;
+        hear(&mut host, ignorant(Role::Perception, 40, counter));
+        assert!(host.now.since_ns(begun) <= 40 * tenth, "it is never told");
+    }
+    assert_eq!(host.now.since_ns(begun) / tenth, 21 + 10);
+}
+
+#[test]
+fn two_peers_that_do_not_know_the_run_do_not_keep_each_other_from_it() {
+    let mut host = Host::fresh();
+    for counter in 0..=10 {
+        for (role, life) in [(Role::Monitor, 30), (Role::Perception, 40)] {
+            let beat = Heartbeat { run: RunId(0), ..beat(role, life, counter, Status::Underway) };
+            hear(&mut host, beat);
+        }
+        host.now = host.now.plus_ns(ANNOUNCE_NS / 10);
+    }
+    assert_eq!(host.announced, 1);
+}
+
+#[test]
+fn a_mission_that_nobody_watches_ends_after_a_moment() {
+    let (mut host, status) = over();
+    for (life, role) in (10..).zip([Role::Perception, Role::Planner]) {
+        hear(&mut host, beat(role, life, 1, status));
+    }
+    assert_eq!(host.finished, []);
+    host.tick_after(LINGER_NS / 8);
+    assert_eq!(host.finished, [status]);
+}

@@ -264,6 +264,49 @@ fn a_resumed_mission_knows_every_route_and_where_each_robot_is_on_it() {
 }
 
 #[test]
+fn a_route_is_served_once_the_journal_holds_its_announcement() {
+    let world = world("");
+    let mut host = Host::new(&world, false);
+    let route = Route::new(vec![east(&world, 0.0), east(&world, 3.0)]).unwrap();
+    let id = route.id();
+    host.on(Event::Announcement(Ok(Announcement { run: RunId(1), robot: ROVER, route })), 2);
+    let announce = host.command(Action::Announce(id));
+    let now = MonotonicNs(3);
+    assert!(matches!(host.arbiter.on(Event::Command(Ok(announce)), now)[..], [Effect::Append(_)]));
+    assert_eq!(host.arbiter.committed_route(id), None, "its append may fail");
+    assert_eq!(host.arbiter.on(Event::AppendFailed, now), []);
+    assert_eq!(host.arbiter.committed_route(id), None, "it is not written");
+    host.arbiter.on(Event::Tick, now);
+    host.arbiter.on(Event::Appended, now);
+    assert_eq!(host.arbiter.committed_route(id).map(Route::id), Some(id));
+    assert_eq!(host.arbiter.routes().map(Route::id).collect::<Vec<_>>(), [id]);
+    let other = Route::new(vec![east(&world, 0.0), east(&world, 4.0)]).unwrap();
+    let offer = Announcement { run: RunId(1), robot: HELICOPTER, route: other.clone() };
+    host.on(Event::Announcement(Ok(offer)), 4);
+    let effects = host.arbiter.on(Event::Command(Ok(host.command(Action::Announce(other.id())))), now);
+    assert!(matches!(effects[..], [Effect::Append(_)]), "{effects:?}");
+    assert!(host.arbiter.committed_route(id).is_some(), "while another is written");
+}
+
+/// P-BID: of several robots, each robot's own next decision is kept.
+#[test]
+fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
+    let world = world("");
+    let mut host = Host::new(&world, false);
+    assert_eq!(host.send(Action::Hold), None);
+    let late = host.command(Action::Hold);
+    assert_eq!((late.robot, host.send(Action::Hold)), (HELICOPTER, None));
+    let rival = |command| Command { incarnation: Incarnation(9), term: Term(2), ..command };
+    host.on(Event::Command(Ok(rival(late))), 2);
+    assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+    assert_eq!((host.team().due, host.send(Action::Hold)), (ROVER, None), "the rover's decision is not kept");
+    assert_eq!(host.team().due, HELICOPTER);
+    assert_eq!(host.send(Action::Hold).map(|refusal| refusal.reason()), Some("yielding"));
+    host.on(Event::Command(Ok(rival(host.command(Action::Hold)))), 2);
+    assert_eq!((host.team().due, host.team().members[1].leader.term), (ROVER, Term(2)));
+}
+
+#[test]
 fn an_announcement_without_its_points_is_not_journalled() {
     let world = world("");
     let folder = tempfile::tempdir().unwrap();

@@ -17,7 +17,7 @@ fn pages_of_any_size_add_up_to_the_truth_and_another_runs_is_not_told() {
             let request = gathering.ask(now).expect("what is missing is asked for");
             let page = mission.truth_page(&request, cells_max).expect("it is answered");
             assert!((1..=cells_max).contains(&page.cells.len()), "{cells_max}");
-            truth = gathering.page(&page).unwrap();
+            truth = gathering.page(page).unwrap();
             now = now.plus_ns(1);
         }
         let terrain = mission.terrain.clone();

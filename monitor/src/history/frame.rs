@@ -163,6 +163,7 @@ fn mission(brief: &Brief) -> Value {
         "sensor": brief.sensor,
         "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
         "robots": brief.robots,
+        "hops": brief.is_of_hopper(),
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })

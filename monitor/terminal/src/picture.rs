@@ -268,21 +268,21 @@ impl<'a> View<'a> {
                 Branch::Intended | Branch::Held => {}
             }
         }
+        if brief.is_of_hopper() {
+            put(brief.start, "S ", START);
+            for treasure in self.history.treasures(self.at) {
+                put(treasure, "✦ ", TREASURE);
+            }
+            for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
+                put(goal, "☆ ", LATER_GOAL);
+            }
+            put(goal(self.history, brief, self.at), "★ ", GOAL);
+        }
         if self.robots > 1 {
             for (robot, cell) in self.robot_cells() {
                 put(cell, ROBOT_NUMBERS[robot % ROBOT_NUMBERS.len()], robot_paint(robot));
             }
-            return;
-        }
-        put(brief.start, "S ", START);
-        for treasure in self.history.treasures(self.at) {
-            put(treasure, "✦ ", TREASURE);
-        }
-        for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
-            put(goal, "☆ ", LATER_GOAL);
-        }
-        put(goal(self.history, brief, self.at), "★ ", GOAL);
-        if let Some(cell) = pose(self.history, self.at) {
+        } else if let Some(cell) = pose(self.history, self.at) {
             put(cell, "@ ", HOPPER);
         }
     }

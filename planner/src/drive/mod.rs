@@ -113,6 +113,10 @@ impl Planner for Drive {
         matches!(task, Task::Scout(_))
     }
 
+    fn announces(&self) -> bool {
+        true
+    }
+
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(turn) = Turn::of(situation) else { return hold };

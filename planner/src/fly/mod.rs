@@ -1,7 +1,9 @@
-//! Planners for a helicopter that looks ahead for a rover.
+//! Planners for a helicopter that looks ahead for a rover; [`LookAhead`] does so for a hopper.
 //!
 //! It announces a flight, flies it point by point, and is done. A flight that was announced is flown to its end whoever
 //! plans, so what is seen on the way changes nothing of it.
+
+pub mod ahead;
 
 use contract::{Action, Name, Route, Sensor, Standing, Task, Vehicle};
 use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
@@ -10,6 +12,8 @@ use rover::Point;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::uncertain::{Turn, announcement, point, points};
+
+pub use ahead::LookAhead;
 
 /// How a flight is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +116,10 @@ impl Planner for Fly {
 
     fn suits(&self, task: Task) -> bool {
         matches!(task, Task::Scout(_))
+    }
+
+    fn announces(&self) -> bool {
+        true
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {

@@ -1,7 +1,9 @@
 //! The law: decide(brief, map, state, cache) gives the same plan with an empty cache, bit for bit.
 
 use contract::{Action, Cell, Direction, Profile};
-use planner::{ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, PlannerError, algorithm};
+use planner::{
+    AHEAD_ALGORITHMS, ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, PlannerError, algorithm,
+};
 
 use crate::world::{Soils, World};
 
@@ -91,7 +93,7 @@ fn on_flat_ground_the_policy_has_the_symmetry_of_the_map() {
 
 #[test]
 fn every_algorithm_answers_to_its_name_and_an_unknown_one_names_the_known() {
-    for name in [ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS].concat() {
+    for name in [ALGORITHMS, AHEAD_ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS].concat() {
         assert_eq!(algorithm(name).unwrap().name().as_str(), name);
     }
     let error = algorithm("oracle").err().unwrap();
@@ -99,9 +101,10 @@ fn every_algorithm_answers_to_its_name_and_an_unknown_one_names_the_known() {
     assert_eq!(
         error.to_string(),
         format!(
-            "a planner needs one of the algorithms {}, or for rovers {}, or for a rover that is scouted for {}, or for its \
-             helicopter {}, got \"oracle\"",
+            "a planner needs one of the algorithms {}, for a hopper's helicopter {}, or for rovers {}, or for a rover that is \
+             scouted for {}, or for its helicopter {}, got \"oracle\"",
             ALGORITHMS.join(", "),
+            AHEAD_ALGORITHMS.join(", "),
             COVER_ALGORITHMS.join(", "),
             DRIVE_ALGORITHMS.join(", "),
             FLY_ALGORITHMS.join(", ")

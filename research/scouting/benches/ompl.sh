@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
-# Builds and runs ompl.cpp on the cost map of the benchmark `routes`. Needs a C++ compiler and Debian's libompl-dev.
+# Builds ompl.cpp and runs it beside ours, in the benchmark `routes`. Needs a C++ compiler and Debian's libompl-dev.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
-cargo bench -p scouting --bench routes -- --raster "$out/map.bin"
 g++ -O3 -march=native -std=c++17 -I/usr/include/ompl-1.5 -I/usr/include/eigen3 research/scouting/benches/ompl.cpp -lompl -o "$out/ompl"
-"$out/ompl" "$out/map.bin"
+cargo bench -p scouting --bench routes -- --anytime "$out/ompl"

@@ -2,19 +2,20 @@
 //!
 //! `cargo bench -p scouting --bench routes`. One thread. Each figure is the median of rounds, in processor time of the thread, so that
 //! other load on the machine counts less; what is compared is measured in turns. `-- --raster FILE` writes the cost map of the large world
-//! instead, for `research/scouting/benches/eikonal.py` and `research/scouting/benches/ompl.cpp`.
+//! instead, for `research/scouting/benches/eikonal.py`; `-- --anytime PROGRAM` compares with OMPL (`research/scouting/benches/ompl.sh`).
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 #![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on has failed")]
 
+mod anytime;
 mod plain;
 
 use std::hint::black_box;
 
 use helicopter::{BUDGET_M, Camera, scout};
 use kiddo::{KdTree, SquaredEuclidean};
-use routing::{BucketGrid, RrtStarIt, Stream, Trip, ett_exact, graph_route, rrt_star_ett, rrt_star_it};
-use rover::{Caution, CostMap, Lattice, Point};
+use routing::{BucketGrid, RrtStarIt, Stream, Trip, ett_exact, rrt_star_ett, rrt_star_it};
+use rover::{Belief, Caution, CostMap, Lattice, Point};
 use rustix::time::{ClockId, clock_gettime};
 use scouting::{
     Arm, LargeMap, RoverPlanner, Samples, Setup, World, announce, fly, monte_carlo, monte_carlo_of,
@@ -23,15 +24,24 @@ use scouting::{
 /// Rounds of each row, each on a world of its own where worlds are drawn.
 const ROUNDS: u64 = 5;
 
+/// Worlds on which the cost of routes is compared.
+const WORLDS: u64 = 100;
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     if let Some(at) = arguments.iter().position(|word| word == "--raster") {
         return raster(&arguments[at + 1]);
     }
+    if let Some(at) = arguments.iter().position(|word| word == "--anytime") {
+        return anytime::compare(&arguments[at + 1]);
+    }
     println!("| what | ours [ms] | beside it | [ms] | ratio |");
     println!("|---|---|---|---|---|");
     missions();
     exact();
+    println!("\n| routes of N = 1200 on {WORLDS} worlds | median above `ett_exact` | 90 % of them below |");
+    println!("|---|---|---|");
+    quality();
     println!("\n| what | ours | beside it | | ratio |");
     println!("|---|---|---|---|---|");
     neighbours();
@@ -150,6 +160,31 @@ fn parts(worlds: &[World]) {
     );
 }
 
+/// How much dearer than `ett_exact` the rover's routes are, by what was known when they were planned.
+fn quality() {
+    let setup = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
+    let (mut first, mut driven) = (Vec::new(), Vec::new());
+    for seed in 10_001..10_001 + WORLDS {
+        let world = monte_carlo(seed);
+        let exact = |belief: &Belief| {
+            let route = ett_exact(&belief.expected_time(Caution::default()), &world.trip);
+            route.map_or(f64::INFINITY, |route| route.cost)
+        };
+        let announced = announce(&world, &setup, seed);
+        let Some(route) = &announced else { continue };
+        first.push(100.0 * (route.cost / exact(&world.prior) - 1.0));
+        let outcome = fly(&world, Arm::InformationTheoretic, &setup, seed, announced.as_ref());
+        let mut belief = world.prior.clone();
+        scout(&mut belief, &world.truth, &outcome.flight, Camera::default().radius_m());
+        driven.push(100.0 * (outcome.expected_sol / exact(&belief) - 1.0));
+    }
+    for (name, mut above) in [("announced on the prior", first), ("driven after the flight", driven)] {
+        above.sort_by(f64::total_cmp);
+        let (middle, most) = (above[above.len() / 2], above[above.len() * 9 / 10]);
+        println!("| {name} | {middle:.1} % | {most:.1} % |");
+    }
+}
+
 /// The complete search on 674,041 cells.
 fn exact() {
     let hilly = LargeMap::new(1, 0.8).world(1);
@@ -168,18 +203,27 @@ fn exact() {
                 black_box(plain::dijkstra(&costs, start, Some(goal.at)));
             },
         );
+        let closed = walled_in(&costs, goal.at);
         row(
-            &format!("its search alone, {name}"),
+            &format!("the same with the goal walled in, so that it searches the whole map, {name}"),
             "Dijkstra to all cells",
             ROUNDS,
+            |_| assert!(ett_exact(&closed, &world.trip).is_none()),
             |_| {
-                black_box(graph_route(&costs, &world.trip));
-            },
-            |_| {
-                black_box(plain::dijkstra(&costs, start, None));
+                black_box(plain::dijkstra(&closed, start, None));
             },
         );
     }
+}
+
+/// The map with a forbidden ring around a point.
+fn walled_in(costs: &CostMap, middle: Point) -> CostMap {
+    let ring = 3.0..8.0;
+    let rates = costs.costs().iter().enumerate().map(|(cell, rate)| {
+        let away_m = costs.lattice().centre(cell).distance_m(middle);
+        if ring.contains(&away_m) { f64::INFINITY } else { *rate }
+    });
+    CostMap::new(costs.surface().clone(), rates.collect())
 }
 
 /// Six nearest points and those around, while 100,000 points come in one by one, as RRT* asks for them.
@@ -242,26 +286,18 @@ fn samples() {
     }
 }
 
-/// The expected pace of each cell of the large world, little-endian, after its side, start and goal; infinite where forbidden. Slopes
-/// are left out: who reads it takes the ground for level.
+/// Writes the large world for scikit-fmm, and measures what solves the same.
 fn raster(path: &str) {
-    let world = LargeMap::new(1, 0.8).world(1);
-    let costs = world.prior.expected_time(Caution::default());
-    let Trip { start, goal } = world.trip;
-    let level =
-        CostMap::new(std::sync::Arc::new(rover::Surface::flat(costs.lattice())), costs.costs().to_vec());
-    let head =
-        [costs.lattice().width() as f64, start.x_m, start.y_m, goal.at.x_m, goal.at.y_m, goal.radius_m];
-    let numbers = head.iter().chain(level.costs());
-    std::fs::write(path, numbers.flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+    let (costs, trip) = anytime::plain(&LargeMap::new(1, 0.8).world(1));
+    anytime::write(std::path::Path::new(path), &costs, &trip);
+    let closed = walled_in(&costs, trip.goal.at);
     let mut route = None;
-    let mut times_ms: Vec<f64> =
-        (0..5).map(|_| timed_ms(|| route = ett_exact(&level, &world.trip))).collect();
-    times_ms.sort_by(f64::total_cmp);
-    println!("ett_exact on the level map: {:.4} Sol in {:.1} ms", route.unwrap().cost, times_ms[2]);
-    for iterations in [8000, 32_000] {
-        let mut sol = 0.0;
-        let ms = timed_ms(|| sol = rrt_star_ett(&level, &world.trip, iterations, 1).unwrap().cost);
-        println!("rrt_star_ett, N = {iterations}: {sol:.4} Sol in {ms:.0} ms");
+    let (mut directed_ms, mut whole_ms, mut plain_ms) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        directed_ms.push(timed_ms(|| route = ett_exact(&costs, &trip)));
+        whole_ms.push(timed_ms(|| ett_exact(&closed, &trip)));
+        plain_ms.push(timed_ms(|| plain::dijkstra(&costs, trip.start, None)));
     }
+    println!("ett_exact: {:.1} ms, {:.4} Sol", median(directed_ms), route.unwrap().cost);
+    println!("the whole map: {:.1} ms; plain Dijkstra {:.1} ms", median(whole_ms), median(plain_ms));
 }

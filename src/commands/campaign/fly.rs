@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use ::campaign::row::TrialResult;
 use ::campaign::{BUILT_IN, Campaign, Plan, Row, Shard, Trial, paper};
-use contract::{Action, Brief, RunId};
+use contract::{Action, Brief, Name, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
@@ -90,6 +90,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let plan = plan(&args.file)?;
     let worlds =
         plan.cells.iter().map(|cell| cell.world()).collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
+    for (cell, world) in plan.cells.iter().zip(&worlds) {
+        schedule(world, &cell.planner)?;
+    }
     let jobs =
         args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let out = args.out.clone().unwrap_or_else(|| default_folder(&plan, args.shard));
@@ -251,6 +254,22 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
     campaign.plan(folder, store::VERSION).map_err(|error| at(&error))
 }
 
+/// Who commands the robots of `world` if `planner` is given: the robots that it does not suit keep their own.
+///
+/// # Errors
+/// If it suits none of them.
+fn schedule(world: &ResolvedScenario, planner: &str) -> Result<PlannerSchedule, Failure> {
+    let given: Name = planner.parse().map_err(Failure::usage)?;
+    let (scenario, task) = (world.brief.scenario, world.brief.task());
+    let planners = planner::assigned(task, &world.vehicles(), Some(given), &world.planners)
+        .map_err(|error| Failure::usage(error.in_scenario(scenario)))?;
+    Ok(if world.fleet.is_some() {
+        PlannerSchedule::of_robots(&planners)
+    } else {
+        PlannerSchedule::single(given)
+    })
+}
+
 /// Flies one trial in lockstep. The row depends on plan and trial only.
 ///
 /// # Errors
@@ -259,11 +278,12 @@ pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission =
         Mission { brief, terrain: world.terrain.clone(), seed: trial.seed, fleet: world.fleet.clone() };
-    let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let schedule = schedule(world, &trial.cell.planner)?;
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();
     let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |record| {
-        hops += u64::from(record.action != Action::Hold);
+        let is_hop = matches!(record.action, Action::Hop(_));
+        hops += u64::from(if brief.is_of_hopper() { is_hop } else { record.action != Action::Hold });
         planning_ns += record.timing.planning_ended.since_ns(record.timing.planning_started);
     })
     .map_err(Failure::usage)?;

@@ -31,7 +31,7 @@ impl<C: Copy> Gathering<C> {
         &mut self,
         field: &str,
         (run, grid, from): (RunId, &Grid, u32),
-        cells: &[C],
+        mut cells: Vec<C>,
     ) -> Result<Option<Vec<C>>, Refusal> {
         if self.run != Some(run) || u64::from(from) != self.cursor.next() {
             return Ok(None);
@@ -40,10 +40,16 @@ impl<C: Copy> Gathering<C> {
         if cells.is_empty() || cells.len() > missing {
             return Err(Refusal::malformed(field, &format!("1 to {missing} more cells"), cells.len()));
         }
-        self.cells.reserve_exact(missing);
-        self.cells.extend_from_slice(cells);
+        let is_last = cells.len() == missing;
+        if self.cells.is_empty() && is_last {
+            // A page that is all there is needs no copy.
+            self.cells = cells;
+        } else {
+            self.cells.reserve_exact(missing);
+            self.cells.append(&mut cells);
+        }
         self.cursor.accept(from.into(), self.cells.len() as u64);
-        if cells.len() < missing {
+        if !is_last {
             return Ok(None);
         }
         self.run = None;

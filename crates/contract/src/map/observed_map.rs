@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::limits::{CHANGES_KEPT, MARKS_KEPT};
-use crate::{Cell, Decision, Digest, Grid, Ground, MonotonicNs, RobotId, RunId, Soil, State};
+use crate::{Cell, Decision, Digest, Grid, Ground, MonotonicNs, RobotId, RunId, SeenCell, Soil, State};
 
 /// The observed map: every cell either seen, or unknown.
 ///
@@ -183,23 +183,40 @@ impl ObservedMap {
     /// # Panics
     /// If `index` is not below the number of cells.
     pub fn learn_visited(&mut self, index: usize, ground: Ground, visits: u16) -> bool {
-        let before = self.cells[index];
-        if before == Some(ground) && visits == self.visits(index) {
+        if self.cells[index] == Some(ground) && visits == self.visits(index) {
             return false;
         }
         self.observation = self.observation.wrapping_add(self.step(index, &ground, visits));
+        self.write(index, ground, visits);
+        true
+    }
+
+    /// Writes down cells and treasures that were checked to make the fingerprint grow by `step`: it is not computed
+    /// again. No cell may come twice.
+    pub(super) fn learn_checked(&mut self, cells: &[SeenCell], treasures: &[Cell], step: u64) {
+        for &SeenCell { index, ground, visits } in cells {
+            self.write(index as usize, ground, visits);
+        }
+        if self.treasures != treasures {
+            self.treasures.clear();
+            self.treasures.extend_from_slice(treasures);
+        }
+        self.observation = self.observation.wrapping_add(step);
+    }
+
+    /// Writes a cell down, without its fingerprint.
+    fn write(&mut self, index: usize, ground: Ground, visits: u16) {
         if visits != self.visits(index) {
             self.visits.resize(self.cells.len(), 0);
             self.visits[index] = visits;
         }
-        match before {
+        match self.cells[index] {
             Some(before) => self.sand -= usize::from(before.soil == Soil::Sand),
             None => self.seen += 1,
         }
         self.sand += usize::from(ground.soil == Soil::Sand);
         self.cells[index] = Some(ground);
         self.changes.push(index as u32);
-        true
     }
 
     /// By how much the fingerprint grows when the cell at `index` becomes `ground`, entered `visits` times.

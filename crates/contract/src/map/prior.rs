@@ -113,9 +113,9 @@ impl PriorGathering {
     ///
     /// # Errors
     /// If the page makes no progress, or goes beyond its grid.
-    pub fn page(&mut self, page: &PriorPage) -> Result<(), Refusal> {
-        let &PriorPage { run, grid, from, .. } = page;
-        if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), &page.cells)? {
+    pub fn page(&mut self, page: PriorPage) -> Result<(), Refusal> {
+        let PriorPage { run, grid, from, cells } = page;
+        if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), cells)? {
             self.whole = Some(Prior { run, grid, cells });
         }
         Ok(())
@@ -157,11 +157,11 @@ mod tests {
         assert_eq!(gathering.ask(MonotonicNs(1)), None, "no run yet");
         gathering.begin(RunId(4));
         assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 0 }));
-        gathering.page(&page(0, 4)).unwrap();
-        gathering.page(&page(0, 4)).unwrap();
+        gathering.page(page(0, 4)).unwrap();
+        gathering.page(page(0, 4)).unwrap();
         assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 4 }));
-        assert!(gathering.page(&page(4, 3)).is_err() && gathering.page(&page(4, 0)).is_err());
-        gathering.page(&page(4, 2)).unwrap();
+        assert!(gathering.page(page(4, 3)).is_err() && gathering.page(page(4, 0)).is_err());
+        gathering.page(page(4, 2)).unwrap();
         assert_eq!(gathering.prior().map(|prior| prior.cells.len()), Some(6));
         assert_eq!(gathering.ask(MonotonicNs(u64::MAX)), None);
     }

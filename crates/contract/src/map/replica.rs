@@ -250,7 +250,7 @@ fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
     if let Some(cell) = patch.treasures.iter().find(|cell| !is_seen(cell)) {
         return Err(Refusal::malformed("map.treasures", "seen cells", cell));
     }
-    learn_all(map, &patch.cells, &patch.treasures);
+    map.learn_checked(&patch.cells, &patch.treasures, step);
     map.sequence = patch.sequence;
     (map.through, map.digest) = ((patch.more == 0).then_some(patch.through), patch.digest);
     (map.sensed, map.published) = (patch.sensed, patch.published);

@@ -56,10 +56,10 @@ impl TruthGathering {
     ///
     /// # Errors
     /// If the page makes no progress, or goes beyond its grid.
-    pub fn page(&mut self, page: &TruthPage) -> Result<Option<Truth>, Refusal> {
-        let &TruthPage { run, grid, from, .. } = page;
-        let whole = self.0.page("truth.cells", (run, &grid, from), &page.cells)?;
-        Ok(whole.map(|cells| Truth { run, grid, cells, treasures: page.treasures.clone() }))
+    pub fn page(&mut self, page: TruthPage) -> Result<Option<Truth>, Refusal> {
+        let TruthPage { run, grid, from, cells, treasures } = page;
+        let whole = self.0.page("truth.cells", (run, &grid, from), cells)?;
+        Ok(whole.map(|cells| Truth { run, grid, cells, treasures }))
     }
 
     /// What to ask for at `now`: the next page, or the same again if it does not come.

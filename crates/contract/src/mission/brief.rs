@@ -221,7 +221,7 @@ pub struct Brief {
     pub scenario_hash: [u8; 32],
     /// Reading of the model.
     pub profile: Profile,
-    /// Robots of the mission, numbered from 0.
+    /// Robots of the mission, numbered from 0. In a hopper's mission robot 0 is the hopper, and all others are helicopters.
     pub robots: u16,
     /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
@@ -266,15 +266,28 @@ impl Brief {
         match (self.scout, self.cover, self.patrol) {
             (Some(scout), ..) => Task::Scout(scout),
             (None, Some(cover), _) => Task::Cover(cover),
+            (None, None, _) if self.robots > 1 => Task::Accompany,
             (None, None, Some(_)) => Task::Patrol,
             (None, None, None) => Task::Reach,
         }
     }
 
-    /// Whether the mission is that of a single hopper, which needs no [`crate::Team`].
+    /// Whether the mission is a hopper's, alone or with helicopters. Start, goal, motion, sensor and payoff are read only then.
     #[must_use]
     pub fn is_of_hopper(&self) -> bool {
         self.cover.is_none() && self.scout.is_none()
+    }
+
+    /// Whether states come with a [`crate::Team`]: always but for a hopper that is alone.
+    #[must_use]
+    pub fn has_team(&self) -> bool {
+        !self.is_of_hopper() || self.robots > 1
+    }
+
+    /// Whether robots announce routes.
+    #[must_use]
+    pub fn has_routes(&self) -> bool {
+        self.cover.is_none() && self.has_team()
     }
 
     /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in

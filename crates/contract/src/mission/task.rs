@@ -1,4 +1,5 @@
-//! What a mission is about: a hopper's way, ground that rovers shall cover, or a rover's way that helicopters scout.
+//! What a mission is about: the way of a hopper or a rover, with or without helicopters that look ahead, or ground that rovers
+//! shall cover.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +10,8 @@ pub enum Task {
     Reach,
     /// A hopper visits goals in turn.
     Patrol,
+    /// A hopper goes its way, to a goal or from goal to goal, and helicopters look ahead for it.
+    Accompany,
     /// Rovers visit the ground that they can reach.
     Cover(Cover),
     /// A rover drives to a goal over ground of uncertain speed, and helicopters look ahead for it.

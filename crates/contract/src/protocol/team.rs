@@ -1,13 +1,14 @@
 //! The robots of a mission that is not a single hopper's: what each of them is, where it stands, who commands it.
 //!
-//! A decision of such a mission is the turn of one robot. [`crate::State`] tells of the robot that is due; a [`Team`],
-//! published with it, of all of them.
+//! A decision of such a mission is the turn of one robot. [`crate::State`] tells of the robot that acted last; a [`Team`],
+//! published with it, of all of them. In a hopper's mission pose, steps, visits and treasures of a state are the hopper's,
+//! whoever acted.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Waypoint};
+use crate::{Action, Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Waypoint};
 
 /// The body of a robot, with what its actions depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,8 @@ pub enum Vehicle {
         /// How far it flies in all, metres.
         budget_m: f64,
     },
+    /// Hops to one of four cells at a time, as the brief says.
+    Hopper,
 }
 
 impl Vehicle {
@@ -43,8 +46,18 @@ impl Vehicle {
     #[must_use]
     pub fn start(&self) -> Option<Waypoint> {
         match *self {
-            Vehicle::Rover { .. } => None,
+            Vehicle::Rover { .. } | Vehicle::Hopper => None,
             Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => Some(start),
+        }
+    }
+
+    /// The action by which it goes on along its route, if it has routes.
+    #[must_use]
+    pub fn along_route(&self) -> Option<Action> {
+        match self {
+            Vehicle::Rover { .. } | Vehicle::Hopper => None,
+            Vehicle::Driver { .. } => Some(Action::Drive),
+            Vehicle::Helicopter { .. } => Some(Action::Fly),
         }
     }
 }
@@ -65,6 +78,8 @@ pub enum Sensor {
         /// Above 0, at most [`Sensor::RADIUS_MAX_M`].
         radius_m: f64,
     },
+    /// A disc that grows with the height: [`crate::SensorParameters`] of the brief.
+    Disc,
 }
 
 impl Sensor {

@@ -248,13 +248,16 @@ impl TryFrom<&BriefV7> for Brief {
         if patrol.is_some_and(|patrol| patrol.goal(0) != goal) {
             return Err(Refusal::malformed("brief.goal", "the patrol's first", goal));
         }
-        let robots = u16::try_from(wire.robots).ok().filter(|&robots| robots > 0);
+        let robots =
+            u16::try_from(wire.robots).ok().filter(|robots| (1..=ROBOTS_MAX).contains(&usize::from(*robots)));
         Ok(Self {
             run: run_from_wire(wire.run),
             scenario: name_from_wire("brief.scenario", wire.scenario)?,
             scenario_hash: wire.scenario_hash,
             profile: tag("brief.profile", wire.profile, Profile::from_code)?,
-            robots: robots.ok_or_else(|| Refusal::malformed("brief.robots", "1 to 65535", wire.robots))?,
+            robots: robots.ok_or_else(|| {
+                Refusal::malformed("brief.robots", &format!("1 to {ROBOTS_MAX}"), wire.robots)
+            })?,
             grid,
             datum_m: length("brief.datum_m", wire.datum_m)?,
             start: on_grid("brief.start", wire.start)?,
@@ -370,9 +373,6 @@ fn cover_from_wire(wire: &BriefV7) -> Result<Option<Cover>, Refusal> {
     if wire.cover_percent > 100 {
         return Err(Refusal::malformed("brief.cover.percent", "at most 100", wire.cover_percent));
     }
-    if wire.cover_percent > 0 && wire.robots as usize > ROBOTS_MAX {
-        return Err(Refusal::malformed("brief.robots", &format!("1 to {ROBOTS_MAX}"), wire.robots));
-    }
     let mode = tag("brief.cover.mode", wire.cover_mode, |code| match code {
         0 => Some(CoverMode::Overlap),
         1 => Some(CoverMode::Voronoi),
@@ -393,9 +393,12 @@ fn scout_from_wire(wire: &BriefV7) -> Result<Option<Scout>, Refusal> {
             return Err(Refusal::malformed(field, &format!("1 to {SAMPLES_MAX}"), samples));
         }
     }
-    if wire.cover_percent > 0 || wire.robots as usize > ROBOTS_MAX {
-        let need = format!("no ground to cover, and 1 to {ROBOTS_MAX} robots");
-        return Err(Refusal::malformed("brief.scout", &need, wire.robots));
+    if wire.cover_percent > 0 {
+        return Err(Refusal::malformed(
+            "brief.scout",
+            "no ground to cover",
+            format!("{} %", wire.cover_percent),
+        ));
     }
     Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
 }

@@ -39,9 +39,9 @@ pub struct MemberV2 {
     pub last: u64,
     /// Of a rover or a helicopter.
     pub speed_mps: f64,
-    /// 1 rover, 2 driver, 3 helicopter. What follows up to `waits` is read of 2 and 3 only.
+    /// 1 rover, 2 driver, 3 helicopter, 4 hopper. What follows up to `waits` is read of 2 and 3 only.
     pub vehicle: u32,
-    /// 1 square, 2 track, 3 camera.
+    /// 1 square, 2 track, 3 camera, 4 disc.
     pub sensor: u32,
     /// Of a square.
     pub range_cells: u32,
@@ -125,11 +125,13 @@ impl From<&Member> for MemberV2 {
                 (wire.vehicle, wire.start_m) = (3, point_to_wire(start));
                 (wire.speed_mps, wire.budget_m) = (speed_mps, budget_m);
             }
+            Vehicle::Hopper => wire.vehicle = 4,
         }
         match sensor {
             Sensor::Square { range_cells } => (wire.sensor, wire.range_cells) = (1, range_cells),
             Sensor::Track => wire.sensor = 2,
             Sensor::Camera { radius_m } => (wire.sensor, wire.radius_m) = (3, radius_m),
+            Sensor::Disc => wire.sensor = 4,
         }
         if let Some(travel) = &member.travel {
             wire.at_m = point_to_wire(travel.at);
@@ -181,6 +183,7 @@ fn vehicle_from_wire(wire: &MemberV2) -> Result<Vehicle, Refusal> {
             speed_mps: speed()?,
             budget_m: float("member.budget_m", wire.budget_m, 0.0, LENGTH_MAX_M)?,
         },
+        4 => Vehicle::Hopper,
         other => return Err(Refusal::malformed("member.vehicle", "a known tag", other)),
     })
 }
@@ -198,6 +201,7 @@ fn sensor_from_wire(wire: &MemberV2) -> Result<Sensor, Refusal> {
             let radius_m = float("member.radius_m", radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M)?;
             Ok(Sensor::Camera { radius_m })
         }
+        4 => Ok(Sensor::Disc),
         other => Err(Refusal::malformed("member.sensor", "a known tag", other)),
     }
 }
@@ -302,9 +306,9 @@ mod tests {
         }
     }
 
-    /// A driver, a helicopter and a rover.
+    /// A driver, a helicopter, a rover and a hopper.
     fn scouted() -> Team {
-        let mut team = team(3);
+        let mut team = team(4);
         let at = |x_m| Waypoint { x_m, y_m: 0.1 };
         let travel = Travel {
             at: at(9.7),
@@ -327,6 +331,7 @@ mod tests {
             (member.robot.vehicle, member.robot.sensor, member.travel) = (vehicle, sensor, Some(travel));
         }
         team.members[1].travel = Some(Travel::from_start(at(0.3)));
+        (team.members[3].robot.vehicle, team.members[3].robot.sensor) = (Vehicle::Hopper, Sensor::Disc);
         team
     }
 
@@ -359,7 +364,7 @@ mod tests {
             ("team.members", |_, members| members.extend(vec![members[0]; 16])),
             ("robot below 3, got 3", |header, _| header.due = 3),
             ("robot below 3, got 6", |header, _| header.actor = 7),
-            ("member.vehicle", |_, members| members[1].vehicle = 4),
+            ("member.vehicle", |_, members| members[1].vehicle = 5),
             ("member.speed_mps", |_, members| members[1].speed_mps = f64::NAN),
             ("member.range_cells", |_, members| members[1].range_cells = 0),
             ("member.standing", |_, members| members[1].standing = 0),
@@ -370,7 +375,7 @@ mod tests {
             assert!(refusal.contains(need), "{need}: {refusal}");
         }
         let cases: [(&str, Twist); 9] = [
-            ("member.sensor", |_, members| members[0].sensor = 4),
+            ("member.sensor", |_, members| members[0].sensor = 5),
             ("member.at_m", |_, members| members[0].at_m[1] = f64::NAN),
             ("member.goal_m", |_, members| members[0].goal_m[0] = 1e9),
             ("member.goal_radius_m", |_, members| members[0].goal_radius_m = -1.0),

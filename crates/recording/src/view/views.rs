@@ -188,7 +188,7 @@ impl Views {
         members
             .filter_map(|member| match member.robot.vehicle {
                 Vehicle::Driver { goal, .. } => Some(at(goal)),
-                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } => None,
+                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
             })
             .collect()
     }

@@ -27,7 +27,7 @@ fn entry(words: impl Into<String>, swatch: impl Fn(f64, f64) -> String + 'static
 
 /// The entries for the elements that `picture` shows.
 pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
-    if picture.brief.robots > 1 {
+    if !picture.brief.is_of_hopper() {
         return team_entries(picture, tiles);
     }
     let mut entries = vec![
@@ -60,6 +60,7 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     if took(|branch| branch == Branch::Stayed) {
         entries.push(entry("stray hop, got nowhere", |x, y| dot(x, y, 6.0, "#fff", colour::STRAY)));
     }
+    entries.extend((1..picture.brief.robots).map(|robot| robot_entry(robot, "helicopter")));
     entries.extend(ground_entries(tiles));
     if picture.policy.is_some() {
         entries.push(entry("policy N, S, E, W", compass));
@@ -69,13 +70,15 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
 
 /// The entries of a picture of several robots.
 fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
-    let robots = (0..picture.brief.robots).map(|robot| {
-        entry(format!("robot {robot}"), move |x, y| dot(x, y, 7.0, &colour::robot(robot), "#111"))
-    });
+    let robots = (0..picture.brief.robots).map(|robot| robot_entry(robot, "robot"));
     let visited = entry("visited, darker the more often", |x, y| {
         patch(x, y, &colour::height(0.5), "") + &patch(x, y, colour::ROUTE, " fill-opacity=\".4\"")
     });
     robots.chain([visited]).chain(ground_entries(tiles)).collect()
+}
+
+fn robot_entry(robot: u16, noun: &str) -> Entry {
+    entry(format!("{noun} {robot}"), move |x, y| dot(x, y, 7.0, &colour::robot(robot), "#111"))
 }
 
 /// The entries for the ground that is shown.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record,
+    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record, RobotId,
 };
 
 use super::colour;
@@ -16,7 +16,7 @@ use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
 use crate::Ending;
 use crate::ReportError;
-use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order};
+use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
 const ARROW_PITCH_MIN: f64 = 0.026;
@@ -62,6 +62,8 @@ impl Picture<'_> {
         self.arrows(svg, frame);
         if self.brief.robots > 1 {
             self.team(svg, frame);
+        }
+        if !self.brief.is_of_hopper() {
             return;
         }
         self.route_lines(svg, frame);
@@ -199,8 +201,7 @@ impl Picture<'_> {
         };
         svg.path(&stray, &line(colour::STRAY, breadth, &dashes));
         let stuck: BTreeSet<Cell> = self
-            .route
-            .iter()
+            .hopper_route()
             .filter(|record| record.outcome.branch == Branch::Stayed)
             .map(|record| record.outcome.from)
             .collect();
@@ -220,7 +221,7 @@ impl Picture<'_> {
     /// Numbers every tenth hop beside where it landed.
     fn hop_numbers(&self, svg: &mut SvgWriter, frame: &Frame) {
         let tenth = |record: &&Record| (record.decision.0 + 1).is_multiple_of(10);
-        for record in self.route.iter().filter(tenth) {
+        for record in self.hopper_route().filter(tenth) {
             let (x, y) = frame.centre(record.pose.cell);
             let number = (record.decision.0 + 1).to_string();
             let attributes = "font-size=\"13\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"";
@@ -233,7 +234,8 @@ impl Picture<'_> {
         let mut path = String::new();
         let mut drawn = BTreeSet::new();
         let mut pen = None;
-        for outcome in self.route.iter().map(|record| record.outcome).filter(|outcome| wanted(outcome.branch))
+        for outcome in
+            self.hopper_route().map(|record| record.outcome).filter(|outcome| wanted(outcome.branch))
         {
             let (from, to) = (outcome.from, outcome.to);
             if !drawn.insert((from.min(to), from.max(to))) {
@@ -316,14 +318,21 @@ impl Picture<'_> {
     /// Scenario, planners, profile and number of stray hops.
     pub(super) fn caption(&self) -> String {
         let Brief { scenario, profile, .. } = self.brief;
-        let planners = planners_in_order(self.route.iter().map(|record| record.leader.planner));
+        let names = self.route.iter().map(|record| record.leader.planner);
+        let planners = if self.brief.robots > 1 { planners_of_team(names) } else { planners_in_order(names) };
         let stray = counted(self.hops(|branch| branch != Branch::Intended), "stray hop");
         format!("Scenario {scenario}, planner {planners}, profile {profile}, {stray}")
     }
 
     fn hops(&self, wanted: impl Fn(Branch) -> bool) -> u64 {
-        let branches = self.route.iter().map(|record| record.outcome.branch);
+        let branches = self.hopper_route().map(|record| record.outcome.branch);
         branches.filter(|&branch| branch != Branch::Held && wanted(branch)).count() as u64
+    }
+
+    /// The decisions of the hopper; of robots that are none, all.
+    fn hopper_route(&self) -> impl Iterator<Item = &Record> {
+        let is_of_hopper = self.brief.is_of_hopper();
+        self.route.iter().filter(move |record| !is_of_hopper || record.robot == RobotId(0))
     }
 
     /// The brief of the leg being flown.

@@ -16,13 +16,14 @@ const ONCE: f64 = 0.22;
 const AGAIN: f64 = 0.14;
 
 impl Picture<'_> {
-    /// Draws visits, routes and robots. A robot is shown where its last decision left it; one that has not decided yet
-    /// is not on the route.
+    /// Draws visits, routes and robots; in a hopper's mission the routes of its helicopters only. A robot is shown where its
+    /// last decision left it; one that has not decided yet is not on the route.
     pub(super) fn team(&self, svg: &mut SvgWriter, frame: &Frame) {
         let mut visits: BTreeMap<Cell, u32> = BTreeMap::new();
         let mut routes: BTreeMap<u16, Vec<Cell>> = BTreeMap::new();
         let mut stranded = Vec::new();
-        for record in self.route {
+        let is_of_hopper = self.brief.is_of_hopper();
+        for record in self.route.iter().filter(|record| !is_of_hopper || record.robot.0 > 0) {
             let (outcome, robot) = (record.outcome, record.robot.0);
             let route = routes.entry(robot).or_insert_with(|| {
                 *visits.entry(outcome.from).or_default() += 1;
@@ -37,7 +38,7 @@ impl Picture<'_> {
             }
         }
         let side = Number(frame.pitch * 0.8);
-        for (&cell, &count) in &visits {
+        for (&cell, &count) in visits.iter().filter(|_| !is_of_hopper) {
             let (x, y) = frame.centre(cell);
             svg.raw(&format!(
                 "<rect x=\"{}\" y=\"{}\" width=\"{side}\" height=\"{side}\" fill=\"{}\" fill-opacity=\"{}\"/>",

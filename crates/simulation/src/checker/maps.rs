@@ -100,4 +100,9 @@ impl Checker {
     pub(crate) fn disc_cells(&self) -> &[usize] {
         &self.expected.disc_cells
     }
+
+    /// Treasures that are known and not collected.
+    pub(crate) fn treasures_known(&self) -> usize {
+        self.expected.treasures().len()
+    }
 }

@@ -72,7 +72,7 @@ impl Checker {
         let pacing = &mut self.pacing;
         let last = pacing.published.replace(state.decision);
         pacing.told = state.published;
-        if pacing.paused && last.is_some_and(|last| state.decision > last) {
+        if pacing.paused && !pacing.resumed && last.is_some_and(|last| state.decision > last) {
             pacing.landings += 1;
         }
         let (landings, steps) = (pacing.landings, pacing.steps);
@@ -107,15 +107,20 @@ impl Checker {
         if !message.paused {
             (pacing.steps, pacing.landings) = (0, 0);
         }
-        pacing.paused = message.paused;
+        (pacing.paused, pacing.resumed) = (message.paused, false);
     }
 
     /// A process receives an order.
     pub(crate) fn ordered(&mut self, life: &Life, control: &Control) {
         let is_sim = life.role == Role::HopperSim && control.run == self.mission.brief.run;
         match control.order {
-            // Resumed and paused again in one turn, it lets one landing come, and no pacing message says so.
-            Order::Step | Order::Resume if is_sim => self.pacing.steps += 1,
+            Order::Step if is_sim => self.pacing.steps += 1,
+            // Resumed and paused again in one turn, it lets one landing come, and no pacing message says so. In a turn without
+            // a pause several may come before the message.
+            Order::Resume if is_sim => {
+                (self.pacing.steps, self.pacing.resumed) = (self.pacing.steps + 1, true);
+            }
+            Order::Pause if is_sim => self.pacing.resumed = false,
             Order::Pace(pace) if is_sim && self.pacing.control => {
                 self.pacing.paces.push(pace);
             }

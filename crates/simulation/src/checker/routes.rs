@@ -113,7 +113,7 @@ impl Checker {
                 format!("at decision {} they are {:?}, need {need:?}", state.decision, situation.team)
             });
         }
-        if self.scouts().is_none() {
+        if self.mission.brief.scout.is_none() {
             return;
         }
         let prior = situation.scouting.map(|scouting| scouting.prior);

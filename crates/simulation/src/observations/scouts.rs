@@ -13,6 +13,12 @@ impl World {
             return;
         }
         let Some(robot) = fleet.robots.get(usize::from(record.robot.0)) else { return };
+        if robot.vehicle == Vehicle::Hopper {
+            if record.outcome.branch == Branch::Stranded {
+                self.coverage.count("scouts", "hopper_out");
+            }
+            return;
+        }
         let flies = matches!(robot.vehicle, Vehicle::Helicopter { .. });
         let before = self.checker.records().iter().filter(|before| before.robot == record.robot);
         // Its last announcement, drive or flight.

@@ -101,6 +101,13 @@ impl Surface {
             }
         }
     }
+
+    /// The greatest [`Surface::stretch`] of any cell in any direction.
+    #[must_use]
+    pub fn stretch_max(&self) -> f64 {
+        let steepest = self.gradients.iter().map(|[east, north]| east * east + north * north);
+        (1.0 + steepest.fold(0.0, f64::max)).sqrt()
+    }
 }
 
 impl Segment {

@@ -178,11 +178,21 @@ export class MissionHistory {
     return visits;
   }
 
+  /** The last decision before a moment; in a hopper's mission with helicopters, the hopper's. */
+  hopperHopBefore(at) {
+    if (!this.mission.hops || this.robots === 1) return this.hopBefore(at);
+    for (let moment = at; moment > this.first; moment -= 1) {
+      const hop = this.hopBefore(moment);
+      if (hop?.robot === 0) return hop;
+    }
+    return undefined;
+  }
+
   /** Where the hopper stands at a moment. */
   pose(at) {
-    const before = this.hopBefore(at);
+    const before = this.hopperHopBefore(at);
     if (before) return { cell: before.to, heightM: before.heightM };
-    const cell = this.hops[0]?.from ?? this.mission.start;
+    const cell = this.mission.hops && this.robots > 1 ? this.mission.start : this.hops[0]?.from ?? this.mission.start;
     const [x, y] = cell;
     return { cell, heightM: this.heights[y * this.width + x] ?? 0 };
   }

@@ -203,9 +203,9 @@ function showRobots(at) {
 function showFigures(at) {
   const list = by("figures");
   if (list.children.length === 0) {
-    list.append(...(history.robots > 1 ? TEAM_FIGURES : FIGURES).map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
+    list.append(...(!history.mission.hops ? TEAM_FIGURES : FIGURES).map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
-  const isTeam = history.robots > 1;
+  const isTeam = !history.mission.hops;
   if (!isTeam) list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
   (isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;

@@ -224,14 +224,14 @@ export class MapView {
     if (scale >= 5) this.drawSand(context, frame, at);
     const policy = this.policyAt(at);
     if (policy && this.options.values) this.drawValues(context, policy, frame, at);
-    if (history.robots > 1) this.drawVisits(context, frame, at);
+    if (!history.mission.hops) this.drawVisits(context, frame, at);
     this.drawContours(context, frame, at);
     if (scale >= 14) this.drawGrid(context, frame, width, height);
     if (policy && this.options.policy) {
       this.drawArrows(context, policy, frame, width, height, at);
       this.drawExpected(context, policy, frame, at, pose.cell);
     }
-    if (history.robots === 1) this.drawDisc(context, frame, pose);
+    if (history.mission.hops) this.drawDisc(context, frame, pose);
     this.drawRoute(context, frame, flight ? at - 1 : at);
     if (this.selected) this.drawSelected(context, frame);
     this.drawMarks(context, frame, at, flight);
@@ -701,7 +701,7 @@ export class MapView {
       }
       context.closePath();
     };
-    if (history.robots > 1) {
+    if (!history.mission.hops) {
       this.drawRobots(context, frame, at, symbol);
       return;
     }
@@ -714,6 +714,10 @@ export class MapView {
       if (other !== goal) context.globalAlpha = 0.55;
       symbol(star(...this.spot(other, frame), size), GOAL, LIGHT);
       context.globalAlpha = 1;
+    }
+    if (history.robots > 1) {
+      this.drawRobots(context, frame, at, symbol);
+      return;
     }
     const hop = flight?.hop ?? history.hopBefore(at);
     if (hop?.stray && hop.aim && !history.isOver(at)) this.drawAim(context, frame, hop);

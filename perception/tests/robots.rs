@@ -1,0 +1,440 @@
+//! The map of several robots: rovers that cover ground, and a rover whose way a helicopter scouts.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use contract::{
+    Action, Branch, Brief, Cell, Collected, Decision, Digest, Direction, DriveSpeed, Flight, Grid, Ground,
+    Leader, MapPatch, Member, MonotonicNs, ObservedMap, Outcome, PastPage, Placement, Pose, Record, Robot,
+    RobotId, Route, RouteId, RoutePage, RunId, Scout, Sensor, Standing, State, Status, Team, Timing, Vehicle,
+    Waypoint,
+};
+use perception::{Cartographer, Effect, Event};
+use scout_world::TrueGround;
+use terrain::Terrain;
+
+const NOW: MonotonicNs = MonotonicNs(1);
+const RUN: RunId = RunId(7);
+
+/// A mission as its journal has it.
+struct Mission {
+    brief: Brief,
+    terrain: Terrain,
+    robots: Vec<Robot>,
+    records: Vec<Record>,
+    routes: Vec<Route>,
+}
+
+impl Mission {
+    /// Four rovers: one goes north and back, one waits, and one goes on to a cell that another has seen.
+    fn rovers() -> Self {
+        let world = scenario::load("coverage").unwrap().resolve().unwrap();
+        let (brief, robots) = (Brief { run: RUN, ..world.brief }, world.fleet.unwrap().robots);
+        let mut mission =
+            Self { brief, terrain: world.terrain, robots, records: Vec::new(), routes: Vec::new() };
+        let mut cells: Vec<Cell> = mission.robots.iter().map(|robot| robot.start.cell).collect();
+        let (north, east, south) = (Direction::North, Direction::East, Direction::South);
+        for (robot, direction) in [
+            (0, Some(north)),
+            (1, Some(north)),
+            (0, Some(south)),
+            (2, None),
+            (3, Some(south)),
+            (0, Some(east)),
+            (0, Some(north)),
+        ] {
+            let from = cells[robot];
+            let (dx, dy) = direction.map_or((0, 0), Direction::step);
+            let to = Cell::new(from.x + dx, from.y + dy);
+            cells[robot] = to;
+            mission.act(
+                robot as u16,
+                direction.map_or(Action::Hold, Action::Step),
+                from,
+                to,
+                Branch::Intended,
+            );
+        }
+        mission
+    }
+
+    /// A rover drives 20 m east and 10 m north, and a helicopter flies 40 m east and part of the way back.
+    fn scouts() -> Self {
+        let hopper = scenario::load("hard").unwrap().resolve().unwrap();
+        let grid = Grid::new(50, 20, 1.0, 1).unwrap();
+        let ground = |index: usize| Ground {
+            height_m: (index as f64 * 0.37).sin(),
+            speed: Some(DriveSpeed::ALL[1 + index % 2]),
+            ..Ground::FLAT
+        };
+        let cells = (0..grid.cells()).map(ground).collect();
+        let start = Waypoint { x_m: 2.5, y_m: 4.5 };
+        let driver = Vehicle::Driver { start, goal: Waypoint { x_m: 22.5, y_m: 14.5 }, goal_radius_m: 1.0 };
+        let helicopter = Vehicle::Helicopter { start, speed_mps: 5.0, budget_m: 300.0 };
+        let placement = Placement { cell: Cell::new(2, 4), heading: Direction::North };
+        let robot = |(vehicle, sensor)| Robot { vehicle, sensor, start: placement };
+        let scout = Scout { seed: 1, rover_samples: 1, helicopter_samples: 1 };
+        let mut mission = Self {
+            brief: Brief {
+                run: RUN,
+                grid,
+                robots: 2,
+                scout: Some(scout),
+                start: placement.cell,
+                ..hopper.brief
+            },
+            terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() },
+            robots: [(driver, Sensor::Track), (helicopter, Sensor::Camera { radius_m: 3.0 })]
+                .map(robot)
+                .to_vec(),
+            records: Vec::new(),
+            routes: Vec::new(),
+        };
+        let by = |x_m, y_m| Waypoint { x_m: start.x_m + x_m, y_m: start.y_m + y_m };
+        mission.routes = [
+            vec![by(0.0, 0.0), by(20.0, 0.0), by(20.0, 10.0)],
+            vec![by(0.0, 0.0), by(40.0, 0.0), by(20.0, 5.0)],
+        ]
+        .map(|points| Route::new(points).unwrap())
+        .to_vec();
+        let [way, flight] = [0, 1].map(|route| Action::Announce(mission.routes[route].id()));
+        let here = mission.robots[0].start.cell;
+        for (robot, action) in [
+            (0, way),
+            (1, flight),
+            (1, Action::Fly),
+            (0, Action::Drive),
+            (1, Action::Wait),
+            (0, Action::Drive),
+            (1, Action::Fly),
+        ] {
+            mission.act(robot, action, here, here, Branch::Intended);
+        }
+        mission
+    }
+
+    fn act(&mut self, robot: u16, action: Action, from: Cell, to: Cell, branch: Branch) {
+        let previous = self.records.last().map_or(Digest::default(), |record| record.digest);
+        let range_m = if matches!(action, Action::Drive | Action::Fly) { 10.0 } else { 0.0 };
+        let record = Record {
+            robot: RobotId(robot),
+            decision: Decision(self.records.len() as u64),
+            leader: Leader::default(),
+            action,
+            origin: contract::Origin::Planner,
+            visits: 0,
+            vetoed: contract::Vetoed::NONE,
+            observation: 0,
+            work: 0,
+            cut: false,
+            outcome: Outcome { branch, from, to, flight: Flight { range_m, ..Flight::default() } },
+            pose: Pose { cell: to, height_m: 0.0 },
+            collected: Collected::default(),
+            steps: self.records.len() as u64 + 1,
+            status: Status::Underway,
+            timing: Timing::default(),
+            previous,
+            digest: Digest::default(),
+        };
+        self.records.push(Record { digest: previous.chain(&record), ..record });
+    }
+
+    /// The same up to `decision`, then another past.
+    fn flown_elsewhere_from(mut self, decision: usize) -> Self {
+        self.records.truncate(decision);
+        let cell = self.robots[0].start.cell;
+        for _ in 0..3 {
+            self.act(0, Action::Hold, cell, cell, Branch::Held);
+        }
+        self
+    }
+
+    fn through(&self) -> u64 {
+        self.records.len() as u64
+    }
+
+    fn state(&self, decision: u64) -> State {
+        let Some(last) = decision.checked_sub(1) else {
+            let pose = Pose { cell: self.brief.start, height_m: 0.0 };
+            let first = self.records[0].state_after(RUN, NOW, NOW);
+            let (decision, digest) = (Decision(0), Digest::default());
+            return State { decision, digest, pose, last: None, steps: 0, robot: RobotId(0), ..first };
+        };
+        self.records[last as usize].state_after(RUN, NOW, NOW)
+    }
+
+    fn team(&self) -> Team {
+        let member = |robot: &Robot| Member {
+            robot: *robot,
+            at: robot.start,
+            ready_at_ns: 0,
+            standing: Standing::Active,
+            leader: Leader::default(),
+            last: None,
+            travel: None,
+        };
+        Team {
+            run: RUN,
+            decision: Decision(0),
+            digest: Digest::default(),
+            due: RobotId(0),
+            actor: None,
+            members: self.robots.iter().map(member).collect(),
+        }
+    }
+
+    fn ready(&self) -> Cartographer {
+        let mut cartographer = Cartographer::new(RobotId(0));
+        for event in
+            [Event::Brief(self.brief), Event::Terrain(RUN, self.terrain.clone()), Event::Team(self.team())]
+        {
+            assert_eq!(cartographer.on(event, NOW), []);
+        }
+        cartographer
+    }
+
+    /// Tells of a state, and answers at once what is asked for, until the map is published.
+    fn tell(&self, cartographer: &mut Cartographer, state: State) -> Told {
+        let mut told = Told::default();
+        let mut effects = cartographer.on(Event::State(state), state.published);
+        loop {
+            let [effect, rest @ ..] = &effects[..] else { panic!("nothing is asked for: {told:?}") };
+            let answer = match effect {
+                Effect::RequestPast(request) => {
+                    assert!(rest.is_empty(), "{effects:?}");
+                    told.pages += 1;
+                    assert!(told.pages < 100, "catching up has no end");
+                    let from = request.from.0 as usize;
+                    let until = (from + 2).min(state.decision.0 as usize);
+                    let records = self.records[from..until].to_vec();
+                    Event::Past(PastPage { run: RUN, robot: RobotId(0), from: request.from, records })
+                }
+                Effect::RequestRoute(request) => {
+                    told.routes.push(request.id);
+                    let route = self.routes.iter().find(|route| route.id() == request.id).unwrap().clone();
+                    Event::Route(RoutePage { run: RUN, route })
+                }
+                Effect::PublishMap => {
+                    told.patches = cartographer.patches(NOW, &mut || NOW);
+                    told.then = rest.to_vec();
+                    return told;
+                }
+                other => panic!("{other:?}"),
+            };
+            effects = cartographer.on(answer, state.published);
+        }
+    }
+
+    /// A cartographer that has heard of every state.
+    fn followed(&self) -> (Cartographer, Vec<MapPatch>) {
+        let mut cartographer = self.ready();
+        let told = |decision| self.tell(&mut cartographer, self.state(decision)).patches;
+        let patches = (0..=self.through()).flat_map(told).collect();
+        (cartographer, patches)
+    }
+
+    /// One that hears of the last state alone.
+    fn rebuilt(&self) -> (Cartographer, Told) {
+        let mut cartographer = self.ready();
+        let told = self.tell(&mut cartographer, self.state(self.through()));
+        (cartographer, told)
+    }
+}
+
+/// What a cartographer asked for, and what it published.
+#[derive(Debug, Default)]
+struct Told {
+    pages: usize,
+    routes: Vec<RouteId>,
+    patches: Vec<MapPatch>,
+    then: Vec<Effect>,
+}
+
+/// What readers know of a map; its moments aside.
+fn content(map: &ObservedMap) -> impl PartialEq + std::fmt::Debug {
+    let visits: Vec<u16> = (0..map.grid.cells()).map(|index| map.visits(index)).collect();
+    (map.through, map.digest, map.sequence, map.observation(), map.cells().to_vec(), visits)
+}
+
+/// P-REBUILD.
+#[test]
+fn a_map_of_several_robots_is_the_same_followed_and_rebuilt_from_the_past() {
+    for mission in [Mission::rovers(), Mission::scouts()] {
+        let ((followed, _), (rebuilt, told)) = (mission.followed(), mission.rebuilt());
+        assert_eq!(content(rebuilt.map().unwrap()), content(followed.map().unwrap()));
+        assert_eq!(rebuilt.map().unwrap().through, Some(Decision(mission.through())));
+        assert_eq!(rebuilt.map().unwrap().digest, mission.state(mission.through()).digest);
+        assert_eq!(told.patches.last().map(|patch| patch.robot), Some(mission.records.last().unwrap().robot));
+        assert_eq!((rebuilt.waits_for(), rebuilt.seen().1), (None, Decision(mission.through())));
+    }
+}
+
+#[test]
+fn a_rovers_map_counts_who_entered_a_cell_and_holds_the_squares_around_them() {
+    let mission = Mission::rovers();
+    let (cartographer, patches) = mission.followed();
+    let map = cartographer.map().unwrap();
+    let moves = mission.records.iter().filter(|record| record.outcome.from != record.outcome.to);
+    let moved = moves.map(|record| record.outcome.to);
+    let entered: Vec<Cell> = mission.robots.iter().map(|robot| robot.start.cell).chain(moved).collect();
+    for (index, cell) in mission.brief.grid.iter().enumerate() {
+        let visits = entered.iter().filter(|entered| **entered == cell).count();
+        assert_eq!(usize::from(map.visits(index)), visits, "{cell}");
+        let near = |at: &Cell| (at.x - cell.x).abs() <= 1 && (at.y - cell.y).abs() <= 1;
+        assert_eq!(map.ground(cell).is_some(), entered.iter().any(near), "{cell}");
+    }
+    let of: Vec<u16> = patches.iter().map(|patch| patch.robot.0).collect();
+    assert_eq!(of, [0, 0, 1, 0, 2, 3, 0, 0], "each patch names the robot that has acted");
+}
+
+#[test]
+fn the_map_of_robots_with_routes_holds_what_they_have_seen_on_their_way() {
+    let mission = Mission::scouts();
+    let (cartographer, patches) = mission.followed();
+    let truth = TrueGround::new(mission.brief.grid, &mission.terrain.cells).unwrap();
+    let points = |route: usize| mission.routes[route].waypoints().to_vec();
+    let mut seen: Vec<usize> = truth.seen(mission.robots[0].sensor, points(0)[0], points(0)[0]);
+    for (robot, points) in [(0, points(0)), (1, points(1))] {
+        for leg in points.windows(2) {
+            seen.extend(truth.seen(mission.robots[robot].sensor, leg[0], leg[1]));
+        }
+    }
+    let map = cartographer.map().unwrap();
+    for (index, ground) in map.cells().iter().enumerate() {
+        assert_eq!(ground.is_some(), seen.contains(&index), "{}", mission.brief.grid.cell(index));
+    }
+    let of: Vec<u16> = patches.iter().map(|patch| patch.robot.0).collect();
+    assert_eq!(of, [0, 0, 1, 1, 0, 1, 0, 1], "each patch names the robot that has acted");
+}
+
+#[test]
+fn a_route_is_asked_for_when_its_first_leg_is_driven_and_never_again() {
+    let mission = Mission::scouts();
+    let mut cartographer = mission.ready();
+    let [way, flight] = [0, 1].map(|route| mission.routes[route].id());
+    let expected = [vec![], vec![], vec![], vec![flight], vec![way], vec![], vec![], vec![]];
+    for (decision, routes) in expected.into_iter().enumerate() {
+        let told = mission.tell(&mut cartographer, mission.state(decision as u64));
+        assert_eq!(told.routes, routes, "decision {decision}");
+        assert_eq!(told.pages, usize::from(decision > 0) + routes.len(), "decision {decision}");
+    }
+    let stray = RoutePage { run: RUN, route: mission.routes[0].clone() };
+    assert_eq!(cartographer.on(Event::Route(stray), NOW), [], "nobody asked for it");
+}
+
+#[test]
+fn records_that_are_in_the_map_are_no_reason_to_publish_it() {
+    let mission = Mission::scouts();
+    let (mut cartographer, _) = mission.followed();
+    let page = PastPage { run: RUN, robot: RobotId(0), from: Decision(0), records: mission.records.clone() };
+    assert_eq!(cartographer.on(Event::Past(page), NOW), []);
+}
+
+#[test]
+fn nothing_is_mapped_before_the_robots_of_the_run_are_known() {
+    for mission in [Mission::rovers(), Mission::scouts()] {
+        let mut cartographer = Cartographer::new(RobotId(0));
+        let others = Team { run: RunId(8), ..mission.team() };
+        for event in [
+            Event::Brief(mission.brief),
+            Event::Terrain(RUN, mission.terrain.clone()),
+            Event::State(mission.state(0)),
+            Event::Team(others),
+        ] {
+            assert_eq!(cartographer.on(event, NOW), []);
+        }
+        assert_eq!(cartographer.waits_for(), Some("hopper-sim: no robots yet"));
+        assert_eq!(cartographer.on(Event::Tick, NOW), []);
+        assert_eq!(cartographer.on(Event::Team(mission.team()), NOW), [Effect::PublishMap]);
+        assert_eq!(cartographer.waits_for(), None);
+    }
+}
+
+#[test]
+fn a_team_that_is_too_small_is_not_that_of_the_brief() {
+    let mission = Mission::rovers();
+    let mut cartographer = Cartographer::new(RobotId(0));
+    let mut team = mission.team();
+    team.members.pop();
+    for event in [
+        Event::Brief(mission.brief),
+        Event::Terrain(RUN, mission.terrain.clone()),
+        Event::Team(team),
+        Event::State(mission.state(0)),
+    ] {
+        assert_eq!(cartographer.on(event, NOW), []);
+    }
+}
+
+#[test]
+fn the_robots_of_a_run_stay_as_they_were_first_told() {
+    let mission = Mission::rovers();
+    let mut cartographer = mission.ready();
+    let mut team = mission.team();
+    team.members.reverse();
+    cartographer.on(Event::Team(team), NOW);
+    mission.tell(&mut cartographer, mission.state(0));
+    mission.tell(&mut cartographer, mission.state(1));
+    let to = mission.records[0].outcome.to;
+    let index = mission.brief.grid.index(to).unwrap();
+    assert_eq!(cartographer.map().unwrap().visits(index), 1);
+}
+
+#[test]
+fn the_robots_of_an_earlier_mission_have_no_part_in_a_hoppers() {
+    let rovers = Mission::rovers();
+    let (mut cartographer, _) = rovers.followed();
+    let hopper = scenario::load("hard").unwrap().resolve().unwrap();
+    let (run, start) = (RunId(8), hopper.brief.start);
+    let pose = Pose { cell: start, height_m: hopper.terrain.ground(start).unwrap().height_m };
+    cartographer.on(Event::Brief(Brief { run, ..hopper.brief }), NOW);
+    cartographer.on(Event::Terrain(run, hopper.terrain), NOW);
+    let state = State { run, pose, ..rovers.state(0) };
+    assert_eq!(cartographer.on(Event::State(state), NOW), [Effect::PublishMap]);
+    let map = cartographer.map().unwrap();
+    assert!(map.ground(start).is_some());
+    assert!((0..map.grid.cells()).all(|index| map.visits(index) == 0), "nobody drives there");
+}
+
+/// P-TIMELINE.
+#[test]
+fn a_map_of_several_robots_is_built_anew_for_another_past() {
+    for mission in [Mission::rovers, Mission::scouts] {
+        for from in 0..7 {
+            let (walked, elsewhere) = (mission(), mission().flown_elsewhere_from(from));
+            let (mut cartographer, _) = walked.followed();
+            let later = NOW.plus_ns(1_000_000_000);
+            let state = State { published: later, ..elsewhere.state(elsewhere.through()) };
+            let mut effects = cartographer.on(Event::State(state), later);
+            let mut now = later;
+            while !effects.contains(&Effect::PublishMap) {
+                now = now.plus_ns(contract::limits::ASK_AGAIN_NS);
+                effects = match effects[..] {
+                    [Effect::RequestPast(request)] => {
+                        let records = elsewhere.records[request.from.0 as usize..].to_vec();
+                        let page = PastPage { run: RUN, robot: RobotId(0), from: request.from, records };
+                        cartographer.on(Event::Past(page), now)
+                    }
+                    [Effect::RequestRoute(_)] => panic!("routes are kept"),
+                    _ => cartographer.on(Event::Tick, now),
+                };
+                assert!(now.since_ns(later) < 1_000_000_000, "never caught up");
+            }
+            let (undisturbed, _) = elsewhere.followed();
+            assert_eq!(content(cartographer.map().unwrap()), content(undisturbed.map().unwrap()), "{from}");
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_mission_of_several_robots_is_reported_with_its_last_map_and_once() {
+    for mission in [Mission::rovers(), Mission::scouts()] {
+        let (mut cartographer, _) = mission.followed();
+        let cell = mission.robots[0].start.cell;
+        let mut ended = mission;
+        ended.act(0, Action::Hold, cell, cell, Branch::Held);
+        let end = State { status: Status::Goal, ..ended.state(ended.through()) };
+        assert_eq!(ended.tell(&mut cartographer, end).then, [Effect::Finished(Status::Goal)]);
+        let again = cartographer.on(Event::State(end), NOW);
+        assert!(!again.iter().any(|effect| matches!(effect, Effect::Finished(_))), "{again:?}");
+    }
+}

@@ -1,0 +1,154 @@
+//! `scout_ahead`: a helicopter that looks ahead for a hopper.
+//!
+//! The hopper's planner prefers known ground that is good, and takes unseen ground for flat. So the helicopter flies where
+//! that assumption decides: along the cheapest way from the hopper to its goal as believed now ([`Costs`]), over the part of
+//! it that nobody has seen. Each flight goes straight to the farthest unseen cell that leaves none between unseen, at most
+//! [`REACH`] view radii along the way; then the way is searched again, since what was seen may have made another one
+//! cheaper. Once the whole way is seen it waits for the hopper's next landing; without budget it is done.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use contract::{
+    Action, Cell, Direction, Grid, Member, Name, Route, Sensor, Standing, Task, Vehicle, Waypoint,
+};
+
+use crate::names;
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
+use crate::route::Costs;
+use crate::route::costs::FORBIDDEN;
+
+/// Length of the way that one flight looks at, in radii of view.
+pub const REACH: f64 = 2.0;
+
+/// A planner for the helicopter of a hopper.
+#[derive(Debug, Default)]
+pub struct LookAhead {
+    /// The flight of the last plan that announces one: what is to be sent with the command.
+    announced: Option<Route>,
+}
+
+/// A helicopter about to announce a flight.
+struct Ready {
+    at: Waypoint,
+    view_m: f64,
+    left_m: f64,
+}
+
+impl LookAhead {
+    fn begin(&mut self, situation: &Situation<'_>, ready: &Ready) -> Plan {
+        let Situation { brief, map, state, .. } = *situation;
+        let idle = |action| Plan::at_once(action, PlanStatus::Solved);
+        let grid = &brief.grid;
+        if ready.left_m < grid.cell_size_m {
+            return idle(Action::Done);
+        }
+        let way = cheapest_way(&Costs::new(situation), grid, state.pose.cell, brief.goal);
+        let unseen = |cell: &Cell| map.ground(*cell).is_none();
+        let Some(flight) = way.and_then(|way| ready.flight(grid, &way, unseen)) else {
+            return idle(Action::Wait);
+        };
+        let Ok(route) = Route::new(flight.to_vec()) else { return idle(Action::Wait) };
+        let plan = idle(Action::Announce(route.id()));
+        self.announced = Some(route);
+        plan
+    }
+}
+
+impl Ready {
+    /// From where it is to the end of the unseen part of `way` that it looks at next; `None` if all is seen.
+    fn flight(&self, grid: &Grid, way: &[Cell], unseen: impl Fn(&Cell) -> bool) -> Option<[Waypoint; 2]> {
+        let first = way.iter().position(&unseen)?;
+        let reach = (REACH * self.view_m / grid.hop_distance_m()) as usize;
+        let ahead: Vec<Waypoint> =
+            way[first..].iter().take(reach + 1).map(|cell| Waypoint::middle_of(grid, *cell)).collect();
+        // With a cell's margin: what counts is whether the middle of a cell is in view.
+        let view_m = (self.view_m - grid.cell_size_m).max(0.0);
+        let shows = |last: &usize| {
+            ahead[..*last].iter().all(|between| between.distance_to_leg_m(self.at, ahead[*last]) <= view_m)
+        };
+        let last = (0..ahead.len()).rev().filter(|last| unseen(&way[first + last])).find(shows).unwrap_or(0);
+        let (to, length_m) = (ahead[last], self.at.distance_m(ahead[last]));
+        if length_m <= self.left_m {
+            return Some([self.at, to]);
+        }
+        let share = self.left_m / length_m;
+        let between = |from: f64, to: f64| from + share * (to - from);
+        let end = Waypoint { x_m: between(self.at.x_m, to.x_m), y_m: between(self.at.y_m, to.y_m) };
+        Some([self.at, end])
+    }
+}
+
+/// The cells of a cheapest way, both ends included; `None` if there is none. Among equals, the one that is found first when
+/// cells are expanded in the order of cost and index.
+fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<Vec<Cell>> {
+    let (first, last) = (grid.index(start)?, grid.index(goal)?);
+    let mut reached = vec![(FORBIDDEN, first); grid.cells()];
+    reached[first].0 = 0;
+    let mut open = BinaryHeap::from([Reverse((0, first))]);
+    while let Some(Reverse((cost, index))) = open.pop() {
+        if index == last {
+            let mut way = vec![last];
+            while *way.last()? != first {
+                way.push(reached[*way.last()?].1);
+            }
+            return Some(way.into_iter().rev().map(|index| grid.cell(index)).collect());
+        }
+        if cost > reached[index].0 {
+            continue;
+        }
+        for direction in Direction::ALL {
+            let hop = costs.hops[index][direction as usize];
+            let to = grid.index(grid.hop(grid.cell(index), direction));
+            let Some(to) = to.filter(|_| hop != FORBIDDEN) else { continue };
+            let sum = cost.saturating_add(hop);
+            if sum < reached[to].0 {
+                reached[to] = (sum, index);
+                open.push(Reverse((sum, to)));
+            }
+        }
+    }
+    None
+}
+
+fn is_hopper(member: &&Member) -> bool {
+    member.robot.vehicle == Vehicle::Hopper
+}
+
+impl Planner for LookAhead {
+    fn name(&self) -> Name {
+        names::name(names::SCOUT_AHEAD)
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        task == Task::Accompany
+    }
+
+    fn announces(&self) -> bool {
+        true
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
+        let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        let Some(team) = situation.team else { return hold };
+        let Some(me) = team.member(team.due) else { return hold };
+        let (Vehicle::Helicopter { budget_m, .. }, Sensor::Camera { radius_m }, Some(travel)) =
+            (me.robot.vehicle, me.robot.sensor, me.travel)
+        else {
+            return hold;
+        };
+        let hopper = team.members.iter().find(is_hopper);
+        if hopper.is_none_or(|hopper| hopper.standing != Standing::Active) {
+            return Plan::at_once(Action::Done, PlanStatus::Solved);
+        }
+        if travel.is_under_way() {
+            return Plan::at_once(Action::Fly, PlanStatus::Solved);
+        }
+        let ready = Ready { at: travel.at, view_m: radius_m, left_m: budget_m - travel.flown_m };
+        self.begin(situation, &ready)
+    }
+
+    fn announced(&self) -> Option<&Route> {
+        self.announced.as_ref()
+    }
+}
