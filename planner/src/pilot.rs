@@ -473,6 +473,11 @@ impl Pilot {
 
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        if self.planning.is_none()
+            && self.planned_for().is_some_and(|planned| Some(planned) == self.state.as_ref().map(due))
+        {
+            return;
+        }
         let Some(due) = self.situation().map(|situation| due(situation.state)) else {
             // Whoever was asked for a plan may have found nothing to plan for.
             self.planning = None;
@@ -525,14 +530,10 @@ impl Pilot {
         self.send(now, effects);
     }
 
-    /// Sends what was planned for the decision that is due, under the term that may be spoken for.
+    /// Sends what was planned, under the term that may be spoken for.
     fn send(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let Some(term) = self.term(now) else { return };
-        let Some(due) = self.situation().map(|situation| due(situation.state)) else { return };
-        let Some(Turn { robot, .. }) = self.own_turn() else { return };
-        if self.planned_for() != Some(due) {
-            return;
-        }
+        let Some(Turn { robot, leader }) = self.own_turn() else { return };
+        let Some(term) = self.term_for(robot, leader, now) else { return };
         self.views[usize::from(robot.0)].asked = Some(term);
         let Some(planned) = &mut self.planned else { return };
         planned.sent = now;
@@ -549,7 +550,11 @@ impl Pilot {
     }
 
     fn resend(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        if self.planned.as_ref().is_some_and(|planned| now.since_ns(planned.sent) >= RESEND_NS) {
+        let Some(Planned { due: planned, sent, .. }) = self.planned else { return };
+        if now.since_ns(sent) < RESEND_NS {
+            return;
+        }
+        if self.situation().is_some_and(|situation| due(situation.state) == planned) {
             self.send(now, effects);
         }
     }

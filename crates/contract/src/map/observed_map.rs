@@ -72,7 +72,7 @@ impl ObservedMap {
             sand: 0,
             observation: 0,
             treasures: Vec::new(),
-            changes: Changes::default(),
+            changes: Changes::of_at_most(grid.cells()),
         };
         map.mark();
         map
@@ -265,6 +265,11 @@ impl PartialEq for ObservedMap {
 }
 
 impl Changes {
+    /// None yet, with room for one of each cell, up to as many as are kept.
+    fn of_at_most(cells: usize) -> Self {
+        Self { log: Vec::with_capacity(cells.min(2 * CHANGES_KEPT)), ..Self::default() }
+    }
+
     fn push(&mut self, index: u32) {
         if self.log.len() >= 2 * CHANGES_KEPT {
             self.log.drain(..CHANGES_KEPT);

@@ -1,7 +1,5 @@
 //! `[truth.mobility]`: ground of one's own for a rover with a helicopter.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::fs;
 use std::path::Path;
 

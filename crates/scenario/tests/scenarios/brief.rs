@@ -1,0 +1,165 @@
+//! What of a scenario stands in the brief and in the hash.
+
+use contract::{Cell, DistanceNorm, GradientSource, Profile, Range, Reading};
+use scenario::{Overrides, Scenario, load};
+
+use crate::{Folder, HILLY, REAL, built_in, grid, hilly, says};
+
+#[test]
+fn a_resolved_scenario_resolves_to_the_very_same_world() {
+    let folder = Folder::new();
+    let real = folder.world(&REAL.replace("datum_m = -4000", "datum_m = \"survey\"")).unwrap();
+    let hopper = Overrides { profile: Some(Profile::Hopper), ..Overrides::default() };
+    let worlds = ["hard", "heterogeneous", "sandy", "hills"]
+        .into_iter()
+        .flat_map(|name| [built_in(name), load(name).unwrap().with(&hopper).resolve().unwrap()])
+        .chain([real]);
+    for world in worlds {
+        let again = Scenario::parse(&world.resolved, "resolved").unwrap().resolve().unwrap();
+        assert_eq!(again, world, "{}", world.resolved);
+    }
+}
+
+#[test]
+fn the_gradient_source_follows_the_profile_unless_stated() {
+    let source = |text: &str, profile: Option<Profile>| {
+        let overrides = Overrides { profile, ..Overrides::default() };
+        let world = Scenario::parse(text, "hilly").unwrap().with(&overrides).resolve().unwrap();
+        world.brief.sensor.gradient
+    };
+    assert_eq!(source(HILLY, None), GradientSource::Measured);
+    assert_eq!(source(HILLY, Some(Profile::Hopper)), GradientSource::SeenDifferences);
+    let stated = format!("{HILLY}[robot.sensor]\ngradient = \"measured\"\n");
+    assert_eq!(source(&stated, Some(Profile::Hopper)), GradientSource::Measured);
+}
+
+/// P-GUARD-SCENARIO.
+#[test]
+fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
+    let world = |text: &str, profile: Profile| {
+        let overrides = Overrides { profile: Some(profile), ..Overrides::default() };
+        Scenario::parse(text, "hilly").unwrap().with(&overrides).resolve().unwrap()
+    };
+    let guard = |text: &str, profile| {
+        let guard = world(text, profile).brief.guard;
+        (guard.hazard_max, guard.deadline_ns)
+    };
+    assert_eq!(guard(HILLY, Profile::Hopper), (0.25, 0));
+    assert_eq!(guard(HILLY, Profile::Paper2023), (1.0, 0));
+    let stated = format!("{HILLY}[guard]\nhazard_max = 0.0\ndeadline_s = 1.5\n");
+    assert_eq!(guard(&stated, Profile::Hopper), (0.0, 1_500_000_000));
+    assert_eq!(guard(&stated, Profile::Paper2023), (1.0, 0), "the paper flies without a guard");
+    let unused = world(&stated, Profile::Paper2023);
+    assert!(unused.warnings.iter().any(|warning| warning.to_string().contains("[guard] is not used")));
+    assert!(world(HILLY, Profile::Paper2023).warnings.is_empty());
+    // The guard is a part of the mission, and of its hash; without one, everything is as it was.
+    assert_ne!(world(HILLY, Profile::Hopper).hash, world(&stated, Profile::Hopper).hash);
+    assert_eq!(world(HILLY, Profile::Paper2023).hash, unused.hash);
+    assert!(!unused.resolved.contains("[guard]"));
+}
+
+#[test]
+fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
+    let text = include_str!("../../../../scenarios/hard.toml");
+    let plain = Scenario::parse(text, "hard").unwrap().resolve().unwrap();
+    assert!(plain.brief.reading.is_default() && !plain.resolved.contains("reading"));
+    assert!(!plain.resolved.contains("ground_at"));
+    let read = |section: &str| {
+        Scenario::parse(&format!("{text}\n[brief.reading]\n{section}\n"), "hard").unwrap().resolve()
+    };
+    let defaults = read("distance = \"euclidean\"\nopening_steps = 0").unwrap();
+    assert_eq!(defaults.hash, plain.hash, "spelled out, the defaults are the same mission");
+    let other =
+        read("leaving = -100.0\ndistance = \"manhattan\"\ndistance_scale_cells = 20.0\nopening_steps = 1")
+            .unwrap();
+    let reading = Reading {
+        leaving: Some(-100.0),
+        distance: DistanceNorm::Manhattan,
+        distance_scale_cells: Some(20.0),
+        opening_steps: 1,
+    };
+    assert_eq!(other.brief.reading, reading);
+    assert_ne!(other.hash, plain.hash);
+    assert_eq!(Scenario::parse(&other.resolved, "hard").unwrap().resolve().unwrap(), other);
+    let refused = |section: &str, words: &[&str]| says(&read(section).unwrap_err().to_string(), words);
+    refused("leaving = 5.0", &["brief.reading.leaving", "below 0", "5"]);
+    refused("distance_scale_cells = 0.0", &["brief.reading.distance_scale_cells", "at least 0.001"]);
+    refused("opening_steps = 150", &["brief.reading.opening_steps", "150"]);
+    let ours = text.replace("paper-2023", "hopper");
+    let ours = Scenario::parse(&format!("{ours}\n[brief.reading]\nopening_steps = 1\n"), "hard").unwrap();
+    says(&ours.resolve().unwrap_err().to_string(), &["brief.reading", "paper-2023", "hopper"]);
+}
+
+/// P-PATROL-SCENARIO.
+#[test]
+fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
+    let patrol = |text: &str| {
+        let mission = format!("[mission]\nkind = \"patrol\"\n{text}\n[brief]");
+        hilly("[brief]", &mission).map(|world| world.brief)
+    };
+    let brief = patrol("goals = [[2, 2], [4, 2]]\nhops_max = 77").unwrap();
+    let flown = brief.patrol.unwrap();
+    assert_eq!(flown.goals(), [brief.goal, Cell::new(2, 2), Cell::new(4, 2)]);
+    assert_eq!(flown.hops_max, 77);
+    assert!(brief.limits.steps_max > 1 << 31, "no limit of steps");
+    assert_eq!(patrol("goals = [[2, 2]]").unwrap().patrol.unwrap().hops_max, 1 << 32);
+    let same = format!("goals = [[{}, {}]]", brief.goal.x, brief.goal.y);
+    for wrong in ["", &same, "goals = [[2, 2], [2, 2]]", "goals = [[2, 2]]\nhops_max = 0"] {
+        let text = patrol(wrong).expect_err(wrong).to_string();
+        says(&text, &["mission."]);
+    }
+    says(&patrol("goals = [[98, 2]]").unwrap_err().to_string(), &["goal", "(98, 2)"]);
+    let reach = hilly("[brief]", "[mission]\nhops_max = 5\n[brief]").unwrap_err().to_string();
+    says(&reach, &["mission.kind", "patrol"]);
+    let built_in = built_in("patrol").brief.patrol.unwrap();
+    assert_eq!((built_in.goals().len(), built_in.hops_max), (4, 1_000_000));
+}
+
+#[test]
+fn overrides_change_profile_budget_and_elevation_file() {
+    let folder = Folder::new();
+    let path = folder.write("mission.toml", REAL);
+    let other = folder.write("other.asc", &grid(|x, _| f64::from(x) * 0.25 - 4000.0));
+    let overrides =
+        Overrides { profile: Some(Profile::Hopper), decision_budget_ns: Some(123_456_789), dem: Some(other) };
+    let world = load(path.to_str().unwrap()).unwrap().with(&overrides).resolve().unwrap();
+    assert_eq!(world.brief.profile, Profile::Hopper);
+    assert_eq!(world.brief.limits.decision_budget_ns, 123_456_789);
+    assert_eq!(world.terrain.ground(Cell::new(4, 4)).unwrap().gradient, [0.125, 0.0]);
+    assert!(world.resolved.contains("other.asc"));
+
+    let refused = load("hard").unwrap().with(&overrides).resolve().unwrap_err().to_string();
+    says(&refused, &["--dem", "elevation_file", "generated"]);
+}
+
+#[test]
+fn the_hash_changes_with_any_cell_and_any_field_but_not_with_folder_or_budget() {
+    let (here, there) = (Folder::new(), Folder::new());
+    let hash = |folder: &Folder, text: &str| folder.world(text).unwrap().hash;
+    let first = hash(&here, REAL);
+    assert_eq!(first, hash(&there, REAL), "the same mission in another folder");
+    assert_eq!(first, hash(&here, &format!("{REAL}[limits]\ndecision_budget_ms = 1\n")));
+    assert_ne!(first, hash(&here, &format!("{REAL}[limits]\nsteps_max = 149\n")));
+    assert_ne!(first, hash(&here, &REAL.replace("[brief]", "[brief]\nweights = { safety = 0.4 }")));
+    let bumped = grid(|x, y| {
+        let bump = if (x, y) == (11, 0) { 1e-6 } else { 0.0 };
+        if (x, y) == (6, 4) { 40.0 } else { f64::from(y) * 0.5 - 4000.0 + bump }
+    });
+    there.write("dem.asc", &bumped);
+    assert_ne!(first, hash(&there, REAL), "one cell a micrometre higher");
+    assert_eq!(here.world(REAL).unwrap().brief.scenario_hash, first);
+}
+
+#[test]
+fn priors_and_datum_are_given_or_surveyed() {
+    let given = hilly("[brief]", "[brief]\npriors = { safety = [-1, 0], height_m = [0.5, 2] }").unwrap();
+    assert_eq!(given.brief.priors.safety, Range { min: -1.0, max: 0.0 });
+    assert_eq!(given.brief.priors.height_m, Range { min: 0.5, max: 2.0 });
+    let surveyed = hilly("[brief]", "[brief]\npriors = { safety = \"survey\" }").unwrap();
+    assert_eq!(surveyed.brief.priors.height_m, surveyed.terrain.height_range());
+    assert_eq!(surveyed.brief.priors.safety, surveyed.terrain.safety_range(-5.0));
+    let lower = hilly("[brief]", "[brief]\ndatum_m = 100").unwrap();
+    assert!((lower.brief.priors.height_m.max - (0.2 - 100.0)).abs() < 1e-12);
+    let treasures = |name: &str| scenario::load(name).unwrap().resolve().unwrap().brief.priors.treasures;
+    assert_eq!((treasures("hard"), treasures("treasures")), (0, 4));
+}

@@ -1,0 +1,151 @@
+//! Ground from elevation models, and what lies on it.
+
+use contract::{Cell, Range, Soil};
+use scenario::{ResolvedScenario, Scenario, ScenarioCheck, Warning};
+
+use crate::{Folder, REAL, built_in, grid, hilly, says};
+
+#[test]
+fn ground_at_the_centre_is_that_half_a_cell_further_on() {
+    let text = include_str!("../../../../scenarios/hard.toml");
+    let at = |point: &str| {
+        let terrain = format!("[truth.terrain.gaussians]\nground_at = \"{point}\"");
+        let text = text.replace("[truth.terrain.gaussians]", &terrain);
+        Scenario::parse(&text, "hard").unwrap().resolve().unwrap()
+    };
+    let (corner, centre) = (at("corner"), at("centre"));
+    assert_eq!(corner.terrain, built_in("hard").terrain);
+    // The hill at (1, 6) m is highest at the corner of (1, 6); halfway between cells its four neighbours are equal.
+    let height = |world: &ResolvedScenario, x, y| world.terrain.ground(Cell::new(x, y)).unwrap().height_m;
+    assert!(height(&corner, 1, 6) > height(&corner, 0, 5) && height(&corner, 1, 6) > height(&corner, 0, 6));
+    assert!((height(&centre, 1, 6) - height(&centre, 0, 5)).abs() < 1e-3);
+}
+
+#[test]
+fn an_elevation_file_gives_heights_over_the_datum_gradients_and_impassable_ground() {
+    let world = Folder::new().world(REAL).unwrap();
+    assert_eq!(world.brief.scenario.as_str(), "mission", "named after its file");
+    let ground = |x, y| *world.terrain.ground(Cell::new(x, y)).unwrap();
+    assert_eq!((ground(3, 2).height_m, ground(3, 2).gradient), (1.0, [0.0, 0.25]));
+    assert!(!ground(0, 0).passable, "nodata");
+    let blocked: Vec<Cell> =
+        world.terrain.grid.iter().filter(|&cell| !ground(cell.x, cell.y).passable).collect();
+    let cliff = [(6, 3), (5, 4), (7, 4), (6, 5)].map(|(x, y)| Cell::new(x, y));
+    assert_eq!(blocked, [&[Cell::new(0, 0)], &cliff[..]].concat(), "the slopes around the spire");
+    assert_eq!(world.brief.priors.height_m, Range { min: 0.0, max: 4040.0 });
+    assert!(world.warnings.is_empty(), "a way leads around");
+    let survey = Folder::new().world(&REAL.replace("-4000", "\"survey\"")).unwrap();
+    let mean: f64 = survey.terrain.cells.iter().skip(1).map(|ground| ground.height_m).sum::<f64>() / 107.0;
+    assert!(mean.abs() < 1e-9, "heights are relative to their mean");
+}
+
+#[test]
+fn crop_resampling_and_exaggeration_follow_one_another() {
+    let folder = Folder::new();
+    let with = |fields: &str| {
+        let text = REAL.replace("dem.asc\"", &format!("dem.asc\"\n{fields}"));
+        folder.world(&text.replace("[10, 7]", "[3, 3]")).unwrap()
+    };
+    let cells = with("crop_cells = { x = 7, y = 4, width = 5, height = 4 }");
+    assert_eq!((cells.brief.grid.width, cells.brief.grid.height), (5, 4));
+    assert_eq!(cells.terrain.ground(Cell::new(2, 0)).unwrap().height_m, 2.0);
+    let metres = with("crop_m = { west = 114, south = 308, width = 10, height = 8 }");
+    assert_eq!(metres.terrain, cells.terrain, "the same crop in metres");
+
+    let fine = with(
+        "crop_cells = { x = 7, y = 4, width = 5, height = 4 }\ncell_size_m = 1.0\nvertical_exaggeration = 2.0",
+    );
+    assert_eq!((fine.brief.grid.width, fine.brief.grid.height, fine.brief.grid.hop_cells), (10, 8, 2));
+    let ground = fine.terrain.ground(Cell::new(6, 3)).unwrap();
+    // The middle of row 3 lies 0.25 old cells above that of row 1: 4 + 1.25 rows of 0.5 m, doubled; the
+    // datum stays -4000 while the heights of some -8000 do not.
+    assert!((ground.height_m - (2.0 * (5.25 * 0.5 - 4000.0) + 4000.0)).abs() < 1e-9, "{ground:?}");
+    assert_eq!(ground.gradient, [0.0, 0.5]);
+}
+
+#[test]
+fn a_hop_that_is_no_whole_number_of_cells_is_refused_with_the_cell_size_that_mends_it() {
+    let folder = Folder::new();
+    says(&folder.error(&REAL.replace("= 2.0", "= 5.0")), &["whole number of cells", "cell_size_m = 1.6666"]);
+    says(&folder.error(&REAL.replace("= 2.0", "= 1.0")), &["1 m over cells of 2 m", "cell_size_m = 1 "]);
+    let mended = REAL
+        .replace("[1, 1]", "[3, 1]")
+        .replace("[10, 7]", "[20, 14]")
+        .replace("= 2.0", "= 1.0")
+        .replace("dem.asc\"", "dem.asc\"\ncell_size_m = 1");
+    assert_eq!(folder.world(&mended).unwrap().brief.grid.hop_cells, 1);
+}
+
+#[test]
+fn sand_lies_in_rectangles_hollows_and_masks() {
+    let folder = Folder::new();
+    let mask = folder.write("mask.asc", &grid(|x, y| f64::from(u32::from(x == 8 && y > 2))));
+    let sand = format!(
+        "[truth.sand]\nmask_file = {:?}\nrectangles = [{{ x = [1, 2], y = [7, 99] }}]\nbelow_height_m = 0.5\n",
+        mask
+    );
+    let is_sand =
+        |world: &ResolvedScenario, x, y| world.terrain.ground(Cell::new(x, y)).unwrap().soil == Soil::Sand;
+    let world = folder.world(&format!("{sand}{REAL}")).unwrap();
+    for (x, y, expected) in [
+        (8, 3, true),
+        (8, 2, false),
+        (9, 3, false),
+        (1, 8, true),
+        (2, 7, true),
+        (3, 7, false),
+        (5, 0, true),
+        (5, 1, false),
+    ] {
+        assert_eq!(is_sand(&world, x, y), expected, "({x}, {y})");
+    }
+    // The mask is cropped and resampled with the terrain: the column of x = 8 becomes two.
+    let crop = "dem.asc\"\ncrop_cells = { x = 7, y = 3, width = 5, height = 6 }\ncell_size_m = 1";
+    let text = format!("{sand}{REAL}").replace("dem.asc\"", crop).replace("[10, 7]", "[9, 7]");
+    let fine = folder.world(&text).unwrap();
+    let columns: Vec<i32> = (0..10).filter(|&x| is_sand(&fine, x, 5)).collect();
+    assert_eq!(columns, [2, 3]);
+
+    let small = folder.write("small.asc", "ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 2\n1\n");
+    let refused = folder.error(&format!("[truth.sand]\nmask_file = {small:?}\n{REAL}"));
+    says(&refused, &["small.asc", "12 x 9 cells", "1 x 1"]);
+    says(
+        &folder.error(&format!("[truth.sand]\nmask_file = \"none.asc\"\n{REAL}")),
+        &["truth.sand.mask_file", "none.asc", "found none"],
+    );
+}
+
+#[test]
+fn start_and_goal_have_to_be_on_the_map_passable_and_whole_hops_apart() {
+    let folder = Folder::new();
+    says(&folder.error(&REAL.replace("[10, 7]", "[12, 7]")), &["brief.goal", "(11, 8)", "(12, 7)"]);
+    says(&folder.error(&REAL.replace("[1, 1]", "[0, 0]")), &["brief.start", "nodata", "such as (1, 0)"]);
+    says(&folder.error(&REAL.replace("[10, 7]", "[5, 4]")), &["brief.goal", "degrees", "such as (5, 3)"]);
+    let long = REAL.replace("= 2.0", "= 4.0");
+    says(&folder.error(&long), &["whole hops of 2 cells", "multiples of 2"]);
+    assert!(folder.world(&long.replace("[10, 7]", "[9, 7]")).is_ok());
+}
+
+#[test]
+fn a_goal_that_no_chain_of_hops_reaches_is_a_warning() {
+    let folder = Folder::new();
+    folder.write("dem.asc", &grid(|x, _| if x >= 6 { 50.0 } else { 0.0 }));
+    let world = folder.world(REAL).unwrap();
+    let [warning] = &world.warnings[..] else { panic!("{:?}", world.warnings) };
+    assert!(matches!(warning, Warning::Unreachable { .. }));
+    says(&ScenarioCheck::of(&world).to_string(), &["no way", "warning: no chain of hops"]);
+
+    let hasty = hilly("[brief]", "[limits]\nsteps_max = 5\n[brief]").unwrap();
+    says(&hasty.warnings[0].to_string(), &["steps_max = 5", "14 steps", "7 hops"]);
+}
+
+#[test]
+fn a_missing_elevation_file_says_where_it_was_looked_for_and_how_to_name_another() {
+    let folder = Folder::new();
+    let text = folder.error(&REAL.replace("dem.asc", "gone/dem.tif"));
+    says(&text, &["truth.terrain.elevation_file.file", "gone/dem.tif", "found none", "--dem FILE"]);
+    assert!(text.contains(folder.0.path().to_str().unwrap()), "the absolute path: {text}");
+    let cut_short = folder.write("short.asc", "ncols 12\nnrows 9\n");
+    let text = folder.error(&REAL.replace("dem.asc", "short.asc"));
+    says(&text, &[cut_short.file_name().unwrap().to_str().unwrap(), "xllcorner", "none"]);
+}

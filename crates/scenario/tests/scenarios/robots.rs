@@ -1,0 +1,65 @@
+//! Missions of several robots.
+
+use scenario::{Scenario, ScenarioCheck, load};
+
+use crate::says;
+
+#[test]
+fn a_check_tells_what_rovers_cover_and_what_they_are() {
+    let told = ScenarioCheck::of(&load("coverage").unwrap().resolve().unwrap()).to_string();
+    says(&told, &["cover 100 % of the cells that can be reached, together", "robot 3", "sees 3 x 3 cells"]);
+    assert!(!told.contains("hops of") && !told.contains("payoff"), "{told}");
+}
+
+/// P-SCOUT-SCENARIO.
+#[test]
+fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
+    const ROVER: &str = "[[robots]]\nvehicle = \"rover\"\n";
+    const HELICOPTER: &str = "[[robots]]\nvehicle = \"helicopter\"\n";
+    let resolve = |terrain: &str, mission: &str, robots: &str| {
+        let text = format!("[truth.terrain.{terrain}\n[mission]\n{mission}\n[brief]\n{robots}");
+        Scenario::parse(&text, "scouts").unwrap().resolve().map(|world| world.planners.len())
+    };
+    let error = |terrain, mission, robots: &str| resolve(terrain, mission, robots).unwrap_err().to_string();
+    let passages = "passages]\nseed = 3";
+    let scout = "kind = \"scout\"";
+    assert_eq!(resolve(passages, scout, &[ROVER, HELICOPTER].concat()).unwrap(), 2);
+    assert_eq!(resolve(passages, scout, &[HELICOPTER, ROVER, HELICOPTER].concat()).unwrap(), 3);
+    let with = |field: &str| format!("{ROVER}{HELICOPTER}{field}\n");
+    let open = "obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\npercent = 0\nseed = 1";
+    let cover = "kind = \"cover\"";
+    for (error, need) in [
+        (error(passages, scout, ""), "robots"),
+        (error(passages, scout, HELICOPTER), "one rover"),
+        (error(passages, scout, &ROVER.repeat(2)), "one rover"),
+        (error(passages, scout, &[ROVER, &HELICOPTER.repeat(16)].concat()), "1 to 16"),
+        (error(passages, scout, &with("start = [3, 4]")), "robots.start"),
+        (error(passages, scout, &with("budget_m = -1")), "robots.budget_m"),
+        (error(passages, scout, &with("view_radius_m = 0")), "robots.view_radius_m"),
+        (error(passages, scout, &with("speed_mps = 0")), "robots.speed_mps"),
+        (error(passages, scout, &format!("{ROVER}budget_m = 9\n")), "vehicle = \"helicopter\""),
+        (error(passages, scout, &with("[[faults]]\nrobot = 2\naction = 1")), "faults"),
+        (error(passages, "kind = \"scout\"\nrover_samples = 0", ROVER), "mission.rover_samples"),
+        (error(passages, "kind = \"reach\"", "start = [0, 0]\ngoal = [9, 9]"), "mission.kind"),
+        (error(open, scout, ROVER), "mission.kind"),
+        (error(open, cover, &format!("{ROVER}start = [0, 0]\n{HELICOPTER}")), "robots.vehicle"),
+        (error(open, cover, ROVER), "robots.start"),
+        (
+            error(open, "kind = \"cover\"\nhelicopter_samples = 5", &format!("{ROVER}start = [0, 0]\n")),
+            "scout",
+        ),
+    ] {
+        says(&error, &[need]);
+    }
+}
+
+/// The seed of planners is public: it is that of no draw, and the same whatever the mission's.
+#[test]
+fn a_mission_with_scouts_tells_planners_a_seed_that_is_not_the_worlds() {
+    let world = load("rover-helicopter").unwrap().resolve().unwrap();
+    let seed = world.brief.scout.unwrap().seed;
+    assert!(seed > 1 << 32, "{seed}");
+    assert_eq!(world.terrain.prior.len(), world.terrain.cells.len());
+    let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, again.brief.scout, again.fleet), (world.hash, world.brief.scout, world.fleet));
+}
