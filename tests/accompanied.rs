@@ -1,10 +1,6 @@
 //! A hopper with a helicopter, each with a planner process of its own, fly as lockstep does.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, json, leaders, lockstep, stderr};
+use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
 const SCENARIO: [&str; 2] = ["--scenario", "hopper-scout"];
 

@@ -1,8 +1,5 @@
 //! The batch jobs of docs/campaigns.md, taken from the page: by a shell, by a real Slurm, by GNU parallel.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
 #[path = "batch/slurm.rs"]
 mod slurm;
 
@@ -11,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use harness::{eventually, hopper, skip, stderr};
+use crate::harness::{eventually, hopper, skip, stderr};
 use slurm::Slurm;
 
 /// The fenced block of docs/campaigns.md with this info string.

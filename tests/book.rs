@@ -1,15 +1,11 @@
 //! The README and the book in docs/ agree with themselves and with the program.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use crate::harness::{Mission, hopper, stderr};
 use contract::message::Visitor;
 use contract::{Message, Request};
-use harness::{Mission, hopper, stderr};
 use serde_json::Value;
 
 fn root() -> &'static Path {

@@ -1,15 +1,11 @@
 //! Campaigns give the same rows whatever jobs, shards and kills, and say what they come to.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use crate::harness::{self, Process, eventually, hopper, json, stderr};
 use ::campaign::checksum::{with_checksum, without_checksum};
-use harness::{Process, eventually, hopper, json, stderr};
 use serde_json::Value;
 
 const TINY: &str = r#"

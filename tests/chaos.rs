@@ -1,15 +1,11 @@
 //! Processes die at every named point and at random, and the mission ends with the undisturbed digest.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::fs;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
 
-use harness::{Mission, Process, lockstep, stderr};
+use crate::harness::{self, Mission, Process, lockstep, stderr};
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::Signal;
 use serde_json::Value;

@@ -1,7 +1,5 @@
 //! The planner that knows the whole map, where alone it may fly: in lockstep.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Brief, Digest, MonotonicNs, RunId, Status};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;

@@ -1,13 +1,9 @@
 //! Files that the release before wrote, in tests/golden/, are read by this one. See docs/compatibility.md.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use harness::{Mission, hopper, json, program, stderr};
+use crate::harness::{self, Mission, hopper, json, program, stderr};
 use scenario::{Overrides, Scenario};
 use serde_json::Value;
 

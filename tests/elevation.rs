@@ -1,13 +1,10 @@
 //! Missions over elevation files, from the survey of the file to the digest of four processes.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
 #[allow(dead_code, reason = "the reader's own tests use every layout")]
 #[path = "../crates/terrain/tests/raster/tiff_writer.rs"]
 mod tiff_writer;
 
-use harness::{Mission, hopper, json, lockstep, stderr};
+use crate::harness::{Mission, hopper, json, lockstep, stderr};
 use serde_json::Value;
 use tiff_writer::{GeoTiff, Packing, Sample};
 

@@ -1,14 +1,10 @@
 //! Memory, disk and readers run out: refused at the start with the sizes, or held, never a death in mid-run.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::fs::{File, FileType};
 use std::os::unix::fs::MetadataExt;
 use std::process::{Command, Output};
 
-use harness::{Mission, Process, eventually, hopper, json, lockstep, skip, stderr};
+use crate::harness::{self, Mission, Process, eventually, hopper, json, lockstep, skip, stderr};
 use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
 use serde_json::Value;
 

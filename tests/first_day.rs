@@ -1,10 +1,6 @@
 //! What a new user types on the first day works, or is answered with what does.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, Process, hopper, json, stderr};
+use crate::harness::{self, Mission, Process, hopper, json, stderr};
 use rustix::process::Signal;
 
 /// Standard error of `hopper WORDS`, which must fail with `code`.

@@ -1,15 +1,11 @@
 //! Other users put files, folders and links where a mission writes: they are refused by path and owner.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown, symlink};
 use std::path::{Path, PathBuf};
 
-use harness::{Mission, json, lockstep, skip, stderr};
+use crate::harness::{Mission, json, lockstep, skip, stderr};
 
 /// A user that owns nothing.
 const NOBODY: u32 = 65534;

@@ -1,16 +1,12 @@
 //! The guard between planners and the hopper, through real processes.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::time::Duration;
 
+use crate::harness::{Mission, eventually, lockstep};
 use contract::wire::{CommandV3, HeartbeatV1};
 use contract::{
     Action, Command, Direction, Heartbeat, Incarnation, MonotonicNs, RobotId, Role, State, Status,
 };
-use harness::{Mission, eventually, lockstep};
 use node::{Instance, Node};
 use process::{Ports, Reader as _};
 use rustix::process::Signal;

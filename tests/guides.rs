@@ -1,7 +1,5 @@
 //! The guides of ARCHITECTURE.md, followed on an example: a message and a planner are added to a copy of the tree.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
 mod check;
@@ -110,7 +108,7 @@ name = "guides"
 version = "0.0.0"
 edition.workspace = true
 
-[dependencies]
+[dev-dependencies]
 contract.workspace = true
 hopper-sim.workspace = true
 lockstep.workspace = true
@@ -120,12 +118,19 @@ scenario.workspace = true
 simulation.workspace = true
 "#;
 
-/// The dependencies are those that are compiled already; what is compiled here is not optimised, which takes longer
-/// than it runs.
-const PROFILE: [(&str, &str); 2] = [
-    ("[profile.release]\n", "[profile.release]\nopt-level = 0\n"),
-    ("[profile.release.package]\n", "[profile.release.package]\n\"*\" = { opt-level = 3 }\n"),
-];
+/// The manifest with profiles that optimise nothing of the tree, which takes longer than what is compiled here runs. The
+/// dependencies are those that are compiled already.
+fn unoptimised(manifest: &str) -> String {
+    let section = "[profile.release.package]\n";
+    assert!(manifest.contains(section), "Cargo.toml needs {section:?}");
+    let lock = read("Cargo.lock");
+    let ours = lock.split("[[package]]").skip(1).filter(|package| !package.contains("\nsource = "));
+    let names = ours.map(|package| package.split('"').nth(1).unwrap());
+    let lines: String = names.map(|name| format!("{name} = {{ opt-level = 0 }}\n")).collect();
+    let kept = manifest.lines().filter(|line| !line.ends_with("{ codegen-units = 1 }"));
+    let kept: String = kept.flat_map(|line| [line, "\n"]).collect();
+    kept.replacen(section, &(section.to_owned() + &lines), 1)
+}
 
 /// P-GUIDES: with the files of the guides and no others, the message has a port, a line in the memory budget, faults
 /// in the simulation and a place in recordings, and the planner flies.
@@ -148,17 +153,16 @@ fn a_message_and_a_planner_added_by_the_guides_work() {
         run(git.arg("apply").arg(&file).current_dir(&copy).env("GIT_CEILING_DIRECTORIES", target));
     }
     write(&copy.join("guides/Cargo.toml"), MANIFEST.as_bytes());
-    write(&copy.join("guides/src/main.rs"), read("tests/guides/check.rs").as_bytes());
-    let manifest = read("Cargo.toml").replacen("members = [\n", "members = [\n    \"guides\",\n", 1);
-    let manifest = PROFILE.iter().fold(manifest, |manifest, (ours, quick)| {
-        assert!(manifest.contains(ours), "Cargo.toml needs {ours:?}");
-        manifest.replacen(ours, quick, 1)
-    });
-    write(&copy.join("Cargo.toml"), manifest.as_bytes());
+    write(&copy.join("guides/src/lib.rs"), b"");
+    write(&copy.join("guides/examples/guides.rs"), read("tests/guides/check.rs").as_bytes());
+    // Of the members and of those that are built where no package is named, as the tests were: so what is compiled already
+    // has the same features.
+    let manifest = read("Cargo.toml").replace("members = [\n", "members = [\n    \"guides\",\n");
+    write(&copy.join("Cargo.toml"), unoptimised(&manifest).as_bytes());
 
     let mut cargo = Command::new(env!("CARGO"));
     cargo
-        .args(["run", "--quiet", "--offline", "-p", "guides", "--target-dir"])
+        .args(["run", "--quiet", "--offline", "--example", "guides", "--target-dir"])
         .arg(target)
         .current_dir(&copy);
     if profile.ends_with("release") {

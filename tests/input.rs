@@ -1,10 +1,6 @@
 //! Bad input gets one clear error and an exit code, never a panic or a hang.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{hopper, stderr};
+use crate::harness::{hopper, stderr};
 
 /// Runs `hopper WORDS`, which must fail with `code` and say all of `says`, in few lines.
 fn refuses(words: &[&str], code: i32, says: &[&str]) {

@@ -1,10 +1,6 @@
 //! hopper-sim on journals that are finished, foreign, torn or damaged.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, Process, hopper, json, stderr};
+use crate::harness::{Mission, Process, hopper, json, stderr};
 use serde_json::Value;
 
 /// Flies a whole mission into the mission's `journal`, in lockstep.

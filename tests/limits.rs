@@ -1,12 +1,8 @@
 //! Limits of the operating system on a process: too little is refused in words.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::process::{Command, Output};
 
-use harness::{Mission, json, lockstep, stderr};
+use crate::harness::{self, Mission, json, lockstep, stderr};
 
 /// Runs `script` by a shell, with the program in `$HOPPER`.
 fn shell(mission: &Mission, script: &str) -> Output {

@@ -1,11 +1,7 @@
 //! Looking into a mission from outside: its topics, its processes, and what the dead left behind.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
+use crate::harness::{Mission, Process, eventually, hopper, json, lockstep, stderr};
 use contract::Role;
-use harness::{Mission, Process, eventually, hopper, json, lockstep, stderr};
 use node::{Instance, Node};
 use serde_json::Value;
 

@@ -1,15 +1,11 @@
 //! Who shares a machine: other builds are refused by name, other users can neither read nor inject.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::fs::{self, DirBuilder, File};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use harness::{Mission, Process, eventually, lockstep, skip, stderr};
+use crate::harness::{self, Mission, Process, eventually, lockstep, skip, stderr};
 use rustix::fs::{FlockOperation, flock};
 
 /// A user that owns nothing.

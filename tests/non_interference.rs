@@ -1,8 +1,6 @@
 //! What has not been seen changes no decision: two truths that agree on everything observed so far give
 //! the same commands so far.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::collections::BTreeSet;
 
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};

@@ -1,7 +1,5 @@
 //! What is published, as libraries, can be: names, descriptions, READMEs, and dependencies that are published too.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,7 +1,5 @@
 //! The account behind the monitor's page: the same for whoever comes when, at whatever speed they read.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::TcpStream;

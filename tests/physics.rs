@@ -1,10 +1,6 @@
 //! A hop is a flight: what travels with the state against closed form, and the pace of real time.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, Process, eventually, json, stderr};
+use crate::harness::{Mission, Process, eventually, json, stderr};
 use serde_json::Value;
 
 /// Surface gravity of Mars, m/s².

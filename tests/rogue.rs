@@ -1,11 +1,8 @@
 //! A rogue process writes what it should not beside a real mission: refused, counted, it moves nothing.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::time::Duration;
 
+use crate::harness::{Mission, Process, eventually, lockstep};
 use bytemuck::Zeroable;
 use contract::wire::{
     BriefV7, CommandV3, HeartbeatV1, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
@@ -16,7 +13,6 @@ use contract::{
     MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId,
     Role, SeenCell, State, Status, TruthRequest,
 };
-use harness::{Mission, Process, eventually, lockstep};
 use hostile::{extremes, fixtures};
 use node::{Instance, Node, Reader, Writer};
 use process::{Ports, Reader as _, Server as _, Writer as _};

@@ -1,10 +1,6 @@
 //! Several rovers, each with a planner process of its own or sharing one, fly as lockstep does.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, json, leaders, lockstep, stderr};
+use crate::harness::{Mission, json, leaders, lockstep, stderr};
 use rustix::process::Signal;
 
 /// P-COVER-RUN: four and eight rovers, one planner process each, have the digest of lockstep.

@@ -1,7 +1,5 @@
 //! The invariants of ARCHITECTURE.md, stated as absences: what cargo resolves, and what only the sources can tell.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 #[path = "structure/functions.rs"]
 mod functions;
 #[path = "structure/imports.rs"]

@@ -1,10 +1,6 @@
 //! Four real processes fly a mission, however they are started and ended.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, eventually, hopper, json, lockstep, stderr};
+use crate::harness::{self, Mission, eventually, hopper, json, lockstep, stderr};
 use rustix::process::Signal;
 
 const ROLES: [&str; 4] = ["sim", "perception", "planner", "monitor"];

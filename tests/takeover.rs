@@ -1,10 +1,6 @@
 //! Planners swap while the hopper is in the field: no hop lost, none executed twice.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, lockstep};
+use crate::harness::{self, Mission, lockstep};
 use rustix::process::Signal;
 use serde_json::Value;
 

@@ -1,15 +1,11 @@
 //! Somebody deletes, replaces or cuts the files of a live mission, or starts another in its folder.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harness::{Mission, Process, eventually, lockstep, stderr};
+use crate::harness::{self, Mission, Process, eventually, lockstep, stderr};
 use rustix::process::Signal;
 
 /// `hopper run` into `out` of the mission's folder, with an instance of its own.

@@ -1,12 +1,8 @@
 //! Commands that programs of their own serve: passed on to them, or refused with the way to build them.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::process::Command;
 
-use harness::{hopper, program, stderr};
+use crate::harness::{hopper, program, stderr};
 use hopper::tool::TOOLS;
 
 #[test]

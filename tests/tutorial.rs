@@ -1,12 +1,8 @@
 //! The commands of the tutorial.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
 use std::process::Command;
 
-use harness::{Mission, stderr};
+use crate::harness::{self, Mission, stderr};
 
 /// P-TUTORIAL: every command of the tutorial does what it says, in order.
 #[test]

@@ -1,19 +1,13 @@
 //! The monitor's page: in a real browser, and before those who mean no good.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-#[path = "harness/chromium.rs"]
-mod chromium;
-mod harness;
-
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use chromium::{chromium, playwright};
+use crate::chromium::{chromium, playwright};
+use crate::harness::{self, Mission, PATIENCE, Process, eventually, json, lockstep};
 use contract::{Message as _, Policy};
-use harness::{Mission, PATIENCE, Process, eventually, json, lockstep};
 use node::Node;
 use process::Ports;
 use rustix::process::Signal;

@@ -1,10 +1,6 @@
 //! A world too wide to be seen at once: the map travels as patches, and whoever comes late asks for it.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod harness;
-
-use harness::{Mission, hopper, json, lockstep, stderr};
+use crate::harness::{Mission, hopper, json, lockstep, stderr};
 use hopper_sim::JournalReader;
 
 const WORDS: [&str; 4] = ["--scenario", "wide", "--seed", "3"];

@@ -1,18 +1,14 @@
 //! Instances keep apart, name who holds what, and leave nothing behind.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
-
-mod samples;
-
 use std::sync::Barrier;
 use std::time::Duration;
 
+use crate::samples::{Own, ROBOT, brief, eventually, state};
 use contract::{Brief, Command, Name, Role, State};
 use iceoryx2::prelude::{Config, FileName, NodeBuilder, Path, SemanticString, ipc};
 use node::inspect::{NodeHealth, inspect};
 use node::{Cleaned, Exit, Instance, Node, NodeError};
 use process::{Membership, Ports, Reader as _, Terms, Writer as _};
-use samples::{Own, ROBOT, brief, eventually, state};
 
 #[test]
 fn a_name_that_cannot_be_one_is_refused() {

@@ -1,11 +1,10 @@
 //! Every port carries its messages, late comers are served, and rogue bytes are refused.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
-
-mod samples;
-
 use std::time::{Duration, Instant};
 
+use crate::samples::{
+    Own, ROBOT, RUN, brief, command, map_page, name, patch, policy, record, state, truth_page,
+};
 use bytemuck::Zeroable;
 use contract::message::{Capacity, PublishSubscribe};
 use contract::wire::{GroundV2, MapPageV2, MapPatchV2, SeenCellV3, StateV4, TruthPageV1};
@@ -15,7 +14,6 @@ use contract::{
 };
 use node::{MemoryBudget, Node, NodeError, Wake};
 use process::{Client as _, Membership, Ports, Reader as _, Server as _, Terms, Writer as _};
-use samples::{Own, ROBOT, RUN, brief, command, map_page, name, patch, policy, record, state, truth_page};
 
 /// Two nodes that may use every port.
 fn pair(own: &Own) -> (Node, Node) {

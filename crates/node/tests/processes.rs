@@ -1,9 +1,5 @@
 //! What only shows between processes: death, signals, lifelines.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
-
-mod samples;
-
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::ExitStatusExt;
@@ -11,12 +7,12 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::samples::{Own, ROBOT, eventually, state};
 use contract::{PastRequest, Role, State, TruthRequest};
 use node::inspect::{NodeHealth, inspect};
 use node::{Cleaned, Exit, Instance, Node, NodeError, crash_point};
 use process::{Ports, Reader as _, Writer as _};
 use rustix::process::{Pid, Signal, kill_process};
-use samples::{Own, ROBOT, eventually, state};
 
 const PART: &str = "NODE_TEST_PART";
 const INSTANCE: &str = "NODE_TEST_INSTANCE";
@@ -30,7 +26,7 @@ struct Helper {
 impl Helper {
     fn spawn(own: &Own, part: &str, crash: &str) -> Child {
         Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "helper", "--nocapture"])
+            .args(["--exact", "processes::helper", "--nocapture"])
             .env(PART, part)
             .env(INSTANCE, own.0.name())
             .env("HOPPER_CRASH", crash)

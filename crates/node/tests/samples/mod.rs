@@ -1,5 +1,4 @@
 //! Messages and instances for tests.
-#![allow(dead_code, clippy::unwrap_used)]
 
 use std::time::{Duration, Instant};
 

@@ -1,0 +1,44 @@
+//! Tests of the whole: programs, live missions, files, documents and the tree itself, one module for each.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+#[path = "harness/chromium.rs"]
+mod chromium;
+mod harness;
+
+mod accompanied;
+mod batch;
+mod book;
+mod campaign;
+mod chaos;
+mod clairvoyant;
+mod compatibility;
+mod elevation;
+mod exhaustion;
+mod first_day;
+mod foreign;
+mod golden;
+mod guard;
+mod guides;
+mod input;
+mod journal;
+mod limits;
+mod looking_in;
+mod neighbours;
+mod non_interference;
+mod own_planner;
+mod packages;
+mod page;
+mod physics;
+mod python;
+mod rogue;
+mod rovers;
+mod scouts;
+mod structure;
+mod system;
+mod takeover;
+mod tampering;
+mod tools;
+mod tutorial;
+mod web;
+mod wide;
