@@ -2,6 +2,7 @@
 //! the same commands so far.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use contract::limits::{MAP_PATCH_CELLS, TREASURES_MAX};
 use contract::{Action, Brief, MonotonicNs, Name, Pose, Profile, Record, RunId, Soil, Vetoed};
@@ -37,7 +38,7 @@ fn elsewhere(mission: &Mission, records: &[Record], through: usize, chance: &mut
         seen.fold(brief, terrain, pose, contract::Decision(decision));
     }
     let mut other = mission.clone();
-    for (ground, seen) in other.terrain.cells.iter_mut().zip(seen.map().cells()) {
+    for (ground, seen) in Arc::make_mut(&mut other.terrain).cells.iter_mut().zip(seen.map().cells()) {
         if seen.is_none() {
             ground.height_m = 20.0 * chance.unit() - 10.0;
             ground.gradient = [chance.unit() - 0.5, chance.unit() - 0.5];
@@ -47,7 +48,7 @@ fn elsewhere(mission: &Mission, records: &[Record], through: usize, chance: &mut
     }
     // Of the treasures, those seen stay, and others lie where nothing was seen.
     let hidden = |cell| seen.map().ground(cell).is_none();
-    let treasures = &mut other.terrain.treasures;
+    let treasures = &mut Arc::make_mut(&mut other.terrain).treasures;
     treasures.retain(|cell| !hidden(*cell));
     treasures.extend(terrain.grid.iter().filter(|cell| hidden(*cell) && chance.one_in(6)));
     treasures.truncate(TREASURES_MAX);

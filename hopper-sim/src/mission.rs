@@ -1,5 +1,7 @@
 //! What the arbiter executes: a brief, the true terrain under it, the seed of its draws.
 
+use std::sync::Arc;
+
 use contract::{
     Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status, Task, TruthPage,
     TruthRequest,
@@ -16,7 +18,7 @@ pub struct Mission {
     /// What every process receives; `brief.run` is the run's nonce.
     pub brief: Brief,
     /// The true terrain, on the grid of the brief.
-    pub terrain: Terrain,
+    pub terrain: Arc<Terrain>,
     /// Seed of the keyed draws; never leaves hopper-sim but for the journal's header.
     pub seed: u64,
     /// The robots, if the mission is not a single hopper's.

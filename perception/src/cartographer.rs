@@ -8,6 +8,8 @@
 //! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
 //! one before it ended.
 
+use std::sync::Arc;
+
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
     Brief, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, PastPage,
@@ -28,7 +30,7 @@ pub enum Event {
     /// The brief; another than before drops all that was known.
     Brief(Brief),
     /// The terrain of a run, whole.
-    Terrain(RunId, Terrain),
+    Terrain(RunId, Arc<Terrain>),
     /// A page of the terrain that was asked for.
     Truth(TruthPage),
     /// The state.
@@ -71,7 +73,7 @@ pub struct Cartographer {
     robots: Option<(RunId, Vec<Robot>)>,
     /// The robot whose pose was folded in last.
     actor: RobotId,
-    terrain: Option<(RunId, Terrain)>,
+    terrain: Option<(RunId, Arc<Terrain>)>,
     gathering: TruthGathering,
     state: Option<State>,
     observation: Option<Observation>,
@@ -326,7 +328,7 @@ impl Cartographer {
             Ok(Some(truth)) => {
                 let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
                 let terrain = Terrain { grid, cells, treasures, prior: Vec::new() };
-                self.terrain = Some((truth.run, terrain));
+                self.terrain = Some((truth.run, terrain.into()));
                 self.advance(now)
             }
             Ok(None) => self.gathering.ask(now).map(Effect::RequestTruth).into_iter().collect(),

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::sync::Arc;
+
 use contract::limits::{ASK_AGAIN_NS, MAP_PAGE_SPAN};
 use contract::{
     Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Grid, Ground, Leader, MapRequest,
@@ -17,7 +19,7 @@ const RUN: RunId = RunId(7);
 
 struct World {
     brief: Brief,
-    terrain: Terrain,
+    terrain: Arc<Terrain>,
     /// The decision from which on the walk goes north; another one is another timeline.
     turns_at: u64,
 }
@@ -250,7 +252,7 @@ fn a_page_of_the_map_spans_so_many_cells_though_none_of_them_is_seen() {
     let mut world = World::new(contract::Profile::Paper2023);
     let grid = Grid::new(512, 256, 1.0, 1).unwrap();
     let cells = vec![Ground::FLAT; grid.cells()];
-    world.terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
+    world.terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into();
     world.brief.grid = grid;
     let mut cartographer = world.ready();
     cartographer.on(Event::State(world.state(0)), NOW);
@@ -265,7 +267,7 @@ fn gradients_of_profile_hopper_come_from_seen_cells_only() {
     let world = World::new(contract::Profile::Hopper);
     let mut altered = World::new(contract::Profile::Hopper);
     let map = world.undisturbed(3);
-    for (index, ground) in altered.terrain.cells.iter_mut().enumerate() {
+    for (index, ground) in Arc::make_mut(&mut altered.terrain).cells.iter_mut().enumerate() {
         if map.cells()[index].is_none() {
             ground.height_m += 1.0;
         }
@@ -342,8 +344,8 @@ fn another_brief_of_the_same_run_begins_the_map_anew() {
     let mut cartographer = Cartographer::new(RobotId(0));
     let wider = contract::Grid { width: world.brief.grid.width + 1, ..world.brief.grid };
     let cells = vec![contract::Ground::FLAT; wider.cells()];
-    let terrain = terrain::Terrain { grid: wider, cells, ..world.terrain.clone() };
-    cartographer.on(Event::Terrain(RUN, terrain), NOW);
+    let terrain = Terrain { grid: wider, cells, ..Terrain::clone(&world.terrain) };
+    cartographer.on(Event::Terrain(RUN, terrain.into()), NOW);
     for grid in [world.brief.grid, wider] {
         cartographer.on(Event::Brief(contract::Brief { grid, ..world.brief }), NOW);
         cartographer.on(Event::State(world.state(0)), NOW);
@@ -357,7 +359,7 @@ fn a_treasure_is_on_the_map_from_sight_to_landing() {
     let start = world.brief.start;
     // The walk goes east along the start's row; its disc reaches two or three cells.
     let [ahead, behind, far] = [(4, 0), (3, 1), (9, 9)].map(|(x, y)| Cell::new(start.x + x, start.y + y));
-    world.terrain.treasures = vec![ahead, behind, far];
+    Arc::make_mut(&mut world.terrain).treasures = vec![ahead, behind, far];
     let known = |through: u64| {
         let mut cartographer = Cartographer::new(RobotId(0));
         for event in [

@@ -62,7 +62,7 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     brief.sensor.gradient = GradientSource::SeenDifferences;
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Brief(brief), NOW);
-    cartographer.on(Event::Terrain(RUN, terrain.clone()), NOW);
+    cartographer.on(Event::Terrain(RUN, terrain.clone().into()), NOW);
     let mut replica = Replica::new(ROBOT);
     replica.begin(&brief);
     let mut costs = Vec::new();

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use contract::limits::ASK_AGAIN_NS;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
@@ -29,7 +30,7 @@ fn held(cell: Cell) -> Outcome {
 /// Rough ground with a walk over it, and all that perception publishes about it.
 struct Source {
     brief: Brief,
-    terrain: Terrain,
+    terrain: Arc<Terrain>,
     cartographer: Cartographer,
     decision: u64,
     downwards: bool,
@@ -62,7 +63,7 @@ impl Source {
         let brief = Brief { run: RUN, grid, sensor, start: Cell::new(1, 1), ..brief };
         let mut source = Self {
             brief,
-            terrain,
+            terrain: terrain.into(),
             cartographer: Cartographer::new(ROBOT),
             decision: 0,
             downwards: false,

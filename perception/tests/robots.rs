@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::sync::Arc;
+
 use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, Digest, Direction, DriveSpeed, Flight, Grid, Ground,
     Leader, MapPatch, Member, MonotonicNs, ObservedMap, Outcome, PastPage, Placement, Pose, Record, Robot,
@@ -18,7 +20,7 @@ const RUN: RunId = RunId(7);
 /// A mission as its journal has it.
 struct Mission {
     brief: Brief,
-    terrain: Terrain,
+    terrain: Arc<Terrain>,
     robots: Vec<Robot>,
     records: Vec<Record>,
     routes: Vec<Route>,
@@ -82,7 +84,7 @@ impl Mission {
                 start: placement.cell,
                 ..hopper.brief
             },
-            terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() },
+            terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
             robots: [(driver, Sensor::Track), (helicopter, Sensor::Camera { radius_m: 3.0 })]
                 .map(robot)
                 .to_vec(),

@@ -40,7 +40,8 @@ fn restricted_means_on_the_papers_grounds_are_bounded_by_the_least_expected_step
 
 /// A world of 3 × 3 cells cut from sandy ground, with slopes, sand and a rock.
 fn nine_cells(steps_max: u64) -> (Brief, Terrain) {
-    let ResolvedScenario { mut brief, mut terrain, .. } = world("sandy");
+    let ResolvedScenario { mut brief, terrain, .. } = world("sandy");
+    let mut terrain = Terrain::clone(&terrain);
     let full = terrain.grid;
     let grid = Grid::new(3, 3, 1.0, 1).unwrap();
     let cell = |c: Cell| terrain.cells[full.index(Cell::new(c.x + 6, c.y + 8)).unwrap()];

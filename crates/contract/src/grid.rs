@@ -111,12 +111,14 @@ impl Grid {
 
     /// Whether `cell` lies on the grid.
     #[must_use]
+    #[inline]
     pub fn contains(&self, cell: Cell) -> bool {
         (0..self.width as i32).contains(&cell.x) && (0..self.height as i32).contains(&cell.y)
     }
 
     /// Row-major index of `cell`, southernmost row first; `None` outside.
     #[must_use]
+    #[inline]
     pub fn index(&self, cell: Cell) -> Option<usize> {
         self.contains(cell).then(|| cell.y as usize * self.width as usize + cell.x as usize)
     }
@@ -126,6 +128,7 @@ impl Grid {
     /// # Panics
     /// If `index` is not below [`Grid::cells`].
     #[must_use]
+    #[inline]
     pub fn cell(&self, index: usize) -> Cell {
         assert!(index < self.cells(), "cell index {index} of {}", self.cells());
         Cell::new((index % self.width as usize) as i32, (index / self.width as usize) as i32)

@@ -56,7 +56,7 @@ impl Case {
         };
         brief.limits.steps_max = *steps_max;
         let fleet = Fleet { robots: starts.iter().map(robot).collect(), faults: faults.collect() };
-        Mission { brief, terrain, seed: 1, fleet: Some(fleet) }
+        Mission { brief, terrain: terrain.into(), seed: 1, fleet: Some(fleet) }
     }
 
     fn fly(&self) -> (lockstep::Flown, Vec<Record>) {

@@ -1,6 +1,7 @@
 //! Resolves a scenario: builds the terrain, fills in defaults, checks that it can be flown.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
 use contract::wire::{BriefV7, GroundV2};
@@ -72,7 +73,7 @@ impl Scenario {
                 .collect(),
             planners: resolved.planners()?,
             fleet,
-            terrain,
+            terrain: Arc::new(terrain),
             brief,
         })
     }

@@ -1,5 +1,7 @@
 //! The result of resolving a scenario: terrain, brief, canonical text and hash.
 
+use std::sync::Arc;
+
 use contract::{Brief, Name, Vehicle};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
@@ -11,7 +13,7 @@ use crate::{Fleet, Scenario, TerrainSource, Warning};
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResolvedScenario {
     /// The true ground, known to hopper-sim only.
-    pub terrain: Terrain,
+    pub terrain: Arc<Terrain>,
     /// The brief that hopper-sim publishes; `run` is zero until hopper-sim draws one.
     pub brief: Brief,
     /// The robots, if the mission is not a single hopper's.

@@ -248,7 +248,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     let fleet = Some(Fleet { robots, faults });
     Mission {
         brief,
-        terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() },
+        terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         seed: chance.bits(),
         fleet,
     }
@@ -291,7 +291,7 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
     Mission {
         brief,
-        terrain: Terrain { grid, cells, treasures, prior: Vec::new() },
+        terrain: Terrain { grid, cells, treasures, prior: Vec::new() }.into(),
         seed: chance.bits(),
         fleet: None,
     }

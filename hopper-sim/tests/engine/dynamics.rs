@@ -1,5 +1,7 @@
 //! What an action does on the true terrain.
 
+use std::sync::Arc;
+
 use contract::{
     Action, Branch, Cell, Collected, Decision, Direction, Flight, Pose, Soil, SoilMotion, State, Status,
 };
@@ -114,7 +116,7 @@ fn landings_scatter_as_the_law_says() {
 #[test]
 fn a_treasure_is_collected_by_whatever_hop_lands_on_it_and_once() {
     let mut mission = sure_mission(Cell::new(1, 2));
-    mission.terrain.treasures = vec![Cell::new(2, 2), Cell::new(1, 3)];
+    Arc::make_mut(&mut mission.terrain).treasures = vec![Cell::new(2, 2), Cell::new(1, 3)];
     let first = execute(&mission, &at(&mission, Cell::new(1, 2)), EAST);
     assert_eq!(first.collected, Collected(0b01));
     let state = State { collected: first.collected, ..at(&mission, Cell::new(1, 2)) };

@@ -1,5 +1,7 @@
 //! A small world, a scripted planner, a host that carries out the arbiter's effects.
 
+use std::sync::Arc;
+
 use contract::{
     Action, Brief, Cell, Command, Direction, GradientSource, Grid, Ground, Heartbeat, Incarnation, Limits,
     MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Range, Record, Role, RunId,
@@ -71,7 +73,7 @@ pub fn mission() -> Mission {
     };
     let cells = brief.grid.iter().map(ground).collect();
     Mission {
-        terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() },
+        terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         brief,
         seed: 42,
         fleet: None,
@@ -85,7 +87,7 @@ pub fn sure_mission(start: Cell) -> Mission {
     for soil in [&mut mission.brief.motion.hard, &mut mission.brief.motion.sand] {
         *soil = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, ..*soil };
     }
-    for ground in &mut mission.terrain.cells {
+    for ground in &mut Arc::make_mut(&mut mission.terrain).cells {
         ground.gradient = [0.0; 2];
     }
     mission

@@ -1,5 +1,7 @@
 //! What the guard lets pass, what it vetoes, and what is done when nobody commands.
 
+use std::sync::Arc;
+
 use contract::{
     Action, Cell, Decision, Direction, GradientSource, Grid, Ground, Leader, MonotonicNs, Origin, Policy,
     PolicyCell, Pose, SensorParameters, Vetoed,
@@ -16,7 +18,7 @@ fn guarded(start: Cell, rocks: &[Cell], hazard_max: f64, deadline_ns: u64) -> Mi
     let mut mission = mission();
     mission.brief.start = start;
     mission.brief.guard = contract::Guard { hazard_max, deadline_ns };
-    for (cell, ground) in mission.brief.grid.iter().zip(&mut mission.terrain.cells) {
+    for (cell, ground) in mission.brief.grid.iter().zip(&mut Arc::make_mut(&mut mission.terrain).cells) {
         ground.gradient = [0.0; 2];
         ground.height_m = 0.0;
         ground.passable = !rocks.contains(&cell);
@@ -54,7 +56,8 @@ fn the_hazard_is_the_probability_of_ruin_in_closed_form() {
     // A slope that rises to the right makes a slip to the right, off the map, the rarer one: s (1 − t).
     let mut sloped = mission.clone();
     let t = 0.1_f64.atan() / sloped.brief.motion.slope_limit_rad;
-    sloped.terrain.cells[sloped.brief.grid.index(Cell::new(0, 4)).unwrap()].gradient = [-0.1, 0.0];
+    Arc::make_mut(&mut sloped.terrain).cells[sloped.brief.grid.index(Cell::new(0, 4)).unwrap()].gradient =
+        [-0.1, 0.0];
     let [_, north, ..] = hazards(&sloped, Cell::new(0, 4));
     assert!((north - 0.05 * (1.0 + t)).abs() < 1e-12, "{north}");
 }
@@ -66,8 +69,8 @@ fn the_slope_underfoot_is_what_the_observed_map_has() {
     // The true slope is not known in profile hopper; heights rise westwards by 0.1 a metre, seen from (0, 4).
     let grid = mission.brief.grid;
     let index = |x: i32, y: i32| grid.index(Cell::new(x, y)).unwrap();
-    mission.terrain.cells[index(0, 4)].gradient = [9.0, 9.0];
-    mission.terrain.cells[index(1, 4)].height_m = -0.1;
+    Arc::make_mut(&mut mission.terrain).cells[index(0, 4)].gradient = [9.0, 9.0];
+    Arc::make_mut(&mut mission.terrain).cells[index(1, 4)].height_m = -0.1;
     let t = 0.1_f64.atan() / mission.brief.motion.slope_limit_rad;
     let [_, north, ..] = hazards(&mission, Cell::new(0, 4));
     assert!((north - 0.05 * (1.0 + t)).abs() < 1e-12, "{north}");
@@ -79,7 +82,7 @@ fn what_cannot_be_seen_from_here_changes_no_hazard() {
     let mission = guarded(Cell::new(1, 2), &[Cell::new(4, 5), Cell::new(3, 3)], 1.0, 0);
     for here in mission.brief.grid.iter() {
         let mut other = mission.clone();
-        for (cell, ground) in mission.brief.grid.iter().zip(&mut other.terrain.cells) {
+        for (cell, ground) in mission.brief.grid.iter().zip(&mut Arc::make_mut(&mut other.terrain).cells) {
             if cell.distance_cells(here) > 2.0 {
                 ground.passable = !ground.passable;
                 ground.height_m += 3.0;
@@ -100,11 +103,11 @@ fn a_rock_one_hop_ahead_is_seen_at_the_smallest_radius_whatever_the_rounding() {
             let (here, rock) = (Cell::new(hop_cells as i32, 0), Cell::new(2 * hop_cells as i32, 0));
             let mut mission = guarded(here, &[], 0.0, 0);
             let grid = Grid::new(side, side, cell_size_m, hop_cells).unwrap();
-            (mission.brief.grid, mission.terrain.grid) = (grid, grid);
+            (mission.brief.grid, Arc::make_mut(&mut mission.terrain).grid) = (grid, grid);
             mission.brief.sensor =
                 SensorParameters { gain: 0.0, radius_min_m: grid.hop_distance_m(), ..mission.brief.sensor };
             let ground = |cell| Ground { passable: cell != rock, ..Ground::FLAT };
-            mission.terrain.cells = grid.iter().map(ground).collect();
+            Arc::make_mut(&mut mission.terrain).cells = grid.iter().map(ground).collect();
             mission.brief.sensor.radius_max_m = 1e3;
             let east = hazards(&mission, here)[2];
             assert!(east >= 0.9, "{hop_cells} cells of {cell_size_m} m: {east}");

@@ -1,6 +1,7 @@
 //! The truth is told in pages, to whoever asks about this run.
 
 use contract::{RunId, Truth, TruthRequest};
+use terrain::Terrain;
 
 use crate::fixture::{RUN, mission};
 
@@ -20,7 +21,7 @@ fn pages_of_any_size_add_up_to_the_truth_and_another_runs_is_not_told() {
             truth = gathering.page(page).unwrap();
             now = now.plus_ns(1);
         }
-        let terrain = mission.terrain.clone();
+        let terrain = Terrain::clone(&mission.terrain);
         let (grid, cells, treasures) = (terrain.grid, terrain.cells, terrain.treasures);
         assert_eq!(truth, Some(Truth { run: RUN, grid, cells, treasures }), "{cells_max}");
     }

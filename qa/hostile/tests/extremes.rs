@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::sync::Arc;
+
 use contract::wire::{
     BriefV7, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
     StateV4, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
@@ -204,7 +206,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
         if brief.grid.cells() != terrain.cells.len() {
             continue;
         }
-        terrain.grid = brief.grid;
+        Arc::make_mut(&mut terrain).grid = brief.grid;
         let mission = Mission { brief, terrain: terrain.clone(), seed: 1, fleet: None };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);

@@ -145,7 +145,9 @@ impl RobotSet {
 
     /// In the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = RobotId> {
-        (0..16).map(RobotId).filter(move |robot| self.has(*robot))
+        let rest = |set: &u16| Some(set & (set - 1)).filter(|rest| *rest != 0);
+        let first = Some(self.0).filter(|set| *set != 0);
+        std::iter::successors(first, rest).map(|set| RobotId(set.trailing_zeros() as u16))
     }
 }
 

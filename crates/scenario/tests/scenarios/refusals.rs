@@ -75,7 +75,7 @@ fn values_out_of_range_are_refused_with_need_and_got() {
 /// P-TREASURE-CELLS
 #[test]
 fn treasures_lie_where_they_can_be_collected() {
-    let treasures = built_in("treasures").terrain.treasures;
+    let treasures = built_in("treasures").terrain.treasures.clone();
     assert_eq!(
         treasures,
         [(12, 4), (4, 10), (10, 10), (15, 15)].map(|(x, y)| Cell::new(x, y)),

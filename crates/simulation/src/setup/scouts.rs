@@ -104,7 +104,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         }),
         ..brief
     };
-    Mission { brief, terrain, seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+    Mission { brief, terrain: terrain.into(), seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
 }
 
 /// Good ground with discs that may be slow or a trap, none of them around a point of `kept`.
