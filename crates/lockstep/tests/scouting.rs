@@ -2,9 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use contract::{Action, Branch, Brief, MonotonicNs, Record, RobotId, Route, RunId, Status, Waypoint};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use contract::{
+    Action, Branch, Brief, MonotonicNs, Name, Record, RobotId, Route, RunId, State, Status, Task, Waypoint,
+};
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
+use planner::{Budget, DRIVE_ALGORITHMS, Plan, Planner, Situation};
 use rover::Point;
 use scenario::Scenario;
 use scouting::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
@@ -204,6 +210,65 @@ fn fresh_planners_at_every_decision_fly_the_same_mission() {
         assert_eq!(again.state.digest, flown.state.digest, "world {seed}");
         let terms = repeated.iter().map(|record| record.leader.term.0);
         assert!(terms.max() > Some(3), "each life has a term of its own");
+    }
+}
+
+/// A planner that at each decision also plans with vetoes, of what it would do and of what it would not.
+struct Vetoed {
+    planner: Box<dyn Planner>,
+    heeded: Arc<AtomicU32>,
+}
+
+impl Planner for Vetoed {
+    fn name(&self) -> Name {
+        self.planner.name()
+    }
+
+    fn suits(&self, task: Task) -> bool {
+        self.planner.suits(task)
+    }
+
+    fn announces(&self) -> bool {
+        self.planner.announces()
+    }
+
+    fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
+        let mut choice = |vetoed| {
+            let state = State { vetoed, ..*situation.state };
+            self.planner.plan(&Situation { state: &state, ..*situation }, budget).action
+        };
+        let action = choice(contract::Vetoed::NONE);
+        for other in [Action::Drive, Action::Fly].into_iter().filter(|other| *other != action) {
+            assert_eq!(choice(contract::Vetoed::NONE.with(other)), action, "{other} is vetoed");
+        }
+        if action == Action::Drive {
+            assert_eq!(choice(contract::Vetoed::NONE.with(action)), Action::Hold);
+            self.heeded.fetch_add(1, Ordering::Relaxed);
+        }
+        self.planner.plan(situation, budget)
+    }
+
+    fn announced(&self) -> Option<&Route> {
+        self.planner.announced()
+    }
+}
+
+/// P-SCOUT-VETO: a rover does not drive where the guard vetoed it, and a veto of what a planner would not do changes nothing:
+/// it may be of the planner before it.
+#[test]
+fn a_veto_stops_a_drive_and_nothing_else() {
+    for name in DRIVE_ALGORITHMS {
+        let (mission, schedule) = mission(1, &[("rover", name), ("helicopter", "scout_route")], 0.01);
+        let (flown, _) = fly(mission.clone(), &schedule);
+        let heeded = Arc::new(AtomicU32::new(0));
+        let make = &mut |name: Name, _: &Mission| {
+            let planner = planner::algorithm(name.as_str())?;
+            Ok(Box::new(Vetoed { planner, heeded: Arc::clone(&heeded) }) as Box<dyn Planner>)
+        };
+        let vetoed =
+            lockstep::fly_with(mission, &schedule, make, &mut || MonotonicNs(1), &mut |_| ()).unwrap();
+        assert_eq!(vetoed.state.digest, flown.state.digest, "{name}");
+        assert!(heeded.load(Ordering::Relaxed) > 0, "{name} never drives");
     }
 }
 

@@ -121,18 +121,17 @@ impl Planner for Drive {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(turn) = Turn::of(situation) else { return hold };
         let Vehicle::Driver { goal, goal_radius_m, .. } = turn.me.robot.vehicle else { return hold };
-        // The guard knows no more than the planner, but may be stricter.
-        if situation.state.vetoed.has(Action::Drive) {
-            return hold;
-        }
         let goal = Goal { at: point(goal), radius_m: goal_radius_m };
         let trip = Trip { start: point(turn.travel.at), goal };
-        match turn.travel.reached {
+        let plan = match turn.travel.reached {
             0 => self.begin(&turn, &trip),
             _ if turn.travel.is_under_way() => Plan::at_once(Action::Drive, PlanStatus::Solved),
             // The route has ended elsewhere than at the goal.
             _ => Plan::at_once(Action::Done, PlanStatus::Infeasible),
-        }
+        };
+        // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
+        // is no reason not to announce a route.
+        if situation.state.vetoed.has(plan.action) { hold } else { plan }
     }
 
     fn announced(&self) -> Option<&Route> {
