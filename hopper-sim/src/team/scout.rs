@@ -198,10 +198,9 @@ impl ScoutTeam {
         let arrival = self.arrival(roster, robot, action);
         let before = self.travel(robot);
         self.travels.settle(roster, (robot, decision, leader), action, &arrival);
-        if let (Action::Drive | Action::Fly, Some(to)) = (action, self.travels.next(before)) {
-            // A robot that fails on the spot has gone nowhere.
-            let is_stranded = arrival.outcome.branch == Branch::Stranded;
-            let to = if is_stranded && arrival.at == before.at { before.at } else { to };
+        // A robot that fails on the spot has gone nowhere, and shows nothing.
+        let has_gone = arrival.outcome.branch != Branch::Stranded || arrival.at != before.at;
+        if let (true, Action::Drive | Action::Fly, Some(to)) = (has_gone, action, self.travels.next(before)) {
             let seer = roster.entry(robot).robot;
             self.see(&seer, before.at, to);
         }

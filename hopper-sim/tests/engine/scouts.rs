@@ -1,8 +1,10 @@
 //! A rover on uncertain ground and a helicopter: what they may do, and what a journal keeps of it.
 
+use std::sync::Arc;
+
 use contract::{
     Action, Announcement, Branch, Command, Decision, Incarnation, MonotonicNs, Pace, Refusal, RobotId, Route,
-    RunId, State, Status, Team, Term, Travel, Waypoint,
+    RunId, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
 };
 use hopper_sim::process::RecordStore;
 use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission};
@@ -209,6 +211,30 @@ fn a_helicopter_that_fails_is_out_and_a_rover_that_fails_is_lost() {
     let mut host = Host::new(&world("[[faults]]\nrobot = 0\naction = 1\n"), false);
     assert_eq!(host.send(Action::Hold), None);
     assert_eq!(host.state().status, Status::Lost);
+}
+
+/// P-SCOUT-UNSEEN: what a helicopter would have seen on a flight that failed is judged by the prior.
+#[test]
+fn a_flight_that_failed_has_shown_the_guard_nothing() {
+    for (fault, seen) in [("[[faults]]\nrobot = 1\naction = 2\n", false), ("", true)] {
+        let mut world = world(fault);
+        let at = |by_m| east(&world, by_m);
+        let points = [at(0.0), at(5.0)];
+        let terrain = Arc::make_mut(&mut world.terrain);
+        // Free ground of which it is not known that it is.
+        let doubtful = terrain.grid.index(points[1].cell_of(&terrain.grid)).unwrap();
+        terrain.prior[doubtful] = SpeedPrior::new([0.5, 0.0, 0.0, 0.5]).unwrap();
+        let mut host = Host::new(&world, false);
+        assert_eq!(host.announce(&points), None, "the rover");
+        assert_eq!(host.announce(&points), None, "the helicopter");
+        assert_eq!(host.send(Action::Wait), None, "the rover");
+        assert_eq!(host.send(Action::Fly), None);
+        let branch = host.state().last.unwrap().branch;
+        assert_eq!(branch, if seen { Branch::Intended } else { Branch::Stranded });
+        assert_eq!(host.team().due, ROVER);
+        let refusal = host.send(Action::Drive).map(|refusal| refusal.reason());
+        assert_eq!(refusal, (!seen).then_some("vetoed"));
+    }
 }
 
 /// P-SCOUT-FALLBACK: on along the announced route, else hold.
