@@ -199,7 +199,13 @@ impl Pilot {
             _ => false,
         };
         match event {
-            Event::Brief(brief) => self.brief(brief),
+            Event::Brief(brief) => {
+                self.brief(brief);
+                // Who leads the robots of the state may have been told before it was known which robots there are.
+                if self.state.as_ref().is_some_and(|state| state.run == brief.run) {
+                    self.note_leaders(now, &mut effects);
+                }
+            }
             Event::State(state) => self.state(state, now, &mut effects),
             Event::Team(team) => {
                 self.team = Some(team);

@@ -31,15 +31,19 @@ fn brief() -> Brief {
     Brief { run: RUN, ..scenario::load("hard").unwrap().resolve().unwrap().brief }
 }
 
-fn uninformed(takeover: bool) -> Pilot {
-    Pilot::new(PilotConfig {
+fn config(takeover: bool) -> PilotConfig {
+    PilotConfig {
         robots: contract::RobotSet::default(),
         incarnation: ME,
         pid: 11,
         planner: name("mdp"),
         takeover,
         succeeds_pid: None,
-    })
+    }
+}
+
+fn uninformed(takeover: bool) -> Pilot {
+    Pilot::new(config(takeover))
 }
 
 fn pilot(takeover: bool) -> Pilot {
@@ -342,6 +346,43 @@ fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
     assert_eq!(sent(&pilot.on(planned(), at(SILENCE_NS + 1))), [(0, 5)]);
     let effects = pilot.on(Event::State(state(1, 5, ME)), at(SILENCE_NS + 2));
     assert_eq!(effects, [Effect::Leads(Term(5))]);
+}
+
+/// P-STANDBY-TIME: silence counts from when it is known who leads, in whatever order brief, state and robots come.
+#[test]
+fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
+    let brief = Brief { robots: 2, ..brief() };
+    let robot = Robot {
+        vehicle: Vehicle::Hopper,
+        sensor: Sensor::Disc,
+        start: Placement { cell: Cell::new(1, 2), heading: Direction::North },
+    };
+    let State { leader, digest, .. } = state(3, 4, OTHER);
+    let member = Member {
+        robot,
+        at: robot.start,
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader,
+        last: None,
+        travel: None,
+    };
+    let (decision, due) = (Decision(3), RobotId(1));
+    let team = Team { run: RUN, decision, digest, due, actor: None, members: vec![member; 2] };
+    let robots = contract::RobotSet(0).with(due);
+    let mut pilot = Pilot::new(PilotConfig { robots, ..config(false) });
+    let now = at(9 * SILENCE_NS);
+    for tick in 0..=36 {
+        assert_eq!(pilot.on(Event::Tick, at(tick * SILENCE_NS / 4)), []);
+    }
+    for event in [Event::State(state(3, 4, OTHER)), Event::Team(team), Event::Patch(map(3))] {
+        assert_eq!(pilot.on(event, now), []);
+    }
+    assert_eq!(pilot.on(Event::Brief(brief), now), [Effect::StandsBy(leader)]);
+    assert_eq!(pilot.on(Event::Patch(map(3)), now), []);
+    assert_eq!(pilot.on(Event::Tick, at(now.0 + SILENCE_NS / 2)), []);
+    assert_eq!(pilot.on(Event::Tick, at(now.0 + SILENCE_NS)), []);
+    assert_eq!(pilot.on(Event::Tick, at(now.0 + SILENCE_NS + 1)), [Effect::Plan]);
 }
 
 #[test]
