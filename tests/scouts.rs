@@ -25,6 +25,23 @@ fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
     }
 }
 
+/// P-SENSOR-RUN: the same with a camera that errs, whose readings go from the simulator to the map and on to the planners.
+#[test]
+fn a_helicopter_that_errs_flies_live_as_in_lockstep() {
+    let mut mission = Mission::new("scouts-err");
+    let scenario = include_str!("../scenarios/rover-helicopter.toml");
+    let erring = mission.path("erring.toml");
+    std::fs::write(&erring, format!("{scenario}accuracy = 0.9\n")).unwrap();
+    let words = ["--scenario", erring.to_str().unwrap()];
+    let output = mission.fly(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let (live, exact) = (json(&output)["digest"].clone(), lockstep(&SCENARIO)["digest"].clone());
+    assert_eq!(live, lockstep(&words)["digest"], "{}", stderr(&output));
+    assert_ne!(live, exact, "its errors change the mission");
+    mission.assert_as_lockstep("out/journal");
+    mission.assert_nothing_left();
+}
+
 /// P-SCOUT-KILL: every process is killed once and started again, between the announcements and in flight.
 #[test]
 fn any_process_of_rover_and_helicopter_may_die_and_the_journal_is_that_of_lockstep() {

@@ -406,7 +406,7 @@ impl Cartographer {
             let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
             observation.fold(brief, terrain, Pose { cell: brief.start, height_m }, Decision(0));
         } else {
-            observation.see(terrain, &seen, Decision(0));
+            observation.see(terrain, &seen, false, Decision(0));
         }
         observation.map_mut().digest = digest;
         self.folded = 1;
@@ -423,7 +423,7 @@ impl Cartographer {
         if self.tracks.is_hopper(record.robot) {
             observation.fold(brief, terrain, record.pose, record.decision.next());
         } else {
-            observation.see(terrain, &seen, record.decision.next());
+            observation.see(terrain, &seen, self.tracks.errs(record.robot), record.decision.next());
         }
         observation.map_mut().digest = record.digest;
         self.actor = record.robot;

@@ -3,7 +3,9 @@
 //! A landing costs what its disc holds, never what the map holds.
 
 use contract::limits::MAP_PATCH_CELLS;
-use contract::{Brief, Cell, Decision, GradientSource, Ground, ObservedMap, Pose, RobotId, Sensor};
+use contract::{
+    Brief, Cell, Decision, DriveSpeed, GradientSource, Ground, ObservedMap, Pose, RobotId, Sensor,
+};
 use terrain::{Terrain, differences};
 
 use crate::sensing::{disc, square};
@@ -18,6 +20,8 @@ pub struct Observation {
     /// Cells that have been seen, this landing's among them: one bit each, so that the disc is looked up in
     /// the nearest memory whatever the size of the map.
     known: Bits,
+    /// Those of them that only a camera that errs has seen.
+    doubtful: Bits,
     /// Cells that the last landing changed, in index order.
     landing: Vec<u32>,
     /// Fingerprint of the map before the last landing, and after each of its patches.
@@ -40,6 +44,10 @@ impl Bits {
     fn add(&mut self, index: usize) {
         self.0[index / 64] |= 1 << (index % 64);
     }
+
+    fn remove(&mut self, index: usize) {
+        self.0[index / 64] &= !(1 << (index % 64));
+    }
 }
 
 impl Observation {
@@ -51,6 +59,7 @@ impl Observation {
             gradient: brief.sensor.gradient,
             patch_cells: MAP_PATCH_CELLS,
             known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
+            doubtful: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
             landing: Vec::new(),
             links: Vec::new(),
             seen: Vec::new(),
@@ -110,7 +119,7 @@ impl Observation {
         self.reveal(terrain, Some(pose.cell), decision);
     }
 
-    /// Folds in the cells of the landing, which were unknown; the hopper, if one has landed, is on `landed`.
+    /// Folds in the cells of the landing, which were unknown or doubtful; the hopper, if one has landed, is on `landed`.
     fn reveal(&mut self, terrain: &Terrain, landed: Option<Cell>, decision: Decision) {
         let grid = self.map.grid;
         self.links.clear();
@@ -119,7 +128,7 @@ impl Observation {
         let treasures = self.treasures_after(terrain, landed);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
-            GradientSource::Measured => self.learn(|index| (terrain.cells[index], 0)),
+            GradientSource::Measured => self.learn(terrain, |ground, _| (ground, 0)),
             GradientSource::SeenDifferences => {
                 self.add_rim();
                 let known = std::mem::take(&mut self.known);
@@ -127,9 +136,9 @@ impl Observation {
                     let index = grid.index(cell).filter(|&index| known.has(index))?;
                     Some(terrain.cells[index].height_m)
                 };
-                self.learn(|index| {
+                self.learn(terrain, |ground, index| {
                     let gradient = differences(grid.cell(index), grid.cell_size_m, height);
-                    (Ground { gradient, ..terrain.cells[index] }, 0)
+                    (Ground { gradient, ..ground }, 0)
                 });
                 self.known = known;
             }
@@ -164,24 +173,29 @@ impl Observation {
             .filter_map(|(_, cell)| grid.index(*cell))
             .map(|index| (index, self.map.visits(index).saturating_add(1)))
             .collect();
-        self.learn(|index| {
+        self.learn(terrain, |ground, index| {
             let visits = visits.iter().find(|(entered, _)| *entered == index);
-            (terrain.cells[index], visits.map_or(0, |(_, visits)| *visits))
+            (ground, visits.map_or(0, |(_, visits)| *visits))
         });
         self.close_landing(decision);
     }
 
-    /// Folds in that robots have seen these cells on their way. If there is none, nothing changes but the decision.
+    /// Folds in that a robot has seen these cells on its way, by a camera that errs if `errs`. If there is none, nothing
+    /// changes but the decision. Of a cell that has been seen such a camera says nothing new; what it has read, a sensor that
+    /// does not err corrects.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid, or a cell lies outside.
-    pub fn see(&mut self, terrain: &Terrain, seen: &[usize], decision: Decision) {
+    pub fn see(&mut self, terrain: &Terrain, seen: &[usize], errs: bool, decision: Decision) {
         assert!(terrain.grid == self.map.grid, "terrain and brief disagree on the grid");
         self.landing.clear();
-        let news = seen.iter().filter(|index| !self.known.has(**index));
+        let news = seen.iter().filter(|&&index| !self.known.has(index) || !errs && self.doubtful.has(index));
         self.landing.extend(news.map(|&index| index as u32));
         self.landing.sort_unstable();
         self.landing.dedup();
+        for &index in &self.landing {
+            if errs { self.doubtful.add(index as usize) } else { self.doubtful.remove(index as usize) }
+        }
         self.reveal(terrain, None, decision);
     }
 
@@ -218,14 +232,15 @@ impl Observation {
         self.landing.dedup();
     }
 
-    /// Writes the landing's cells down as `ground` tells them, with their visits, and takes note of the chain of patches.
-    /// What turns out to be no news is left out of the landing.
-    fn learn(&mut self, ground: impl Fn(usize) -> (Ground, u16)) {
-        let Self { map, patch_cells, landing, links, seen, .. } = self;
+    /// Writes the landing's cells down as `told` makes them of what sensors show, with their visits, and takes note of the
+    /// chain of patches. What turns out to be no news is left out of the landing.
+    fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize) -> (Ground, u16)) {
+        let Self { map, patch_cells, doubtful, landing, links, seen, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
-            let (ground, visits) = ground(index as usize);
+            let shown = shown(&terrain.cells[index as usize], || doubtful.has(index as usize));
+            let (ground, visits) = told(shown, index as usize);
             let news = map.learn_visited(index as usize, ground, visits);
             changed += usize::from(news);
             if news && changed.is_multiple_of(*patch_cells) {
@@ -238,5 +253,17 @@ impl Observation {
             links.push(map.observation());
             seen.push(map.seen_cells() as u32);
         }
+    }
+}
+
+/// What sensors show of a true cell: where no camera errs, all of it; otherwise either the speed or its reading, by which the
+/// cell then counts as passable.
+fn shown(truth: &Ground, is_doubtful: impl Fn() -> bool) -> Ground {
+    match truth.reading {
+        None => *truth,
+        Some(reading) if is_doubtful() => {
+            Ground { speed: None, passable: reading != DriveSpeed::Zero, ..*truth }
+        }
+        Some(_) => Ground { reading: None, ..*truth },
     }
 }

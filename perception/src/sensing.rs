@@ -22,7 +22,7 @@ pub fn square(grid: Grid, sensor: Sensor, centre: Cell) -> impl Iterator<Item = 
     let range = match sensor {
         Sensor::Square { range_cells } => range_cells as i32,
         // Those see along their way, not around a cell.
-        Sensor::Track | Sensor::Camera { .. } | Sensor::Disc => 0,
+        Sensor::Track | Sensor::Camera { .. } | Sensor::ErringCamera { .. } | Sensor::Disc => 0,
     };
     let clip = |at: i32, side: u32| (at - range).max(0)..=(at + range).min(side as i32 - 1);
     let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));

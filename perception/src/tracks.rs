@@ -56,6 +56,12 @@ impl Tracks {
         track.is_some_and(|track| matches!(track.robot.vehicle, Vehicle::Hopper))
     }
 
+    /// Whether what that robot sees may be wrong.
+    pub fn errs(&self, robot: RobotId) -> bool {
+        let track = self.robots.get(usize::from(robot.0));
+        track.is_some_and(|track| track.robot.sensor.accuracy().is_some())
+    }
+
     /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not
     /// known: they are wanted then.
     pub fn fold(&mut self, record: &Record) -> Option<Vec<usize>> {

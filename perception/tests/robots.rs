@@ -114,6 +114,17 @@ impl Mission {
         mission
     }
 
+    /// The same, the helicopter's camera reading 0 m/Sol wherever the cell's number is divisible by 3.
+    fn scouts_that_err() -> Self {
+        let mut mission = Self::scouts();
+        mission.robots[1].sensor = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.7 };
+        let cells = &mut std::sync::Arc::make_mut(&mut mission.terrain).cells;
+        for (index, ground) in cells.iter_mut().enumerate() {
+            ground.reading = if index % 3 == 0 { Some(DriveSpeed::Zero) } else { ground.speed };
+        }
+        mission
+    }
+
     fn act(&mut self, robot: u16, action: Action, from: Cell, to: Cell, branch: Branch) {
         let previous = self.records.last().map_or(Digest::default(), |record| record.digest);
         let range_m = if matches!(action, Action::Drive | Action::Fly) { 10.0 } else { 0.0 };
@@ -260,7 +271,7 @@ fn content(map: &ObservedMap) -> impl PartialEq + std::fmt::Debug {
 /// P-REBUILD.
 #[test]
 fn a_map_of_several_robots_is_the_same_followed_and_rebuilt_from_the_past() {
-    for mission in [Mission::rovers(), Mission::scouts()] {
+    for mission in [Mission::rovers(), Mission::scouts(), Mission::scouts_that_err()] {
         let ((followed, _), (rebuilt, told)) = (mission.followed(), mission.rebuilt());
         assert_eq!(content(rebuilt.map().unwrap()), content(followed.map().unwrap()));
         assert_eq!(rebuilt.map().unwrap().through, Some(Decision(mission.through())));
@@ -306,6 +317,39 @@ fn the_map_of_robots_with_routes_holds_what_they_have_seen_on_their_way() {
     }
     let of: Vec<u16> = patches.iter().map(|patch| patch.robot.0).collect();
     assert_eq!(of, [0, 0, 1, 1, 0, 1, 0, 1], "each patch names the robot that has acted");
+}
+
+/// P-SENSOR-MAP: what a camera that errs reads is on the map until a rover has been there, and nothing tells of the truth before.
+#[test]
+fn a_reading_is_on_the_map_until_a_rover_has_been_there() {
+    let mission = Mission::scouts_that_err();
+    let (cartographer, patches) = mission.followed();
+    let truth = TrueGround::new(mission.brief.grid, &mission.terrain.cells).unwrap();
+    let way = mission.routes[0].waypoints();
+    let driven: Vec<usize> =
+        way.windows(2).flat_map(|leg| truth.seen(Sensor::Track, leg[0], leg[1])).collect();
+    let (mut read, mut corrected) = (0, 0);
+    let map = cartographer.map().unwrap();
+    for (index, ground) in map.cells().iter().enumerate() {
+        let Some(ground) = ground else { continue };
+        let true_ground = mission.terrain.cells[index];
+        if driven.contains(&index) {
+            assert_eq!(*ground, Ground { reading: None, ..true_ground }, "cell {index} was driven over");
+            // By the helicopter that flew before the rover drove.
+            let before = patches[..4].iter().flat_map(|patch| &patch.cells);
+            corrected +=
+                before.filter(|cell| cell.index as usize == index && cell.ground.reading.is_some()).count();
+        } else {
+            let passable = true_ground.reading != Some(DriveSpeed::Zero);
+            assert_eq!(
+                *ground,
+                Ground { speed: None, passable, ..true_ground },
+                "cell {index} was flown over"
+            );
+            read += 1;
+        }
+    }
+    assert!(read > 100 && corrected > 10, "{read} read, {corrected} corrected");
 }
 
 #[test]

@@ -1,8 +1,10 @@
-//! Uncertain ground as planners of routes know it: the prior, and the true speeds of the cells that have been seen.
+//! Uncertain ground as planners of routes know it: the prior, the true speeds of the cells that have been seen, and what a
+//! camera that errs has read, by Bayes' rule.
 
 use std::sync::Arc;
 
 use contract::{DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
+use helicopter::Sensor;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
 use crate::plan::{Scouting, Situation};
@@ -32,10 +34,19 @@ impl<'a> Turn<'a> {
     pub fn belief(&self) -> Option<Belief> {
         let grid = self.map.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
+        let mut accuracies = self.team.members.iter().filter_map(|member| member.robot.sensor.accuracy());
+        let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
         let cells = self.scouting.prior.cells.iter().zip(self.map.cells());
-        let speeds = cells.map(|(prior, seen)| match seen.and_then(|ground| ground.speed) {
-            Some(speed) => Some(SpeedDistribution::certain(Speed::ALL[speed as usize])),
-            None => SpeedDistribution::as_given(prior.speeds.probabilities()).ok(),
+        let speeds = cells.map(|(prior, seen)| {
+            if let Some(speed) = seen.and_then(|ground| ground.speed) {
+                return Some(SpeedDistribution::certain(Speed::ALL[speed as usize]));
+            }
+            let prior = SpeedDistribution::as_given(prior.speeds.probabilities()).ok()?;
+            let reading = seen.and_then(|ground| ground.reading);
+            Some(match camera.zip(reading) {
+                Some((camera, reading)) => camera.belief(prior, Speed::ALL[reading as usize]),
+                None => prior,
+            })
         });
         let heights_m: Vec<f64> = self.scouting.prior.cells.iter().map(|prior| prior.height_m).collect();
         let surface = Surface::from_heights(lattice, &heights_m).ok()?;

@@ -46,12 +46,22 @@ pub struct Ground {
     /// How fast a rover drives here; only where speeds are uncertain beforehand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<DriveSpeed>,
+    /// What a camera that errs reads for the speed. On a map it stands alone until a rover has driven here; in the truth,
+    /// where some camera errs, it stands beside the speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<DriveSpeed>,
 }
 
 impl Ground {
     /// Flat hard ground at the datum: what a planner assumes of a cell nobody has seen.
-    pub const FLAT: Ground =
-        Ground { height_m: 0.0, gradient: [0.0, 0.0], soil: Soil::Hard, passable: true, speed: None };
+    pub const FLAT: Ground = Ground {
+        height_m: 0.0,
+        gradient: [0.0, 0.0],
+        soil: Soil::Hard,
+        passable: true,
+        speed: None,
+        reading: None,
+    };
 
     /// Steepness |∇h|, metres per metre.
     #[must_use]

@@ -17,12 +17,25 @@ use scouting::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, mont
 
 /// A mission on the world of a seed, each robot with its planner.
 fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
+    mission_with(seed, robots, hazard_max, None)
+}
+
+/// The same, its helicopters reading so large a share of speeds right.
+fn mission_with(
+    seed: u64,
+    robots: &[(&str, &str)],
+    hazard_max: f64,
+    accuracy: Option<f64>,
+) -> (Mission, PlannerSchedule) {
     let mut text = format!(
         "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\n[brief]\nname = \"world\"\n\
          profile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
     );
     for (vehicle, _) in robots {
         text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
+        if let Some(accuracy) = accuracy.filter(|_| *vehicle == "helicopter") {
+            text += &format!("accuracy = {accuracy:?}\n");
+        }
     }
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(1), ..world.brief };
@@ -153,6 +166,41 @@ fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
         }
     }
     assert!(replanned > worlds / 10 && stuck > 0, "{replanned} replanned, {stuck} stuck of {worlds}");
+}
+
+/// P-SENSOR-LIVE: a camera that errs reads the same in a mission as in the study, and rover, helicopter and guard believe the same.
+#[test]
+fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
+    let (mut misled, mut worlds) = (0, 0);
+    for (accuracy, seeds) in [(0.7, 1..=8_u64), (0.98, 9..=16), (1.0, 17..=18)] {
+        let sensor = helicopter::Sensor::with_accuracy(accuracy).unwrap();
+        for seed in seeds {
+            let world = monte_carlo(seed);
+            for (arm, search) in
+                [(Arm::InformationTheoretic, "rrt_star_it"), (Arm::ScoutValue, "scout_value")]
+            {
+                let robots = [("rover", "rrt_star_ett"), ("helicopter", search)];
+                let (mission, schedule) = mission_with(seed, &robots, 0.01, Some(accuracy));
+                let planner_seed = mission.brief.scout.unwrap().seed;
+                let exact = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
+                let setup = Setup { sensor: Some((sensor, seed)), ..exact };
+                let announced = announce(&world, &setup, planner_seed);
+                let fly_study = |setup| scouting::fly(&world, arm, setup, planner_seed, announced.as_ref());
+                let expected = fly_study(&setup);
+                let (flown, records) = fly(mission, &schedule);
+                let vetoed = records.iter().filter(|record| record.vetoed.has(Action::Drive)).count();
+                assert_eq!(vetoed, 0, "planner and guard believe the same");
+                let what = format!("world {seed}, {arm:?}, {accuracy}");
+                compare(&what, &flown, &records, &expected, true);
+                misled += usize::from(expected.route != fly_study(&exact).route);
+                worlds += 1;
+            }
+        }
+    }
+    assert!(
+        misled > 0 && misled < worlds,
+        "{misled} of {worlds} routes are not those of a camera without error"
+    );
 }
 
 /// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.

@@ -8,7 +8,7 @@ use paper::PARAMETERS;
 use proptest::prelude::*;
 
 fn sloped(gradient: [f64; 2], soil: Soil) -> Ground {
-    Ground { height_m: 0.0, gradient, soil, passable: true, speed: None }
+    Ground { height_m: 0.0, gradient, soil, passable: true, ..Ground::FLAT }
 }
 
 #[track_caller]

@@ -217,7 +217,7 @@ pub struct SeenCell {
     pub gradient_x: f64,
     #[prost(double, tag = "4")]
     pub gradient_y: f64,
-    /// 1 hard, 2 sand, plus 16 for each driving speed up to the cell's
+    /// 1 hard, 2 sand, plus 16 for each driving speed up to the cell's, plus 128 and 4 for each below a camera's reading
     #[prost(uint32, tag = "5")]
     pub soil: u32,
     #[prost(bool, tag = "6")]

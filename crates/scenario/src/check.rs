@@ -201,6 +201,9 @@ fn in_words(robot: &Robot) -> String {
         Sensor::Track => "the cells that it drives over".into(),
         Sensor::Camera { radius_m } => format!("{radius_m:.1} m to each side"),
         Sensor::Disc => "a disc that grows with its height".into(),
+        Sensor::ErringCamera { radius_m, accuracy } => {
+            format!("{radius_m:.1} m to each side, {:.1} % of the speeds right", 100.0 * accuracy)
+        }
     };
     format!("{body}, sees {view}")
 }

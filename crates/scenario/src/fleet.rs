@@ -61,6 +61,10 @@ pub struct RobotRules {
     /// Radius of the ground that a helicopter sees, metres; 25 by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view_radius_m: Option<f64>,
+    /// Probability that a helicopter reads the speed of a cell right, 0 to 1, the other three speeds being equally likely; 1
+    /// by default. The same for all helicopters that err. Only in missions of kind `scout`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Planner that `hopper run` starts for it, unless told otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planner: Option<String>,
@@ -153,6 +157,10 @@ impl Scenario {
         let start = Waypoint::middle_of(&terrain.grid, cell);
         let robot = |(number, rules): (usize, &mut RobotRules)| match rules.vehicle {
             VehicleKind::Hopper => rules.hopping(number, cell),
+            VehicleKind::Helicopter if rules.accuracy.is_some() => {
+                let need = "nothing beside a hopper: a camera errs in the speeds of uncertain ground";
+                refuse("robots.accuracy", need, format!("one for robot {number}"))
+            }
             VehicleKind::Helicopter => rules.flying(number, start, cell),
             VehicleKind::Rover => {
                 refuse("robots.vehicle", "helicopter, beside a hopper", format!("rover for robot {number}"))
@@ -177,7 +185,15 @@ impl Scenario {
         }
         self.check_faults()?;
         let robots = self.robots.iter_mut().enumerate();
-        let robots = robots.map(|(number, rules)| rules.scouting(number, trip)).collect::<Result<_, _>>()?;
+        let robots: Vec<Robot> =
+            robots.map(|(number, rules)| rules.scouting(number, trip)).collect::<Result<_, _>>()?;
+        let mut accuracies = robots.iter().filter_map(|robot| robot.sensor.accuracy());
+        if let Some(first) = accuracies.next()
+            && let Some(other) = accuracies.find(|other| *other != first)
+        {
+            let need = "the same for all helicopters that err";
+            return refuse("robots.accuracy", need, format!("{first} and {other}"));
+        }
         Ok(Fleet { robots, faults: self.faults.clone() })
     }
 
@@ -292,9 +308,15 @@ impl RobotRules {
         if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
             return refuse("robots.speed_mps", "0.001 to 1000 m/s", self.speed_mps.to_string());
         }
+        if let Some(accuracy) = self.accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
+            return refuse("robots.accuracy", "a probability, 0 to 1", accuracy.to_string());
+        }
         Ok(Robot {
             vehicle: Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m },
-            sensor: Sensor::Camera { radius_m },
+            sensor: match self.accuracy.filter(|accuracy| *accuracy < 1.0) {
+                None => Sensor::Camera { radius_m },
+                Some(accuracy) => Sensor::ErringCamera { radius_m, accuracy },
+            },
             start: Placement { cell, heading: self.heading },
         })
     }
@@ -307,10 +329,10 @@ impl RobotRules {
 
     /// Checks that nothing is given which only a helicopter has.
     fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
-        if self.budget_m.is_none() && self.view_radius_m.is_none() {
+        if self.budget_m.is_none() && self.view_radius_m.is_none() && self.accuracy.is_none() {
             return Ok(());
         }
-        let (field, need) = ("robots.budget_m, view_radius_m", "vehicle = \"helicopter\"");
+        let (field, need) = ("robots.budget_m, view_radius_m, accuracy", "vehicle = \"helicopter\"");
         refuse(field, need, format!("{} for robot {number}", self.vehicle.name()))
     }
 }

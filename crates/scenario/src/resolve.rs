@@ -9,6 +9,8 @@ use contract::{
     Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors,
     Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
 };
+use helicopter::Sensor;
+use rover::Speed;
 use scout_world::Trip;
 use sha2::{Digest as _, Sha256};
 use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
@@ -52,6 +54,7 @@ impl Scenario {
 
         let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
         let fleet = resolved.fleet_on(&terrain, trip.as_ref())?;
+        resolved.add_readings(fleet.as_ref(), &mut terrain);
         let mut brief = resolved.brief_on(&terrain, fleet.as_ref())?;
         if brief.is_of_hopper() {
             check_cells(&brief, &terrain, &shaped.relief)?;
@@ -233,14 +236,31 @@ impl Scenario {
         Ok(Some(world.trip))
     }
 
+    /// Writes into `terrain` what the helicopters that err read of each cell, if there are any.
+    fn add_readings(&self, fleet: Option<&Fleet>, terrain: &mut Terrain) {
+        let mut accuracies =
+            fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| robot.sensor.accuracy());
+        let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
+        let Some((camera, seed)) = camera.zip(self.ground_seed()) else { return };
+        let speed = |ground: &Ground| ground.speed.map_or(Speed::Zero, scout_world::speed);
+        let speeds: Vec<Speed> = terrain.cells.iter().map(speed).collect();
+        for (ground, reading) in terrain.cells.iter_mut().zip(scout_world::readings(&speeds, &camera, seed)) {
+            ground.reading = Some(scout_world::drive_speed(reading));
+        }
+    }
+
+    /// Seed of uncertain ground; `None` on other ground.
+    fn ground_seed(&self) -> Option<u64> {
+        match (&self.truth.terrain, &self.truth.mobility) {
+            (TerrainSource::Passages(passages), _) => Some(passages.seed),
+            (_, mobility) => mobility.as_ref().map(|mobility| mobility.seed),
+        }
+    }
+
     /// Seed of the random numbers of planners of routes. It is public, so it is derived one-way from that of the world,
     /// from which the truth follows.
     fn planner_seed(&self) -> u64 {
-        let seed = match (&self.truth.terrain, &self.truth.mobility) {
-            (TerrainSource::Passages(passages), _) => passages.seed,
-            (_, Some(mobility)) => mobility.seed,
-            (_, None) => return 0,
-        };
+        let Some(seed) = self.ground_seed() else { return 0 };
         let mut hasher = Sha256::new();
         hasher.update(b"hopper planner seed v1");
         hasher.update(seed.to_le_bytes());

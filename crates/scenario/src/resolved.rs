@@ -78,6 +78,9 @@ pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
         if let Some(speed) = ground.speed {
             hasher.update([speed as u8]);
         }
+        if let Some(reading) = ground.reading {
+            hasher.update([0x80 | reading as u8]);
+        }
     }
     for probability in terrain.prior.iter().flat_map(|prior| prior.probabilities()) {
         hasher.update(probability.to_bits().to_le_bytes());

@@ -10,4 +10,4 @@ mod world;
 
 pub use routing::Trip;
 pub use true_ground::{TrueGround, TrueGroundError, drive_speed, speed};
-pub use world::{World, monte_carlo, monte_carlo_regions};
+pub use world::{World, monte_carlo, monte_carlo_regions, readings};

@@ -69,7 +69,7 @@ impl TrueGround {
     #[must_use]
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
         let mut cells: Vec<usize> = match sensor {
-            Sensor::Camera { radius_m } => {
+            Sensor::Camera { radius_m } | Sensor::ErringCamera { radius_m, .. } => {
                 // The lattice is in cells.
                 let scaled = |at: Waypoint| Point::new(at.x_m / self.cell_size_m, at.y_m / self.cell_size_m);
                 let leg = Segment { from: scaled(from), to: scaled(to) };

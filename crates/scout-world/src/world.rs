@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use helicopter::Sensor;
 use routing::{Goal, Stream, Trip};
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface, Truth};
 
@@ -26,6 +27,13 @@ const DISCS: ([(f64, f64); 2], f64) = ([(100.0, 62.5), (100.0, 137.5)], 25.0);
 /// Middles of the elliptical passages, and their semi-axes.
 const PASSAGES: ([(f64, f64); 3], (f64, f64)) =
     ([(100.0, 20.0), (100.0, 100.0), (100.0, 180.0)], (35.0, 22.0));
+
+/// What a camera that errs reads on ground of these speeds: the same whenever and by whichever helicopter a cell is looked at.
+#[must_use]
+pub fn readings(speeds: &[Speed], camera: &Sensor, seed: u64) -> Vec<Speed> {
+    let mut draws = Stream::new(seed, "camera readings");
+    speeds.iter().map(|speed| camera.reading(*speed, draws.uniform())).collect()
+}
 
 /// What lies where on the Monte Carlo world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -96,6 +96,7 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("scouts", "announced_anew", SCOUTS, 500),
     sometimes("scouts", "helicopter_out", FLYING, 500),
     sometimes("scouts", "rover_trapped", SCOUTS, 500),
+    sometimes("scouts", "drives_misled", SCOUTS, 500),
     sometimes("scouts", "fallback_flies", FLYING, 500),
     sometimes("scouts", "fallback_drives", SCOUTS, 500),
     sometimes("scouts", "route_asked_again", FLYING, 500),

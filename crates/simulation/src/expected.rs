@@ -1,15 +1,26 @@
 //! The map and the digest as they should be, computed by code that shares nothing with the product's: what a sensor sees,
 //! what gradients follow from it, the fingerprint of a map, and the digest chain.
 
-use contract::{Brief, Cell, Digest, GradientSource, Ground, Pose, Profile, Record, Soil};
+use contract::{Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Soil};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
+
+/// What robots on their way have shown of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    Nothing,
+    /// By a camera that errs.
+    Reading,
+    Truth,
+}
 
 /// What has been seen from the poses so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Expected {
     seen: Vec<bool>,
+    /// Those of them of which there is only what a camera that errs has read.
+    doubtful: Vec<bool>,
     /// Cells with treasures that were seen and not landed on, in index order.
     treasures: Vec<Cell>,
     /// What is known of each cell, in index order.
@@ -25,6 +36,7 @@ impl Expected {
         let count = brief.grid.cells();
         Self {
             seen: vec![false; count],
+            doubtful: vec![false; count],
             treasures: Vec::new(),
             cells: vec![None; count],
             visits: vec![0; count],
@@ -56,13 +68,15 @@ impl Expected {
             self.seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
     }
 
-    /// These cells, in index order, have been seen on the way of some robot.
-    pub fn reveal(&mut self, brief: &Brief, terrain: &Terrain, seen: &[bool]) {
+    /// This is what robots have shown on their way, in index order.
+    pub fn reveal(&mut self, brief: &Brief, terrain: &Terrain, shown: &[Shown]) {
         for (index, cell) in cells_of(brief).enumerate() {
-            if seen[index] && !self.seen[index] && terrain.treasures.contains(&cell) {
+            let is_shown = shown[index] != Shown::Nothing;
+            if is_shown && !self.seen[index] && terrain.treasures.contains(&cell) {
                 self.treasures.push(cell);
             }
-            self.seen[index] |= seen[index];
+            self.seen[index] |= is_shown;
+            self.doubtful[index] = shown[index] == Shown::Reading;
         }
         self.treasures.sort_by_key(|cell| (cell.y, cell.x));
         self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
@@ -103,7 +117,11 @@ impl Expected {
         let known = |x: i32, y: i32| {
             let at = Cell::new(cell.x + x, cell.y + y);
             let index = is_inside(brief, at).then(|| index_of(brief, at))?;
-            self.seen[index].then(|| terrain.cells[index])
+            let truth = terrain.cells[index];
+            let of_reading =
+                Ground { speed: None, passable: truth.reading != Some(DriveSpeed::Zero), ..truth };
+            let told = if self.doubtful[index] { of_reading } else { Ground { reading: None, ..truth } };
+            self.seen[index].then_some(told)
         };
         let here = known(0, 0)?;
         if brief.sensor.gradient == GradientSource::Measured {
@@ -128,7 +146,9 @@ impl Expected {
                 bytes.extend(value.to_bits().to_le_bytes());
             }
             let speed = ground.speed.map_or(0, |speed| 1 + speed as u8);
-            bytes.extend([u8::from(ground.soil == Soil::Sand) | speed << 1, u8::from(ground.passable)]);
+            let reading = ground.reading.map_or(0, |reading| 1 + reading as u8);
+            let sand = u8::from(ground.soil == Soil::Sand);
+            bytes.extend([sand + 2 * speed + 16 * reading, u8::from(ground.passable)]);
             if self.visits[index] > 0 {
                 bytes.extend(self.visits[index].to_le_bytes());
             }

@@ -103,7 +103,7 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => expected.enter(brief, terrain, &rovers.views()),
             Self::Scouts(scouts) => {
-                expected.reveal(brief, terrain, scouts.seen());
+                expected.reveal(brief, terrain, scouts.shown());
                 if let Some(start) = scouts.hopper_start(terrain) {
                     expected.land(brief, terrain, start);
                 }
@@ -123,7 +123,7 @@ impl Robots {
             Self::Scouts(scouts) if scouts.is_hopper(record.robot) => {
                 expected.land(brief, terrain, record.pose)
             }
-            Self::Scouts(scouts) => expected.reveal(brief, terrain, scouts.seen()),
+            Self::Scouts(scouts) => expected.reveal(brief, terrain, scouts.shown()),
         }
     }
 

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Collected, Decision, Digest, Flight, Leader, Origin, Outcome,
-    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, State, Status,
+    Action, Announcement, Branch, Cell, Collected, Decision, Digest, DriveSpeed, Flight, Leader, Origin,
+    Outcome, Placement, Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, State, Status,
     Team, Travel, Vehicle, Vetoed, Waypoint,
 };
 use helicopter::Swath;
@@ -16,6 +16,8 @@ use hopper_sim::dynamics::{Execution, execute_beside};
 use rover::{DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
+
+use crate::expected::Shown;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -84,8 +86,12 @@ pub(crate) struct Scouts {
     truth: Truth,
     prior: Vec<SpeedPrior>,
     scouts: Vec<Scout>,
-    /// What some robot has seen, in index order.
-    seen: Vec<bool>,
+    /// What some robot has shown of each cell, in index order.
+    shown: Vec<Shown>,
+    /// What a camera that errs reads of each cell.
+    readings: Vec<Option<DriveSpeed>>,
+    /// How often such a camera is right.
+    accuracy: f64,
     /// Published by planners in any run, executed or not.
     announced: Announced,
     /// Those that decisions have announced, in their order.
@@ -142,7 +148,9 @@ impl Scouts {
             truth: Truth { speeds: speeds.collect() },
             prior: mission.terrain.prior.clone(),
             scouts: fleet.robots.iter().enumerate().map(scout).collect(),
-            seen: vec![false; grid.cells()],
+            shown: vec![Shown::Nothing; grid.cells()],
+            readings: mission.terrain.cells.iter().map(|ground| ground.reading).collect(),
+            accuracy: fleet.robots.iter().find_map(|robot| robot.sensor.accuracy()).unwrap_or(1.0),
             announced: Announced::new(),
             routes: Vec::new(),
             actor: None,
@@ -180,9 +188,17 @@ impl Scouts {
         self.scouts.get(usize::from(robot.0)).map_or(Leader::default(), |scout| scout.leader)
     }
 
-    /// Which cells some robot has seen.
-    pub fn seen(&self) -> &[bool] {
-        &self.seen
+    /// What some robot has shown of each cell.
+    pub fn shown(&self) -> &[Shown] {
+        &self.shown
+    }
+
+    /// Whether a cell was read wrong, and no rover has been there since.
+    pub fn has_misreadings(&self) -> bool {
+        let mut cells = self.shown.iter().zip(&self.readings).zip(&self.truth.speeds);
+        cells.any(|((shown, reading), truth)| {
+            *shown == Shown::Reading && reading.is_some_and(|reading| Speed::ALL[reading as usize] != *truth)
+        })
     }
 
     /// The routes that decisions have announced, in their order.
@@ -242,15 +258,25 @@ impl Scouts {
         drive.map_or(Vetoed::NONE, |_| Vetoed::NONE.with(Action::Drive))
     }
 
-    /// The largest probability of a cell between two points that it is a trap: what has been seen is certain.
+    /// The largest probability of a cell between two points that it is a trap: what has been seen is certain,
+    /// and what was read by a camera that errs weighs the prior by how likely it is.
     fn hazard(&self, from: Waypoint, to: Waypoint) -> f64 {
         let mut hazard = 0.0;
         let leg = Segment { from: point(from), to: point(to) };
         let _ = traverse(self.surface.lattice(), leg, |cell, _| {
             let is_trap = self.truth.speeds[cell] == Speed::Zero;
-            let stuck = match self.seen[cell] {
-                true => f64::from(u8::from(is_trap)),
-                false => self.prior[cell].probabilities()[0],
+            let prior = self.prior[cell].probabilities();
+            let stuck = match (self.shown[cell], self.readings[cell]) {
+                (Shown::Truth, _) => f64::from(u8::from(is_trap)),
+                (Shown::Reading, Some(reading)) => {
+                    let misread = (1.0 - self.accuracy) / 3.0;
+                    let weight = |speed: usize| {
+                        prior[speed] * if speed == reading as usize { self.accuracy } else { misread }
+                    };
+                    let sum = weight(0) + weight(1) + weight(2) + weight(3);
+                    if sum > 0.0 { weight(0) / sum } else { prior[0] }
+                }
+                _ => prior[0],
             };
             hazard = f64::max(hazard, stuck);
             ControlFlow::<()>::Continue(())
@@ -466,18 +492,24 @@ impl Scouts {
     fn look(&mut self, number: usize, action: Action) {
         let Scout { robot, at, .. } = self.scouts[number];
         let Some(to) = self.scouts[number].next() else { return };
-        let cells: Vec<usize> = match (action, robot.sensor) {
+        let cells: Vec<usize> = match (action, robot.sensor.view_m()) {
             (Action::Drive, _) => {
                 drive(&self.surface, &self.truth, &[point(at), point(to)], f64::INFINITY).sensed
             }
-            (Action::Fly, Sensor::Camera { radius_m }) => {
+            (Action::Fly, Some(radius_m)) => {
                 let leg = Segment { from: point(at), to: point(to) };
                 let lattice = self.surface.lattice();
                 Swath::new(lattice, leg, radius_m).cells(lattice).collect()
             }
             _ => return,
         };
-        cells.into_iter().for_each(|cell| self.seen[cell] = true);
+        for cell in cells {
+            if robot.sensor.accuracy().is_none() {
+                self.shown[cell] = Shown::Truth;
+            } else if self.shown[cell] == Shown::Nothing {
+                self.shown[cell] = Shown::Reading;
+            }
+        }
     }
 
     /// The message about all robots as of the state of `decision` with `digest`.

@@ -353,6 +353,6 @@ fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: [C
         gradient: [(height(1, 0) - height(-1, 0)) / 2.0, (height(0, 1) - height(0, -1)) / 2.0],
         soil: if chance.one_in(4) { Soil::Sand } else { Soil::Hard },
         passable: !rock,
-        speed: None,
+        ..Ground::FLAT
     }
 }

@@ -13,7 +13,8 @@ use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, DriveSpeed, Grid, Leader, Outcome, Pose, Record,
     Refusal, Robot, RobotId, SpeedPrior, Standing, Status, Travel, Vehicle, Waypoint,
 };
-use rover::{DriveEnd, Point, SOL_HOURS, Segment, Speed, traverse};
+use helicopter::Sensor;
+use rover::{DriveEnd, Point, SOL_HOURS, Segment, Speed, SpeedDistribution, traverse};
 use scout_world::TrueGround;
 use terrain::Terrain;
 
@@ -28,9 +29,24 @@ pub struct ScoutTeam {
     grid: Grid,
     ground: TrueGround,
     prior: Vec<SpeedPrior>,
-    /// Which cells a sensor has shown, in index order.
-    seen: Vec<bool>,
+    /// In index order.
+    sights: Vec<Sight>,
+    /// The camera of those helicopters that err.
+    camera: Option<Sensor>,
+    /// What it reads of each cell, in index order; nothing where none errs.
+    readings: Vec<Option<DriveSpeed>>,
     hazard_max: f64,
+}
+
+/// What sensors have shown of a cell's speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sight {
+    /// Nothing.
+    Unseen,
+    /// What a camera that errs reads.
+    Read,
+    /// The true one.
+    Seen,
 }
 
 impl ScoutTeam {
@@ -45,12 +61,15 @@ impl ScoutTeam {
         let travels = Travels::new(brief, roster.entries().map(|(_, entry)| Some(start(&entry.robot))));
         let ground =
             TrueGround::new(brief.grid, &terrain.cells).expect("a grid is within the limits of a lattice");
+        let mut accuracies = roster.entries().filter_map(|(_, entry)| entry.robot.sensor.accuracy());
         let mut team = Self {
             travels,
             grid: brief.grid,
             ground,
             prior: terrain.prior.clone(),
-            seen: vec![false; brief.grid.cells()],
+            sights: vec![Sight::Unseen; brief.grid.cells()],
+            camera: accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok()),
+            readings: terrain.cells.iter().map(|ground| ground.reading).collect(),
             hazard_max: brief.guard.hazard_max,
         };
         for (_, entry) in roster.entries() {
@@ -126,14 +145,28 @@ impl ScoutTeam {
         let mut hazard = 0.0_f64;
         let segment = Segment { from: point(from), to: point(to) };
         let _ = traverse(self.ground.lattice(), segment, |cell, _| {
-            let stuck = match self.seen[cell] {
-                true => f64::from(u8::from(self.ground.speed(cell) == Speed::Zero)),
-                false => self.prior[cell].probability(DriveSpeed::Zero),
-            };
-            hazard = hazard.max(stuck);
+            hazard = hazard.max(self.stuck(cell));
             ControlFlow::<()>::Continue(())
         });
         hazard
+    }
+
+    /// The probability of getting stuck in a cell, as far as it is known.
+    fn stuck(&self, cell: usize) -> f64 {
+        let prior = || self.prior[cell].probability(DriveSpeed::Zero);
+        match self.sights[cell] {
+            Sight::Seen => f64::from(u8::from(self.ground.speed(cell) == Speed::Zero)),
+            Sight::Unseen => prior(),
+            Sight::Read => {
+                let distribution = SpeedDistribution::as_given(self.prior[cell].probabilities()).ok();
+                match (self.camera, self.readings[cell], distribution) {
+                    (Some(camera), Some(reading), Some(distribution)) => {
+                        camera.belief(distribution, scout_world::speed(reading)).probability(Speed::Zero)
+                    }
+                    _ => prior(),
+                }
+            }
+        }
     }
 
     /// Executes `action`, which was not refused, at `decision` of `robot`, which is due, and takes note of it.
@@ -209,8 +242,12 @@ impl ScoutTeam {
 
     /// Takes note of what a robot sees between two points.
     fn see(&mut self, robot: &Robot, from: Waypoint, to: Waypoint) {
+        let errs = robot.sensor.accuracy().is_some();
         for cell in self.ground.seen(robot.sensor, from, to) {
-            self.seen[cell] = true;
+            self.sights[cell] = match (errs, self.sights[cell]) {
+                (true, Sight::Unseen | Sight::Read) => Sight::Read,
+                (false, _) | (true, Sight::Seen) => Sight::Seen,
+            };
         }
     }
 

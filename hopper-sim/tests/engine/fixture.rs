@@ -69,7 +69,7 @@ pub fn mission() -> Mission {
         gradient: [0.01, 0.02],
         soil: if (3..=5).contains(&cell.x) { Soil::Sand } else { Soil::Hard },
         passable: cell != Cell::new(8, 0),
-        speed: None,
+        ..Ground::FLAT
     };
     let cells = brief.grid.iter().map(ground).collect();
     Mission {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Branch, Command, Decision, Incarnation, MonotonicNs, Pace, Refusal, RobotId, Route,
-    RunId, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
+    Action, Announcement, Branch, Command, Decision, DriveSpeed, Incarnation, MonotonicNs, Pace, Refusal,
+    RobotId, Route, RunId, Sensor, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
 };
 use hopper_sim::process::RecordStore;
 use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission};
@@ -234,6 +234,38 @@ fn a_flight_that_failed_has_shown_the_guard_nothing() {
         assert_eq!(host.team().due, ROVER);
         let refusal = host.send(Action::Drive).map(|refusal| refusal.reason());
         assert_eq!(refusal, (!seen).then_some("vetoed"));
+    }
+}
+
+/// P-SENSOR-GUARD: the guard believes of a reading what Bayes' rule makes of it, until a rover has been there.
+#[test]
+fn a_reading_of_a_camera_that_errs_weighs_the_prior_for_the_guard() {
+    // Prior, reading, and the probability of getting stuck by hand: 0.9 against (1 - 0.9) / 3.
+    let misread = 0.1 / 3.0;
+    let cases = [
+        (0.5, Some(DriveSpeed::Fast), 0.5 * misread / (0.5 * misread + 0.5 * 0.9)),
+        (0.25, Some(DriveSpeed::Zero), 0.25 * 0.9 / (0.25 * 0.9 + 0.75 * misread)),
+        (0.5, None, 0.5),
+    ];
+    for (trap, reading, expected) in cases {
+        let mut world = world("");
+        let at = |by_m| east(&world, by_m);
+        let points = [at(0.0), at(5.0)];
+        let robots = &mut world.fleet.as_mut().unwrap().robots;
+        robots[1].sensor = Sensor::ErringCamera { radius_m: 25.0, accuracy: 0.9 };
+        let terrain = Arc::make_mut(&mut world.terrain);
+        let doubtful = terrain.grid.index(points[1].cell_of(&terrain.grid)).unwrap();
+        terrain.prior[doubtful] = SpeedPrior::new([trap, 0.0, 0.0, 1.0 - trap]).unwrap();
+        terrain.cells[doubtful].reading = reading;
+        let mut host = Host::new(&world, false);
+        assert_eq!(host.announce(&points), None, "the rover");
+        assert_eq!(host.announce(&points), None, "the helicopter");
+        assert_eq!(host.send(Action::Wait), None, "the rover");
+        assert_eq!(host.send(Action::Fly), None);
+        let Some(Refusal::Vetoed { need, got, .. }) = host.send(Action::Drive) else {
+            panic!("{trap} is lethal")
+        };
+        assert!((got - expected).abs() < 1e-12 && need == 0.01, "{got}, expected {expected}");
     }
 }
 

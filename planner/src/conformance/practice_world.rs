@@ -49,7 +49,7 @@ impl PracticeWorld {
                 gradient: [slope * (2.0 * gx - 1.0), slope * (2.0 * gy - 1.0)],
                 soil: if soil < sand { Soil::Sand } else { Soil::Hard },
                 passable: [start, goal].contains(&grid.cell(index)) || impassable > 0.3 * rock,
-                speed: None,
+                ..Ground::FLAT
             }
         };
         let cells = (0..grid.cells()).map(ground).collect();

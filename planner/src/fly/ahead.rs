@@ -9,9 +9,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use contract::{
-    Action, Cell, Direction, Grid, Member, Name, Route, Sensor, Standing, Task, Vehicle, Waypoint,
-};
+use contract::{Action, Cell, Direction, Grid, Member, Name, Route, Standing, Task, Vehicle, Waypoint};
 
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
@@ -132,8 +130,8 @@ impl Planner for LookAhead {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(team) = situation.team else { return hold };
         let Some(me) = team.member(team.due) else { return hold };
-        let (Vehicle::Helicopter { budget_m, .. }, Sensor::Camera { radius_m }, Some(travel)) =
-            (me.robot.vehicle, me.robot.sensor, me.travel)
+        let (Vehicle::Helicopter { budget_m, .. }, Some(view_m), Some(travel)) =
+            (me.robot.vehicle, me.robot.sensor.view_m(), me.travel)
         else {
             return hold;
         };
@@ -144,7 +142,7 @@ impl Planner for LookAhead {
         if travel.is_under_way() {
             return Plan::at_once(Action::Fly, PlanStatus::Solved);
         }
-        let ready = Ready { at: travel.at, view_m: radius_m, left_m: budget_m - travel.flown_m };
+        let ready = Ready { at: travel.at, view_m, left_m: budget_m - travel.flown_m };
         self.begin(situation, &ready)
     }
 

@@ -5,7 +5,7 @@
 
 pub mod ahead;
 
-use contract::{Action, Name, Route, Sensor, Standing, Task, Vehicle};
+use contract::{Action, Name, Route, Standing, Task, Vehicle};
 use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
 use rover::Point;
 
@@ -82,8 +82,8 @@ impl Fly {
         if self.search == FlightSearch::Route && is_first {
             return idle(if turn.is_another_ready() { Action::Wait } else { Action::Hold });
         }
-        let (Vehicle::Helicopter { budget_m, .. }, Sensor::Camera { radius_m }) =
-            (turn.me.robot.vehicle, turn.me.robot.sensor)
+        let (Vehicle::Helicopter { budget_m, .. }, Some(view_m)) =
+            (turn.me.robot.vehicle, turn.me.robot.sensor.view_m())
         else {
             return idle(Action::Hold);
         };
@@ -92,7 +92,7 @@ impl Fly {
         let number =
             before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
         let seed = turn.scout.seed.wrapping_add(number as u64);
-        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m: radius_m, goal, seed };
+        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m, goal, seed };
         let route = self.flight(turn, &flight).as_deref().and_then(announcement);
         let Some(route) = route else { return idle(Action::Done) };
         let plan = Plan::at_once(Action::Announce(route.id()), PlanStatus::Solved);

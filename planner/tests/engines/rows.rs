@@ -13,7 +13,7 @@ fn nine_cells(profile: Profile) -> World {
     let grid = Grid::new(3, 3, 1.0, 1).unwrap();
     let mut cells = vec![Ground::FLAT; 9];
     cells[4] =
-        Ground { height_m: 0.5, gradient: [0.06, -0.08], soil: Soil::Sand, passable: true, speed: None };
+        Ground { height_m: 0.5, gradient: [0.06, -0.08], soil: Soil::Sand, passable: true, ..Ground::FLAT };
     let weights = Weights { safety: 2.0, information: 4.0, distance: 10.0 };
     let mut world = World::new(grid, cells, (Cell::new(0, 0), Cell::new(2, 2)), weights, profile);
     world.brief.priors.safety = Range { min: -0.1, max: 4.9 };

@@ -91,7 +91,7 @@ impl World {
                     gradient: [slope * (2.0 * gx - 1.0), slope * (2.0 * gy - 1.0)],
                     soil: if soil < sand { Soil::Sand } else { Soil::Hard },
                     passable: may_stand || rock > 0.3 * impassable,
-                    speed: None,
+                    ..Ground::FLAT
                 }
             })
             .collect();

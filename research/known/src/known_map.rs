@@ -160,7 +160,7 @@ impl KnownMap {
                 .map(|hill| hill.gradient(at_m))
                 .fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
             let soil = if is_sand(cell, height_m) { Soil::Sand } else { Soil::Hard };
-            Ground { height_m, gradient, soil, passable: true, speed: None }
+            Ground { height_m, gradient, soil, passable: true, ..Ground::FLAT }
         };
         let (hard, sand) = match experiment {
             Experiment::Sandy => (reading.long_hops.hop(), hop(SAND, 1.0, 1, 1)),

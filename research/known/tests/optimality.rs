@@ -16,7 +16,7 @@ fn small(heights_m: [f64; 6], sand: [bool; 6], stepped: bool) -> KnownMap {
         gradient: if stepped { [0.0; 2] } else { [heights_m[n], heights_m[5 - n] - 0.2] },
         soil: if sand[n] { Soil::Sand } else { Soil::Hard },
         passable: true,
-        speed: None,
+        ..Ground::FLAT
     });
     let template = KnownMap::new(if stepped { Experiment::Rocks } else { Experiment::Heterogeneous }, &P22);
     KnownMap {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use helicopter::{BUDGET_M, Camera, Sensor, observe, scout};
 use routing::{
-    Route, RrtStarIt, ScoutValue, Stream, Trip, ett_exact, rrt_star, rrt_star_ett, rrt_star_it, scout_route,
+    Route, RrtStarIt, ScoutValue, Trip, ett_exact, rrt_star, rrt_star_ett, rrt_star_it, scout_route,
     scout_value,
 };
 use rover::{Belief, Caution, DriveEnd, Point, SpeedDistribution, drive};
@@ -90,8 +90,8 @@ pub struct Setup {
     pub samples: Samples,
     /// Flights at most, each with a drive after it. One in the paper's studies.
     pub stages: u32,
-    /// What the helicopter sees with; without error if none.
-    pub sensor: Option<Sensor>,
+    /// What the helicopter sees with, and the seed of its errors; without error if none.
+    pub sensor: Option<(Sensor, u64)>,
 }
 
 impl Setup {
@@ -146,7 +146,7 @@ pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<
     for stage in 1..=setup.stages {
         let seed = stage_seed(seed, stage);
         let flight = flight(&belief, &trip, arm, setup, seed, announced.as_ref());
-        look(&mut belief, world, &flight, setup, seed);
+        look(&mut belief, world, &flight, setup);
         let costs = belief.expected_time(Caution::default());
         // Another seed than before: the same samples would give the same tree where nothing is new.
         let again = plan(&belief, &trip, setup, !seed);
@@ -219,14 +219,14 @@ fn flight(
     }
 }
 
-/// What the helicopter sees becomes known; each cell is read once a flight.
-fn look(belief: &mut Belief, world: &World, flight: &[Point], setup: &Setup, seed: u64) {
+/// What the helicopter sees becomes known.
+fn look(belief: &mut Belief, world: &World, flight: &[Point], setup: &Setup) {
     let view_m = Camera::default().radius_m();
     match &setup.sensor {
         None => scout(belief, &world.truth, flight, view_m),
-        Some(sensor) => {
-            let mut readings = Stream::new(seed, "readings");
-            observe(belief, &world.truth, flight, view_m, sensor, || readings.uniform());
+        Some((sensor, seed)) => {
+            let readings = scout_world::readings(&world.truth.speeds, sensor, *seed);
+            observe(belief, &world.prior, flight, view_m, sensor, &readings);
         }
     }
 }

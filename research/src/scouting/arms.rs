@@ -86,12 +86,13 @@ impl Team {
         world: impl Fn(u64) -> World + Sync,
     ) -> Arms {
         let sensor = self.accuracy.map(|p| Sensor::with_accuracy(p).expect("a probability"));
-        let setup = Setup { stages, sensor, ..Setup::new(self.rover.into(), samples) };
+        let setup = Setup { stages, ..Setup::new(self.rover.into(), samples) };
         let worlds: Vec<[Outcome; Arm::ALL.len()]> = (0..runs)
             .into_par_iter()
             .map(|run| {
                 let seed = seed.wrapping_add(run);
                 let world = world(seed);
+                let setup = Setup { sensor: sensor.map(|sensor| (sensor, seed)), ..setup };
                 let announced = announce(&world, &setup, seed);
                 Arm::ALL.map(|arm| fly(&world, arm, &setup, seed, announced.as_ref()))
             })

@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::limits::{CHANGES_KEPT, MARKS_KEPT};
-use crate::{Cell, Decision, Digest, Grid, Ground, MonotonicNs, RobotId, RunId, SeenCell, Soil, State};
+use crate::{
+    Cell, Decision, Digest, DriveSpeed, Grid, Ground, MonotonicNs, RobotId, RunId, SeenCell, Soil, State,
+};
 
 /// The observed map: every cell either seen, or unknown.
 ///
@@ -312,9 +314,9 @@ fn fingerprint(index: usize, ground: &Ground, visits: u16) -> u64 {
     bytes[4..12].copy_from_slice(&ground.height_m.to_bits().to_le_bytes());
     bytes[12..20].copy_from_slice(&ground.gradient[0].to_bits().to_le_bytes());
     bytes[20..28].copy_from_slice(&ground.gradient[1].to_bits().to_le_bytes());
-    // The speed stands above the bit of the soil, and only where there is one: so the others' fingerprints are as ever.
-    let speed = ground.speed.map_or(0, |speed| speed as u8 + 1);
-    bytes[28] = u8::from(ground.soil == Soil::Sand) | speed << 1;
+    // Speed and reading stand above the bit of the soil, and only where there is one: so the others' fingerprints are as ever.
+    let number = |speed: Option<DriveSpeed>| speed.map_or(0, |speed| speed as u8 + 1);
+    bytes[28] = u8::from(ground.soil == Soil::Sand) | number(ground.speed) << 1 | number(ground.reading) << 4;
     bytes[29] = u8::from(ground.passable);
     bytes[30..].copy_from_slice(&visits.to_le_bytes());
     if visits == 0 { xxh3_64(&bytes[..30]) } else { xxh3_64(&bytes) }

@@ -80,6 +80,13 @@ pub enum Sensor {
     },
     /// A disc that grows with the height: [`crate::SensorParameters`] of the brief.
     Disc,
+    /// As a camera, but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to 16).
+    ErringCamera {
+        /// Above 0, at most [`Sensor::RADIUS_MAX_M`].
+        radius_m: f64,
+        /// Probability that it reads the true speed, 0 to 1; the other three are equally likely.
+        accuracy: f64,
+    },
 }
 
 impl Sensor {
@@ -88,6 +95,24 @@ impl Sensor {
 
     /// Farthest that a sensor of square view sees, cells.
     pub const RANGE_MAX_CELLS: u32 = 64;
+
+    /// How far a camera sees to each side of its way, metres; `None` of other sensors.
+    #[must_use]
+    pub fn view_m(self) -> Option<f64> {
+        match self {
+            Sensor::Camera { radius_m } | Sensor::ErringCamera { radius_m, .. } => Some(radius_m),
+            Sensor::Square { .. } | Sensor::Track | Sensor::Disc => None,
+        }
+    }
+
+    /// How likely a camera that errs reads the true speed of a cell; `None` of other sensors.
+    #[must_use]
+    pub fn accuracy(self) -> Option<f64> {
+        match self {
+            Sensor::ErringCamera { accuracy, .. } => Some(accuracy),
+            _ => None,
+        }
+    }
 }
 
 /// A cell, and the direction in which a robot faces there.

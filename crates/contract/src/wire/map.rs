@@ -153,13 +153,14 @@ impl TryFrom<&SeenCellV3> for SeenCell {
 
     #[inline]
     fn try_from(wire: &SeenCellV3) -> Result<Self, Refusal> {
-        let (soil, speed) = soil_from_code("cell.soil", wire.soil.into())?;
+        let (soil, speed, reading) = soil_from_code("cell.soil", wire.soil.into())?;
         let ground = Ground {
             height_m: length("cell.height_m", wire.height_m)?,
             gradient: gradient("cell.gradient", wire.gradient)?,
             soil,
             passable: flag("cell.passable", wire.passable.into())?,
             speed,
+            reading,
         };
         Ok(Self { index: wire.index, visits: wire.visits, ground })
     }

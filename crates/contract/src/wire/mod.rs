@@ -39,7 +39,7 @@ pub use route::{
     AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
 };
 pub use state::StateV4;
-pub use team::{MemberV2, TeamHeaderV1, team_from_wire};
+pub use team::{MemberV3, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};

@@ -31,7 +31,7 @@ pub struct TeamHeaderV1 {
 /// A robot; its number is its place in the message. Points are (x, y) in metres.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MemberV2 {
+pub struct MemberV3 {
     pub leader: LeaderV1,
     /// Ready to act, nanoseconds of simulated time.
     pub ready_at_ns: u64,
@@ -41,7 +41,7 @@ pub struct MemberV2 {
     pub speed_mps: f64,
     /// 1 rover, 2 driver, 3 helicopter, 4 hopper. What follows up to `waits` is read of 2 and 3 only.
     pub vehicle: u32,
-    /// 1 square, 2 track, 3 camera, 4 disc.
+    /// 1 square, 2 track, 3 camera, 4 disc, 5 camera that errs.
     pub sensor: u32,
     /// Of a square.
     pub range_cells: u32,
@@ -62,6 +62,8 @@ pub struct MemberV2 {
     pub budget_m: f64,
     /// Of a camera.
     pub radius_m: f64,
+    /// Of a camera that errs.
+    pub accuracy: f64,
     /// Where it is.
     pub at_m: [f64; 2],
     /// Fingerprint of its route; 0 for none.
@@ -79,14 +81,14 @@ pub struct MemberV2 {
 }
 
 const _: () = assert!(size_of::<TeamHeaderV1>() == 64);
-const _: () = assert!(size_of::<MemberV2>() == 240);
+const _: () = assert!(size_of::<MemberV3>() == 248);
 
 impl Wire for TeamHeaderV1 {
     const NAME: &'static str = "hop.TeamHeader.v1";
 }
 
-impl Wire for MemberV2 {
-    const NAME: &'static str = "hop.Member.v2";
+impl Wire for MemberV3 {
+    const NAME: &'static str = "hop.Member.v3";
 }
 
 impl From<&Team> for TeamHeaderV1 {
@@ -101,7 +103,7 @@ impl From<&Team> for TeamHeaderV1 {
     }
 }
 
-impl From<&Member> for MemberV2 {
+impl From<&Member> for MemberV3 {
     fn from(member: &Member) -> Self {
         let Robot { vehicle, sensor, start } = member.robot;
         let mut wire = Self {
@@ -132,6 +134,9 @@ impl From<&Member> for MemberV2 {
             Sensor::Track => wire.sensor = 2,
             Sensor::Camera { radius_m } => (wire.sensor, wire.radius_m) = (3, radius_m),
             Sensor::Disc => wire.sensor = 4,
+            Sensor::ErringCamera { radius_m, accuracy } => {
+                (wire.sensor, wire.radius_m, wire.accuracy) = (5, radius_m, accuracy);
+            }
         }
         if let Some(travel) = &member.travel {
             wire.at_m = point_to_wire(travel.at);
@@ -144,10 +149,10 @@ impl From<&Member> for MemberV2 {
     }
 }
 
-impl TryFrom<&MemberV2> for Member {
+impl TryFrom<&MemberV3> for Member {
     type Error = Refusal;
 
-    fn try_from(wire: &MemberV2) -> Result<Self, Refusal> {
+    fn try_from(wire: &MemberV3) -> Result<Self, Refusal> {
         let vehicle = vehicle_from_wire(wire)?;
         let placement = |field: &str, cell, heading| -> Result<Placement, Refusal> {
             let heading = tag(field, heading, |code| Direction::ALL.get(code as usize).copied())?;
@@ -169,7 +174,7 @@ impl TryFrom<&MemberV2> for Member {
     }
 }
 
-fn vehicle_from_wire(wire: &MemberV2) -> Result<Vehicle, Refusal> {
+fn vehicle_from_wire(wire: &MemberV3) -> Result<Vehicle, Refusal> {
     let speed = || float("member.speed_mps", wire.speed_mps, SPEED_MIN_MPS, SPEED_MAX_MPS);
     Ok(match wire.vehicle {
         1 => Vehicle::Rover { speed_mps: speed()? },
@@ -188,8 +193,9 @@ fn vehicle_from_wire(wire: &MemberV2) -> Result<Vehicle, Refusal> {
     })
 }
 
-fn sensor_from_wire(wire: &MemberV2) -> Result<Sensor, Refusal> {
-    let MemberV2 { range_cells, radius_m, .. } = *wire;
+fn sensor_from_wire(wire: &MemberV3) -> Result<Sensor, Refusal> {
+    let MemberV3 { range_cells, accuracy, .. } = *wire;
+    let radius_m = || float("member.radius_m", wire.radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M);
     match wire.sensor {
         1 if (1..=Sensor::RANGE_MAX_CELLS).contains(&range_cells) => Ok(Sensor::Square { range_cells }),
         1 => {
@@ -197,17 +203,18 @@ fn sensor_from_wire(wire: &MemberV2) -> Result<Sensor, Refusal> {
             Err(Refusal::malformed("member.range_cells", &need, range_cells))
         }
         2 => Ok(Sensor::Track),
-        3 => {
-            let radius_m = float("member.radius_m", radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M)?;
-            Ok(Sensor::Camera { radius_m })
-        }
+        3 => Ok(Sensor::Camera { radius_m: radius_m()? }),
         4 => Ok(Sensor::Disc),
+        5 => {
+            let accuracy = float("member.accuracy", accuracy, 0.0, 1.0)?;
+            Ok(Sensor::ErringCamera { radius_m: radius_m()?, accuracy })
+        }
         other => Err(Refusal::malformed("member.sensor", "a known tag", other)),
     }
 }
 
-fn travel_from_wire(wire: &MemberV2) -> Result<Travel, Refusal> {
-    let MemberV2 { reached, legs, .. } = *wire;
+fn travel_from_wire(wire: &MemberV3) -> Result<Travel, Refusal> {
+    let MemberV3 { reached, legs, .. } = *wire;
     if legs as usize >= ROUTE_POINTS_MAX || reached > legs {
         let need = format!("reached up to legs, and those below {ROUTE_POINTS_MAX}");
         return Err(Refusal::malformed("member.legs", &need, format!("{reached} of {legs}")));
@@ -245,7 +252,7 @@ fn decision(field: &str, wire: u64) -> Result<Option<Decision>, Refusal> {
 ///
 /// # Errors
 /// If there is no robot or there are too many, one is malformed, or the header names one that is not there.
-pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV2]) -> Result<Team, Refusal> {
+pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV3]) -> Result<Team, Refusal> {
     if !(1..=ROBOTS_MAX).contains(&members.len()) {
         return Err(Refusal::malformed("team.members", &format!("1 to {ROBOTS_MAX}"), members.len()));
     }
@@ -264,7 +271,7 @@ pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV2]) -> Result<Tea
     })
 }
 
-slice_payload!(Team => TeamHeaderV1, MemberV2, members, team_from_wire);
+slice_payload!(Team => TeamHeaderV1, MemberV3, members, team_from_wire);
 
 /// Written only in missions that are not a single hopper's, each time just before the state.
 impl Message for Team {
@@ -337,7 +344,7 @@ mod tests {
 
     fn there_and_back(
         team: &Team,
-        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV2>),
+        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV3>),
     ) -> Result<Team, Refusal> {
         let mut header = team.header();
         let mut members = (0..team.cells()).map(|index| team.cell(index)).collect();
@@ -351,14 +358,17 @@ mod tests {
             let team = team(robots);
             assert_eq!(there_and_back(&team, |_, _| {}).unwrap(), team);
         }
-        assert_eq!(there_and_back(&scouted(), |_, _| {}).unwrap(), scouted());
+        let mut scouted = scouted();
+        assert_eq!(there_and_back(&scouted, |_, _| {}).unwrap(), scouted);
+        scouted.members[1].robot.sensor = Sensor::ErringCamera { radius_m: 25.0, accuracy: 0.97 };
+        assert_eq!(there_and_back(&scouted, |_, _| {}).unwrap(), scouted);
         let first = Team { actor: None, ..team(3) };
         assert_eq!(there_and_back(&first, |_, _| {}).unwrap(), first);
     }
 
     #[test]
     fn teams_that_cannot_be_are_refused_by_name() {
-        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV2>);
+        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV3>);
         let cases: [(&str, Twist); 9] = [
             ("team.members", |_, members| members.clear()),
             ("team.members", |_, members| members.extend(vec![members[0]; 16])),
@@ -374,8 +384,9 @@ mod tests {
             let refusal = there_and_back(&team(3), twist).unwrap_err().to_string();
             assert!(refusal.contains(need), "{need}: {refusal}");
         }
-        let cases: [(&str, Twist); 9] = [
-            ("member.sensor", |_, members| members[0].sensor = 5),
+        let cases: [(&str, Twist); 10] = [
+            ("member.sensor", |_, members| members[0].sensor = 6),
+            ("member.accuracy", |_, members| (members[1].sensor, members[1].accuracy) = (5, 1.5)),
             ("member.at_m", |_, members| members[0].at_m[1] = f64::NAN),
             ("member.goal_m", |_, members| members[0].goal_m[0] = 1e9),
             ("member.goal_radius_m", |_, members| members[0].goal_radius_m = -1.0),

@@ -122,7 +122,6 @@ pub fn ground(brief: &Brief) -> (Vec<Ground>, ObservedMap) {
                 height_m: 0.4 * (9.0 * x).sin() * (7.0 * y).cos() + 0.05 * (97.0 * x * y).sin(),
                 soil: if (0.4..0.6).contains(&x) && y < 0.5 { Soil::Sand } else { Soil::Hard },
                 passable: !(0.7..0.8).contains(&x) || y > 0.3,
-                speed: None,
                 ..Ground::FLAT
             }
         })

@@ -4,6 +4,9 @@ use scenario::{Scenario, ScenarioCheck, load};
 
 use crate::says;
 
+const ROVER: &str = "[[robots]]\nvehicle = \"rover\"\n";
+const HELICOPTER: &str = "[[robots]]\nvehicle = \"helicopter\"\n";
+
 #[test]
 fn a_check_tells_what_rovers_cover_and_what_they_are() {
     let told = ScenarioCheck::of(&load("coverage").unwrap().resolve().unwrap()).to_string();
@@ -14,8 +17,6 @@ fn a_check_tells_what_rovers_cover_and_what_they_are() {
 /// P-SCOUT-SCENARIO.
 #[test]
 fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
-    const ROVER: &str = "[[robots]]\nvehicle = \"rover\"\n";
-    const HELICOPTER: &str = "[[robots]]\nvehicle = \"helicopter\"\n";
     let resolve = |terrain: &str, mission: &str, robots: &str| {
         let text = format!("[truth.terrain.{terrain}\n[mission]\n{mission}\n[brief]\n{robots}");
         Scenario::parse(&text, "scouts").unwrap().resolve().map(|world| world.planners.len())
@@ -37,6 +38,12 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
         (error(passages, scout, &with("budget_m = -1")), "robots.budget_m"),
         (error(passages, scout, &with("view_radius_m = 0")), "robots.view_radius_m"),
         (error(passages, scout, &with("speed_mps = 0")), "robots.speed_mps"),
+        (error(passages, scout, &with("accuracy = 1.01")), "robots.accuracy: need a probability"),
+        (
+            error(passages, scout, &with(&format!("accuracy = 0.9\n{HELICOPTER}accuracy = 0.8"))),
+            "the same for all",
+        ),
+        (error(passages, scout, &format!("{ROVER}accuracy = 0.9\n{HELICOPTER}")), "vehicle = \"helicopter\""),
         (error(passages, scout, &format!("{ROVER}budget_m = 9\n")), "vehicle = \"helicopter\""),
         (error(passages, scout, &with("[[faults]]\nrobot = 2\naction = 1")), "faults"),
         (error(passages, "kind = \"scout\"\nrover_samples = 0", ROVER), "mission.rover_samples"),
@@ -51,6 +58,30 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
     ] {
         says(&error, &[need]);
     }
+}
+
+/// P-SENSOR-DRAWN: a camera that errs is right as often as the scenario says, on each of whose cells it reads one speed; one
+/// that is always right is one without error.
+#[test]
+fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
+    let world = |accuracy: &str| {
+        let text = format!(
+            "[truth.terrain.passages]\nseed = 3\n[mission]\nkind = \"scout\"\n[brief]\n{ROVER}{HELICOPTER}{accuracy}\n"
+        );
+        Scenario::parse(&text, "camera").unwrap().resolve().unwrap()
+    };
+    let (plain, right, erring) = (world(""), world("accuracy = 1.0"), world("accuracy = 0.8"));
+    assert_eq!(right.terrain, plain.terrain);
+    assert_eq!(right.fleet, plain.fleet);
+    let truths = erring.terrain.cells.iter().zip(&plain.terrain.cells);
+    let hits = truths.filter(|(erring, plain)| {
+        assert_eq!((erring.speed, plain.reading), (plain.speed, None));
+        erring.reading.unwrap() == plain.speed.unwrap()
+    });
+    // 40,000 cells: five standard deviations are 1 %.
+    let share = hits.count() as f64 / plain.terrain.cells.len() as f64;
+    assert!((share - 0.8).abs() < 0.01, "{share}");
+    assert_eq!(erring.fleet.unwrap().robots[1].sensor.accuracy(), Some(0.8));
 }
 
 /// The seed of planners is public: it is that of no draw, and the same whatever the mission's.

@@ -3,6 +3,7 @@
 use contract::{Action, Branch, Command, Incarnation, PriorPage, Record, RouteRequest, Vehicle};
 
 use crate::life::Life;
+use crate::scouts::Scouts;
 use crate::world::World;
 
 impl World {
@@ -29,6 +30,9 @@ impl World {
         let has_announced = last.is_some_and(|last| matches!(last.action, Action::Announce(_)));
         let is_stranded = record.outcome.branch == Branch::Stranded;
         let goes_on = record.origin.is_fallback();
+        if record.action == Action::Drive && self.checker.scouts().is_some_and(Scouts::has_misreadings) {
+            self.coverage.count("scouts", "drives_misled");
+        }
         let name = match (record.action, flies) {
             (_, true) if is_stranded => Some("helicopter_out"),
             (Action::Drive, false) if is_stranded && record.outcome.flight.range_m > 0.0 => {

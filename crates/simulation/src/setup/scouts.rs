@@ -74,8 +74,14 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let across = |chance: &mut Chance, side_m: f64| 0.5 + (side_m - 1.0) * chance.unit();
     let start = Waypoint { x_m: 0.5 + chance.unit(), y_m: across(&mut chance, height_m) };
     let goal = Waypoint { x_m: width_m - 0.5 - chance.unit(), y_m: across(&mut chance, height_m) };
-    let terrain = terrain(&mut chance, grid, [start, goal]);
-    let robot = |chance: &mut Chance, number: u16| {
+    let mut terrain = terrain(&mut chance, grid, [start, goal]);
+    // Drawn apart, so that all else is the same whether a camera errs or not.
+    let mut errors = Chance::new(seed, "errors of cameras");
+    let accuracy = errors.one_in(3).then(|| errors.pick(&[0.5, 0.9, 0.99]));
+    if let Some(accuracy) = accuracy {
+        read(&mut errors, accuracy, &mut terrain);
+    }
+    let mut robot = |chance: &mut Chance, number: u16| {
         let cell = grid.cell((start.y_m as usize) * grid.width as usize + start.x_m as usize);
         let (vehicle, sensor) = if number == rover.0 {
             let goal_radius_m = chance.pick(&[0.5, 1.0, 3.0]);
@@ -83,7 +89,15 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         } else {
             let (speed_mps, budget_m) = (chance.pick(&[0.002, 0.5, 5.0]), chance.pick(&[6.0, 15.0, 40.0]));
             let vehicle = Vehicle::Helicopter { start, speed_mps, budget_m };
-            (vehicle, Sensor::Camera { radius_m: chance.pick(&[0.8, 1.5, 2.5]) })
+            let radius_m = chance.pick(&[0.8, 1.5, 2.5]);
+            (
+                vehicle,
+                match accuracy {
+                    // Now and then one that errs flies beside one that does not.
+                    Some(accuracy) if !errors.one_in(4) => Sensor::ErringCamera { radius_m, accuracy },
+                    _ => Sensor::Camera { radius_m },
+                },
+            )
         };
         Robot { vehicle, sensor, start: Placement { cell, heading: chance.pick(&Direction::ALL) } }
     };
@@ -105,6 +119,16 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         ..brief
     };
     Mission { brief, terrain: terrain.into(), seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+}
+
+/// Adds what a camera that is right so often reads of each cell.
+fn read(chance: &mut Chance, accuracy: f64, terrain: &mut Terrain) {
+    for ground in &mut terrain.cells {
+        let is_right = chance.unit() < accuracy;
+        let others: Vec<DriveSpeed> =
+            DriveSpeed::ALL.into_iter().filter(|speed| Some(*speed) != ground.speed).collect();
+        ground.reading = if is_right { ground.speed } else { Some(chance.pick(&others)) };
+    }
 }
 
 /// Good ground with discs that may be slow or a trap, none of them around a point of `kept`.

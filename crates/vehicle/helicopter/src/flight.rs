@@ -1,6 +1,6 @@
 //! Flights along straight legs, and what the rover learns from them.
 
-use rover::{Belief, Lattice, Point, Segment, SpeedDistribution, Truth};
+use rover::{Belief, Lattice, Point, Segment, Speed, SpeedDistribution, Truth};
 
 use crate::sensor::Sensor;
 use crate::swath::Swath;
@@ -48,29 +48,25 @@ pub fn scout(belief: &mut Belief, truth: &Truth, flight: &[Point], radius_m: f64
     }
 }
 
-/// Updates what is known of the ground along a flight by a sensor that errs, with a uniform number in \[0, 1) for each cell
-/// seen. A cell is read once, and a reading that the prior excludes is left out.
+/// Updates what is known of the ground along a flight by a sensor that errs, which reads `readings` of the cells of the map,
+/// the same whenever it looks. So a cell that is looked at again tells nothing new, and neither does one whose speed is known
+/// for certain. A reading that `prior` excludes is left out.
 ///
 /// # Panics
-/// If the truth has fewer cells than the belief.
+/// If prior or readings have fewer cells than the belief.
 pub fn observe(
     belief: &mut Belief,
-    truth: &Truth,
+    prior: &Belief,
     flight: &[Point],
     radius_m: f64,
     sensor: &Sensor,
-    mut uniform: impl FnMut() -> f64,
+    readings: &[Speed],
 ) {
     let lattice = belief.surface().lattice();
-    let mut read = vec![false; lattice.cells()];
     for swath in swaths(lattice, flight, radius_m) {
         for cell in swath.cells(lattice) {
-            if std::mem::replace(&mut read[cell], true) {
-                continue;
-            }
-            let reading = sensor.reading(truth.speeds[cell], uniform());
-            if let Ok(posterior) = sensor.posterior(&belief.cells()[cell], reading) {
-                belief.set(cell, posterior);
+            if !belief.cells()[cell].probabilities().contains(&1.0) {
+                belief.set(cell, sensor.belief(prior.cells()[cell], readings[cell]));
             }
         }
     }
@@ -107,42 +103,44 @@ mod tests {
         }
     }
 
-    /// P-SENSOR: each cell seen has the posterior of its one reading, the others their prior.
+    /// P-SENSOR: each cell seen has the posterior of its one reading, however often it is looked at; the others their prior.
     #[test]
     fn a_sensor_that_errs_gives_each_cell_seen_the_posterior_of_one_reading() {
         let lattice = Lattice::new(30, 3).unwrap();
-        let prior = SpeedDistribution::new([0.5, 0.0, 0.0, 0.5]).unwrap();
-        let mut belief = Belief::new(Arc::new(Surface::flat(lattice)), vec![prior; 90]).unwrap();
-        belief.set(31, SpeedDistribution::certain(Speed::Slow));
-        let truth = Truth { speeds: vec![Speed::Fast; 90] };
+        let even = SpeedDistribution::new([0.5, 0.0, 0.0, 0.5]).unwrap();
+        let mut prior = Belief::new(Arc::new(Surface::flat(lattice)), vec![even; 90]).unwrap();
+        prior.set(31, SpeedDistribution::certain(Speed::Slow));
+        let mut belief = prior.clone();
+        // Has been driven over.
+        belief.set(35, SpeedDistribution::certain(Speed::Fast));
         let sensor = Sensor::with_accuracy(0.9).unwrap();
-        // Back and forth: the second leg reads nothing again.
+        let readings: Vec<Speed> =
+            (0..90).map(|cell| if cell % 10 == 5 { Speed::Zero } else { Speed::Fast }).collect();
+        // Back and forth, twice.
         let flight = [Point::new(5.5, 1.5), Point::new(15.5, 1.5), Point::new(5.5, 1.5)];
-        let mut draws = 0;
-        let readings = || {
-            draws += 1;
-            // The quantiles of 0 m/Sol and of 200 m/Sol.
-            if draws % 10 == 0 { 0.01 } else { 0.5 }
-        };
-        observe(&mut belief, &truth, &flight, 4.0, &sensor, readings);
+        for _ in 0..2 {
+            observe(&mut belief, &prior, &flight, 4.0, &sensor, &readings);
+        }
         let (right, wrong) = (0.9 / (0.9 + 0.1 / 3.0), (0.1 / 3.0) / (0.9 + 0.1 / 3.0));
-        let (mut seen, mut misread) = (0, 0);
+        let mut seen = 0;
         for (cell, speeds) in belief.cells().iter().enumerate() {
-            let fast = speeds.probability(Speed::Fast);
-            if cell == 31 {
-                assert_eq!(
-                    *speeds,
-                    SpeedDistribution::certain(Speed::Slow),
-                    "the prior excludes the reading"
-                );
-            } else if *speeds != prior {
+            if cell == 31 || cell == 35 {
+                let known = if cell == 31 { Speed::Slow } else { Speed::Fast };
+                assert_eq!(*speeds, SpeedDistribution::certain(known), "no reading changes what is certain");
+            } else if *speeds != even {
                 seen += 1;
-                misread += u32::from(fast < 0.5);
-                assert!((fast - right).abs() < 1e-12 || (fast - wrong).abs() < 1e-12, "{fast}");
+                let expected = if readings[cell] == Speed::Fast { right } else { wrong };
+                assert!(
+                    (speeds.probability(Speed::Fast) - expected).abs() < 1e-12,
+                    "cell {cell}: {speeds:?}"
+                );
             }
         }
-        assert_eq!(draws, 53, "19 cells of the middle row, 17 of each other");
-        assert_eq!((seen, misread), (52, 5), "cell 31 is among the others, its reading is not");
+        assert_eq!(
+            seen,
+            53 - 2,
+            "19 cells of the middle row and 17 of each other, two of which were certain"
+        );
     }
 
     /// A sensor that is always right is the one without error.
@@ -155,7 +153,9 @@ mod tests {
         let flight = [Point::new(5.5, 1.5), Point::new(15.5, 1.5)];
         let (mut exact, mut erring) = (belief.clone(), belief);
         scout(&mut exact, &truth, &flight, 4.0);
-        observe(&mut erring, &truth, &flight, 4.0, &Sensor::with_accuracy(1.0).unwrap(), || 0.7);
+        let prior = erring.clone();
+        let sensor = Sensor::with_accuracy(1.0).unwrap();
+        observe(&mut erring, &prior, &flight, 4.0, &sensor, &truth.speeds);
         assert_eq!(exact, erring);
     }
 }

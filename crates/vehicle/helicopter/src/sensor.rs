@@ -70,6 +70,12 @@ impl Sensor {
         SpeedDistribution::new(joint.map(|weight| weight / sum))
             .map_err(|_| SensorError::Impossible { reading })
     }
+
+    /// What is believed of a cell after a reading: the posterior, or the prior where that excludes the reading.
+    #[must_use]
+    pub fn belief(&self, prior: SpeedDistribution, reading: Speed) -> SpeedDistribution {
+        self.posterior(&prior, reading).unwrap_or(prior)
+    }
 }
 
 /// Mean and variance of a cell's speed, in m/Sol and its square: equations 13 and 14.
