@@ -86,9 +86,8 @@ impl JournalHeader {
         differing("profile", need_brief.profile.to_string(), got_brief.profile.to_string())?;
         // The same scenario, read differently by another version of the program.
         // Its budget may change from life to life: no outcome depends on it.
-        let limits = Limits { decision_budget_ns: 0, ..need_brief.limits };
         let rest = |brief: &Brief| {
-            let limits = Limits { steps_max: brief.limits.steps_max, ..limits };
+            let limits = Limits { steps_max: brief.limits.steps_max, ..need_brief.limits };
             format!("{:?}", Brief { run: RunId(0), limits, ..*brief })
         };
         differing("brief", rest(need_brief), rest(got_brief))?;

@@ -129,29 +129,3 @@ impl Storage for File {
         Err(io::ErrorKind::Unsupported.into())
     }
 }
-
-impl Storage for Box<dyn Storage> {
-    fn bytes(&self) -> io::Result<u64> {
-        self.as_ref().bytes()
-    }
-
-    fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
-        self.as_ref().read_exact_at(buffer, offset)
-    }
-
-    fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
-        self.as_ref().write_all_at(bytes, offset)
-    }
-
-    fn cut(&self, bytes: u64) -> io::Result<()> {
-        self.as_ref().cut(bytes)
-    }
-
-    fn sync(&self) -> io::Result<()> {
-        self.as_ref().sync()
-    }
-
-    fn locate(&self, path: &Path) -> io::Result<Located> {
-        self.as_ref().locate(path)
-    }
-}

@@ -91,6 +91,28 @@ fn what_was_appended_is_read_back_by_page_by_record_and_after_reopening() {
     assert_eq!(journal.header(), &header(&mission()));
 }
 
+/// P-INDEX: beyond 16,384 records only some offsets are kept, and the rest is walked.
+#[test]
+fn any_page_of_a_long_journal_begins_where_it_is_asked_for() {
+    let mut records = undisturbed();
+    while records.len() < 40_003 {
+        let last = *records.last().unwrap();
+        let mut next = Record { decision: last.decision.next(), previous: last.digest, ..last };
+        next.digest = next.previous.chain(&next);
+        records.push(next);
+    }
+    let dir = tempdir().unwrap();
+    let mut journal = Journal::create(dir.path(), &header(&mission()), false).unwrap();
+    assert!(journal.is_empty());
+    records.iter().for_each(|record| journal.append(record).unwrap());
+    assert!(!journal.is_empty());
+    for from in [16_383, 16_385, 32_769, 39_998, 39_999, 40_001, 40_002, 40_003] {
+        let page = journal.page(Decision(from as u64)).unwrap();
+        let until = (from + PAST_PAGE_RECORDS).min(records.len());
+        assert_eq!(page.records, records[from..until], "from {from}");
+    }
+}
+
 #[test]
 fn cut_at_every_byte_it_is_read_up_to_its_last_whole_record() {
     let written = Written::new();

@@ -10,6 +10,7 @@ mod displaced;
 mod durability;
 mod dynamics;
 mod fixture;
+mod formats;
 mod guard;
 mod journal;
 mod linger;

@@ -364,6 +364,26 @@ fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
     assert_eq!((host.team().due, host.team().members[1].leader.term), (ROVER, Term(2)));
 }
 
+/// P-BID: a takeover that waits for its robot's turn waits through the turns of all others, and no longer.
+#[test]
+fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
+    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    let mut host = Host::new(&world, false);
+    assert_eq!(host.send(Action::Hold), None);
+    let late = host.command(Action::Hold);
+    assert_eq!((late.robot, host.send(Action::Hold)), (RobotId(1), None));
+    let rival = |command| Command { incarnation: Incarnation(9), term: Term(2), ..command };
+    host.on(Event::Command(Ok(rival(late))), 2);
+    assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+    for other in [2, 0] {
+        assert_eq!((host.team().due, host.send(Action::Hold)), (RobotId(other), None), "it is not kept");
+    }
+    assert_eq!(host.team().due, RobotId(1));
+    assert_eq!(host.send(Action::Hold).map(|refusal| refusal.reason()), Some("yielding"));
+    host.on(Event::Command(Ok(rival(host.command(Action::Hold)))), 2);
+    assert_eq!((host.team().due, host.team().members[1].leader.term), (RobotId(2), Term(2)));
+}
+
 #[test]
 fn an_announcement_without_its_points_is_not_journalled() {
     let world = world("");

@@ -1,0 +1,49 @@
+//! What journals of each kind of mission are called, and that each is read back as it was written.
+
+use contract::{Brief, Limits, RunId};
+use hopper_sim::journal::FILE_NAME;
+use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader};
+use tempfile::tempdir;
+
+fn header(scenario: &str) -> JournalHeader {
+    JournalHeader::new(&scenario::load(scenario).unwrap().resolve().unwrap(), 7).with_run(RunId(5))
+}
+
+/// P-JOURNAL-FORMATS.
+#[test]
+fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
+    for (scenario, format) in [("hard", 5_u32), ("coverage", 6), ("rover-helicopter", 7), ("hopper-scout", 8)]
+    {
+        let (dir, header) = (tempdir().unwrap(), header(scenario));
+        drop(Journal::create(dir.path(), &header, false).unwrap());
+        let bytes = std::fs::read(dir.path().join(FILE_NAME)).unwrap();
+        assert_eq!(bytes[8..12], format.to_le_bytes(), "{scenario}");
+        assert_eq!(JournalReader::open(dir.path()).unwrap().header(), &header, "{scenario}");
+        let again = Journal::resume_run(dir.path(), &header, false).unwrap();
+        assert_eq!((again.header(), again.is_empty(), again.len()), (&header, true, 0), "{scenario}");
+    }
+}
+
+#[test]
+fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
+    let (dir, written) = (tempdir().unwrap(), header("hard"));
+    assert!(!Journal::exists(dir.path()));
+    drop(Journal::create(dir.path(), &written, false).unwrap());
+    assert!(Journal::exists(dir.path()));
+    let limits = Limits { decision_budget_ns: 1, ..written.brief.limits };
+    let hurried = JournalHeader { brief: Brief { limits, ..written.brief }, ..written.clone() };
+    drop(Journal::resume_run(dir.path(), &hurried, false).unwrap());
+    let stranger = written.with_run(RunId(6));
+    let error = Journal::resume_run(dir.path(), &stranger, false).unwrap_err();
+    assert!(matches!(error, JournalError::Mismatch { field: "run", .. }), "{error}");
+}
+
+#[test]
+fn whoever_holds_a_journal_is_named_and_lets_go_of_it_at_its_end() {
+    let (dir, header) = (tempdir().unwrap(), header("hard"));
+    let held = Journal::create(dir.path(), &header, false).unwrap();
+    let error = Journal::resume(dir.path(), &header, false).unwrap_err();
+    assert!(error.to_string().contains(&std::process::id().to_string()), "{error}");
+    drop(held);
+    drop(Journal::resume(dir.path(), &header, false).unwrap());
+}
