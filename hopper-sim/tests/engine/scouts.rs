@@ -95,6 +95,17 @@ impl Host {
         self.refused.get(before.1).cloned()
     }
 
+    /// Robots 0 and 1 have held, and a takeover of robot 1 came too late for its decision.
+    fn after_a_late_takeover(world: &ResolvedScenario) -> Self {
+        let mut host = Self::new(world, false);
+        assert_eq!(host.send(Action::Hold), None);
+        let late = host.command(Action::Hold);
+        assert_eq!((late.robot, host.send(Action::Hold)), (RobotId(1), None));
+        host.on(Event::Command(Ok(rival(&late))), 2);
+        assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+        host
+    }
+
     /// Tells the points of a route and announces it.
     fn announce(&mut self, points: &[Waypoint]) -> Option<Refusal> {
         let route = Route::new(points.to_vec()).unwrap();
@@ -103,6 +114,11 @@ impl Host {
         self.on(Event::Announcement(Ok(announcement)), 2);
         self.send(Action::Announce(id))
     }
+}
+
+/// The same command of another life, which takes over.
+fn rival(command: &Command) -> Command {
+    Command { incarnation: Incarnation(9), term: Term(2), ..*command }
 }
 
 /// A point so many metres east of where the rover starts, within the safe west of the map.
@@ -350,17 +366,11 @@ fn a_route_is_served_once_the_journal_holds_its_announcement() {
 #[test]
 fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
     let world = world("");
-    let mut host = Host::new(&world, false);
-    assert_eq!(host.send(Action::Hold), None);
-    let late = host.command(Action::Hold);
-    assert_eq!((late.robot, host.send(Action::Hold)), (HELICOPTER, None));
-    let rival = |command| Command { incarnation: Incarnation(9), term: Term(2), ..command };
-    host.on(Event::Command(Ok(rival(late))), 2);
-    assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+    let mut host = Host::after_a_late_takeover(&world);
     assert_eq!((host.team().due, host.send(Action::Hold)), (ROVER, None), "the rover's decision is not kept");
     assert_eq!(host.team().due, HELICOPTER);
     assert_eq!(host.send(Action::Hold).map(|refusal| refusal.reason()), Some("yielding"));
-    host.on(Event::Command(Ok(rival(host.command(Action::Hold)))), 2);
+    host.on(Event::Command(Ok(rival(&host.command(Action::Hold)))), 2);
     assert_eq!((host.team().due, host.team().members[1].leader.term), (ROVER, Term(2)));
 }
 
@@ -368,19 +378,13 @@ fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
 #[test]
 fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
     let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
-    let mut host = Host::new(&world, false);
-    assert_eq!(host.send(Action::Hold), None);
-    let late = host.command(Action::Hold);
-    assert_eq!((late.robot, host.send(Action::Hold)), (RobotId(1), None));
-    let rival = |command| Command { incarnation: Incarnation(9), term: Term(2), ..command };
-    host.on(Event::Command(Ok(rival(late))), 2);
-    assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+    let mut host = Host::after_a_late_takeover(&world);
     for other in [2, 0] {
         assert_eq!((host.team().due, host.send(Action::Hold)), (RobotId(other), None), "it is not kept");
     }
     assert_eq!(host.team().due, RobotId(1));
     assert_eq!(host.send(Action::Hold).map(|refusal| refusal.reason()), Some("yielding"));
-    host.on(Event::Command(Ok(rival(host.command(Action::Hold)))), 2);
+    host.on(Event::Command(Ok(rival(&host.command(Action::Hold)))), 2);
     assert_eq!((host.team().due, host.team().members[1].leader.term), (RobotId(2), Term(2)));
 }
 

@@ -12,8 +12,8 @@ pub struct GroundV2 {
     pub height_m: f64,
     /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
     pub gradient: [f64; 2],
-    /// 1 hard, 2 sand, plus 16 for each speed of [`DriveSpeed::ALL`] up to the cell's, plus 128 and 4 for each below a
-    /// camera's reading; see `soil_code`.
+    /// 1 hard, 2 sand, plus 16 for each speed of [`DriveSpeed::ALL`] up to the cell's, plus 128 and 4 times
+    /// the number of a camera's reading there; see `soil_code`.
     pub soil: u32,
     /// 1 where the hopper survives landing.
     pub passable: u32,
