@@ -495,8 +495,12 @@ impl Arbiter {
     fn admit(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
         let leader = self.judge(command, now)?;
         let action = command.action;
-        if let Some(robots) = self.robots_not_hopping() {
-            return robots.refusal(&self.mission.terrain, action).map_or(Ok(leader), Err);
+        let refusal = self.robots.as_ref().and_then(|robots| robots.refusal(&self.mission.terrain, action));
+        if let Some(refusal) = refusal {
+            return Err(refusal);
+        }
+        if self.robots_not_hopping().is_some() {
+            return Ok(leader);
         }
         if !matches!(action, Action::Hold | Action::Hop(_)) {
             return Err(Refusal::malformed("command.action", "a hop or hold: the robot is a hopper", action));
@@ -562,9 +566,15 @@ impl Arbiter {
         self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper())
     }
 
+    /// Pose and goal of the hopper that is due, if it has a goal of its own.
+    fn own_way(&self) -> Option<(Pose, contract::Cell)> {
+        self.robots.as_ref()?.own_way(&self.mission.terrain)
+    }
+
     /// The guard where the hopper stands.
     fn guard(&self) -> Guard<'_> {
-        Guard::new(&self.mission.brief, &self.mission.terrain, self.state.pose)
+        let pose = self.own_way().map_or(self.state.pose, |(pose, _)| pose);
+        Guard::new(&self.mission.brief, &self.mission.terrain, pose)
     }
 
     /// What is done at the deadline.
@@ -596,6 +606,8 @@ impl Arbiter {
     fn keep(&mut self, policy: Policy) {
         let Brief { run, guard, grid, .. } = self.mission.brief;
         let fits = policy.run == run && policy.robot == ROBOT && policy.cells.len() == grid.cells();
+        // A policy leads to one goal, and hoppers of a mixed mission have one each.
+        let fits = fits && self.mission.brief.mixed.is_none();
         if guard.deadline_ns > 0 && fits && policy.decision <= self.state.decision.next() {
             self.policy = Some(policy);
         }
@@ -603,7 +615,7 @@ impl Arbiter {
 
     /// The goal in force.
     fn goal(&self) -> contract::Cell {
-        self.mission.brief.goal_after(self.state.visits)
+        self.own_way().map_or_else(|| self.mission.brief.goal_after(self.state.visits), |(_, goal)| goal)
     }
 
     /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.

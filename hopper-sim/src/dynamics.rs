@@ -1,6 +1,8 @@
 //! Executes one action on the true terrain with keyed draws (the motion law of P23 section IV).
 
-use contract::{Action, Branch, Brief, Cell, Collected, Flight, Outcome, Pose, State, Status};
+use contract::{
+    Action, Branch, Brief, Cell, Collected, Decision, Flight, Outcome, Pose, RobotId, State, Status,
+};
 use motion::{Domain, Draw};
 use terrain::Terrain;
 
@@ -41,12 +43,39 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
 /// As [`execute`].
 #[must_use]
 pub fn execute_beside(mission: &Mission, state: &State, flown: u64, action: Action) -> Execution {
+    let Mission { brief, terrain, .. } = mission;
+    let ground = terrain.ground(state.pose.cell).expect("a mission underway stands on its terrain");
+    let outcome = outcome_of_hop(mission, ROBOT, state.decision, state.pose.cell, action);
+    let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
+    let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);
+    let visited = mission.brief.is_visit(state.visits, outcome.to);
+    Execution {
+        outcome,
+        pose: Pose { cell: outcome.to, height_m },
+        collected: state.collected.landing(&terrain.treasures, outcome.to),
+        steps,
+        visits: state.visits + u64::from(visited),
+        status: status(brief, terrain, flown, outcome.to, steps),
+    }
+}
+
+/// What becomes of `action` of the hopper `robot` on `from`, drawn for `decision`.
+///
+/// # Panics
+/// As [`execute`].
+#[must_use]
+pub fn outcome_of_hop(
+    mission: &Mission,
+    robot: RobotId,
+    decision: Decision,
+    from: Cell,
+    action: Action,
+) -> Outcome {
     let Mission { brief, terrain, seed, .. } = mission;
-    let from = state.pose.cell;
     let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
-    let outcome = match action {
+    match action {
         Action::Hop(direction) => {
-            let uniform = Draw::new(*seed, Domain::Motion, ROBOT, state.decision).uniform();
+            let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
             let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
             let target = terrain.ground(brief.grid.hop(from, direction));
             let rise_m = target.map_or(0.0, |target| target.height_m - ground.height_m);
@@ -59,17 +88,6 @@ pub fn execute_beside(mission: &Mission, state: &State, flown: u64, action: Acti
         }
         // The arbiter refuses all others: a hopper cannot drive.
         _ => Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() },
-    };
-    let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
-    let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);
-    let visited = mission.brief.is_visit(state.visits, outcome.to);
-    Execution {
-        outcome,
-        pose: Pose { cell: outcome.to, height_m },
-        collected: state.collected.landing(&terrain.treasures, outcome.to),
-        steps,
-        visits: state.visits + u64::from(visited),
-        status: status(brief, terrain, flown, outcome.to, steps),
     }
 }
 

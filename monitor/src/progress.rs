@@ -151,9 +151,12 @@ impl fmt::Display for Progress {
         match self.hops_max {
             None if !self.robots.is_empty() => {
                 write!(f, "decision {decision}, step {steps}/{steps_max}, ")?;
+                let covers =
+                    self.robots.iter().any(|member| matches!(member.robot.vehicle, Vehicle::Rover { .. }));
                 match self.robots[0].robot.vehicle {
                     Vehicle::Hopper => write!(f, "{distance_to_goal_m:.1} m to go")?,
-                    _ => write!(f, "{} cells covered", self.visits)?,
+                    _ if covers => write!(f, "{} cells covered", self.visits)?,
+                    _ => write!(f, "{} robots", self.robots.len())?,
                 }
                 self.write_robots(f)?;
             }

@@ -12,12 +12,13 @@ use std::sync::Arc;
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, PastPage,
-    PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell, State,
-    Status, Team, Timeline, TruthGathering, TruthPage, TruthRequest,
+    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
+    PastPage, PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell,
+    Sensor, State, Status, Team, Timeline, TruthGathering, TruthPage, TruthRequest,
 };
 use terrain::Terrain;
 
+use crate::sensing::around;
 use crate::{Observation, Tracks};
 
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
@@ -402,7 +403,13 @@ impl Cartographer {
             return;
         };
         let seen = self.tracks.begin(brief, terrain, robots);
-        if brief.is_of_hopper() {
+        if brief.mixed.is_some() {
+            let starts = robots.iter().map(|robot| (robot.sensor, robot.start.cell));
+            let around = starts.clone().flat_map(|(sensor, cell)| around(brief, terrain, sensor, cell));
+            let entered: Vec<Cell> =
+                starts.filter(|(sensor, _)| counts_visits(*sensor)).map(|(_, cell)| cell).collect();
+            observation.sense(terrain, seen.into_iter().chain(around), &entered, None, Decision(0));
+        } else if brief.is_of_hopper() {
             let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
             observation.fold(brief, terrain, Pose { cell: brief.start, height_m }, Decision(0));
         } else {
@@ -420,7 +427,17 @@ impl Cartographer {
             return false;
         };
         let Some(seen) = self.tracks.fold(record) else { return false };
-        if self.tracks.is_hopper(record.robot) {
+        let sensor = self.tracks.sensor(record.robot);
+        if let Some(sensor @ (Sensor::Disc | Sensor::Square { .. })) =
+            sensor.filter(|_| brief.mixed.is_some())
+        {
+            let here = record.pose.cell;
+            let moved = record.outcome.from != record.outcome.to && counts_visits(sensor);
+            let entered = if moved { &[here][..] } else { &[] };
+            let landed = (sensor == Sensor::Disc).then_some(here);
+            let seen = around(brief, terrain, sensor, here);
+            observation.sense(terrain, seen, entered, landed, record.decision.next());
+        } else if self.tracks.is_hopper(record.robot) {
             observation.fold(brief, terrain, record.pose, record.decision.next());
         } else {
             observation.see(terrain, &seen, self.tracks.errs(record.robot), record.decision.next());
@@ -562,6 +579,11 @@ impl Cartographer {
         self.published = Some(now);
         vec![Effect::PublishMap]
     }
+}
+
+/// Whether the visits of a robot with that sensor are counted: those of rovers that cover ground.
+fn counts_visits(sensor: Sensor) -> bool {
+    matches!(sensor, Sensor::Square { .. })
 }
 
 /// A cell of the map, if it is seen.

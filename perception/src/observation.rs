@@ -30,6 +30,8 @@ pub struct Observation {
     seen: Vec<u32>,
     /// Treasures before the last landing.
     treasures: Vec<Cell>,
+    /// Whether ground counts as passable by its speed: where nobody hops.
+    passable_by_speed: bool,
 }
 
 /// A set of indices.
@@ -64,6 +66,7 @@ impl Observation {
             links: Vec::new(),
             seen: Vec::new(),
             treasures: Vec::new(),
+            passable_by_speed: brief.mixed.is_none(),
         }
     }
 
@@ -116,11 +119,47 @@ impl Observation {
                 self.landing.push(index as u32);
             }
         }
-        self.reveal(terrain, Some(pose.cell), decision);
+        self.reveal(terrain, Some(pose.cell), &[], decision);
     }
 
-    /// Folds in the cells of the landing, which were unknown or doubtful; the hopper, if one has landed, is on `landed`.
-    fn reveal(&mut self, terrain: &Terrain, landed: Option<Cell>, decision: Decision) {
+    /// Folds in what robots of a mixed mission see: `seen` along their ways and around them, and the cells that rovers have
+    /// `entered`, each another, which counts as a visit. A hopper, if one has landed, is on `landed`.
+    ///
+    /// # Panics
+    /// If the terrain is not on the brief's grid, or a cell lies outside.
+    pub fn sense(
+        &mut self,
+        terrain: &Terrain,
+        seen: impl IntoIterator<Item = usize>,
+        entered: &[Cell],
+        landed: Option<Cell>,
+        decision: Decision,
+    ) {
+        let grid = self.map.grid;
+        assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
+        self.landing.clear();
+        let news = seen.into_iter().filter(|&index| !self.known.has(index) || self.doubtful.has(index));
+        self.landing.extend(news.map(|index| index as u32));
+        let entered: Vec<usize> = entered.iter().filter_map(|cell| grid.index(*cell)).collect();
+        self.landing.extend(entered.iter().map(|&index| index as u32));
+        self.landing.sort_unstable();
+        self.landing.dedup();
+        self.landing.iter().for_each(|&index| self.doubtful.remove(index as usize));
+        let visits: Vec<(usize, u16)> =
+            entered.iter().map(|&index| (index, self.map.visits(index).saturating_add(1))).collect();
+        self.reveal(terrain, landed, &visits, decision);
+    }
+
+    /// Folds in the cells of the landing, which were unknown or doubtful, or are visited; the hopper, if one has landed, is on
+    /// `landed`.
+    fn reveal(
+        &mut self,
+        terrain: &Terrain,
+        landed: Option<Cell>,
+        visits: &[(usize, u16)],
+        decision: Decision,
+    ) {
+        let visits = |index| visits.iter().find(|(entered, _)| *entered == index).map(|(_, visits)| *visits);
         let grid = self.map.grid;
         self.links.clear();
         self.seen.clear();
@@ -128,7 +167,7 @@ impl Observation {
         let treasures = self.treasures_after(terrain, landed);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
-            GradientSource::Measured => self.learn(terrain, |ground, _| (ground, 0)),
+            GradientSource::Measured => self.learn(terrain, |ground, index| (ground, visits(index))),
             GradientSource::SeenDifferences => {
                 self.add_rim();
                 let known = std::mem::take(&mut self.known);
@@ -138,7 +177,7 @@ impl Observation {
                 };
                 self.learn(terrain, |ground, index| {
                     let gradient = differences(grid.cell(index), grid.cell_size_m, height);
-                    (Ground { gradient, ..ground }, 0)
+                    (Ground { gradient, ..ground }, visits(index))
                 });
                 self.known = known;
             }
@@ -175,7 +214,7 @@ impl Observation {
             .collect();
         self.learn(terrain, |ground, index| {
             let visits = visits.iter().find(|(entered, _)| *entered == index);
-            (ground, visits.map_or(0, |(_, visits)| *visits))
+            (ground, visits.map(|(_, visits)| *visits))
         });
         self.close_landing(decision);
     }
@@ -196,7 +235,7 @@ impl Observation {
         for &index in &self.landing {
             if errs { self.doubtful.add(index as usize) } else { self.doubtful.remove(index as usize) }
         }
-        self.reveal(terrain, None, decision);
+        self.reveal(terrain, None, &[], decision);
     }
 
     fn close_landing(&mut self, decision: Decision) {
@@ -232,15 +271,17 @@ impl Observation {
         self.landing.dedup();
     }
 
-    /// Writes the landing's cells down as `told` makes them of what sensors show, with their visits, and takes note of the
-    /// chain of patches. What turns out to be no news is left out of the landing.
-    fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize) -> (Ground, u16)) {
-        let Self { map, patch_cells, doubtful, landing, links, seen, .. } = self;
+    /// Writes the landing's cells down as `told` makes them of what sensors show, with their visits if these change, and takes note
+    /// of the chain of patches. What turns out to be no news is left out of the landing.
+    fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize) -> (Ground, Option<u16>)) {
+        let Self { map, patch_cells, doubtful, landing, links, seen, passable_by_speed, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
-            let shown = shown(&terrain.cells[index as usize], || doubtful.has(index as usize));
+            let is_doubtful = || doubtful.has(index as usize);
+            let shown = shown(&terrain.cells[index as usize], *passable_by_speed, is_doubtful);
             let (ground, visits) = told(shown, index as usize);
+            let visits = visits.unwrap_or_else(|| map.visits(index as usize));
             let news = map.learn_visited(index as usize, ground, visits);
             changed += usize::from(news);
             if news && changed.is_multiple_of(*patch_cells) {
@@ -257,12 +298,13 @@ impl Observation {
 }
 
 /// What sensors show of a true cell: where no camera errs, all of it; otherwise either the speed or its reading, by which the
-/// cell then counts as passable.
-fn shown(truth: &Ground, is_doubtful: impl Fn() -> bool) -> Ground {
+/// cell then counts as passable if that goes by the speed.
+fn shown(truth: &Ground, passable_by_speed: bool, is_doubtful: impl Fn() -> bool) -> Ground {
     match truth.reading {
         None => *truth,
         Some(reading) if is_doubtful() => {
-            Ground { speed: None, passable: reading != DriveSpeed::Zero, ..*truth }
+            let passable = if passable_by_speed { reading != DriveSpeed::Zero } else { truth.passable };
+            Ground { speed: None, passable, ..*truth }
         }
         Some(_) => Ground { reading: None, ..*truth },
     }

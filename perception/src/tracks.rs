@@ -1,6 +1,6 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Vehicle, Waypoint};
+use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Sensor, Waypoint};
 use scout_world::TrueGround;
 use terrain::Terrain;
 
@@ -45,21 +45,24 @@ impl Tracks {
         };
         self.robots = robots.iter().map(track).collect();
         let Some(ground) = &self.ground else { return Vec::new() };
-        let on_ground = |track: &&Track| matches!(track.robot.sensor, contract::Sensor::Track);
+        let on_ground = |track: &&Track| matches!(track.robot.sensor, Sensor::Track);
         let drivers = self.robots.iter().filter(on_ground);
         drivers.flat_map(|track| ground.seen(track.robot.sensor, track.at, track.at)).collect()
     }
 
     /// Whether that robot sees where it lands, not along a way.
     pub fn is_hopper(&self, robot: RobotId) -> bool {
-        let track = self.robots.get(usize::from(robot.0));
-        track.is_some_and(|track| matches!(track.robot.vehicle, Vehicle::Hopper))
+        self.sensor(robot) == Some(Sensor::Disc)
+    }
+
+    /// What that robot sees with, if the mission has it.
+    pub fn sensor(&self, robot: RobotId) -> Option<Sensor> {
+        self.robots.get(usize::from(robot.0)).map(|track| track.robot.sensor)
     }
 
     /// Whether what that robot sees may be wrong.
     pub fn errs(&self, robot: RobotId) -> bool {
-        let track = self.robots.get(usize::from(robot.0));
-        track.is_some_and(|track| track.robot.sensor.accuracy().is_some())
+        self.sensor(robot).is_some_and(|sensor| sensor.accuracy().is_some())
     }
 
     /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not

@@ -1,6 +1,6 @@
 //! The names that algorithms are asked for by.
 
-use contract::{Name, Task, Vehicle};
+use contract::{Brief, Name, Task, Vehicle};
 use coverage::Algorithm;
 
 /// Every algorithm that a planner process can run for a hopper.
@@ -42,11 +42,28 @@ pub(crate) const HOLD: &str = "hold";
 /// The planner that sees the whole ground. No process can run it, so it is not one of [`ALGORITHMS`].
 pub const CLAIRVOYANT: &str = "clairvoyant";
 
-/// The algorithms that suit a vehicle with that task; without a vehicle, a hopper that is alone.
+/// The algorithms that suit a vehicle in that mission; without a vehicle, a hopper that is alone.
 #[must_use]
-pub fn suited(task: Task, vehicle: Option<Vehicle>) -> &'static [&'static str] {
+pub fn suited(brief: &Brief, vehicle: Option<Vehicle>) -> Vec<&'static str> {
+    let tasks = brief.tasks_of(vehicle).into_iter();
+    tasks.flat_map(|task| of_vehicle(task, vehicle)).copied().collect()
+}
+
+/// All algorithms for that task, whatever the vehicle.
+pub(crate) fn of_task(task: Task) -> Vec<&'static str> {
+    match task {
+        Task::Reach | Task::Patrol => ALGORITHMS.to_vec(),
+        Task::Accompany => [ALGORITHMS, AHEAD_ALGORITHMS].concat(),
+        Task::Cover(_) => COVER_ALGORITHMS.to_vec(),
+        Task::Scout(_) => [DRIVE_ALGORITHMS, FLY_ALGORITHMS].concat(),
+        // Robots of a mixed mission have tasks of their own.
+        Task::Mixed(_) => Vec::new(),
+    }
+}
+
+fn of_vehicle(task: Task, vehicle: Option<Vehicle>) -> &'static [&'static str] {
     match vehicle {
-        None | Some(Vehicle::Hopper) => ALGORITHMS,
+        None | Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => ALGORITHMS,
         Some(Vehicle::Rover { .. }) => COVER_ALGORITHMS,
         Some(Vehicle::Driver { .. }) => DRIVE_ALGORITHMS,
         Some(Vehicle::Helicopter { .. }) if task == Task::Accompany => AHEAD_ALGORITHMS,
@@ -54,14 +71,14 @@ pub fn suited(task: Task, vehicle: Option<Vehicle>) -> &'static [&'static str] {
     }
 }
 
-/// The algorithm that commands a vehicle with that task for which nobody names another.
+/// The algorithm that commands a vehicle in that mission for which nobody names another.
 #[must_use]
-pub fn usual(task: Task, vehicle: Option<Vehicle>) -> &'static str {
+pub fn usual(brief: &Brief, vehicle: Option<Vehicle>) -> &'static str {
     match vehicle {
-        None | Some(Vehicle::Hopper) => MDP,
+        None | Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => MDP,
         Some(Vehicle::Rover { .. }) => "cover_frontier",
         Some(Vehicle::Driver { .. }) => RRT_STAR_ETT,
-        Some(Vehicle::Helicopter { .. }) if task == Task::Accompany => SCOUT_AHEAD,
+        Some(Vehicle::Helicopter { .. }) if brief.scout.is_none() => SCOUT_AHEAD,
         Some(Vehicle::Helicopter { .. }) => RRT_STAR_IT,
     }
 }

@@ -12,8 +12,9 @@
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
-    Member, MonotonicNs, Name, PeerTable, PriorGathering, PriorPage, PriorRequest, Refusal, Replica, RobotId,
-    RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vehicle, Vetoed,
+    Member, MonotonicNs, Name, PeerTable, Pose, PriorGathering, PriorPage, PriorRequest, Refusal, Replica,
+    RobotId, RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vehicle,
+    Vetoed,
 };
 
 use crate::plan::Scouting;
@@ -123,6 +124,14 @@ struct RobotView {
     asked: Option<Term>,
 }
 
+/// The mission as a hopper has it that is not the only one: from its start to its goal, and where it stands. So to whoever plans
+/// it is a mission like any other.
+#[derive(Clone, Copy, Debug)]
+struct OwnWay {
+    brief: Brief,
+    state: State,
+}
+
 /// Whose turn it is, and who leads that robot.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
@@ -137,6 +146,8 @@ pub struct Pilot {
     brief: Option<Brief>,
     /// The brief of the leg of the present state.
     leg: Option<Brief>,
+    /// What the hopper that is due plans for, if it has a goal of its own.
+    own: Option<OwnWay>,
     state: Option<State>,
     /// The robots as last told of; those of the present state only if [`Team::is_of`] says so.
     team: Option<Team>,
@@ -172,6 +183,7 @@ impl Pilot {
             config,
             brief: None,
             leg: None,
+            own: None,
             state: None,
             team: None,
             map: Replica::new(RobotId(0)),
@@ -232,14 +244,29 @@ impl Pilot {
             let known = self.brief.as_ref().zip(self.state.as_ref());
             self.leg = known.map(|(brief, state)| brief.leg(state.visits));
         }
+        self.own = self.own_way();
         self.gather(now, &mut effects);
         self.plan(now, &mut effects);
         effects
     }
 
+    /// What the hopper that is due plans for; `None` unless it has a goal of its own, and brief, state, robots and map agree.
+    fn own_way(&self) -> Option<OwnWay> {
+        let brief = self.brief.as_ref().filter(|brief| brief.mixed.is_some())?;
+        let state = self.state.as_ref()?;
+        let team = self.team.as_ref().filter(|team| team.is_of(state))?;
+        let member = team.member(team.due)?;
+        let Vehicle::HopperTo { goal } = member.robot.vehicle else { return None };
+        let map = self.map.map().filter(|map| map.is_of(state))?;
+        let cell = member.at.cell;
+        let pose = Pose { cell, height_m: map.ground(cell)?.height_m };
+        let start = member.robot.start.cell;
+        Some(OwnWay { brief: Brief { start, goal, ..*brief }, state: State { pose, ..*state } })
+    }
+
     /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.
     fn gather(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        if self.brief.as_ref().is_none_or(|brief| brief.scout.is_none()) {
+        if !self.needs_scouting() {
             return;
         }
         effects.extend(self.prior.ask(now).map(Effect::RequestPrior));
@@ -247,6 +274,15 @@ impl Pilot {
             self.routes.want(id);
         }
         effects.extend(self.routes.ask(now).map(Effect::RequestRoute));
+    }
+
+    /// Whether a robot that it may command goes from point to point over uncertain ground: then it needs to know the prior and
+    /// the announced routes. Before the robots are known, as if one did.
+    fn needs_scouting(&self) -> bool {
+        let Some(brief) = self.brief.as_ref().filter(|brief| brief.scout.is_some()) else { return false };
+        let team = self.team.as_ref().filter(|team| team.run == brief.run && brief.mixed.is_some());
+        let travels = |member: &Member| member.robot.vehicle.start().is_some();
+        team.is_none_or(|team| self.config.robots.iter().filter_map(|robot| team.member(robot)).any(travels))
     }
 
     /// A route that a robot follows and whose points are not known.
@@ -279,9 +315,12 @@ impl Pilot {
                     Some(team) => self.config.robots.has(team.due),
                     None => !brief.has_team(),
                 };
-                let scouting = match brief.scout {
-                    Some(_) => Some(self.scouting()?),
-                    None => None,
+                let scouting = if self.needs_scouting() { Some(self.scouting()?) } else { None };
+                let hops = |team: &Team| team.member(team.due).is_some_and(|due| due.robot.vehicle.hops());
+                let (brief, state) = match (&self.own, brief.mixed.is_some() && team.is_some_and(hops)) {
+                    (Some(own), true) => (&own.brief, &own.state),
+                    (None, true) => return None,
+                    (_, false) => (brief, state),
                 };
                 is_mine.then_some(Situation { brief, map, state, team, scouting })
             }
@@ -336,7 +375,7 @@ impl Pilot {
         if self.turn().is_none() {
             return Some("hopper-sim: the robots of this decision");
         }
-        if brief.scout.is_some() && self.scouting().is_none() {
+        if self.needs_scouting() && self.scouting().is_none() {
             return Some("hopper-sim: the prior, or the routes of this decision");
         }
         let behind = !self.map.map().is_some_and(|map| map.is_of(state));
@@ -569,7 +608,7 @@ impl Pilot {
 /// Whether the robot that is due could ever do that: a planner may be told to command a robot of another kind.
 fn fits(situation: &Situation<'_>, action: Action) -> bool {
     let Some(due) = situation.team.and_then(|team| team.member(team.due)) else { return true };
-    let hops = due.robot.vehicle == Vehicle::Hopper;
+    let hops = due.robot.vehicle.hops();
     action == Action::Hold || hops == matches!(action, Action::Hop(_))
 }
 

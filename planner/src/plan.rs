@@ -13,7 +13,8 @@ pub struct Situation<'a> {
     /// the last plan.
     pub map: &'a ObservedMap,
     /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]). In a hopper's mission
-    /// its pose is the hopper's, whoever decides.
+    /// its pose is the hopper's, whoever decides; so it is, with start and goal of the brief, for a hopper that decides in a
+    /// mixed mission.
     pub state: &'a State,
     /// All robots, the one that decides being [`Team::due`]; `None` where a hopper is alone.
     pub team: Option<&'a Team>,

@@ -5,12 +5,13 @@ use std::collections::VecDeque;
 
 use contract::{
     Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
-    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, State, Task, Team,
+    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, State, Team,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
 };
 
+use crate::names::of_task;
 use crate::pilot::{Effect, Event, Pilot, PilotConfig};
 use crate::{Budget, Planner, Pulse};
 
@@ -273,7 +274,10 @@ impl<P: Ports> PlannerProcess<P> {
             return;
         }
         let Some(situation) = self.pilot.situation() else { return };
-        // Policies are hoppers', and a hopper has number 0.
+        if situation.brief.mixed.is_some() {
+            return;
+        }
+        // Policies are those of the hopper of its mission, which has number 0.
         let (run, robot, decision) = (situation.state.run, RobotId(0), situation.state.decision);
         let Some(cells) = self.planner.policy() else { return };
         let (planner, error_bound) = (self.planner.name(), self.error_bound);
@@ -290,16 +294,16 @@ impl<P: Ports> PlannerProcess<P> {
         let missing = self.commands.iter().map(|(robot, _)| robot).find(|robot| robot.0 >= brief.robots);
         let error = if let Some(robot) = missing {
             format!("scenario {scenario} has robots 0 to {}, got robot {robot}", brief.robots - 1)
-        } else if self.planner.suits(brief.task()) {
+        } else if brief.tasks().into_iter().any(|task| self.planner.suits(task)) {
             self.unfit = None;
             return true;
         } else {
-            let need = match brief.task() {
-                Task::Reach | Task::Patrol => crate::ALGORITHMS.to_vec(),
-                Task::Accompany => [crate::ALGORITHMS, crate::AHEAD_ALGORITHMS].concat(),
-                Task::Cover(_) => crate::COVER_ALGORITHMS.to_vec(),
-                Task::Scout(_) => [crate::DRIVE_ALGORITHMS, crate::FLY_ALGORITHMS].concat(),
-            };
+            let mut need: Vec<&str> = Vec::new();
+            for name in brief.tasks().into_iter().flat_map(of_task) {
+                if !need.contains(&name) {
+                    need.push(name);
+                }
+            }
             let (need, got) = (need.join(", "), self.planner.name());
             format!("scenario {scenario} needs one of the planners {need}, got {got}")
         };

@@ -40,6 +40,8 @@ impl Decider {
         news: &News,
         state: State,
     ) -> PyResult<Action> {
+        let due = state.team.as_ref().and_then(|team| team.member(team.due));
+        let hops = due.map_or(brief.is_of_hopper(), |due| due.robot.vehicle.hops());
         let map = Arrays::update(&mut self.arrays, py, news)?;
         let answer = self.decide.bind(py).call1((Brief(*brief), map, state))?;
         if !self.warned && self.arrays.as_ref().is_some_and(|arrays| arrays.are_kept(py)) {
@@ -50,10 +52,10 @@ impl Decider {
         }
         let code = answer.extract::<u32>().ok().and_then(Action::from_code).filter(|action| match action {
             Action::Hold => true,
-            Action::Hop(_) => brief.is_of_hopper(),
-            _ => !brief.is_of_hopper(),
+            Action::Hop(_) => hops,
+            _ => !hops,
         });
-        let need = if brief.is_of_hopper() { "HOLD or a hop" } else { "HOLD or a step" };
+        let need = if hops { "HOLD or a hop" } else { "HOLD or a step" };
         code.ok_or_else(|| {
             crate::error(format!(
                 "decide needs to return a hopper.Action, here {need}, got {}",

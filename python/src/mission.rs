@@ -79,15 +79,15 @@ pub fn run<'py>(
 ) -> PyResult<Answer<'py>> {
     let world = world(scenario, profile)?;
     let brief = Brief { run: RUN, ..world.brief };
-    let (task, vehicles) = (brief.task(), world.vehicles());
+    let vehicles = world.vehicles();
     let own = world.planners;
-    let usual = planner::assigned(task, &vehicles, None, &own)
+    let usual = planner::assigned(&brief, &vehicles, None, &own)
         .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
     let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
     let (flown, records) = match planner {
         Chosen::Named(name) => {
             let name: Name = name.parse().map_err(crate::error)?;
-            let planners = planner::assigned(task, &vehicles, Some(name), &own);
+            let planners = planner::assigned(&brief, &vehicles, Some(name), &own);
             let planners = planners.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
             py.detach(move || {
                 let mut records = Vec::new();
@@ -98,9 +98,17 @@ pub fn run<'py>(
                 flown.map(|flown| (flown, records)).map_err(crate::error)
             })?
         }
+        Chosen::Own(_) if brief.mixed.is_some() => return Err(unfit()),
         Chosen::Own(planner) => fly_own(&planner, mission, &usual)?,
     };
     told(py, &brief, seed, &flown, &records)
+}
+
+/// That one planner cannot command robots with tasks of their own.
+pub fn unfit() -> PyErr {
+    crate::error(
+        "a mission whose robots have tasks of their own needs named planners; `hopper planner --python` commands one of its robots",
+    )
 }
 
 /// What Python gets of a mission that was flown.

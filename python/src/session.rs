@@ -72,7 +72,10 @@ impl Session {
     fn new(scenario: &str, profile: Option<&str>, seed: u64) -> PyResult<Self> {
         let world = world(scenario, profile)?;
         let brief = Brief { run: RUN, ..world.brief };
-        let usual = planner::assigned(brief.task(), &world.vehicles(), None, &world.planners);
+        if brief.mixed.is_some() {
+            return Err(crate::mission::unfit());
+        }
+        let usual = planner::assigned(&brief, &world.vehicles(), None, &world.planners);
         let usual = usual.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
         let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
         let (questions, inbox) = channel();

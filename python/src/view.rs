@@ -21,7 +21,7 @@ impl Brief {
         self.0.profile.as_str()
     }
 
-    /// "reach", "patrol", "accompany" (a hopper with helicopters), "cover" or "scout".
+    /// "reach", "patrol", "accompany" (a hopper with helicopters), "cover", "scout" or "mixed" (robots with tasks of their own).
     #[getter]
     fn task(&self) -> &'static str {
         match self.0.task() {
@@ -30,6 +30,7 @@ impl Brief {
             Task::Accompany => "accompany",
             Task::Cover(_) => "cover",
             Task::Scout(_) => "scout",
+            Task::Mixed(_) => "mixed",
         }
     }
 

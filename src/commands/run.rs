@@ -209,13 +209,12 @@ fn check(args: &Args) -> Result<(), Failure> {
 /// # Errors
 /// Exit code 2 if one is not known, or cannot plan for the scenario's task.
 fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure> {
-    let task = world.brief.task();
     let given: Option<Name> = args.planner.as_deref().map(str::parse).transpose().map_err(Failure::usage)?;
     if let Some(name) = given.filter(|_| !args.lockstep || world.fleet.is_some()) {
         planner::algorithm(name.as_str()).map_err(Failure::usage)?;
     }
     let scenario = world.brief.scenario;
-    planner::assigned(task, &world.vehicles(), given, &world.planners)
+    planner::assigned(&world.brief, &world.vehicles(), given, &world.planners)
         .map_err(|error| Failure::usage(error.in_scenario(scenario)))
 }
 

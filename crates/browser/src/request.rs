@@ -63,9 +63,8 @@ impl Request {
         let run = self.run.as_deref().map_or(Ok(1), |run| u128::from_str_radix(run, 16));
         let run = RunId(run.map_err(|_| "a run needs to be 32 hexadecimal digits".to_owned())?);
         let schedule = self.schedule(&world)?;
-        let task = world.brief.task();
-        let suited = |vehicle| planner::suited(task, vehicle);
-        let mut suited: Vec<&str> = world.vehicles().into_iter().flat_map(suited).copied().collect();
+        let suited = |vehicle| planner::suited(&world.brief, vehicle);
+        let mut suited: Vec<&str> = world.vehicles().into_iter().flat_map(suited).collect();
         suited.dedup();
         let warnings = world.warnings.iter().map(ToString::to_string).collect();
         let brief = Brief { run, ..world.brief };
@@ -101,15 +100,15 @@ impl Request {
         let named = |name: &str| -> Result<Name, String> {
             let name: Name = name.parse().map_err(|error| format!("{error}"))?;
             let planner = planner::algorithm(name.as_str()).map_err(|error| error.to_string())?;
-            let (scenario, task) = (world.brief.scenario, world.brief.task());
-            match planner.suits(task) {
+            let scenario = world.brief.scenario;
+            match world.brief.tasks().into_iter().any(|task| planner.suits(task)) {
                 true => Ok(name),
                 false => Err(format!("scenario {scenario} needs another planner than {name}")),
             }
         };
         if self.planners.is_empty() {
-            let (task, vehicles) = (world.brief.task(), world.vehicles());
-            let names = planner::assigned(task, &vehicles, None, &world.planners);
+            let vehicles = world.vehicles();
+            let names = planner::assigned(&world.brief, &vehicles, None, &world.planners);
             let names = names.map_err(|error| error.in_scenario(world.brief.scenario))?;
             return Ok(PlannerSchedule::of_robots(&names));
         }

@@ -63,6 +63,12 @@ impl Ground {
         reading: None,
     };
 
+    /// Whether a rover that goes from cell to cell can stand here: as a hopper, and not where a rover gets stuck.
+    #[must_use]
+    pub fn is_drivable(&self) -> bool {
+        self.passable && self.speed != Some(DriveSpeed::Zero)
+    }
+
     /// Steepness |∇h|, metres per metre.
     #[must_use]
     pub fn steepness(&self) -> f64 {

@@ -31,21 +31,30 @@ pub struct TeamEffort {
     pub actions: u64,
     /// Cells visited; `None` unless ground was to be covered.
     pub covered: Option<u64>,
+    /// Whether each robot had a task of its own.
+    pub is_mixed: bool,
 }
 
 impl TeamEffort {
     /// That of a mission after so many decisions and visits; `None` if it is a single hopper's.
     pub(crate) fn of(brief: &Brief, actions: u64, visits: u64) -> Option<Self> {
         let covered = brief.cover.map(|_| visits);
-        (!brief.is_of_hopper()).then_some(Self { robots: brief.robots, actions, covered })
+        let (robots, is_mixed) = (brief.robots, brief.mixed.is_some());
+        (!brief.is_of_hopper()).then_some(Self { robots, actions, covered, is_mixed })
     }
 
     /// How a mission of several robots ended.
     fn fmt(self, sentence: &EndSentence, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { robots, actions, covered } = self;
+        let Self { robots, actions, covered, is_mixed } = self;
         let EndSentence { outcome, steps, steps_max, cell, .. } = sentence;
         let how = match (outcome, covered) {
             (Ending::Stopped, _) => "Stopped".to_owned(),
+            (Ending::Mission(Status::Goal), _) if is_mixed => {
+                "All tasks that the mission needs are done".to_owned()
+            }
+            (Ending::Mission(Status::Lost | Status::LeftMap), _) if is_mixed => {
+                "A robot is lost that the mission needs".to_owned()
+            }
             (Ending::Mission(Status::Goal), Some(cells)) => format!("Covered, {}", counted(cells, "cell")),
             (Ending::Mission(Status::Goal), None) => format!("The rover is at the goal, {cell}"),
             (Ending::Mission(Status::Deadlock), _) => "Out of actions".to_owned(),

@@ -135,7 +135,7 @@ fn each_outcome_of_several_robots_has_its_sentence() {
         (Ending::Stopped, scout, "Stopped: 9 actions of 4 robots"),
     ] {
         summary.outcome = outcome;
-        summary.team = Some(TeamEffort { robots: 4, actions: 9, covered });
+        summary.team = Some(TeamEffort { robots: 4, actions: 9, covered, is_mixed: false });
         assert_eq!(summary.sentence(), format!("{need}, at most 15 of 150 each."));
     }
 }

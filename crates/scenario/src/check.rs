@@ -195,6 +195,7 @@ fn in_words(robot: &Robot) -> String {
             format!("helicopter at {start}, {speed_mps} m/s, {budget_m} m of flight")
         }
         Vehicle::Hopper => format!("hopper at {cell}"),
+        Vehicle::HopperTo { goal } => format!("hopper from {cell} to {goal}"),
     };
     let view = match robot.sensor {
         Sensor::Square { range_cells } => format!("{0} x {0} cells", 2 * range_cells + 1),

@@ -41,9 +41,17 @@ pub struct RobotRules {
     /// `hopper`, the first robot of a mission of kind `reach` or `patrol`, to which `[robot]` applies.
     #[serde(default)]
     pub vehicle: VehicleKind,
-    /// Cell (x, y) that it starts from, where ground is to be covered. All others start where the world or `brief.start` says.
+    /// Cell (x, y) that it starts from, where ground is to be covered and in mixed missions. All others start where the world
+    /// or `brief.start` says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[i32; 2]>,
+    /// Cell (x, y) that it shall reach, in mixed missions: of each hopper, and of a rover that drives over uncertain ground. A
+    /// rover without one covers ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<[i32; 2]>,
+    /// Whether a mixed mission needs its task to be done; by default that of every robot but helicopters, which have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub required: Option<bool>,
     /// Where it faces at the start: `north`, `east`, `south` or `west`.
     #[serde(default = "north")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["north", "east", "south", "west"])))]
@@ -102,6 +110,10 @@ impl Scenario {
         terrain: &Terrain,
         trip: Option<&Trip>,
     ) -> Result<Option<Fleet>, ScenarioError> {
+        if self.mission.is_mixed() {
+            return self.mixed_on(terrain).map(Some);
+        }
+        self.check_unmixed()?;
         if trip.is_some() != self.mission.is_scout() {
             return Err(ScenarioError::Value {
                 field: "mission.kind",
@@ -161,7 +173,10 @@ impl Scenario {
                 let need = "nothing beside a hopper: a camera errs in the speeds of uncertain ground";
                 refuse("robots.accuracy", need, format!("one for robot {number}"))
             }
-            VehicleKind::Helicopter => rules.flying(number, start, cell),
+            VehicleKind::Helicopter => {
+                rules.check_without_start(number)?;
+                rules.flying(start, cell)
+            }
             VehicleKind::Rover => {
                 refuse("robots.vehicle", "helicopter, beside a hopper", format!("rover for robot {number}"))
             }
@@ -187,6 +202,12 @@ impl Scenario {
         let robots = self.robots.iter_mut().enumerate();
         let robots: Vec<Robot> =
             robots.map(|(number, rules)| rules.scouting(number, trip)).collect::<Result<_, _>>()?;
+        self.check_accuracies(&robots)?;
+        Ok(Fleet { robots, faults: self.faults.clone() })
+    }
+
+    /// Checks that all cameras that err do so alike.
+    pub(crate) fn check_accuracies(&self, robots: &[Robot]) -> Result<(), ScenarioError> {
         let mut accuracies = robots.iter().filter_map(|robot| robot.sensor.accuracy());
         if let Some(first) = accuracies.next()
             && let Some(other) = accuracies.find(|other| *other != first)
@@ -194,10 +215,10 @@ impl Scenario {
             let need = "the same for all helicopters that err";
             return refuse("robots.accuracy", need, format!("{first} and {other}"));
         }
-        Ok(Fleet { robots, faults: self.faults.clone() })
+        Ok(())
     }
 
-    fn check_faults(&self) -> Result<(), ScenarioError> {
+    pub(crate) fn check_faults(&self) -> Result<(), ScenarioError> {
         let Self { robots, faults, .. } = self;
         for (number, fault) in faults.iter().enumerate() {
             let known = usize::from(fault.robot.0) < robots.len();
@@ -224,6 +245,18 @@ impl RobotRules {
             let (field, need) = ("robots.vehicle", "rover, where ground is to be covered");
             return refuse(field, need, format!("{} for robot {number}", self.vehicle.name()));
         }
+        self.check_covering(number, terrain)?;
+        if let (Some([x, y]), Some(other)) =
+            (self.start, before.iter().position(|other| other.start == self.start))
+        {
+            let need = "a cell of its own for each robot";
+            return refuse("robots.start", need, format!("({x}, {y}) of robot {number} and robot {other}"));
+        }
+        Ok(())
+    }
+
+    /// Checks what a rover needs that covers ground.
+    pub(crate) fn check_covering(&self, number: usize, terrain: &Terrain) -> Result<(), ScenarioError> {
         self.check_grounded(number)?;
         let Some([x, y]) = self.start else {
             return refuse("robots.start", "a cell (x, y)", format!("nothing for robot {number}"));
@@ -231,17 +264,10 @@ impl RobotRules {
         let got = format!("({x}, {y}) of robot {number}");
         match terrain.ground(Cell::new(x, y)) {
             None => return refuse("robots.start", "a cell on the map", got),
-            Some(ground) if !ground.passable => {
+            Some(ground) if !ground.is_drivable() => {
                 return refuse("robots.start", "ground without obstacle", got);
             }
             Some(_) => {}
-        }
-        if let Some(other) = before.iter().position(|other| other.start == self.start) {
-            return refuse(
-                "robots.start",
-                "a cell of its own for each robot",
-                format!("{got} and robot {other}"),
-            );
         }
         let fastest_mps = terrain.grid.cell_size_m;
         if !(1.0e-9..=fastest_mps).contains(&self.speed_mps) {
@@ -257,7 +283,7 @@ impl RobotRules {
 
 impl RobotRules {
     /// The rover of these rules, which were checked, in a mission that covers ground.
-    fn covering(&self) -> Robot {
+    pub(crate) fn covering(&self) -> Robot {
         let [x, y] = self.start.unwrap_or_default();
         Robot {
             vehicle: Vehicle::Rover { speed_mps: self.speed_mps },
@@ -272,7 +298,7 @@ impl RobotRules {
         let start = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
         let cell = Cell::new(start.x_m as i32, start.y_m as i32);
         match self.vehicle {
-            VehicleKind::Helicopter => self.flying(number, start, cell),
+            VehicleKind::Helicopter => self.flying(start, cell),
             VehicleKind::Hopper => {
                 refuse("robots.vehicle", "rover or helicopter", format!("hopper for robot {number}"))
             }
@@ -295,8 +321,7 @@ impl RobotRules {
     }
 
     /// The helicopter of these rules, at `start` above `cell`, with the defaults filled in.
-    fn flying(&mut self, number: usize, start: Waypoint, cell: Cell) -> Result<Robot, ScenarioError> {
-        self.check_without_start(number)?;
+    pub(crate) fn flying(&mut self, start: Waypoint, cell: Cell) -> Result<Robot, ScenarioError> {
         let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
         if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
             return refuse("robots.budget_m", "0 to 1e6 m", budget_m.to_string());
@@ -328,7 +353,7 @@ impl RobotRules {
     }
 
     /// Checks that nothing is given which only a helicopter has.
-    fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
+    pub(crate) fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
         if self.budget_m.is_none() && self.view_radius_m.is_none() && self.accuracy.is_none() {
             return Ok(());
         }
@@ -337,7 +362,7 @@ impl RobotRules {
     }
 }
 
-fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
+pub(crate) fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
     Err(ScenarioError::Value { field, need, got })
 }
 

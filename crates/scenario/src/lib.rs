@@ -22,6 +22,7 @@ mod fitted;
 mod fleet;
 mod guard;
 mod mission;
+mod mixed;
 mod mobility;
 mod overrides;
 mod patrol;

@@ -8,9 +8,9 @@ use rover::{Lattice, Point, Speed, SpeedDistribution, Surface, TerrainClass, spe
 use scout_world::Trip;
 use terrain::{Terrain, read_layer};
 
+use crate::ScenarioError;
 use crate::shape::Shaped;
 use crate::truth::{Layer, Mobility};
-use crate::{MissionBrief, ScenarioError};
 
 /// A rover is at its goal within this distance, metres, as in the Monte Carlo study.
 const GOAL_RADIUS_M: f64 = 3.0;
@@ -92,17 +92,11 @@ impl Mobility {
         layers.filter_map(Layer::file).chain(class_file).chain(true_speed_file)
     }
 
-    /// Writes prior and true speeds into `terrain`; the rover's trip on it.
+    /// Writes prior and true speeds into `terrain`.
     ///
     /// # Errors
-    /// If a raster does not fit or has a value that cannot be, or start or goal is missing, off the map or no ground to stand
-    /// on.
-    pub(crate) fn spread(
-        &self,
-        brief: &MissionBrief,
-        shaped: &Shaped,
-        terrain: &mut Terrain,
-    ) -> Result<Trip, ScenarioError> {
+    /// If a raster does not fit or has a value that cannot be.
+    pub(crate) fn spread(&self, shaped: &Shaped, terrain: &mut Terrain) -> Result<(), ScenarioError> {
         let grid = terrain.grid;
         if grid.cell_size_m != 1.0 {
             return Err(ScenarioError::Value {
@@ -129,13 +123,11 @@ impl Mobility {
         for (index, ground) in terrain.cells.iter_mut().enumerate() {
             let is_ground = shaped.relief.cells[index].is_some();
             let speed = if is_ground { scout_world::drive_speed(truth[index]) } else { DriveSpeed::Zero };
-            (ground.speed, ground.passable) = (Some(speed), speed != DriveSpeed::Zero);
+            ground.speed = Some(speed);
         }
         let prior = prior.iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
         terrain.prior = prior.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
-        let end = |field, cell: Option<[i32; 2]>| self::end(field, cell, terrain);
-        let (start, goal) = (end("brief.start", brief.start)?, end("brief.goal", brief.goal)?);
-        Ok(Trip { start, goal: Goal { at: goal, radius_m: GOAL_RADIUS_M } })
+        Ok(())
     }
 
     fn known(&self, shaped: &Shaped) -> Result<Known, ScenarioError> {
@@ -299,13 +291,26 @@ fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, Sc
     Ok(values.into_iter().map(|value| speed(value).unwrap_or(Speed::Zero)).collect())
 }
 
-/// The middle of a cell at which the rover starts or ends.
+/// The trip of a rover from cell to cell on uncertain ground.
+///
+/// # Errors
+/// If start or goal, called by `fields`, is missing, off the map or no ground to stand on.
+pub(crate) fn trip(
+    terrain: &Terrain,
+    [start, goal]: [Option<[i32; 2]>; 2],
+    fields: [&'static str; 2],
+) -> Result<Trip, ScenarioError> {
+    let (start, at) = (end(fields[0], start, terrain)?, end(fields[1], goal, terrain)?);
+    Ok(Trip { start, goal: Goal { at, radius_m: GOAL_RADIUS_M } })
+}
+
+/// The middle of a cell at which a rover starts or ends.
 fn end(field: &'static str, cell: Option<[i32; 2]>, terrain: &Terrain) -> Result<Point, ScenarioError> {
     let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got });
     let Some([x, y]) = cell else { return refuse("a cell (x, y)", "nothing".into()) };
     match terrain.ground(Cell::new(x, y)) {
         None => refuse("a cell on the map", format!("({x}, {y})")),
-        Some(ground) if !ground.passable => {
+        Some(ground) if ground.speed == Some(DriveSpeed::Zero) => {
             refuse("a cell whose true speed is above 0", format!("({x}, {y})"))
         }
         Some(_) => Ok(Point::new(f64::from(x) + 0.5, f64::from(y) + 0.5)),

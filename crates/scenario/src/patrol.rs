@@ -1,4 +1,5 @@
-//! Section `[mission]`: whether the hopper goes to one goal or visits several in turn, or rovers cover the ground.
+//! Section `[mission]`: whether the hopper goes to one goal or visits several in turn, rovers cover the ground, or each robot
+//! has a task of its own.
 
 use contract::limits::{DECISIONS_MAX, SAMPLES_MAX};
 use contract::{Cell, Cover, CoverMode, Patrol, Scout};
@@ -23,6 +24,8 @@ pub enum MissionKind {
     Cover,
     /// The rover of `[[robots]]` drives to a goal over uncertain ground, and helicopters look ahead for it.
     Scout,
+    /// Each of `[[robots]]`, of any kind, has a start and a task of its own.
+    Mixed,
 }
 
 /// Section `[mission]` of a scenario: its objective, and what that needs.
@@ -30,7 +33,7 @@ pub enum MissionKind {
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionRules {
-    /// `reach`, `patrol`, `cover` or `scout`.
+    /// `reach`, `patrol`, `cover`, `scout` or `mixed`.
     pub kind: MissionKind,
     /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each different from the one before it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -63,14 +66,21 @@ impl MissionRules {
         self.kind == MissionKind::Scout
     }
 
-    /// What planners of routes are given, with the defaults filled in; `None` in other missions. `seed` is theirs.
-    pub(crate) fn resolve_scout(&mut self, seed: u64) -> Result<Option<Scout>, ScenarioError> {
+    pub(crate) fn is_mixed(&self) -> bool {
+        self.kind == MissionKind::Mixed
+    }
+
+    /// What planners of routes are given, with the defaults filled in; `None` where no rover drives to a goal. `seed` is
+    /// theirs.
+    pub(crate) fn resolve_scout(&mut self, drives: bool, seed: u64) -> Result<Option<Scout>, ScenarioError> {
         let refuse = |field, need, got: u32| Err(ScenarioError::Value { field, need, got: got.to_string() });
-        if self.kind != MissionKind::Scout {
+        if !drives {
             return match self.rover_samples.or(self.helicopter_samples) {
                 None => Ok(None),
                 Some(got) => {
-                    refuse("mission.rover_samples, helicopter_samples", "mission.kind = \"scout\"", got)
+                    let need =
+                        "a rover that drives to a goal: mission.kind = \"scout\", or \"mixed\" with one";
+                    refuse("mission.rover_samples, helicopter_samples", need, got)
                 }
             };
         }
@@ -91,10 +101,16 @@ impl MissionRules {
         *self == Self::default()
     }
 
-    /// What is to be covered, with the defaults filled in; `None` if nothing is.
-    pub(crate) fn resolve_cover(&mut self) -> Result<Option<Cover>, ScenarioError> {
-        if self.kind != MissionKind::Cover {
-            return Ok(None);
+    /// What is to be covered, with the defaults filled in; `None` where no rover covers ground.
+    pub(crate) fn resolve_cover(&mut self, covers: bool) -> Result<Option<Cover>, ScenarioError> {
+        if !covers {
+            return match self.percent.is_some() || self.mode.is_some() {
+                false => Ok(None),
+                true => {
+                    let need = "rovers that cover ground, for percent or mode: mission.kind = \"cover\", or \"mixed\" with a rover without goal";
+                    Err(ScenarioError::Value { field: "mission.kind", need, got: "another".into() })
+                }
+            };
         }
         let percent = *self.percent.get_or_insert(100);
         if !(1..=100).contains(&percent) {
@@ -108,9 +124,6 @@ impl MissionRules {
     /// is no patrol.
     pub(crate) fn resolve(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
         let refuse = |field, need, got| Err(ScenarioError::Value { field, need, got });
-        if self.kind != MissionKind::Cover && (self.percent.is_some() || self.mode.is_some()) {
-            return refuse("mission.kind", "cover, for percent or mode", "another".into());
-        }
         if self.kind != MissionKind::Patrol {
             if self.goals.is_empty() && self.hops_max.is_none() {
                 return Ok(None);

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
-use contract::wire::{BriefV7, GroundV2};
+use contract::wire::{BriefV8, GroundV2};
 use contract::{
-    Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name, Payoff, Priors,
-    Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
+    Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, Mixed, MotionParameters, Name, Payoff,
+    Priors, Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
 };
 use helicopter::Sensor;
 use rover::Speed;
@@ -16,6 +16,7 @@ use sha2::{Digest as _, Sha256};
 use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 
 use crate::bounds::in_range;
+use crate::mobility::trip;
 use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
@@ -62,7 +63,7 @@ impl Scenario {
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         // The wire messages check every bound that applies to scenarios too.
-        brief = Brief::try_from(&BriefV7::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV8::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }
@@ -215,12 +216,19 @@ impl Scenario {
         Ok(cells)
     }
 
-    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it. Passages are the world of the
+    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it, unless each robot has its own. Passages are the world of the
     /// Monte Carlo study, bit for bit.
     fn spread(&self, shaped: &Shaped, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
         let mobility = self.truth.mobility.as_ref();
         let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else {
-            return mobility.map(|mobility| mobility.spread(&self.brief, shaped, terrain)).transpose();
+            let Some(mobility) = mobility else { return Ok(None) };
+            mobility.spread(shaped, terrain)?;
+            if self.mission.is_mixed() {
+                return Ok(None);
+            }
+            close_where_none_drives(terrain);
+            let MissionBrief { start, goal, .. } = self.brief;
+            return trip(terrain, [start, goal], ["brief.start", "brief.goal"]).map(Some);
         };
         if mobility.is_some() {
             let (field, need) = ("truth.mobility", "terrain other than passages, whose speeds are drawn");
@@ -228,11 +236,14 @@ impl Scenario {
         }
         let world = scout_world::monte_carlo(*seed);
         for (ground, speed) in terrain.cells.iter_mut().zip(&world.truth.speeds) {
-            let speed = scout_world::drive_speed(*speed);
-            (ground.speed, ground.passable) = (Some(speed), speed != DriveSpeed::Zero);
+            ground.speed = Some(scout_world::drive_speed(*speed));
         }
         let priors = world.prior.cells().iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
         terrain.prior = priors.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
+        if self.mission.is_mixed() {
+            return Ok(None);
+        }
+        close_where_none_drives(terrain);
         Ok(Some(world.trip))
     }
 
@@ -307,6 +318,7 @@ impl Scenario {
         let datum_m = self.datum_m();
         let (start, goal) = self.ends(fleet)?;
         let planner_seed = self.planner_seed();
+        let (mixed, required) = (self.mission.is_mixed(), self.required());
         let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
@@ -316,9 +328,14 @@ impl Scenario {
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
         let sensor = &robot.sensor;
-        let is_of_hopper = !rules.is_cover() && !rules.is_scout();
+        let has_hoppers = !rules.is_cover() && !rules.is_scout();
+        let has = |is: fn(&Vehicle) -> bool| {
+            fleet.is_some_and(|fleet| fleet.robots.iter().any(|robot| is(&robot.vehicle)))
+        };
+        let covers = has(|vehicle| matches!(vehicle, Vehicle::Rover { .. }));
+        let drives = has(|vehicle| matches!(vehicle, Vehicle::Driver { .. }));
         let patrol = rules.resolve(goal)?;
-        let cover = rules.resolve_cover()?;
+        let cover = rules.resolve_cover(covers)?;
         Ok(Brief {
             run: RunId(0),
             scenario: name,
@@ -359,7 +376,7 @@ impl Scenario {
                 offset_m: sensor.offset_m,
                 radius_min_m: sensor.radius_min_m.unwrap_or_default(),
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: sensor.gradient.filter(|_| is_of_hopper).unwrap_or(GradientSource::Measured),
+                gradient: sensor.gradient.filter(|_| has_hoppers).unwrap_or(GradientSource::Measured),
             },
             limits: Limits {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
@@ -368,12 +385,13 @@ impl Scenario {
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,
             cover,
-            scout: rules.resolve_scout(planner_seed)?,
+            scout: rules.resolve_scout(drives, planner_seed)?,
+            mixed: mixed.then_some(Mixed { required }),
         })
     }
 
     /// Start and goal of the hopper, with helicopters or without. Where rovers cover ground the first one's start stands for both; where a rover drives
-    /// to a goal, the cells of both.
+    /// to a goal, the cells of both; where each robot has its own, the first one's start and the last one's goal.
     fn ends(&self, fleet: Option<&Fleet>) -> Result<(Cell, Cell), ScenarioError> {
         let MissionBrief { start, goal, .. } = &self.brief;
         let given = |field, cell: Option<[i32; 2]>| match cell {
@@ -384,7 +402,8 @@ impl Scenario {
         let Some(first) = first.filter(|first| first.vehicle != Vehicle::Hopper) else {
             return Ok((given("brief.start", *start)?, given("brief.goal", *goal)?));
         };
-        let is_given = self.truth.mobility.is_none() && (start.is_some() || goal.is_some());
+        let has_own = self.truth.mobility.is_none() || self.mission.is_mixed();
+        let is_given = has_own && (start.is_some() || goal.is_some());
         if is_given {
             let (field, need) =
                 ("brief.start, brief.goal", "neither: robots have starts, and no goal of the hopper's");
@@ -393,6 +412,7 @@ impl Scenario {
         let mut goals =
             fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| match robot.vehicle {
                 Vehicle::Driver { goal, .. } => Some(Cell::new(goal.x_m as i32, goal.y_m as i32)),
+                Vehicle::HopperTo { goal } => Some(goal),
                 Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
             });
         Ok((first.start.cell, goals.next_back().unwrap_or(first.start.cell)))
@@ -453,6 +473,13 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
             let start = brief.start;
             Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal })
         }
+    }
+}
+
+/// On ground that only rovers and helicopters are on, what a rover cannot drive over is impassable.
+fn close_where_none_drives(terrain: &mut Terrain) {
+    for ground in &mut terrain.cells {
+        ground.passable = ground.speed != Some(DriveSpeed::Zero);
     }
 }
 

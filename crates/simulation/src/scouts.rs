@@ -121,7 +121,7 @@ impl Scouts {
             let fault = fleet.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
             let at = match robot.vehicle {
                 Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => start,
-                Vehicle::Rover { .. } | Vehicle::Hopper => Waypoint::default(),
+                Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => Waypoint::default(),
             };
             Scout {
                 robot: *robot,

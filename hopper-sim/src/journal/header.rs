@@ -4,10 +4,10 @@ use std::io;
 use std::path::Path;
 
 use contract::limits::TREASURES_MAX;
-use contract::wire::BriefV7;
+use contract::wire::BriefV8;
 use contract::{
-    Brief, Cell, Cover, Grid, Guard, Limits, MotionParameters, Name, Patrol, Payoff, Priors, Profile, Range,
-    Reading, RunId, Scout, SensorParameters, Weights,
+    Brief, Cell, Cover, Grid, Guard, Limits, Mixed, MotionParameters, Name, Patrol, Payoff, Priors, Profile,
+    Range, Reading, RunId, Scout, SensorParameters, Weights,
 };
 use scenario::{Fleet, ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,9 @@ const FORMAT_OF_ROUTES: u32 = 7;
 
 /// As [`FORMAT_OF_ROUTES`], of a hopper with helicopters: its brief is that of a hopper.
 const FORMAT_OF_ACCOMPANIED: u32 = 8;
+
+/// As [`FORMAT_OF_ROUTES`], of a mission whose robots have tasks of their own: its header holds all of these.
+const FORMAT_OF_MIXED: u32 = 10;
 
 /// The format of the release before, whose brief has neither a [`Reading`] nor the number of treasures; its journals are
 /// read and resumed all the same. Format 4 was never released.
@@ -97,6 +100,11 @@ impl JournalHeader {
     /// Everything before the first record's frame.
     pub(super) fn seal(&self) -> Result<Vec<u8>, JournalError> {
         let mut bytes = MAGIC.to_vec();
+        if let Some(header) = HeaderOfMixed::of(self) {
+            bytes.extend(FORMAT_OF_MIXED.to_le_bytes());
+            bytes.extend(frame::seal(&codec::encode(&header)?, codec::BYTES_MAX)?);
+            return Ok(bytes);
+        }
         let format = match (&self.brief.scout, &self.fleet) {
             (Some(_), _) => FORMAT_OF_ROUTES,
             (None, Some(_)) if self.brief.is_of_hopper() => FORMAT_OF_ACCOMPANIED,
@@ -124,9 +132,9 @@ impl JournalHeader {
         }
         let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
         let format = number(format);
-        if format != FORMAT_BEFORE && !(FORMAT..=FORMAT_OF_ACCOMPANIED).contains(&format) {
+        if format != FORMAT_BEFORE && !(FORMAT..=FORMAT_OF_MIXED).contains(&format) {
             let need = format!(
-                "{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS}, {FORMAT_OF_ROUTES} or {FORMAT_OF_ACCOMPANIED}"
+                "{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS}, {FORMAT_OF_ROUTES}, {FORMAT_OF_ACCOMPANIED} or {FORMAT_OF_MIXED}"
             );
             let got = format.to_string();
             return Err(JournalError::Mismatch { field: "format", need, got });
@@ -140,6 +148,7 @@ impl JournalHeader {
         let payload = frame::payload(&frame, codec::BYTES_MAX)
             .ok_or_else(|| bad("its checksum does not hold".into()))?;
         let header: Self = match format {
+            FORMAT_OF_MIXED => codec::decode::<HeaderOfMixed>(payload).map_err(bad)?.into(),
             FORMAT_OF_ACCOMPANIED => codec::decode::<HeaderOfAccompanied>(payload).map_err(bad)?.into(),
             FORMAT_OF_ROUTES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
             FORMAT_OF_ROVERS => codec::decode::<HeaderOfRobots<Cover>>(payload).map_err(bad)?.into(),
@@ -150,7 +159,7 @@ impl JournalHeader {
             return Err(bad("brief and robots are of different missions".into()));
         }
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV7::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
+        Brief::try_from(&BriefV8::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
     }
 }
@@ -185,6 +194,71 @@ struct HeaderOfAccompanied {
     fleet: Option<Fleet>,
 }
 
+/// [`JournalHeader`] in [`FORMAT_OF_MIXED`].
+#[derive(Serialize, Deserialize)]
+struct HeaderOfMixed {
+    brief: BriefOf<Priors>,
+    reading: Reading,
+    cover: Option<Cover>,
+    scout: Option<Scout>,
+    mixed: Mixed,
+    seed: u64,
+    resolved: String,
+    fleet: Option<Fleet>,
+}
+
+impl HeaderOfMixed {
+    /// `None` of a header of another mission.
+    fn of(header: &JournalHeader) -> Option<Self> {
+        let JournalHeader { brief, seed, resolved, fleet } = header;
+        let Brief {
+            run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, patrol, ..
+        } = *brief;
+        let Brief {
+            weights,
+            payoff,
+            priors,
+            motion,
+            sensor,
+            limits,
+            guard,
+            reading,
+            cover,
+            scout,
+            mixed,
+            ..
+        } = *brief;
+        Some(Self {
+            brief: BriefOf {
+                run,
+                scenario,
+                scenario_hash,
+                profile,
+                robots,
+                grid,
+                datum_m,
+                start,
+                goal,
+                patrol,
+                weights,
+                payoff,
+                priors,
+                motion,
+                sensor,
+                limits,
+                guard,
+            },
+            reading,
+            cover,
+            scout,
+            mixed: mixed?,
+            seed: *seed,
+            resolved: resolved.clone(),
+            fleet: fleet.clone(),
+        })
+    }
+}
+
 /// [`JournalHeader`] in [`FORMAT_BEFORE`].
 #[derive(Deserialize)]
 struct HeaderBefore {
@@ -194,7 +268,7 @@ struct HeaderBefore {
 }
 
 /// The fields that [`Brief`] begins with in every format; they mean the same.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct BriefOf<P> {
     run: RunId,
     scenario: Name,
@@ -244,6 +318,15 @@ impl From<HeaderOfAccompanied> for JournalHeader {
     }
 }
 
+impl From<HeaderOfMixed> for JournalHeader {
+    fn from(header: HeaderOfMixed) -> Self {
+        let HeaderOfMixed { brief, reading, cover, scout, mixed, seed, resolved, fleet } = header;
+        let priors = brief.priors;
+        let brief = Brief { cover, scout, mixed: Some(mixed), ..brief.with(priors, reading) };
+        Self { brief, seed, resolved, fleet }
+    }
+}
+
 impl From<HeaderOfRobots<Cover>> for JournalHeader {
     fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Cover>) -> Self {
         let priors = brief.priors;
@@ -284,6 +367,7 @@ impl<P> BriefOf<P> {
             reading,
             cover: None,
             scout: None,
+            mixed: None,
         }
     }
 }

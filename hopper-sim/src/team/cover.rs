@@ -12,7 +12,7 @@ use contract::{
 use coverage_world::Progress;
 use terrain::Terrain;
 
-use super::roster::{Roster, Turn};
+use super::roster::{Entry, Roster, Turn};
 use super::turn_order::duration_ns;
 use crate::dynamics::Execution;
 
@@ -20,6 +20,8 @@ use crate::dynamics::Execution;
 #[derive(Clone, Debug)]
 pub struct CoverTeam {
     progress: Progress,
+    /// Those that cover ground, in the order of their numbers, by which `progress` knows them.
+    rovers: Vec<RobotId>,
 }
 
 impl CoverTeam {
@@ -29,13 +31,18 @@ impl CoverTeam {
     /// If a robot starts off the grid; scenarios are checked.
     #[must_use]
     pub fn new(roster: &mut Roster, brief: &Brief, terrain: &Terrain) -> Self {
-        let starts: Vec<Cell> = roster.cells(Standing::Active).collect();
+        let covers = |entry: &Entry| matches!(entry.robot.vehicle, Vehicle::Rover { .. });
+        let (rovers, starts): (Vec<RobotId>, Vec<Cell>) = roster
+            .entries()
+            .filter(|(_, entry)| covers(entry))
+            .map(|(robot, entry)| (robot, entry.at.cell))
+            .unzip();
         let Cover { percent, mode } = brief.cover.unwrap_or(Cover { percent: 100, mode: CoverMode::Overlap });
         let mut progress = Progress::new(brief.grid, |cell| is_free(terrain, cell), &starts, mode, percent);
         for (robot, start) in starts.iter().enumerate() {
             progress.visit(robot, *start);
         }
-        let team = Self { progress };
+        let team = Self { progress, rovers };
         team.end_those_done(roster);
         team
     }
@@ -44,6 +51,18 @@ impl CoverTeam {
     #[must_use]
     pub fn visited_cells(&self) -> u64 {
         self.progress.visited_cells() as u64
+    }
+
+    /// Whether all ground is covered that was asked for.
+    #[must_use]
+    pub fn is_covered(&self) -> bool {
+        self.progress.is_covered()
+    }
+
+    /// Whether a rover is left that can cover what is not covered yet.
+    #[must_use]
+    pub fn is_at_work(&self, roster: &Roster) -> bool {
+        self.rovers.iter().any(|robot| roster.entry(*robot).standing == Standing::Active)
     }
 
     /// How the mission stands: reached once all is covered; lost if nobody can act any more before; a deadlock if the robot
@@ -74,8 +93,8 @@ impl CoverTeam {
             (Vehicle::Rover { .. }, Action::Step(direction)) => {
                 let to = beside(entry.at.cell, direction);
                 let vetoed = Refusal::Vetoed { action, need: 0.0, got: 1.0 };
-                match roster.entries().find(|(_, other)| other.at.cell == to) {
-                    Some((robot, _)) => Some(Refusal::Occupied { action, cell: to, robot }),
+                match roster.on_ground(to) {
+                    Some(robot) => Some(Refusal::Occupied { action, cell: to, robot }),
                     None => (!is_free(terrain, to)).then_some(vetoed),
                 }
             }
@@ -129,22 +148,44 @@ impl CoverTeam {
         roster.act(robot, decision, leader, Turn::Lasts(duration_ns(outcome.flight.flight_time_s)));
         if outcome.branch == Branch::Stranded {
             roster.end(robot, Standing::Stranded);
-            let stranded: Vec<Cell> = roster.cells(Standing::Stranded).collect();
-            let is_open = |cell| is_free(terrain, cell) && !stranded.contains(&cell);
-            self.progress.strand(roster.cells(Standing::Active), is_open);
-        } else if let Action::Step(heading) = action {
+            self.close_ways(roster, terrain);
+        } else if let (Action::Step(heading), Some(rover)) = (action, self.number(robot)) {
             roster.place(robot, Placement { cell: outcome.to, heading });
-            self.progress.visit(robot.0.into(), outcome.to);
+            self.progress.visit(rover, outcome.to);
         }
         self.end_those_done(roster);
     }
 
+    /// A robot stays where it is for good: what can no longer be reached does not count any more. Rovers that are done have
+    /// covered their own cell, and count as before.
+    pub fn close_ways(&mut self, roster: &mut Roster, terrain: &Terrain) {
+        let stays = |entry: &Entry| match entry.standing {
+            Standing::Active => false,
+            Standing::Stranded => entry.robot.vehicle.is_on_ground(),
+            Standing::Done => {
+                entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. })
+            }
+        };
+        let closed: Vec<Cell> =
+            roster.entries().filter(|(_, entry)| stays(entry)).map(|(_, entry)| entry.at.cell).collect();
+        let is_open = |cell| is_free(terrain, cell) && !closed.contains(&cell);
+        let active = self.rovers.iter().map(|robot| roster.entry(*robot));
+        let active = active.filter(|entry| entry.standing == Standing::Active).map(|entry| entry.at.cell);
+        self.progress.strand(active, is_open);
+        self.end_those_done(roster);
+    }
+
+    /// By which number `progress` knows that robot.
+    fn number(&self, robot: RobotId) -> Option<usize> {
+        self.rovers.binary_search(&robot).ok()
+    }
+
     /// Whoever has nothing left to cover acts no more.
     fn end_those_done(&self, roster: &mut Roster) {
-        for robot in (0..roster.count()).map(RobotId) {
-            let is_active = roster.entry(robot).standing == Standing::Active;
-            if is_active && self.progress.is_done(robot.0.into()) {
-                roster.end(robot, Standing::Done);
+        for (number, robot) in self.rovers.iter().enumerate() {
+            let is_active = roster.entry(*robot).standing == Standing::Active;
+            if is_active && self.progress.is_done(number) {
+                roster.end(*robot, Standing::Done);
             }
         }
     }
@@ -155,8 +196,8 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
     let from = entry.at.cell;
     let speed_mps = match entry.robot.vehicle {
         Vehicle::Rover { speed_mps } | Vehicle::Helicopter { speed_mps, .. } => speed_mps,
-        // Scenarios that cover ground have rovers only.
-        Vehicle::Driver { .. } | Vehicle::Hopper => 1.0,
+        // No others cover ground.
+        Vehicle::Driver { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => 1.0,
     };
     let stays = |branch| {
         let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
@@ -178,7 +219,7 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
 
 /// Whether a ground robot can stand on `cell`.
 fn is_free(terrain: &Terrain, cell: Cell) -> bool {
-    terrain.ground(cell).is_some_and(|ground| ground.passable)
+    terrain.ground(cell).is_some_and(|ground| ground.is_drivable())
 }
 
 fn beside(cell: Cell, direction: Direction) -> Cell {

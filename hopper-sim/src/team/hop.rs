@@ -54,6 +54,24 @@ impl HopTeam {
         }
     }
 
+    /// Executes `action` of the helicopter `robot`, which was not refused, and takes note of it.
+    pub fn execute_flight(
+        &mut self,
+        roster: &mut Roster,
+        turn: (RobotId, Decision, Leader),
+        action: Action,
+    ) -> Outcome {
+        let (robot, ..) = turn;
+        self.travels.keep_announced(robot, action);
+        self.fly(roster, turn, action)
+    }
+
+    /// Takes note of a decision of a helicopter in an earlier life, whose route, if it announced one, is recalled already.
+    pub fn recall_flight(&mut self, roster: &mut Roster, record: &Record) {
+        let Record { robot, decision, leader, action, .. } = record;
+        self.fly(roster, (*robot, *decision, *leader), *action);
+    }
+
     /// Executes `action`, which was not refused, of `robot`, which is due, and takes note of it.
     pub fn execute(
         &mut self,
@@ -66,8 +84,7 @@ impl HopTeam {
     ) -> Execution {
         let (decision, &State { pose, collected, steps, visits, status, .. }) = (state.decision, state);
         if robot != ROBOT {
-            self.travels.keep_announced(robot, action);
-            let outcome = self.fly(roster, (robot, decision, leader), action);
+            let outcome = self.execute_flight(roster, (robot, decision, leader), action);
             return Execution { outcome, pose, collected, steps, visits, status };
         }
         let execution = if roster.fails_now(ROBOT) {
@@ -77,7 +94,7 @@ impl HopTeam {
         } else {
             execute_beside(mission, state, roster.actions(ROBOT), action)
         };
-        self.hop(roster, decision, leader, &execution.outcome);
+        take_hop(roster, (ROBOT, decision, leader), &execution.outcome);
         execution
     }
 
@@ -86,22 +103,12 @@ impl HopTeam {
     /// # Panics
     /// If another robot was due.
     pub fn recall(&mut self, roster: &mut Roster, record: &Record) {
-        let Record { robot, decision, leader, action, outcome, .. } = record;
+        let Record { robot, decision, leader, outcome, .. } = record;
         if *robot == ROBOT {
-            self.hop(roster, *decision, *leader, outcome);
+            take_hop(roster, (ROBOT, *decision, *leader), outcome);
         } else {
-            self.fly(roster, (*robot, *decision, *leader), *action);
+            self.recall_flight(roster, record);
         }
-    }
-
-    fn hop(&mut self, roster: &mut Roster, decision: Decision, leader: Leader, outcome: &Outcome) {
-        let Flight { flight_time_s, flights, .. } = outcome.flight;
-        roster.act(ROBOT, decision, leader, Turn::Lasts(duration_ns(flight_time_s * f64::from(flights))));
-        if outcome.branch == Branch::Stranded {
-            roster.end(ROBOT, Standing::Stranded);
-        }
-        let placement = Placement { cell: outcome.to, ..roster.entry(ROBOT).at };
-        roster.place(ROBOT, placement);
     }
 
     fn fly(&mut self, roster: &mut Roster, turn: (RobotId, Decision, Leader), action: Action) -> Outcome {
@@ -111,4 +118,22 @@ impl HopTeam {
         self.travels.settle(roster, turn, action, &arrival);
         arrival.outcome
     }
+}
+
+/// Takes note of what a hop of the robot that is due has come to.
+///
+/// # Panics
+/// If another robot is due.
+pub fn take_hop(
+    roster: &mut Roster,
+    (robot, decision, leader): (RobotId, Decision, Leader),
+    outcome: &Outcome,
+) {
+    let Flight { flight_time_s, flights, .. } = outcome.flight;
+    roster.act(robot, decision, leader, Turn::Lasts(duration_ns(flight_time_s * f64::from(flights))));
+    if outcome.branch == Branch::Stranded {
+        roster.end(robot, Standing::Stranded);
+    }
+    let placement = Placement { cell: outcome.to, ..roster.entry(robot).at };
+    roster.place(robot, placement);
 }

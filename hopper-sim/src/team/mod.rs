@@ -3,24 +3,26 @@
 
 mod cover;
 mod hop;
+mod mixed;
 mod roster;
 mod scout;
 mod travels;
 mod turn_order;
 
 use contract::{
-    Action, Announcement, Brief, Leader, Origin, Record, Refusal, RobotId, Route, RouteId, State, Status,
-    Team,
+    Action, Announcement, Brief, Cell, Leader, Origin, Pose, Record, Refusal, RobotId, Route, RouteId, State,
+    Status, Team, Vehicle,
 };
 use scenario::Fleet;
 use terrain::Terrain;
 
+use crate::Mission;
 use crate::dynamics::Execution;
 use crate::guard::Fallback;
 use crate::mission::opening_status;
-use crate::{Mission, ROBOT};
 use cover::CoverTeam;
 use hop::HopTeam;
+use mixed::MixedTeam;
 use roster::Roster;
 use scout::ScoutTeam;
 use travels::Travels;
@@ -40,6 +42,8 @@ enum Task {
     Scout(Box<ScoutTeam>),
     /// A hopper goes its way, and helicopters look ahead for it.
     Hop(HopTeam),
+    /// Each robot has a task of its own.
+    Mixed(MixedTeam),
 }
 
 impl RobotTeam {
@@ -50,7 +54,9 @@ impl RobotTeam {
     #[must_use]
     pub fn new(brief: &Brief, terrain: &Terrain, fleet: &Fleet) -> Self {
         let mut roster = Roster::new(brief, fleet);
-        let task = if brief.is_of_hopper() {
+        let task = if brief.mixed.is_some() {
+            Task::Mixed(MixedTeam::new(&mut roster, brief, terrain))
+        } else if brief.is_of_hopper() {
             Task::Hop(HopTeam::new(&roster, brief))
         } else if brief.scout.is_some() {
             Task::Scout(Box::new(ScoutTeam::new(&roster, brief, terrain)))
@@ -69,7 +75,15 @@ impl RobotTeam {
     /// Whether it is a hopper's turn: its commands are judged as those of a hopper that is alone.
     #[must_use]
     pub fn is_turn_of_hopper(&self) -> bool {
-        matches!(self.task, Task::Hop(_)) && self.due() == Some(ROBOT)
+        self.due().is_some_and(|robot| self.roster.entry(robot).robot.vehicle.hops())
+    }
+
+    /// Where the hopper stands that is due, and where it shall go, if it has a goal of its own.
+    #[must_use]
+    pub fn own_way(&self, terrain: &Terrain) -> Option<(Pose, Cell)> {
+        let (robot, Task::Mixed(mixed)) = (self.due()?, &self.task) else { return None };
+        let Vehicle::HopperTo { goal } = self.roster.entry(robot).robot.vehicle else { return None };
+        Some((mixed.pose(&self.roster, terrain, robot), goal))
     }
 
     /// How many robots there are.
@@ -100,17 +114,21 @@ impl RobotTeam {
             Task::Cover(cover) => (cover.status(&self.roster), cover.visited_cells()),
             Task::Scout(scout) => (scout.status(&self.roster), 0),
             Task::Hop(_) => (opening_status(brief), 0),
+            Task::Mixed(mixed) => (mixed.status(&self.roster), mixed.visited_cells()),
         }
     }
 
-    /// Why the robot that is due, unless it is a hopper, shall not execute `action`, if there is a reason.
+    /// Why the robot that is due shall not execute `action`, if there is a reason; of a hopper, only whether another robot is
+    /// where it aims.
     #[must_use]
     pub fn refusal(&self, terrain: &Terrain, action: Action) -> Option<Refusal> {
         let robot = self.due()?;
         match &self.task {
             Task::Cover(cover) => cover.refusal(&self.roster, terrain, robot, action),
             Task::Scout(scout) => scout.refusal(&self.roster, robot, action),
+            Task::Hop(_) if self.is_turn_of_hopper() => None,
             Task::Hop(hop) => hop.refusal(&self.roster, robot, action),
+            Task::Mixed(mixed) => mixed.refusal(&self.roster, terrain, robot, action),
         }
     }
 
@@ -143,6 +161,7 @@ impl RobotTeam {
             Task::Cover(cover) => cover.execute(roster, terrain, robot, decision, leader, action),
             Task::Scout(scout) => scout.execute(roster, terrain, robot, decision, leader, action),
             Task::Hop(hop) => hop.execute(roster, mission, state, robot, leader, action),
+            Task::Mixed(mixed) => mixed.execute(roster, mission, state, robot, leader, action),
         };
         (robot, execution)
     }
@@ -156,6 +175,7 @@ impl RobotTeam {
             Task::Cover(cover) => cover.recall(&mut self.roster, terrain, record),
             Task::Scout(scout) => scout.recall(&mut self.roster, record),
             Task::Hop(hop) => hop.recall(&mut self.roster, record),
+            Task::Mixed(mixed) => mixed.recall(&mut self.roster, terrain, record),
         }
     }
 
@@ -200,6 +220,7 @@ impl RobotTeam {
             Task::Cover(_) => None,
             Task::Scout(scout) => Some(scout.travels()),
             Task::Hop(hop) => Some(hop.travels()),
+            Task::Mixed(mixed) => Some(mixed.travels()),
         }
     }
 
@@ -208,6 +229,7 @@ impl RobotTeam {
             Task::Cover(_) => None,
             Task::Scout(scout) => Some(scout.travels_mut()),
             Task::Hop(hop) => Some(hop.travels_mut()),
+            Task::Mixed(mixed) => Some(mixed.travels_mut()),
         }
     }
 }

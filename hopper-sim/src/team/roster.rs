@@ -99,9 +99,13 @@ impl Roster {
         (0..).map(RobotId).zip(&self.entries)
     }
 
-    /// Cells on which robots of that standing are.
-    pub fn cells(&self, standing: Standing) -> impl Iterator<Item = Cell> {
-        self.entries.iter().filter(move |entry| entry.standing == standing).map(|entry| entry.at.cell)
+    /// The robot that takes up `cell`, if one does.
+    #[must_use]
+    pub fn on_ground(&self, cell: Cell) -> Option<RobotId> {
+        let mut entries = self.entries();
+        entries
+            .find(|(_, other)| other.at.cell == cell && other.robot.vehicle.is_on_ground())
+            .map(|(robot, _)| robot)
     }
 
     /// Who commands `robot`.

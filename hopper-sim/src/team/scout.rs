@@ -53,12 +53,11 @@ impl ScoutTeam {
     /// Before the first action: the rover sees where it stands.
     ///
     /// # Panics
-    /// If the terrain has no speeds, or a robot goes from cell to cell; scenarios are checked.
+    /// If the terrain has no speeds; scenarios are checked.
     #[must_use]
     pub fn new(roster: &Roster, brief: &Brief, terrain: &Terrain) -> Self {
         assert_eq!(terrain.prior.len(), terrain.cells.len(), "uncertain ground has a prior for each cell");
-        let start = |robot: &Robot| robot.vehicle.start().expect("a scenario with scouts has starts");
-        let travels = Travels::new(brief, roster.entries().map(|(_, entry)| Some(start(&entry.robot))));
+        let travels = Travels::new(brief, roster.entries().map(|(_, entry)| entry.robot.vehicle.start()));
         let ground =
             TrueGround::new(brief.grid, &terrain.cells).expect("a grid is within the limits of a lattice");
         let mut accuracies = roster.entries().filter_map(|(_, entry)| entry.robot.sensor.accuracy());
@@ -91,8 +90,20 @@ impl ScoutTeam {
         &mut self.travels
     }
 
+    /// How far `robot` is on its way.
+    ///
+    /// # Panics
+    /// If it goes from cell to cell; so for all robots named here.
     fn travel(&self, robot: RobotId) -> Travel {
-        self.travels.get(robot).expect("a scenario with scouts has starts")
+        self.travels.get(robot).expect("a robot that goes from point to point")
+    }
+
+    /// Whether a rover stands at its goal and has no further point to go to.
+    #[must_use]
+    pub fn has_arrived(&self, robot: RobotId, vehicle: Vehicle) -> bool {
+        let Vehicle::Driver { goal, goal_radius_m, .. } = vehicle else { return false };
+        let travel = self.travel(robot);
+        travel.at.distance_m(goal) <= goal_radius_m + START_TOLERANCE_M && !travel.is_under_way()
     }
 
     /// How the mission stands: reached once the rover stands at the goal and has no further point to go to; lost if it is
@@ -100,12 +111,10 @@ impl ScoutTeam {
     #[must_use]
     pub fn status(&self, roster: &Roster) -> Status {
         for (robot, entry) in roster.entries() {
-            let Vehicle::Driver { goal, goal_radius_m, .. } = entry.robot.vehicle else { continue };
-            let travel = self.travel(robot);
-            let arrived = travel.at.distance_m(goal) <= goal_radius_m + START_TOLERANCE_M;
+            let Vehicle::Driver { .. } = entry.robot.vehicle else { continue };
             match entry.standing {
                 Standing::Stranded => return Status::Lost,
-                _ if arrived && !travel.is_under_way() => return Status::Goal,
+                _ if self.has_arrived(robot, entry.robot.vehicle) => return Status::Goal,
                 Standing::Done => return Status::Deadlock,
                 Standing::Active => {}
             }
@@ -131,9 +140,12 @@ impl ScoutTeam {
             (Vehicle::Driver { .. }, Action::Drive) => match self.travels.next(travel) {
                 None => needs("an announced route with a point to go to"),
                 Some(to) => {
-                    let got = self.hazard(travel.at, to);
-                    let need = self.hazard_max;
-                    (got > need).then_some(Refusal::Vetoed { action, need, got })
+                    let (need, got) = (self.hazard_max, self.hazard(travel.at, to));
+                    let cell = self.cell(to);
+                    match roster.on_ground(cell).filter(|other| *other != robot) {
+                        Some(robot) => Some(Refusal::Occupied { action, cell, robot }),
+                        None => (got > need).then_some(Refusal::Vetoed { action, need, got }),
+                    }
                 }
             },
             _ => needs("drive, announce, wait, done or hold: the robot is a rover on uncertain ground"),
@@ -208,7 +220,7 @@ impl ScoutTeam {
         let to = self.travels.next(travel).filter(|_| action == Action::Drive && !roster.fails_now(robot));
         let Some(to) = to else {
             let flight = self.travels.flight(roster, robot, action, |at| self.cell(at));
-            return flight.expect("a scenario with scouts has starts");
+            return flight.expect("a robot that goes from point to point");
         };
         let drive = self.ground.drive(travel.at, to);
         let seconds = drive.duration_sol * SOL_HOURS * 3600.0;

@@ -57,6 +57,7 @@ pub fn brief() -> Brief {
         reading: contract::Reading::default(),
         cover: None,
         scout: None,
+        mixed: None,
         patrol: None,
     }
 }

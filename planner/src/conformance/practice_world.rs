@@ -108,6 +108,7 @@ impl PracticeWorld {
             reading: Reading::default(),
             cover: None,
             scout: None,
+            mixed: None,
         };
         Self { brief, cells }
     }

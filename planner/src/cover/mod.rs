@@ -3,7 +3,9 @@
 //! Home of the decision rule of Laîné & Yoshida 2019 and of `cover_frontier`, as planners of a process. All rovers share
 //! one map, so a process that commands several of them keeps one [`Cover`].
 
-use contract::{Action, Cover as Share, Name, ObservedMap, RunId, Standing, Task, Team};
+use contract::{
+    Action, Cover as Share, Grid, Member, Name, ObservedMap, RunId, Standing, Task, Team, Vehicle,
+};
 use coverage::{Algorithm, Knowledge, Rover, TeamMap};
 
 use crate::names;
@@ -61,13 +63,19 @@ impl Planner for Cover {
         let (Some(team), Some(Share { mode, .. })) = (situation.team, situation.brief.cover) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
+        let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
+        let due = usize::from(team.due.0);
+        let robot = team.members.iter().take(due).filter(is_rover).count();
+        if !team.members.get(due).is_some_and(|member| is_rover(&member)) {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        }
         self.rovers.clear();
-        self.rovers.extend(rovers(team));
+        self.rovers.extend(rovers(team, &situation.map.grid));
         self.refresh(situation.map);
         let Self { planner, map: Some((_, _, map)), rovers, .. } = self else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let situated = coverage::Situation { map, rovers, mode, robot: team.due.0.into() };
+        let situated = coverage::Situation { map, rovers, mode, robot };
         match planner.decide(&situated).map(Action::Step) {
             // The guard knows better: another robot may have come there since the map was sensed.
             Some(step) if situation.state.vetoed.has(step) => {
@@ -79,19 +87,30 @@ impl Planner for Cover {
     }
 }
 
-fn rovers(team: &Team) -> impl Iterator<Item = Rover> + '_ {
-    team.members.iter().map(move |member| Rover {
+/// The rovers that cover ground, in the order of their numbers, and behind them all other robots on the map's ground, which
+/// stand in the way as a stranded rover does. Those have no region: ties go to the first rover, whose start they share.
+fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + 'a {
+    let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
+    let first = team.members.iter().find(is_rover).map(|member| member.robot.start);
+    let rovers = team.members.iter().filter(is_rover).map(|member| Rover {
         start: member.robot.start,
         pose: member.at,
         stranded: member.standing == Standing::Stranded,
-    })
+    });
+    let is_other = move |member: &&Member| {
+        !is_rover(member) && member.robot.vehicle.is_on_ground() && grid.contains(member.at.cell)
+    };
+    let others = team.members.iter().filter(is_other);
+    rovers.chain(
+        others.filter_map(move |member| Some(Rover { start: first?, pose: member.at, stranded: true })),
+    )
 }
 
 /// Writes one cell of the observed map into `map`.
 fn learn(map: &mut TeamMap, observed: &ObservedMap, index: usize) {
     let knowledge = match observed.cells()[index] {
         None => Knowledge::Unknown,
-        Some(ground) if ground.passable => Knowledge::Free,
+        Some(ground) if ground.is_drivable() => Knowledge::Free,
         Some(_) => Knowledge::Obstacle,
     };
     map.set(observed.grid.cell(index), knowledge, observed.visits(index).into());

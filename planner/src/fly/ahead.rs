@@ -9,8 +9,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use contract::{Action, Cell, Direction, Grid, Member, Name, Route, Standing, Task, Vehicle, Waypoint};
+use contract::{
+    Action, Brief, Cell, Direction, Grid, Member, Name, Pose, Route, State, Task, Vehicle, Waypoint,
+};
 
+use super::ward;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::route::Costs;
@@ -34,8 +37,17 @@ struct Ready {
 }
 
 impl LookAhead {
-    fn begin(&mut self, situation: &Situation<'_>, ready: &Ready) -> Plan {
-        let Situation { brief, map, state, .. } = *situation;
+    fn begin(&mut self, situation: &Situation<'_>, hopper: &Member, ready: &Ready) -> Plan {
+        // To the hopper the mission is its own way.
+        let goal = match hopper.robot.vehicle {
+            Vehicle::HopperTo { goal } => goal,
+            _ => situation.brief.goal,
+        };
+        let brief = &Brief { goal, ..*situation.brief };
+        let state =
+            &State { pose: Pose { cell: hopper.at.cell, ..situation.state.pose }, ..*situation.state };
+        let map = situation.map;
+        let situation = &Situation { brief, state, ..*situation };
         let idle = |action| Plan::at_once(action, PlanStatus::Solved);
         let grid = &brief.grid;
         if ready.left_m < grid.cell_size_m {
@@ -109,10 +121,6 @@ fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<V
     None
 }
 
-fn is_hopper(member: &&Member) -> bool {
-    member.robot.vehicle == Vehicle::Hopper
-}
-
 impl Planner for LookAhead {
     fn name(&self) -> Name {
         names::name(names::SCOUT_AHEAD)
@@ -135,15 +143,14 @@ impl Planner for LookAhead {
         else {
             return hold;
         };
-        let hopper = team.members.iter().find(is_hopper);
-        if hopper.is_none_or(|hopper| hopper.standing != Standing::Active) {
+        let Some(hopper) = ward(team, Vehicle::hops) else {
             return Plan::at_once(Action::Done, PlanStatus::Solved);
-        }
+        };
         if travel.is_under_way() {
             return Plan::at_once(Action::Fly, PlanStatus::Solved);
         }
         let ready = Ready { at: travel.at, view_m, left_m: budget_m - travel.flown_m };
-        self.begin(situation, &ready)
+        self.begin(situation, hopper, &ready)
     }
 
     fn announced(&self) -> Option<&Route> {

@@ -5,7 +5,7 @@
 
 pub mod ahead;
 
-use contract::{Action, Name, Route, Standing, Task, Vehicle};
+use contract::{Action, Member, Name, Route, Standing, Task, Team, Vehicle};
 use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
 use rover::Point;
 
@@ -56,7 +56,7 @@ impl Fly {
         let Flight { budget_m, view_m, goal, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
-                let route = turn.others().find(is_driver).and_then(|driver| turn.route_of(driver));
+                let route = ward(turn.team, is_driver).and_then(|driver| turn.route_of(driver));
                 let along = |route: &Route| {
                     let route = routing::Route { points: points(route), cost: 0.0 };
                     scout_route(&route, budget_m)
@@ -77,7 +77,7 @@ impl Fly {
     /// What to do before a flight is announced.
     fn begin(&mut self, turn: &Turn<'_>, goal: Goal) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
-        let driver = turn.others().find(is_driver);
+        let driver = ward(turn.team, is_driver);
         let is_first = driver.is_some_and(|driver| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
             return idle(if turn.is_another_ready() { Action::Wait } else { Action::Hold });
@@ -101,8 +101,20 @@ impl Fly {
     }
 }
 
-fn is_driver(member: &&contract::Member) -> bool {
-    matches!(member.robot.vehicle, Vehicle::Driver { .. })
+/// The robot that the helicopter which decides looks ahead for, among those that `wants` names and that still act: the first
+/// helicopter for the first of them, the second for the second, and from the last on again for the first.
+fn ward(team: &Team, wants: impl Fn(&Vehicle) -> bool) -> Option<&Member> {
+    let wards = || {
+        let acts = |member: &&Member| member.standing == Standing::Active && wants(&member.robot.vehicle);
+        team.members.iter().filter(acts)
+    };
+    let before = team.members.iter().take(team.due.0.into());
+    let number = before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
+    wards().nth(number % wards().count().max(1))
+}
+
+fn is_driver(vehicle: &Vehicle) -> bool {
+    matches!(vehicle, Vehicle::Driver { .. })
 }
 
 impl Planner for Fly {
@@ -128,7 +140,7 @@ impl Planner for Fly {
         if !matches!(turn.me.robot.vehicle, Vehicle::Helicopter { .. }) {
             return hold;
         }
-        let driver = turn.others().find(is_driver).filter(|driver| driver.standing == Standing::Active);
+        let driver = ward(turn.team, is_driver);
         let goal = match driver.map(|driver| driver.robot.vehicle) {
             Some(Vehicle::Driver { goal, goal_radius_m, .. }) => {
                 Goal { at: point(goal), radius_m: goal_radius_m }

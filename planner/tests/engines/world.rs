@@ -163,6 +163,7 @@ impl World {
             reading: contract::Reading::default(),
             cover: None,
             scout: None,
+            mixed: None,
             patrol: None,
         };
         Self { brief, cells }

@@ -260,8 +260,8 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 /// If it suits none of them.
 fn schedule(world: &ResolvedScenario, planner: &str) -> Result<PlannerSchedule, Failure> {
     let given: Name = planner.parse().map_err(Failure::usage)?;
-    let (scenario, task) = (world.brief.scenario, world.brief.task());
-    let planners = planner::assigned(task, &world.vehicles(), Some(given), &world.planners)
+    let scenario = world.brief.scenario;
+    let planners = planner::assigned(&world.brief, &world.vehicles(), Some(given), &world.planners)
         .map_err(|error| Failure::usage(error.in_scenario(scenario)))?;
     Ok(if world.fleet.is_some() {
         PlannerSchedule::of_robots(&planners)

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Cover, Grid, Name, Patrol, Reading, RunId, Scout, Task};
+use crate::{Cell, Cover, Grid, Mixed, Name, Patrol, Reading, RunId, Scout, Task};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -257,25 +257,30 @@ pub struct Brief {
     /// are in [`crate::Team`], and so are their starts and the goal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scout: Option<Scout>,
+    /// Which robots decide the mission, if each has a task of its own. Then `cover` is what those rovers cover that have no goal,
+    /// `scout` is given if a rover drives to a goal, and motion, sensor and payoff are those of all hoppers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mixed: Option<Mixed>,
 }
 
 impl Brief {
     /// What the mission is about.
     #[must_use]
     pub fn task(&self) -> Task {
-        match (self.scout, self.cover, self.patrol) {
-            (Some(scout), ..) => Task::Scout(scout),
-            (None, Some(cover), _) => Task::Cover(cover),
-            (None, None, _) if self.robots > 1 => Task::Accompany,
-            (None, None, Some(_)) => Task::Patrol,
-            (None, None, None) => Task::Reach,
+        match (self.mixed, self.scout, self.cover, self.patrol) {
+            (Some(mixed), ..) => Task::Mixed(mixed),
+            (None, Some(scout), ..) => Task::Scout(scout),
+            (None, None, Some(cover), _) => Task::Cover(cover),
+            (None, None, None, _) if self.robots > 1 => Task::Accompany,
+            (None, None, None, Some(_)) => Task::Patrol,
+            (None, None, None, None) => Task::Reach,
         }
     }
 
     /// Whether the mission is a hopper's, alone or with helicopters. Start, goal, motion, sensor and payoff are read only then.
     #[must_use]
     pub fn is_of_hopper(&self) -> bool {
-        self.cover.is_none() && self.scout.is_none()
+        self.cover.is_none() && self.scout.is_none() && self.mixed.is_none()
     }
 
     /// Whether states come with a [`crate::Team`]: always but for a hopper that is alone.
@@ -287,7 +292,7 @@ impl Brief {
     /// Whether robots announce routes.
     #[must_use]
     pub fn has_routes(&self) -> bool {
-        self.cover.is_none() && self.has_team()
+        self.mixed.is_some() || self.cover.is_none() && self.has_team()
     }
 
     /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in

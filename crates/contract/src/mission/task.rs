@@ -1,7 +1,9 @@
-//! What a mission is about: the way of a hopper or a rover, with or without helicopters that look ahead, or ground that rovers
-//! shall cover.
+//! What a mission is about: the way of a hopper or a rover, with or without helicopters that look ahead, ground that rovers
+//! shall cover, or a task for each robot.
 
 use serde::{Deserialize, Serialize};
+
+use crate::RobotSet;
 
 /// What a mission is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +18,17 @@ pub enum Task {
     Cover(Cover),
     /// A rover drives to a goal over ground of uncertain speed, and helicopters look ahead for it.
     Scout(Scout),
+    /// Each robot has a task of its own, which [`crate::Brief::tasks_of`] names by its vehicle.
+    Mixed(Mixed),
+}
+
+/// A mission of robots of any kind, each with a start and a task of its own: a hopper with a goal hops there, a rover with a
+/// goal drives there over uncertain ground, rovers without one cover ground, helicopters look ahead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mixed {
+    /// The robots whose tasks decide the mission: it reaches its goal once they are all done, and fails once one of them
+    /// cannot be done any more. At least one.
+    pub required: RobotSet,
 }
 
 /// What planners of routes are given beside the robots: the seed of their random numbers, and how many samples they draw.

@@ -8,7 +8,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Action, Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Waypoint};
+use crate::{
+    Action, Brief, Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Task, Waypoint,
+};
 
 /// The body of a robot, with what its actions depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,8 +39,13 @@ pub enum Vehicle {
         /// How far it flies in all, metres.
         budget_m: f64,
     },
-    /// Hops to one of four cells at a time, as the brief says.
+    /// Hops to one of four cells at a time, from and to where the brief says.
     Hopper,
+    /// Hops to one of four cells at a time, to a goal of its own: a hopper of a mixed mission.
+    HopperTo {
+        /// Where it is to go.
+        goal: Cell,
+    },
 }
 
 impl Vehicle {
@@ -46,18 +53,61 @@ impl Vehicle {
     #[must_use]
     pub fn start(&self) -> Option<Waypoint> {
         match *self {
-            Vehicle::Rover { .. } | Vehicle::Hopper => None,
+            Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => None,
             Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => Some(start),
         }
+    }
+
+    /// Whether it hops.
+    #[must_use]
+    pub fn hops(&self) -> bool {
+        matches!(self, Vehicle::Hopper | Vehicle::HopperTo { .. })
+    }
+
+    /// Whether it takes up the cell that it is on, which helicopters do not: they fly above all others.
+    #[must_use]
+    pub fn is_on_ground(&self) -> bool {
+        !matches!(self, Vehicle::Helicopter { .. })
     }
 
     /// The action by which it goes on along its route, if it has routes.
     #[must_use]
     pub fn along_route(&self) -> Option<Action> {
         match self {
-            Vehicle::Rover { .. } | Vehicle::Hopper => None,
+            Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => None,
             Vehicle::Driver { .. } => Some(Action::Drive),
             Vehicle::Helicopter { .. } => Some(Action::Fly),
+        }
+    }
+}
+
+impl Brief {
+    /// The tasks that robots of this mission may have: that of the mission, unless each robot has its own.
+    #[must_use]
+    pub fn tasks(&self) -> Vec<Task> {
+        match self.mixed {
+            None => vec![self.task()],
+            Some(_) => {
+                let (cover, scout) = (self.cover.map(Task::Cover), self.scout.map(Task::Scout));
+                [Some(Task::Reach), cover, scout, Some(Task::Accompany)].into_iter().flatten().collect()
+            }
+        }
+    }
+
+    /// The tasks that a planner of such a robot may have in this mission, the usual one first: that of the mission, unless each
+    /// robot has its own. A helicopter of a mixed mission looks ahead for rovers with a goal, if there are any, or for
+    /// hoppers.
+    #[must_use]
+    pub fn tasks_of(&self, vehicle: Option<Vehicle>) -> Vec<Task> {
+        let scout = || self.scout.map(Task::Scout);
+        match (self.mixed, vehicle) {
+            (None, _) | (Some(_), None) => vec![self.task()],
+            (Some(_), Some(Vehicle::Hopper | Vehicle::HopperTo { .. })) => vec![Task::Reach],
+            (Some(_), Some(Vehicle::Rover { .. })) => self.cover.map(Task::Cover).into_iter().collect(),
+            (Some(_), Some(Vehicle::Driver { .. })) => scout().into_iter().collect(),
+            (Some(_), Some(Vehicle::Helicopter { .. })) => {
+                scout().into_iter().chain([Task::Accompany]).collect()
+            }
         }
     }
 }
@@ -133,61 +183,6 @@ pub struct Robot {
     pub sensor: Sensor,
     /// Where it begins. No two ground robots begin on one cell.
     pub start: Placement,
-}
-
-/// Some of the robots of a mission, one bit each: bit 0 for robot 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct RobotSet(pub u16);
-
-impl RobotSet {
-    /// Every robot that a mission may have.
-    pub const ALL: RobotSet = RobotSet(u16::MAX);
-
-    /// The robots 0 to `count` − 1.
-    #[must_use]
-    pub fn first(count: u16) -> Self {
-        (0..count).map(RobotId).fold(Self(0), Self::with)
-    }
-
-    /// Those that a mission of `count` robots has.
-    #[must_use]
-    pub fn of(self, count: u16) -> Self {
-        Self(self.0 & Self::first(count).0)
-    }
-
-    /// Whether `robot` is among them.
-    #[must_use]
-    pub fn has(self, robot: RobotId) -> bool {
-        self.0.checked_shr(robot.0.into()).unwrap_or(0) & 1 == 1
-    }
-
-    /// These and `robot`, if a mission may have it.
-    #[must_use]
-    pub fn with(self, robot: RobotId) -> Self {
-        Self(self.0 | 1_u16.checked_shl(robot.0.into()).unwrap_or(0))
-    }
-
-    /// In the order of their numbers.
-    pub fn iter(self) -> impl Iterator<Item = RobotId> {
-        let rest = |set: &u16| Some(set & (set - 1)).filter(|rest| *rest != 0);
-        let first = Some(self.0).filter(|set| *set != 0);
-        std::iter::successors(first, rest).map(|set| RobotId(set.trailing_zeros() as u16))
-    }
-}
-
-impl Default for RobotSet {
-    /// Robot 0 alone: that of a hopper mission.
-    fn default() -> Self {
-        Self(1)
-    }
-}
-
-impl fmt::Display for RobotSet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let numbers: Vec<String> = self.iter().map(|robot| robot.to_string()).collect();
-        f.pad(&numbers.join(","))
-    }
 }
 
 /// Whether a robot takes turns.

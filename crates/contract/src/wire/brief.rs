@@ -14,8 +14,9 @@ use crate::limits::{
 };
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Guard, Limits, MotionParameters, Name,
-    Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, Scout, SensorParameters, SoilMotion, Weights,
+    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Guard, Limits, Mixed, MotionParameters,
+    Name, Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, RobotSet, Scout, SensorParameters,
+    SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -35,7 +36,7 @@ pub struct SoilMotionV1 {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV7 {
+pub struct BriefV8 {
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
     pub scenario: [u8; Name::BYTES],
@@ -124,13 +125,16 @@ pub struct BriefV7 {
     pub rover_samples: u32,
     /// Samples of a helicopter's planner.
     pub helicopter_samples: u32,
+    /// The robots that decide a mission whose robots have tasks of their own, one bit each; 0 for another mission.
+    pub required: u32,
+    pub reserved_too: u32,
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV7>() == 576);
+const _: () = assert!(size_of::<BriefV8>() == 584);
 
-impl Wire for BriefV7 {
-    const NAME: &'static str = "hop.Brief.v7";
+impl Wire for BriefV8 {
+    const NAME: &'static str = "hop.Brief.v8";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -163,7 +167,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV7 {
+impl From<&Brief> for BriefV8 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -221,15 +225,17 @@ impl From<&Brief> for BriefV7 {
             scout_seed: brief.scout.map_or(0, |scout| scout.seed),
             rover_samples: brief.scout.map_or(0, |scout| scout.rover_samples),
             helicopter_samples: brief.scout.map_or(0, |scout| scout.helicopter_samples),
+            required: brief.mixed.map_or(0, |mixed| mixed.required.0.into()),
+            reserved_too: 0,
         }
     }
 }
 
-impl TryFrom<&BriefV7> for Brief {
+impl TryFrom<&BriefV8> for Brief {
     type Error = Refusal;
 
     // Long: every field is validated once, in the order of the struct.
-    fn try_from(wire: &BriefV7) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV8) -> Result<Self, Refusal> {
         let grid = grid_from_wire("brief.grid", [wire.width, wire.height], wire.cell_size_m, wire.hop_cells)?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
             let cell = cell_from_wire(field, cell)?;
@@ -329,6 +335,7 @@ impl TryFrom<&BriefV7> for Brief {
             reading: reading_from_wire(wire)?,
             cover: cover_from_wire(wire)?,
             scout: scout_from_wire(wire)?,
+            mixed: mixed_from_wire(wire)?,
         })
     }
 }
@@ -344,7 +351,7 @@ fn treasures_from_wire(treasures: u32) -> Result<u32, Refusal> {
     }
 }
 
-fn reading_from_wire(wire: &BriefV7) -> Result<Reading, Refusal> {
+fn reading_from_wire(wire: &BriefV8) -> Result<Reading, Refusal> {
     let given = |value: f64| (value != 0.0).then_some(value);
     let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
     let scale = match given(wire.distance_scale_cells) {
@@ -369,7 +376,7 @@ fn reading_from_wire(wire: &BriefV7) -> Result<Reading, Refusal> {
     })
 }
 
-fn cover_from_wire(wire: &BriefV7) -> Result<Option<Cover>, Refusal> {
+fn cover_from_wire(wire: &BriefV8) -> Result<Option<Cover>, Refusal> {
     if wire.cover_percent > 100 {
         return Err(Refusal::malformed("brief.cover.percent", "at most 100", wire.cover_percent));
     }
@@ -381,8 +388,8 @@ fn cover_from_wire(wire: &BriefV7) -> Result<Option<Cover>, Refusal> {
     Ok((wire.cover_percent > 0).then_some(Cover { percent: wire.cover_percent, mode }))
 }
 
-fn scout_from_wire(wire: &BriefV7) -> Result<Option<Scout>, Refusal> {
-    let BriefV7 { scout_seed: seed, rover_samples, helicopter_samples, .. } = *wire;
+fn scout_from_wire(wire: &BriefV8) -> Result<Option<Scout>, Refusal> {
+    let BriefV8 { scout_seed: seed, rover_samples, helicopter_samples, .. } = *wire;
     if rover_samples == 0 && helicopter_samples == 0 {
         return Ok(None);
     }
@@ -393,14 +400,32 @@ fn scout_from_wire(wire: &BriefV7) -> Result<Option<Scout>, Refusal> {
             return Err(Refusal::malformed(field, &format!("1 to {SAMPLES_MAX}"), samples));
         }
     }
-    if wire.cover_percent > 0 {
+    if wire.cover_percent > 0 && wire.required == 0 {
         return Err(Refusal::malformed(
             "brief.scout",
-            "no ground to cover",
+            "no ground to cover, unless robots have tasks of their own",
             format!("{} %", wire.cover_percent),
         ));
     }
     Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
+}
+
+fn mixed_from_wire(wire: &BriefV8) -> Result<Option<Mixed>, Refusal> {
+    if wire.required == 0 {
+        return Ok(None);
+    }
+    if wire.goal_count > 0 {
+        return Err(Refusal::malformed(
+            "brief.patrol",
+            "none where robots have tasks of their own",
+            wire.goal_count,
+        ));
+    }
+    let all = RobotSet::ALL.of(u16::try_from(wire.robots).unwrap_or(u16::MAX));
+    let required = u16::try_from(wire.required).ok().map(RobotSet).filter(|set| set.0 & !all.0 == 0);
+    let refuse =
+        || Refusal::malformed("brief.required", &format!("robots of the mission, {all}"), wire.required);
+    Ok(Some(Mixed { required: required.ok_or_else(refuse)? }))
 }
 
 fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
@@ -412,7 +437,7 @@ fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
 }
 
 fn patrol_from_wire(
-    wire: &BriefV7,
+    wire: &BriefV8,
     on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
 ) -> Result<Option<Patrol>, Refusal> {
     if wire.goal_count == 0 && wire.hops_max == 0 {
@@ -427,7 +452,7 @@ fn patrol_from_wire(
     Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }
 
-fixed_payload!(Brief => BriefV7);
+fixed_payload!(Brief => BriefV8);
 
 /// Tells every process of the run; a late reader gets the last one.
 impl Message for Brief {

@@ -31,7 +31,7 @@ pub struct TeamHeaderV1 {
 /// A robot; its number is its place in the message. Points are (x, y) in metres.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MemberV3 {
+pub struct MemberV4 {
     pub leader: LeaderV1,
     /// Ready to act, nanoseconds of simulated time.
     pub ready_at_ns: u64,
@@ -39,7 +39,7 @@ pub struct MemberV3 {
     pub last: u64,
     /// Of a rover or a helicopter.
     pub speed_mps: f64,
-    /// 1 rover, 2 driver, 3 helicopter, 4 hopper. What follows up to `waits` is read of 2 and 3 only.
+    /// 1 rover, 2 driver, 3 helicopter, 4 hopper, 5 hopper with a goal of its own. What follows up to `waits` is read of 2 and 3 only.
     pub vehicle: u32,
     /// 1 square, 2 track, 3 camera, 4 disc, 5 camera that errs.
     pub sensor: u32,
@@ -51,6 +51,8 @@ pub struct MemberV3 {
     pub start: [i32; 2],
     /// Now (x, y), cells.
     pub cell: [i32; 2],
+    /// Goal (x, y) of a hopper that has its own, cells.
+    pub goal: [i32; 2],
     /// 0 north, 1 east, 2 south, 3 west; so is the next.
     pub start_heading: u32,
     pub heading: u32,
@@ -81,14 +83,14 @@ pub struct MemberV3 {
 }
 
 const _: () = assert!(size_of::<TeamHeaderV1>() == 64);
-const _: () = assert!(size_of::<MemberV3>() == 248);
+const _: () = assert!(size_of::<MemberV4>() == 256);
 
 impl Wire for TeamHeaderV1 {
     const NAME: &'static str = "hop.TeamHeader.v1";
 }
 
-impl Wire for MemberV3 {
-    const NAME: &'static str = "hop.Member.v3";
+impl Wire for MemberV4 {
+    const NAME: &'static str = "hop.Member.v4";
 }
 
 impl From<&Team> for TeamHeaderV1 {
@@ -103,7 +105,7 @@ impl From<&Team> for TeamHeaderV1 {
     }
 }
 
-impl From<&Member> for MemberV3 {
+impl From<&Member> for MemberV4 {
     fn from(member: &Member) -> Self {
         let Robot { vehicle, sensor, start } = member.robot;
         let mut wire = Self {
@@ -128,6 +130,7 @@ impl From<&Member> for MemberV3 {
                 (wire.speed_mps, wire.budget_m) = (speed_mps, budget_m);
             }
             Vehicle::Hopper => wire.vehicle = 4,
+            Vehicle::HopperTo { goal } => (wire.vehicle, wire.goal) = (5, cell_to_wire(goal)),
         }
         match sensor {
             Sensor::Square { range_cells } => (wire.sensor, wire.range_cells) = (1, range_cells),
@@ -149,10 +152,10 @@ impl From<&Member> for MemberV3 {
     }
 }
 
-impl TryFrom<&MemberV3> for Member {
+impl TryFrom<&MemberV4> for Member {
     type Error = Refusal;
 
-    fn try_from(wire: &MemberV3) -> Result<Self, Refusal> {
+    fn try_from(wire: &MemberV4) -> Result<Self, Refusal> {
         let vehicle = vehicle_from_wire(wire)?;
         let placement = |field: &str, cell, heading| -> Result<Placement, Refusal> {
             let heading = tag(field, heading, |code| Direction::ALL.get(code as usize).copied())?;
@@ -174,7 +177,7 @@ impl TryFrom<&MemberV3> for Member {
     }
 }
 
-fn vehicle_from_wire(wire: &MemberV3) -> Result<Vehicle, Refusal> {
+fn vehicle_from_wire(wire: &MemberV4) -> Result<Vehicle, Refusal> {
     let speed = || float("member.speed_mps", wire.speed_mps, SPEED_MIN_MPS, SPEED_MAX_MPS);
     Ok(match wire.vehicle {
         1 => Vehicle::Rover { speed_mps: speed()? },
@@ -189,12 +192,13 @@ fn vehicle_from_wire(wire: &MemberV3) -> Result<Vehicle, Refusal> {
             budget_m: float("member.budget_m", wire.budget_m, 0.0, LENGTH_MAX_M)?,
         },
         4 => Vehicle::Hopper,
+        5 => Vehicle::HopperTo { goal: cell_from_wire("member.goal", wire.goal)? },
         other => return Err(Refusal::malformed("member.vehicle", "a known tag", other)),
     })
 }
 
-fn sensor_from_wire(wire: &MemberV3) -> Result<Sensor, Refusal> {
-    let MemberV3 { range_cells, accuracy, .. } = *wire;
+fn sensor_from_wire(wire: &MemberV4) -> Result<Sensor, Refusal> {
+    let MemberV4 { range_cells, accuracy, .. } = *wire;
     let radius_m = || float("member.radius_m", wire.radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M);
     match wire.sensor {
         1 if (1..=Sensor::RANGE_MAX_CELLS).contains(&range_cells) => Ok(Sensor::Square { range_cells }),
@@ -213,8 +217,8 @@ fn sensor_from_wire(wire: &MemberV3) -> Result<Sensor, Refusal> {
     }
 }
 
-fn travel_from_wire(wire: &MemberV3) -> Result<Travel, Refusal> {
-    let MemberV3 { reached, legs, .. } = *wire;
+fn travel_from_wire(wire: &MemberV4) -> Result<Travel, Refusal> {
+    let MemberV4 { reached, legs, .. } = *wire;
     if legs as usize >= ROUTE_POINTS_MAX || reached > legs {
         let need = format!("reached up to legs, and those below {ROUTE_POINTS_MAX}");
         return Err(Refusal::malformed("member.legs", &need, format!("{reached} of {legs}")));
@@ -252,7 +256,7 @@ fn decision(field: &str, wire: u64) -> Result<Option<Decision>, Refusal> {
 ///
 /// # Errors
 /// If there is no robot or there are too many, one is malformed, or the header names one that is not there.
-pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV3]) -> Result<Team, Refusal> {
+pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV4]) -> Result<Team, Refusal> {
     if !(1..=ROBOTS_MAX).contains(&members.len()) {
         return Err(Refusal::malformed("team.members", &format!("1 to {ROBOTS_MAX}"), members.len()));
     }
@@ -271,7 +275,7 @@ pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV3]) -> Result<Tea
     })
 }
 
-slice_payload!(Team => TeamHeaderV1, MemberV3, members, team_from_wire);
+slice_payload!(Team => TeamHeaderV1, MemberV4, members, team_from_wire);
 
 /// Written only in missions that are not a single hopper's, each time just before the state.
 impl Message for Team {
@@ -313,7 +317,7 @@ mod tests {
         }
     }
 
-    /// A driver, a helicopter, a rover and a hopper.
+    /// A driver, a helicopter, and two hoppers, one with a goal of its own.
     fn scouted() -> Team {
         let mut team = team(4);
         let at = |x_m| Waypoint { x_m, y_m: 0.1 };
@@ -339,12 +343,13 @@ mod tests {
         }
         team.members[1].travel = Some(Travel::from_start(at(0.3)));
         (team.members[3].robot.vehicle, team.members[3].robot.sensor) = (Vehicle::Hopper, Sensor::Disc);
+        team.members[2].robot.vehicle = Vehicle::HopperTo { goal: Cell::new(8, 9) };
         team
     }
 
     fn there_and_back(
         team: &Team,
-        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV3>),
+        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV4>),
     ) -> Result<Team, Refusal> {
         let mut header = team.header();
         let mut members = (0..team.cells()).map(|index| team.cell(index)).collect();
@@ -368,13 +373,13 @@ mod tests {
 
     #[test]
     fn teams_that_cannot_be_are_refused_by_name() {
-        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV3>);
+        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV4>);
         let cases: [(&str, Twist); 9] = [
             ("team.members", |_, members| members.clear()),
             ("team.members", |_, members| members.extend(vec![members[0]; 16])),
             ("robot below 3, got 3", |header, _| header.due = 3),
             ("robot below 3, got 6", |header, _| header.actor = 7),
-            ("member.vehicle", |_, members| members[1].vehicle = 5),
+            ("member.vehicle", |_, members| members[1].vehicle = 6),
             ("member.speed_mps", |_, members| members[1].speed_mps = f64::NAN),
             ("member.range_cells", |_, members| members[1].range_cells = 0),
             ("member.standing", |_, members| members[1].standing = 0),

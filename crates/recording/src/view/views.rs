@@ -188,6 +188,7 @@ impl Views {
         members
             .filter_map(|member| match member.robot.vehicle {
                 Vehicle::Driver { goal, .. } => Some(at(goal)),
+                Vehicle::HopperTo { goal } => Some(middle(brief, goal, 0.0)),
                 Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
             })
             .collect()

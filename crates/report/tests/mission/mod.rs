@@ -47,6 +47,7 @@ pub fn brief(side: u32) -> Brief {
         reading: contract::Reading::default(),
         cover: None,
         scout: None,
+        mixed: None,
         patrol: None,
     }
 }

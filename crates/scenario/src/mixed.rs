@@ -1,0 +1,144 @@
+//! `[[robots]]` of missions of kind `mixed`: robots of any kind, each with a start and a task of its own.
+
+use contract::limits::ROBOTS_MAX;
+use contract::{Cell, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint};
+use terrain::Terrain;
+
+use crate::fleet::refuse;
+use crate::mobility::trip;
+use crate::{Fleet, RobotRules, Scenario, ScenarioError, VehicleKind};
+
+impl Scenario {
+    /// The robots of a mixed mission on their terrain, checked.
+    pub(crate) fn mixed_on(&mut self, terrain: &Terrain) -> Result<Fleet, ScenarioError> {
+        if !(1..=ROBOTS_MAX).contains(&self.robots.len()) {
+            let need = "1 to 16 of them, each with a start";
+            return refuse("robots", need, self.robots.len().to_string());
+        }
+        let robots = self.robots.iter_mut().enumerate();
+        let robots: Vec<Robot> =
+            robots.map(|(number, rules)| rules.mixed(number, terrain)).collect::<Result<_, _>>()?;
+        let is_grounded = |number: usize| robots[number].vehicle.is_on_ground();
+        let starts = (0..robots.len()).filter(|number| is_grounded(*number));
+        check_distinct("robots.start", starts.map(|number| (number, self.robots[number].start)))?;
+        check_distinct("robots.goal", (0..robots.len()).map(|number| (number, self.robots[number].goal)))?;
+        self.check_faults()?;
+        self.check_accuracies(&robots)?;
+        if self.required() == RobotSet(0) {
+            return refuse("robots.required", "at least one robot that the mission needs", "none".into());
+        }
+        Ok(Fleet { robots, faults: self.faults.clone() })
+    }
+
+    /// The robots whose tasks a mixed mission needs to be done.
+    pub(crate) fn required(&self) -> RobotSet {
+        let needs = |rules: &RobotRules| rules.required.unwrap_or(rules.vehicle != VehicleKind::Helicopter);
+        let robots = (0..).map(RobotId).zip(&self.robots).filter(|(_, rules)| needs(rules));
+        robots.map(|(robot, _)| robot).fold(RobotSet(0), RobotSet::with)
+    }
+
+    /// Refuses what only robots of a mixed mission have.
+    pub(crate) fn check_unmixed(&self) -> Result<(), ScenarioError> {
+        for (number, rules) in self.robots.iter().enumerate() {
+            let got = match (rules.goal, rules.required) {
+                (Some([x, y]), _) => format!("goal ({x}, {y}) of robot {number}"),
+                (None, Some(required)) => format!("required = {required} of robot {number}"),
+                (None, None) => continue,
+            };
+            return refuse("robots.goal, required", "mission.kind = \"mixed\", for either", got);
+        }
+        Ok(())
+    }
+}
+
+impl RobotRules {
+    /// The robot of these rules in a mixed mission, with the defaults of a helicopter filled in.
+    fn mixed(&mut self, number: usize, terrain: &Terrain) -> Result<Robot, ScenarioError> {
+        let cell = place("robots.start", number, self.start, terrain)?;
+        let start = Placement { cell, heading: self.heading };
+        match (self.vehicle, self.goal) {
+            (VehicleKind::Hopper, _) => {
+                self.check_grounded(number)?;
+                let goal = place("robots.goal", number, self.goal, terrain)?;
+                for (field, cell) in [("robots.start", cell), ("robots.goal", goal)] {
+                    if terrain.ground(cell).is_none_or(|ground| !ground.passable) {
+                        let got = format!("{cell} of robot {number}");
+                        return refuse(field, "ground on which a hopper survives landing", got);
+                    }
+                }
+                if cell == goal || !terrain.grid.on_same_lattice(cell, goal) {
+                    let need = "another cell than its start, whole hops away";
+                    return refuse("robots.goal", need, format!("{goal} for robot {number} at {cell}"));
+                }
+                Ok(Robot { vehicle: Vehicle::HopperTo { goal }, sensor: Sensor::Disc, start })
+            }
+            (VehicleKind::Rover, Some(_)) => {
+                self.check_grounded(number)?;
+                if terrain.prior.is_empty() {
+                    let need = "none on ground without speeds: add truth.mobility, or leave it out for a rover that covers ground";
+                    return refuse("robots.goal", need, format!("one for rover {number}"));
+                }
+                let trip = trip(terrain, [self.start, self.goal], ["robots.start", "robots.goal"])?;
+                let point = |x_m, y_m| Waypoint { x_m, y_m };
+                let vehicle = Vehicle::Driver {
+                    start: point(trip.start.x_m, trip.start.y_m),
+                    goal: point(trip.goal.at.x_m, trip.goal.at.y_m),
+                    goal_radius_m: trip.goal.radius_m,
+                };
+                Ok(Robot { vehicle, sensor: Sensor::Track, start })
+            }
+            (VehicleKind::Rover, None) => {
+                self.check_covering(number, terrain)?;
+                Ok(self.covering())
+            }
+            (VehicleKind::Helicopter, Some([x, y])) => refuse(
+                "robots.goal",
+                "none for a helicopter, which looks ahead",
+                format!("({x}, {y}) of robot {number}"),
+            ),
+            (VehicleKind::Helicopter, None) if self.required == Some(true) => refuse(
+                "robots.required",
+                "false for a helicopter, which has no task to do",
+                format!("true for robot {number}"),
+            ),
+            (VehicleKind::Helicopter, None) if self.accuracy.is_some() && terrain.prior.is_empty() => {
+                let need = "none on ground without speeds: a camera errs in the speeds of uncertain ground";
+                refuse("robots.accuracy", need, format!("one for robot {number}"))
+            }
+            (VehicleKind::Helicopter, None) => self.flying(Waypoint::middle_of(&terrain.grid, cell), cell),
+        }
+    }
+}
+
+/// A cell of the map that is given.
+fn place(
+    field: &'static str,
+    number: usize,
+    given: Option<[i32; 2]>,
+    terrain: &Terrain,
+) -> Result<Cell, ScenarioError> {
+    let Some([x, y]) = given else {
+        return refuse(field, "a cell (x, y)", format!("nothing for robot {number}"));
+    };
+    let cell = Cell::new(x, y);
+    if terrain.grid.contains(cell) {
+        return Ok(cell);
+    }
+    refuse(field, "a cell on the map", format!("{cell} of robot {number}"))
+}
+
+/// Refuses a cell that two robots have.
+fn check_distinct(
+    field: &'static str,
+    cells: impl Iterator<Item = (usize, Option<[i32; 2]>)>,
+) -> Result<(), ScenarioError> {
+    let mut known: Vec<(usize, [i32; 2])> = Vec::new();
+    for (number, cell) in cells.filter_map(|(number, cell)| Some((number, cell?))) {
+        if let Some((other, _)) = known.iter().find(|(_, of)| *of == cell) {
+            let got = format!("({}, {}) of robot {number} and robot {other}", cell[0], cell[1]);
+            return refuse(field, "a cell of its own for each robot on the ground", got);
+        }
+        known.push((number, cell));
+    }
+    Ok(())
+}

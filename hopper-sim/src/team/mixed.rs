@@ -1,0 +1,287 @@
+//! Robots of any kind, each with a start and a task of its own.
+//!
+//! Each robot acts as in the missions of its kind: a hopper as one that has helicopters ([`super::hop`]), a rover with a goal
+//! and its helicopters as on uncertain ground ([`super::scout`]), rovers without a goal as where ground is covered
+//! ([`super::cover`]). Robots on the ground never share a cell. A step, a hop, or a drive that aims at an occupied one is
+//! refused by name; a hop that strays onto one stops on the last free cell of its way. Two ends of a drive are exempt, since
+//! nobody chose them: that of a rover which gets stuck, and that of one whose stage is over.
+//!
+//! A robot is done once its task is: a hopper on its goal, a rover within reach of its own, all rovers that cover ground once
+//! it is covered. Then it stays where it is. The mission reaches its goal once all robots are done that the scenario requires,
+//! and fails as soon as one of those cannot be any more: it is lost, or has given up, or has used up its actions. Others that
+//! fail end their own part only. All steps are counted as actions of a robot.
+
+use contract::{
+    Action, Branch, Brief, Cell, Collected, Decision, Flight, Grid, Leader, Outcome, Pose, Record, Refusal,
+    RobotId, RobotSet, Standing, State, Status, Vehicle,
+};
+use terrain::Terrain;
+
+use super::cover::CoverTeam;
+use super::hop::{HopTeam, take_hop};
+use super::roster::Roster;
+use super::scout::ScoutTeam;
+use super::travels::Travels;
+use crate::Mission;
+use crate::dynamics::{Execution, outcome_of_hop};
+
+/// All robots of a mission, by what they do.
+#[derive(Clone, Debug)]
+pub struct MixedTeam {
+    grid: Grid,
+    required: RobotSet,
+    ways: Ways,
+    /// Those that cover ground, if there are any.
+    cover: Option<CoverTeam>,
+}
+
+/// The robots that go from point to point.
+#[derive(Clone, Debug)]
+enum Ways {
+    /// Rovers on ground of uncertain speed, with their helicopters.
+    Uncertain(Box<ScoutTeam>),
+    /// Helicopters alone, on any ground.
+    Flights(HopTeam),
+}
+
+/// How the task of a robot stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Open,
+    Done,
+    Failed(Status),
+}
+
+impl MixedTeam {
+    /// Before the first action; who has nothing to do is done.
+    ///
+    /// # Panics
+    /// If brief, terrain and robots are not of one scenario.
+    #[must_use]
+    pub fn new(roster: &mut Roster, brief: &Brief, terrain: &Terrain) -> Self {
+        let ways = match brief.scout {
+            Some(_) => Ways::Uncertain(Box::new(ScoutTeam::new(roster, brief, terrain))),
+            None => Ways::Flights(HopTeam::new(roster, brief)),
+        };
+        let required = brief.mixed.map_or(RobotSet::ALL, |mixed| mixed.required);
+        let cover = brief.cover.map(|_| CoverTeam::new(roster, brief, terrain));
+        let mut team = Self { grid: brief.grid, required, ways, cover };
+        for robot in (0..roster.count()).map(RobotId) {
+            team.end_if_over(roster, terrain, robot);
+        }
+        team
+    }
+
+    /// How far robots are that go from point to point.
+    #[must_use]
+    pub fn travels(&self) -> &Travels {
+        match &self.ways {
+            Ways::Uncertain(scout) => scout.travels(),
+            Ways::Flights(flights) => flights.travels(),
+        }
+    }
+
+    /// The same, to add routes.
+    pub fn travels_mut(&mut self) -> &mut Travels {
+        match &mut self.ways {
+            Ways::Uncertain(scout) => scout.travels_mut(),
+            Ways::Flights(flights) => flights.travels_mut(),
+        }
+    }
+
+    /// Distinct cells that rovers have covered.
+    #[must_use]
+    pub fn visited_cells(&self) -> u64 {
+        self.cover.as_ref().map_or(0, CoverTeam::visited_cells)
+    }
+
+    /// How the mission stands.
+    #[must_use]
+    pub fn status(&self, roster: &Roster) -> Status {
+        let mut is_open = false;
+        for robot in self.required.of(roster.count()).iter() {
+            match self.part(roster, robot) {
+                Part::Done => {}
+                Part::Open => is_open = true,
+                Part::Failed(status) => return status,
+            }
+        }
+        match roster.due() {
+            _ if !is_open => Status::Goal,
+            Some(robot) if !(self.required.has(robot) && roster.is_spent(robot)) => Status::Underway,
+            _ => Status::Deadlock,
+        }
+    }
+
+    /// How the task of `robot` stands.
+    fn part(&self, roster: &Roster, robot: RobotId) -> Part {
+        let entry = roster.entry(robot);
+        let is_on_map = self.grid.contains(entry.at.cell);
+        match (entry.robot.vehicle, entry.standing, &self.cover) {
+            (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_covered() => Part::Done,
+            (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_at_work(roster) => Part::Open,
+            (Vehicle::HopperTo { .. }, Standing::Stranded, _) if !is_on_map => Part::Failed(Status::LeftMap),
+            (Vehicle::Rover { .. }, ..) | (_, Standing::Stranded, _) => Part::Failed(Status::Lost),
+            (_, Standing::Active, _) => Part::Open,
+            (vehicle @ Vehicle::Driver { .. }, Standing::Done, _) if !self.has_arrived(robot, vehicle) => {
+                Part::Failed(Status::Deadlock)
+            }
+            (_, Standing::Done, _) => Part::Done,
+        }
+    }
+
+    fn has_arrived(&self, robot: RobotId, vehicle: Vehicle) -> bool {
+        matches!(&self.ways, Ways::Uncertain(scout) if scout.has_arrived(robot, vehicle))
+    }
+
+    /// Why `robot`, which is due, shall not execute `action`, if there is a reason. Whether a hop is too dangerous is for the
+    /// guard to say.
+    #[must_use]
+    pub fn refusal(
+        &self,
+        roster: &Roster,
+        terrain: &Terrain,
+        robot: RobotId,
+        action: Action,
+    ) -> Option<Refusal> {
+        let entry = roster.entry(robot);
+        match (entry.robot.vehicle, &self.ways, &self.cover) {
+            (Vehicle::Rover { .. }, _, Some(cover)) => cover.refusal(roster, terrain, robot, action),
+            (Vehicle::Driver { .. } | Vehicle::Helicopter { .. }, Ways::Uncertain(scout), _) => {
+                scout.refusal(roster, robot, action)
+            }
+            (Vehicle::Helicopter { .. }, Ways::Flights(flights), _) => flights.refusal(roster, robot, action),
+            _ => {
+                let Action::Hop(direction) = action else { return None };
+                let cell = self.grid.hop(entry.at.cell, direction);
+                roster.on_ground(cell).map(|robot| Refusal::Occupied { action, cell, robot })
+            }
+        }
+    }
+
+    /// Executes `action`, which was not refused, at the decision of `state` of `robot`, which is due, and takes note of it.
+    pub fn execute(
+        &mut self,
+        roster: &mut Roster,
+        mission: &Mission,
+        state: &State,
+        robot: RobotId,
+        leader: Leader,
+        action: Action,
+    ) -> Execution {
+        let (terrain, decision): (&Terrain, Decision) = (&mission.terrain, state.decision);
+        let mut collected = state.collected;
+        let outcome = match (roster.entry(robot).robot.vehicle, &mut self.ways, &mut self.cover) {
+            (Vehicle::Rover { .. }, _, Some(cover)) => {
+                cover.execute(roster, terrain, robot, decision, leader, action).outcome
+            }
+            (Vehicle::Driver { .. } | Vehicle::Helicopter { .. }, Ways::Uncertain(scout), _) => {
+                scout.execute(roster, terrain, robot, decision, leader, action).outcome
+            }
+            (Vehicle::Helicopter { .. }, Ways::Flights(flights), _) => {
+                flights.execute_flight(roster, (robot, decision, leader), action)
+            }
+            _ => {
+                let outcome = self.hop(roster, mission, robot, decision, action);
+                take_hop(roster, (robot, decision, leader), &outcome);
+                collected = collected.landing(&terrain.treasures, outcome.to);
+                outcome
+            }
+        };
+        self.end_if_over(roster, terrain, robot);
+        self.execution(roster, terrain, outcome, collected)
+    }
+
+    fn execution(
+        &self,
+        roster: &Roster,
+        terrain: &Terrain,
+        outcome: Outcome,
+        collected: Collected,
+    ) -> Execution {
+        let ground = |cell| terrain.ground(cell);
+        let height_m =
+            ground(outcome.to).or_else(|| ground(outcome.from)).map_or(0.0, |ground| ground.height_m);
+        Execution {
+            outcome,
+            pose: Pose { cell: outcome.to, height_m },
+            collected,
+            steps: roster.steps(),
+            visits: self.visited_cells(),
+            status: self.status(roster),
+        }
+    }
+
+    /// What becomes of a hop among other robots.
+    fn hop(
+        &self,
+        roster: &Roster,
+        mission: &Mission,
+        robot: RobotId,
+        decision: Decision,
+        action: Action,
+    ) -> Outcome {
+        let from = roster.entry(robot).at.cell;
+        if roster.fails_now(robot) {
+            return Outcome { branch: Branch::Stranded, from, to: from, flight: Flight::default() };
+        }
+        let outcome = outcome_of_hop(mission, robot, decision, from, action);
+        let is_free = |cell: &Cell| roster.on_ground(*cell).is_none_or(|other| other == robot);
+        Outcome { to: back_to(outcome).find(is_free).unwrap_or(from), ..outcome }
+    }
+
+    /// Takes note of a decision of an earlier life, whose route, if it announced one, is recalled already.
+    ///
+    /// # Panics
+    /// If another robot was due.
+    pub fn recall(&mut self, roster: &mut Roster, terrain: &Terrain, record: &Record) {
+        let Record { robot, decision, leader, ref outcome, .. } = *record;
+        match (roster.entry(robot).robot.vehicle, &mut self.ways, &mut self.cover) {
+            (Vehicle::Rover { .. }, _, Some(cover)) => cover.recall(roster, terrain, record),
+            (Vehicle::Driver { .. } | Vehicle::Helicopter { .. }, Ways::Uncertain(scout), _) => {
+                scout.recall(roster, record);
+            }
+            (Vehicle::Helicopter { .. }, Ways::Flights(flights), _) => flights.recall_flight(roster, record),
+            _ => take_hop(roster, (robot, decision, leader), outcome),
+        }
+        self.end_if_over(roster, terrain, robot);
+    }
+
+    /// Whoever is at its goal is done; so is a robot that the mission does not need once it has used up its actions. A hopper
+    /// that has left the map, or landed where none survives, is lost.
+    fn end_if_over(&mut self, roster: &mut Roster, terrain: &Terrain, robot: RobotId) {
+        let entry = roster.entry(robot);
+        let was_active = entry.standing == Standing::Active;
+        let survives = terrain.ground(entry.at.cell).is_some_and(|ground| ground.passable);
+        let is_over = match entry.robot.vehicle {
+            Vehicle::HopperTo { goal } if survives => (entry.at.cell == goal).then_some(Standing::Done),
+            Vehicle::HopperTo { .. } => Some(Standing::Stranded),
+            vehicle => self.has_arrived(robot, vehicle).then_some(Standing::Done),
+        };
+        let gives_up = roster.is_spent(robot) && !self.required.has(robot);
+        if let Some(standing) = is_over.or(gives_up.then_some(Standing::Done)).filter(|_| was_active) {
+            roster.end(robot, standing);
+        }
+        let entry = roster.entry(robot);
+        let closes =
+            entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. });
+        if let Some(cover) = self.cover.as_mut().filter(|_| closes && entry.standing != Standing::Active) {
+            cover.close_ways(roster, terrain);
+        }
+    }
+
+    /// Where the hopper `robot` stands.
+    #[must_use]
+    pub fn pose(&self, roster: &Roster, terrain: &Terrain, robot: RobotId) -> Pose {
+        let cell = roster.entry(robot).at.cell;
+        Pose { cell, height_m: terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
+    }
+}
+
+/// The cells of a hop from where it ends back to the last one before where it began. Hops go along a row or a column.
+fn back_to(outcome: Outcome) -> impl Iterator<Item = Cell> {
+    let Outcome { from, to, .. } = outcome;
+    let (dx, dy) = (to.x - from.x, to.y - from.y);
+    let length = dx.abs().max(dy.abs());
+    (1..=length).rev().map(move |way| Cell::new(from.x + dx.signum() * way, from.y + dy.signum() * way))
+}
