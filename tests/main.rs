@@ -24,6 +24,7 @@ mod input;
 mod journal;
 mod limits;
 mod looking_in;
+mod mixed;
 mod neighbours;
 mod non_interference;
 mod own_planner;

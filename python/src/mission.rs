@@ -107,7 +107,7 @@ pub fn run<'py>(
 /// That one planner cannot command robots with tasks of their own.
 pub fn unfit() -> PyErr {
     crate::error(
-        "a mission whose robots have tasks of their own needs named planners; `hopper planner --python` commands one of its robots",
+        "a mission whose robots have tasks of their own needs named planners; hopper.fly commands one of its robots",
     )
 }
 

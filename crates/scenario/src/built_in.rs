@@ -6,7 +6,7 @@ use crate::text::{self, TEXT_BYTES_MAX};
 use crate::{Scenario, ScenarioError};
 
 /// Built-in scenarios: name and TOML text. The texts are the files of `scenarios/`.
-pub const BUILT_IN: [(&str, &str); 14] = [
+pub const BUILT_IN: [(&str, &str); 15] = [
     ("hard", include_str!("../scenarios/hard.toml")),
     ("heterogeneous", include_str!("../scenarios/heterogeneous.toml")),
     ("sandy", include_str!("../scenarios/sandy.toml")),
@@ -21,6 +21,7 @@ pub const BUILT_IN: [(&str, &str); 14] = [
     ("coverage-8", include_str!("../scenarios/coverage-8.toml")),
     ("hopper-scout", include_str!("../scenarios/hopper-scout.toml")),
     ("rover-helicopter", include_str!("../scenarios/rover-helicopter.toml")),
+    ("expedition", include_str!("../scenarios/expedition.toml")),
 ];
 
 /// The scenario that `selector` names: a built-in name, or else the path of a file.

@@ -70,7 +70,7 @@ pub struct RobotRules {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view_radius_m: Option<f64>,
     /// Probability that a helicopter reads the speed of a cell right, 0 to 1, the other three speeds being equally likely; 1
-    /// by default. The same for all helicopters that err. Only in missions of kind `scout`.
+    /// by default. The same for all helicopters that err. Only on uncertain ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
     /// Planner that `hopper run` starts for it, unless told otherwise.

@@ -36,6 +36,10 @@ const FORMAT_OF_MIXED: u32 = 10;
 /// read and resumed all the same. Format 4 was never released.
 const FORMAT_BEFORE: u32 = 3;
 
+/// All formats that are read.
+const FORMATS: [u32; 6] =
+    [FORMAT_BEFORE, FORMAT, FORMAT_OF_ROVERS, FORMAT_OF_ROUTES, FORMAT_OF_ACCOMPANIED, FORMAT_OF_MIXED];
+
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
 
@@ -132,10 +136,8 @@ impl JournalHeader {
         }
         let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
         let format = number(format);
-        if format != FORMAT_BEFORE && !(FORMAT..=FORMAT_OF_MIXED).contains(&format) {
-            let need = format!(
-                "{FORMAT_BEFORE}, {FORMAT}, {FORMAT_OF_ROVERS}, {FORMAT_OF_ROUTES}, {FORMAT_OF_ACCOMPANIED} or {FORMAT_OF_MIXED}"
-            );
+        if !FORMATS.contains(&format) {
+            let need = FORMATS.map(|format| format.to_string()).join(", ");
             let got = format.to_string();
             return Err(JournalError::Mismatch { field: "format", need, got });
         }

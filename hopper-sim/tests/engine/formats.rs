@@ -12,8 +12,9 @@ fn header(scenario: &str) -> JournalHeader {
 /// P-JOURNAL-FORMATS.
 #[test]
 fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
-    for (scenario, format) in [("hard", 5_u32), ("coverage", 6), ("rover-helicopter", 7), ("hopper-scout", 8)]
-    {
+    let formats =
+        [("hard", 5_u32), ("coverage", 6), ("rover-helicopter", 7), ("hopper-scout", 8), ("expedition", 10)];
+    for (scenario, format) in formats {
         let (dir, header) = (tempdir().unwrap(), header(scenario));
         drop(Journal::create(dir.path(), &header, false).unwrap());
         let bytes = std::fs::read(dir.path().join(FILE_NAME)).unwrap();

@@ -315,10 +315,13 @@ fn another_format_or_another_kind_of_file_is_refused() {
     let written = Written::new();
     let bytes = written.bytes();
     let mut newer = bytes.clone();
-    newer[8] += 4;
+    newer[8] += 6;
     written.overwrite(&newer);
     let error = read(written.path()).unwrap_err();
-    assert_eq!(error.to_string(), "the journal is of another mission: format needs 3, 5, 6, 7 or 8, got 9");
+    assert_eq!(
+        error.to_string(),
+        "the journal is of another mission: format needs 3, 5, 6, 7, 8, 10, got 11"
+    );
     let mut damaged = bytes.clone();
     damaged[40] ^= 1;
     let mut long = bytes.clone();

@@ -14,6 +14,7 @@ mod formats;
 mod guard;
 mod journal;
 mod linger;
+mod mixed;
 mod patrol;
 mod resume;
 mod scouts;

@@ -5,6 +5,7 @@
 mod brief;
 mod built_in;
 mod ground;
+mod mixed;
 mod mobility;
 mod refusals;
 mod robots;

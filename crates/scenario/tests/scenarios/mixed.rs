@@ -1,0 +1,124 @@
+//! Missions of robots of all kinds, each with a task of its own.
+
+use contract::{Cell, RobotId, RobotSet, Sensor, Task, Vehicle};
+use scenario::{Overrides, Scenario};
+
+const EXPEDITION: &str = include_str!("../../scenarios/expedition.toml");
+
+/// The message of the one error that the scenario has with `old` replaced by `new`.
+fn refusal(old: &str, new: &str) -> String {
+    assert!(EXPEDITION.contains(old), "{old}");
+    let scenario = Scenario::parse(&EXPEDITION.replacen(old, new, 1), "test");
+    match scenario.and_then(|scenario| scenario.with(&Overrides::default()).resolve()) {
+        Ok(_) => panic!("{new} is accepted"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
+    let world = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
+    let robots = &world.fleet.as_ref().unwrap().robots;
+    let kinds = robots.iter().map(|robot| match robot.vehicle {
+        Vehicle::Driver { .. } => "driver",
+        Vehicle::Helicopter { .. } => "helicopter",
+        Vehicle::HopperTo { .. } => "hopper",
+        Vehicle::Rover { .. } => "rover",
+        Vehicle::Hopper => "the only hopper",
+    });
+    let kinds: Vec<_> = kinds.collect();
+    assert_eq!(kinds, ["driver", "helicopter", "hopper", "hopper", "helicopter", "rover"]);
+    assert_eq!(robots[2].vehicle, Vehicle::HopperTo { goal: Cell::new(140, 66) });
+    assert_eq!((robots[2].sensor, robots[5].sensor), (Sensor::Disc, Sensor::Square { range_cells: 1 }));
+    let required = [0, 2, 3].map(RobotId).into_iter().fold(RobotSet(0), RobotSet::with);
+    assert_eq!(world.brief.mixed.unwrap().required, required);
+    let Task::Mixed(_) = world.brief.task() else { panic!("{:?}", world.brief.task()) };
+    let of = |robot: usize| world.brief.tasks_of(Some(robots[robot].vehicle));
+    assert!(matches!(of(0)[..], [Task::Scout(_)]) && matches!(of(5)[..], [Task::Cover(_)]));
+    assert!(matches!(of(1)[..], [Task::Scout(_), Task::Accompany]) && of(2) == [Task::Reach]);
+    // Ground that no rover can cross is ground to a hopper.
+    let closed = world.terrain.cells.iter().filter(|ground| !ground.is_drivable());
+    assert!(closed.clone().count() > 1000 && closed.clone().all(|ground| ground.passable));
+    let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, &again.fleet, again.brief), (world.hash, &world.fleet, world.brief));
+}
+
+/// P-MIXED-SCENARIO.
+#[test]
+fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
+    let hopper = "start = [60, 62]\ngoal = [140, 66]";
+    for (old, new, need) in [
+        (hopper, "start = [60, 62]", "robots.goal: need a cell (x, y), got nothing for robot 2"),
+        (hopper, "goal = [140, 66]", "robots.start: need a cell (x, y), got nothing for robot 2"),
+        (
+            hopper,
+            "start = [60, 62]\ngoal = [200, 66]",
+            "robots.goal: need a cell on the map, got (200, 66) of robot 2",
+        ),
+        (hopper, "start = [60, 62]\ngoal = [60, 62]", "robots.goal: need another cell than its start"),
+        (
+            hopper,
+            "start = [8, 60]\ngoal = [140, 66]",
+            "robots.start: need a cell of its own for each robot on the ground, got (8, 60) of robot 2 and robot 0",
+        ),
+        (hopper, "start = [60, 62]\ngoal = [192, 150]", "robots.goal: need a cell of its own"),
+        (
+            hopper,
+            "start = [60, 62]\ngoal = [140, 66]\nbudget_m = 3.0",
+            "need vehicle = \"helicopter\", got hopper for robot 2",
+        ),
+        ("goal = [192, 150]", "goal = [100, 62]", "robots.goal: need a cell whose true speed is above 0"),
+        ("start = [10, 100]", "start = [100, 62]", "robots.start: need ground without obstacle"),
+        (
+            "start = [8, 60]\nspeed_mps",
+            "start = [8, 60]\ngoal = [9, 9]\nspeed_mps",
+            "robots.goal: need none for a helicopter",
+        ),
+        (
+            "start = [8, 60]\nspeed_mps",
+            "start = [8, 60]\nrequired = true\nspeed_mps",
+            "robots.required: need false for a helicopter",
+        ),
+        ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0"),
+        (
+            "profile = \"hopper\"",
+            "profile = \"hopper\"\nstart = [1, 1]\ngoal = [2, 2]",
+            "brief.start, brief.goal: need neither",
+        ),
+        (
+            "kind = \"mixed\"\npercent = 1",
+            "kind = \"cover\"\npercent = 1",
+            "mission.kind = \"mixed\", for either",
+        ),
+        ("percent = 1", "percent = 0", "mission.percent: need 1 to 100 %"),
+        ("[limits]", "[[faults]]\nrobot = 6\naction = 1\n\n[limits]", "faults: need a robot of the mission"),
+    ] {
+        let error = refusal(old, new);
+        assert!(error.contains(need), "{need}: {error}");
+    }
+    let hills = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
+        [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n";
+    let robot = |text: &str| format!("[[robots]]\nvehicle = {text}\n");
+    let many: String =
+        (0..17).map(|robot| format!("[[robots]]\nstart = [{}, {}]\n", robot % 9, robot / 9)).collect();
+    for (robots, need) in [
+        (
+            robot("\"rover\"\nstart = [1, 1]\ngoal = [2, 2]"),
+            "robots.goal: need none on ground without speeds",
+        ),
+        (
+            robot("\"helicopter\"\nstart = [1, 1]"),
+            "robots.required: need at least one robot that the mission needs",
+        ),
+        (
+            robot("\"helicopter\"\nstart = [1, 1]\naccuracy = 0.9"),
+            "robots.accuracy: need none on ground without speeds",
+        ),
+        (many, "robots: need 1 to 16 of them, each with a start, got 17"),
+        (String::new(), "robots: need 1 to 16 of them, each with a start, got 0"),
+    ] {
+        let error =
+            Scenario::parse(&format!("{hills}{robots}"), "test").unwrap().resolve().unwrap_err().to_string();
+        assert!(error.contains(need), "{need}: {error}");
+    }
+}

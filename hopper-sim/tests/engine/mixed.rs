@@ -1,0 +1,277 @@
+//! Robots of any kind with tasks of their own: where they may go, when they are done, and how the mission stands.
+
+use contract::{
+    Action, Announcement, Branch, Brief, Cell, Command, Direction, Incarnation, MonotonicNs, Pace, Record,
+    Refusal, RobotId, Route, RunId, Standing, State, Status, Team, Term, Waypoint,
+};
+use hopper_sim::{Arbiter, Effect, Event, Mission};
+use scenario::{ResolvedScenario, Scenario};
+
+use crate::fixture::command;
+
+const GROUND: &str = "[truth.terrain.obstacles]\nwidth_cells = 8\nheight_cells = 6\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
+    [truth.mobility]\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
+    [limits]\nsteps_max = 12\n[guard]\nhazard_max = 1.0\n";
+
+const HOPPER: &str = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 2]\ngoal = [4, 2]\n";
+
+/// A rover that covers ground.
+fn rover(x: i32, y: i32, more: &str) -> String {
+    format!("[[robots]]\nvehicle = \"rover\"\nstart = [{x}, {y}]\n{more}\n")
+}
+
+fn world(robots: &[&str]) -> ResolvedScenario {
+    Scenario::parse(&format!("{GROUND}{}", robots.concat()), "test").unwrap().resolve().unwrap()
+}
+
+/// An arbiter whose appends always succeed.
+struct Host {
+    arbiter: Arbiter,
+    records: Vec<Record>,
+    refused: Vec<Refusal>,
+}
+
+impl Host {
+    fn new(world: &ResolvedScenario, seed: u64) -> Self {
+        let brief = Brief { run: RunId(1), ..world.brief };
+        let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+        let arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).without_deadlines();
+        let mut host = Self { arbiter, records: Vec::new(), refused: Vec::new() };
+        host.on(Event::Tick);
+        host
+    }
+
+    fn on(&mut self, event: Event) {
+        for effect in self.arbiter.on(event, MonotonicNs(2)) {
+            match effect {
+                Effect::Append(record) => {
+                    self.records.push(record);
+                    self.on(Event::Appended);
+                }
+                Effect::Refused(refusal) => self.refused.push(refusal),
+                _ => {}
+            }
+        }
+    }
+
+    fn state(&self) -> State {
+        *self.arbiter.state()
+    }
+
+    fn team(&self) -> Team {
+        self.arbiter.team().unwrap().clone()
+    }
+
+    fn standing(&self, robot: u16) -> Standing {
+        self.team().members[usize::from(robot)].standing
+    }
+
+    /// Commands the robot that is due, which is `robot`; why that was refused, if it was.
+    fn send(&mut self, robot: u16, action: Action) -> Option<Refusal> {
+        let due = self.team().due;
+        assert_eq!(due, RobotId(robot), "whose turn it is");
+        let life = Incarnation(1 + u64::from(due.0));
+        let command =
+            Command { robot: due, incarnation: life, term: Term(1), ..command(&self.state(), action) };
+        let before = self.refused.len();
+        self.on(Event::Command(Ok(command)));
+        self.refused.get(before).cloned()
+    }
+
+    fn announce(&mut self, robot: u16, points: &[[f64; 2]]) -> Option<Refusal> {
+        let route = Route::new(points.iter().map(|&[x_m, y_m]| Waypoint { x_m, y_m }).collect()).unwrap();
+        let id = route.id();
+        self.on(Event::Announcement(Ok(Announcement { run: RunId(1), robot: RobotId(robot), route })));
+        self.send(robot, Action::Announce(id))
+    }
+
+    fn last(&self) -> &Record {
+        self.records.last().unwrap()
+    }
+}
+
+const EAST: Action = Action::Hop(Direction::East);
+
+/// P-MIXED-OCCUPIED: no hop aims at a cell that another robot takes up; neither does a step, or a drive at its end.
+#[test]
+fn who_aims_at_an_occupied_cell_is_refused_by_name() {
+    let helicopter = "[[robots]]\nvehicle = \"helicopter\"\nstart = [2, 3]\nspeed_mps = 5.0\n";
+    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\n";
+    let world = world(&[HOPPER, &rover(3, 2, ""), driver, helicopter]);
+    let mut host = Host::new(&world, 1);
+    let occupied = |refusal: Option<Refusal>, by: u16| match refusal {
+        Some(Refusal::Occupied { robot, .. }) => assert_eq!(robot, RobotId(by)),
+        other => panic!("{other:?}"),
+    };
+    occupied(host.send(0, EAST), 1);
+    assert!(host.state().vetoed.has(EAST), "so its planner chooses another");
+    assert_eq!(host.send(0, Action::Hop(Direction::North)), None, "a helicopter flies above");
+    let at = host.last().outcome.to;
+    let west = Action::Step(Direction::West);
+    if at == Cell::new(2, 2) {
+        occupied(host.send(1, west), 0);
+    }
+    assert_eq!(host.send(1, Action::Hold), None);
+    assert_eq!(host.announce(2, &[[2.5, 0.5], [3.5, 2.5]]), None);
+    assert_eq!(host.send(3, Action::Done), None);
+    while host.team().due != RobotId(2) {
+        let robot = host.team().due.0;
+        assert_eq!(host.send(robot, Action::Hold), None);
+    }
+    occupied(host.send(2, Action::Drive), 1);
+}
+
+/// P-MIXED-STRAY: a hop that strays onto another robot stops on the last free cell of its way.
+#[test]
+fn a_hop_that_strays_onto_a_robot_stops_before_it() {
+    let beside = [rover(1, 2, ""), rover(3, 2, "")];
+    let (crowded, alone) = (world(&[HOPPER, &beside[0], &beside[1]]), world(&[HOPPER]));
+    let north = Action::Hop(Direction::North);
+    let mut stopped = [0; 2];
+    for seed in 0..200 {
+        let hop = |world| {
+            let mut host = Host::new(world, seed);
+            assert_eq!(host.send(0, north), None);
+            host.last().outcome
+        };
+        let (among, free) = (hop(&crowded), hop(&alone));
+        assert_eq!(among.branch, free.branch, "seed {seed}: the draw is the same");
+        match free.branch {
+            Branch::Left | Branch::Right => {
+                assert_eq!((free.to.y, among.to), (2, among.from), "seed {seed}");
+                stopped[usize::from(free.branch == Branch::Right)] += 1;
+            }
+            _ => assert_eq!(among.to, free.to, "seed {seed}"),
+        }
+    }
+    assert!(stopped.iter().all(|&count| count > 2), "{stopped:?}");
+}
+
+/// Hops `robot` to the east until it is there, and lets all others hold.
+fn hop_east(host: &mut Host, robot: u16, until: impl Fn(&Host) -> bool) {
+    while !until(host) && !host.state().status.is_over() {
+        let due = host.team().due.0;
+        let action = if due == robot { EAST } else { Action::Hold };
+        assert_eq!(host.send(due, action), None);
+    }
+}
+
+/// P-MIXED-END: the mission reaches its goal once all robots are done that it needs, and no sooner.
+#[test]
+fn a_mission_is_over_once_the_robots_are_done_that_it_needs() {
+    let other = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 4]\ngoal = [3, 4]\n";
+    let optional = format!("{other}required = false\n");
+    let mut ends = Vec::new();
+    for second in [other, &optional] {
+        // A seed with which all hops go where they were meant to.
+        let world = world(&[HOPPER, second]);
+        let straight = (0..500).find_map(|seed| {
+            let mut host = Host::new(&world, seed);
+            hop_east(&mut host, 0, |host| host.standing(0) == Standing::Done);
+            let is_straight = host
+                .records
+                .iter()
+                .all(|record| record.robot != RobotId(0) || record.outcome.branch == Branch::Intended);
+            is_straight.then_some(host)
+        });
+        let mut host = straight.unwrap();
+        assert_eq!(host.standing(0), Standing::Done, "it stands on its goal");
+        ends.push(host.state().status);
+        if host.state().status == Status::Underway {
+            assert_eq!(host.team().due, RobotId(1), "who is done has no turn");
+            let goal = (0..12).any(|_| {
+                let _ = host.send(1, EAST);
+                host.state().status.is_over()
+            });
+            assert!(goal, "at the goal or out of actions");
+        }
+    }
+    assert_eq!(ends, [Status::Underway, Status::Goal]);
+}
+
+/// P-MIXED-LOST: a robot that is lost ends the mission only if that needs it.
+#[test]
+fn a_robot_that_is_lost_ends_the_mission_only_if_it_is_needed() {
+    let far = |required: bool| {
+        format!("[[robots]]\nvehicle = \"hopper\"\nstart = [7, 5]\ngoal = [0, 5]\nrequired = {required}\n")
+    };
+    for required in [true, false] {
+        let mut host = Host::new(&world(&[&far(required), HOPPER]), 3);
+        hop_east(&mut host, 0, |host| host.standing(0) != Standing::Active);
+        let last = host.records.iter().rfind(|record| record.robot == RobotId(0)).unwrap();
+        assert_eq!(last.outcome.to, Cell::new(8, 5), "off the map");
+        assert_eq!(host.standing(0), Standing::Stranded);
+        let expected = if required { Status::LeftMap } else { Status::Underway };
+        assert_eq!(host.state().status, expected);
+    }
+}
+
+/// P-MIXED-GIVES-UP: a rover that is done elsewhere than at its goal has given up; so has whoever has no action left.
+#[test]
+fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
+    let driver = |required: bool| {
+        format!("[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = {required}\n")
+    };
+    for required in [true, false] {
+        let mut host = Host::new(&world(&[&driver(required), HOPPER]), 3);
+        assert_eq!(host.send(0, Action::Done), None);
+        let expected = if required { Status::Deadlock } else { Status::Underway };
+        assert_eq!(host.state().status, expected, "gives up");
+        let mut host = Host::new(&world(&[&driver(required), HOPPER]), 3);
+        for _ in 0..12 {
+            assert_eq!(host.state().status, Status::Underway);
+            let due = host.team().due.0;
+            assert_eq!((due, host.send(due, Action::Hold)), (0, None));
+            if host.team().due == RobotId(1) {
+                assert_eq!(host.send(1, Action::Hold), None);
+            }
+        }
+        let standing = host.standing(0);
+        if required {
+            assert_eq!((host.state().status, standing), (Status::Deadlock, Standing::Active));
+        } else {
+            assert_eq!(standing, Standing::Done, "it has no action left");
+        }
+    }
+}
+
+/// P-MIXED-DRIVE: a rover with a goal is done within reach of it.
+#[test]
+fn a_rover_is_done_within_reach_of_its_goal() {
+    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [0, 0]\ngoal = [7, 0]\n";
+    let mut host = Host::new(&world(&[driver]), 1);
+    assert_eq!(host.announce(0, &[[0.5, 0.5], [3.0, 0.5], [5.0, 0.5]]), None);
+    assert_eq!(host.send(0, Action::Drive), None);
+    assert_eq!((host.standing(0), host.state().status), (Standing::Active, Status::Underway));
+    assert_eq!(host.send(0, Action::Drive), None);
+    assert_eq!(
+        (host.standing(0), host.state().status),
+        (Standing::Done, Status::Goal),
+        "2.5 m are within 3 m"
+    );
+}
+
+/// P-MIXED-CLOSED: ground that nobody can reach any more, because a robot has stopped in the way for good, no longer counts.
+#[test]
+fn a_robot_that_has_stopped_for_good_closes_the_way_of_rovers() {
+    // A corridor: the hopper's goal lies between the rover and the ground beyond.
+    let text = GROUND.replace("height_cells = 6", "height_cells = 1");
+    let robots = "[[robots]]\nvehicle = \"hopper\"\nstart = [4, 0]\ngoal = [3, 0]\n";
+    let text = format!("{text}{robots}{}", rover(0, 0, ""));
+    let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
+    let arrived = (0..200).find_map(|seed| {
+        let mut host = Host::new(&world, seed);
+        assert_eq!(host.send(0, Action::Hop(Direction::West)), None);
+        (host.standing(0) == Standing::Done).then_some(host)
+    });
+    let mut host = arrived.unwrap();
+    for _ in 0..2 {
+        assert_eq!(host.state().status, Status::Underway);
+        assert_eq!(host.send(1, Action::Step(Direction::East)), None);
+    }
+    assert_eq!(
+        (host.state().status, host.state().visits),
+        (Status::Goal, 3),
+        "cells 0 to 2 are all there is"
+    );
+}

@@ -1,0 +1,64 @@
+//! Six robots of all kinds, each with a task and a planner process of its own, fly as lockstep does.
+
+use crate::harness::{Mission, json, leaders, lockstep, stderr};
+
+const SCENARIO: [&str; 2] = ["--scenario", "expedition"];
+
+const PLANNERS: [&str; 6] = ["rrt_star_ett", "scout_value", "mdp", "astar", "scout_ahead", "cover_frontier"];
+
+/// P-MIXED-RUN: nine processes have the digest of lockstep, and all robots are in summary and picture.
+#[test]
+fn an_expedition_flown_live_has_the_digest_of_lockstep() {
+    let mut mission = Mission::new("mixed");
+    let output = mission.fly(&SCENARIO);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let summary = json(&output);
+    assert_eq!(summary["digest"], lockstep(&SCENARIO)["digest"], "{}", stderr(&output));
+    mission.assert_as_lockstep("out/journal");
+    let picture = std::fs::read_to_string(mission.path("out/mission.svg")).unwrap();
+    for robot in 0..6 {
+        assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
+    }
+    mission.assert_nothing_left();
+}
+
+/// P-MIXED-KILL: perception, hopper-sim and two planners are killed in flight and started again, and a hopper's planner is
+/// swapped for another.
+#[test]
+fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
+    let mission = Mission::new("mixed-kill");
+    let sim_words = [&SCENARIO[..], &["--pace", "40"]].concat();
+    let words =
+        |robot: usize| ["--robot", ["0", "1", "2", "3", "4", "5"][robot], "--algorithm", PLANNERS[robot]];
+    let mut sim = mission.start("sim", &sim_words);
+    let mut perception = mission.start("perception", &[]);
+    let mut planners: Vec<_> = (0..6).map(|robot| mission.start("planner", &words(robot))).collect();
+    mission.await_decisions(20);
+    planners[2].kill();
+    planners[2] = mission.start("planner", &words(2));
+    mission.await_decisions(50);
+    sim.kill();
+    let mut sim = mission.start("sim", &sim_words);
+    mission.await_decisions(90);
+    perception.kill();
+    let mut perception = mission.start("perception", &[]);
+    mission.await_decisions(130);
+    planners[5].kill();
+    planners[5] = mission.start("planner", &words(5));
+    mission.await_decisions(170);
+    let mut greedy = mission.start("planner", &["--robot", "3", "--algorithm", "greedy", "--takeover"]);
+    greedy.await_log("in command");
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    for process in planners.iter_mut().chain([&mut perception, &mut greedy]) {
+        assert_eq!(process.code(), 0, "{}", process.log());
+    }
+    let verified = mission.verified();
+    assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+    let led = leaders(&verified);
+    for (robot, term, planner) in
+        [(2, 2, "mdp"), (3, 2, "greedy"), (5, 2, "cover_frontier"), (0, 1, "rrt_star_ett")]
+    {
+        assert!(led.contains(&(robot, term, planner.into())), "{led:?}");
+    }
+    mission.assert_as_lockstep("journal");
+}
