@@ -329,11 +329,8 @@ impl Scenario {
         };
         let sensor = &robot.sensor;
         let has_hoppers = !rules.is_cover() && !rules.is_scout();
-        let has = |is: fn(&Vehicle) -> bool| {
-            fleet.is_some_and(|fleet| fleet.robots.iter().any(|robot| is(&robot.vehicle)))
-        };
-        let covers = has(|vehicle| matches!(vehicle, Vehicle::Rover { .. }));
-        let drives = has(|vehicle| matches!(vehicle, Vehicle::Driver { .. }));
+        let covers = has(fleet, |vehicle| matches!(vehicle, Vehicle::Rover { .. }));
+        let drives = has(fleet, |vehicle| matches!(vehicle, Vehicle::Driver { .. }));
         let patrol = rules.resolve(goal)?;
         let cover = rules.resolve_cover(covers)?;
         Ok(Brief {
@@ -481,6 +478,11 @@ fn close_where_none_drives(terrain: &mut Terrain) {
     for ground in &mut terrain.cells {
         ground.passable = ground.speed != Some(DriveSpeed::Zero);
     }
+}
+
+/// Whether there is such a robot.
+fn has(fleet: Option<&Fleet>, is: impl Fn(&Vehicle) -> bool) -> bool {
+    fleet.is_some_and(|fleet| fleet.robots.iter().any(|robot| is(&robot.vehicle)))
 }
 
 fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {

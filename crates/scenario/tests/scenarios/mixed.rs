@@ -44,6 +44,7 @@ fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
 }
 
 /// P-MIXED-SCENARIO.
+// Long: a row for each error.
 #[test]
 fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
     let hopper = "start = [60, 62]\ngoal = [140, 66]";
