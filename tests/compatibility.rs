@@ -75,7 +75,7 @@ fn a_journal_of_another_format_is_refused_by_name() {
         let output = hopper(words).arg(&journal).env("HOPPER_INSTANCE", &mission.name).output().unwrap();
         let why = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{words:?}: {why}");
-        assert!(why.contains("format needs 3, 5, 6, 7, 8, 10, got 2"), "{words:?}: {why}");
+        assert!(why.contains("format needs 3, 5, 6, 7, 8, 9, 10, got 2"), "{words:?}: {why}");
     }
 }
 

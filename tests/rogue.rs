@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::harness::{Mission, Process, eventually, lockstep};
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV8, CommandV3, HeartbeatV1, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    BriefV9, CommandV3, HeartbeatV1, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
     SeenCellV3, StateV4, TruthRequestV1,
 };
 use contract::{
@@ -582,7 +582,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         (node.writer::<Brief>(ROBOT).unwrap(), node.writer::<State>(ROBOT).unwrap());
     let (brief, flown) = (fixtures::brief(), fixtures::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
-    for wire in extremes::of(&BriefV8::from(&brief)) {
+    for wire in extremes::of(&BriefV9::from(&brief)) {
         // A grid that is another's takes room in shared memory, which is not what this is about.
         if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
             continue;

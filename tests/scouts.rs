@@ -2,6 +2,9 @@
 
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
+/// Decisions after which the processes of a mission in three stages are killed.
+const KILLS: [u64; 4] = [5, 12, 40, 60];
+
 const SCENARIO: [&str; 2] = ["--scenario", "rover-helicopter"];
 
 /// P-SCOUT-RUN: five processes have the digest of lockstep, with the planners that the scenario names and with others.
@@ -40,6 +43,31 @@ fn a_helicopter_that_errs_flies_live_as_in_lockstep() {
     assert_ne!(live, exact, "its errors change the mission");
     mission.assert_as_lockstep("out/journal");
     mission.assert_nothing_left();
+}
+
+/// A rover that takes three Sol, in as many stages, in the folder of a mission.
+fn in_three_stages(mission: &Mission) -> std::path::PathBuf {
+    let scenario = include_str!("../scenarios/rover-helicopter.toml");
+    let path = mission.path("stages.toml");
+    let scenario = scenario.replace("seed = 1", "seed = 39").replace("\"scout\"", "\"scout\"\nstages = 3");
+    std::fs::write(&path, scenario).unwrap();
+    path
+}
+
+/// P-STAGES-RUN: a mission of several stages, flown by processes each of which is killed and started again, has the digest and
+/// the journal of lockstep.
+#[test]
+fn a_mission_of_several_stages_flies_live_as_in_lockstep() {
+    let mission = Mission::new("scouts-stages");
+    let path = in_three_stages(&mission);
+    let words = ["--scenario", path.to_str().unwrap()];
+    mission.kill_each_of_two(&words, "10", ["rrt_star_ett", "scout_route"], KILLS);
+    let shown = json(&mission.hopper(&["journal", "show", "journal", "--format", "json"]).output().unwrap());
+    let halted = |record: &&serde_json::Value| record["outcome"]["branch"] == "halted";
+    let halts: Vec<_> = shown["records"].as_array().unwrap().iter().filter(halted).collect();
+    assert_eq!(halts.len(), 2, "{halts:?}");
+    let first = halts[0]["decision"].as_u64().unwrap();
+    assert!(KILLS[1] < first && first < KILLS[2], "some die before the first stage is over, and some after: {first}");
 }
 
 /// P-SCOUT-KILL: every process is killed once and started again, between the announcements and in flight.

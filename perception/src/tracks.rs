@@ -1,7 +1,7 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Sensor, Waypoint};
-use scout_world::TrueGround;
+use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Sensor, Vehicle, Waypoint};
+use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
 
 /// The robots of a mission, folded from records.
@@ -21,6 +21,7 @@ struct Track {
     route: Option<RouteId>,
     /// Points of the route that were reached after the first.
     reached: usize,
+    clock: StageClock,
 }
 
 impl Tracks {
@@ -39,9 +40,10 @@ impl Tracks {
     pub fn begin(&mut self, brief: &Brief, terrain: &Terrain, robots: &[Robot]) -> Vec<usize> {
         self.routes.begin(brief.run);
         self.ground = TrueGround::new(terrain.grid, &terrain.cells).ok();
+        let clock = StageClock::new(brief.scout.map_or(1, |scout| scout.stages));
         let track = |robot: &Robot| {
             let at = robot.vehicle.start().unwrap_or_default();
-            Track { robot: *robot, at, route: None, reached: 0 }
+            Track { robot: *robot, at, route: None, reached: 0, clock }
         };
         self.robots = robots.iter().map(track).collect();
         let Some(ground) = &self.ground else { return Vec::new() };
@@ -87,13 +89,34 @@ impl Tracks {
                 if stranded && record.outcome.flight.range_m == 0.0 {
                     return Some(Vec::new());
                 }
-                let seen = self.ground.as_ref().map(|ground| ground.seen(track.robot.sensor, track.at, to));
+                let ground = self.ground.as_ref()?;
+                let from = track.at;
                 if !stranded {
                     (track.at, track.reached) = (to, track.reached + 1);
                 }
-                seen
+                if record.action == Action::Fly {
+                    return Some(ground.seen(track.robot.sensor, from, to));
+                }
+                let drive = ground.drive(from, to, track.clock.allowance());
+                track.clock.drove(&drive);
+                if record.outcome.branch == Branch::Halted {
+                    (track.at, track.reached) =
+                        (Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m }, track.reached - 1);
+                    track.clock.begin_next();
+                    let at = track.at;
+                    self.rejoin(at);
+                }
+                Some(drive.sensed)
             }
             _ => Some(Vec::new()),
+        }
+    }
+
+    /// A stage is over: the helicopters are with the rover, which is at `at`. One that acts no more sees nothing anyway.
+    fn rejoin(&mut self, at: Waypoint) {
+        let flies = |track: &&mut Track| matches!(track.robot.vehicle, Vehicle::Helicopter { .. });
+        for track in self.robots.iter_mut().filter(flies) {
+            (track.at, track.route, track.reached) = (at, None, 0);
         }
     }
 }

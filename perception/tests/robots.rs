@@ -74,7 +74,7 @@ impl Mission {
         let helicopter = Vehicle::Helicopter { start, speed_mps: 5.0, budget_m: 300.0 };
         let placement = Placement { cell: Cell::new(2, 4), heading: Direction::North };
         let robot = |(vehicle, sensor)| Robot { vehicle, sensor, start: placement };
-        let scout = Scout { seed: 1, rover_samples: 1, helicopter_samples: 1 };
+        let scout = Scout { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
         let mut mission = Self {
             brief: Brief {
                 run: RUN,
@@ -110,6 +110,42 @@ impl Mission {
             (1, Action::Fly),
         ] {
             mission.act(robot, action, here, here, Branch::Intended);
+        }
+        mission
+    }
+
+    /// A rover that drives 50 m/Sol goes 40 m east, and north until the first of two stages is over; then the helicopter flies
+    /// on from there.
+    fn scouts_in_two_stages() -> Self {
+        let mut mission = Self::scouts();
+        mission.brief.scout.as_mut().unwrap().stages = 2;
+        // Of no cell the middle is just at the border of the view.
+        mission.robots[1].sensor = Sensor::Camera { radius_m: 2.9 };
+        for ground in &mut std::sync::Arc::make_mut(&mut mission.terrain).cells {
+            *ground = Ground { speed: Some(DriveSpeed::Slow), ..Ground::FLAT };
+        }
+        let at = |x_m, y_m| Waypoint { x_m, y_m };
+        let halt = at(42.5, 14.5);
+        mission.routes = [
+            vec![at(2.5, 4.5), at(42.5, 4.5), at(42.5, 19.0)],
+            vec![at(2.5, 4.5), at(2.5, 7.5)],
+            vec![halt, at(32.5, 14.5)],
+        ]
+        .map(|points| Route::new(points).unwrap())
+        .to_vec();
+        mission.records.clear();
+        let [way, flight, again] = [0, 1, 2].map(|route| Action::Announce(mission.routes[route].id()));
+        let here = mission.robots[0].start.cell;
+        for (robot, action, branch) in [
+            (0, way, Branch::Held),
+            (1, flight, Branch::Held),
+            (1, Action::Fly, Branch::Intended),
+            (0, Action::Drive, Branch::Intended),
+            (0, Action::Drive, Branch::Halted),
+            (1, again, Branch::Held),
+            (1, Action::Fly, Branch::Intended),
+        ] {
+            mission.act(robot, action, here, here, branch);
         }
         mission
     }
@@ -271,7 +307,9 @@ fn content(map: &ObservedMap) -> impl PartialEq + std::fmt::Debug {
 /// P-REBUILD.
 #[test]
 fn a_map_of_several_robots_is_the_same_followed_and_rebuilt_from_the_past() {
-    for mission in [Mission::rovers(), Mission::scouts(), Mission::scouts_that_err()] {
+    for mission in
+        [Mission::rovers(), Mission::scouts(), Mission::scouts_that_err(), Mission::scouts_in_two_stages()]
+    {
         let ((followed, _), (rebuilt, told)) = (mission.followed(), mission.rebuilt());
         assert_eq!(content(rebuilt.map().unwrap()), content(followed.map().unwrap()));
         assert_eq!(rebuilt.map().unwrap().through, Some(Decision(mission.through())));
@@ -350,6 +388,31 @@ fn a_reading_is_on_the_map_until_a_rover_has_been_there() {
         }
     }
     assert!(read > 100 && corrected > 10, "{read} read, {corrected} corrected");
+}
+
+/// P-STAGES-SEEN.
+#[test]
+fn of_a_drive_that_its_stage_ended_only_what_was_driven_is_on_the_map() {
+    let mission = Mission::scouts_in_two_stages();
+    let known = |through: u64| -> Vec<Cell> {
+        let mut cartographer = mission.ready();
+        mission.tell(&mut cartographer, mission.state(through));
+        let map = cartographer.map().unwrap();
+        mission.brief.grid.iter().filter(|cell| map.ground(*cell).is_some()).collect()
+    };
+    let near = |cell: &Cell, from: [i32; 2], to: [i32; 2]| {
+        let outside = |at: i32, low: i32, high: i32| f64::from((low - at).max(at - high).max(0));
+        outside(cell.x, from[0], to[0]).hypot(outside(cell.y, from[1], to[1]))
+    };
+    let cells = || mission.brief.grid.iter();
+    let driven = |cell: &Cell| near(cell, [2, 4], [42, 4]) == 0.0 || near(cell, [42, 4], [42, 14]) == 0.0;
+    let first_flight = |cell: &Cell| near(cell, [2, 4], [2, 7]) <= 2.9;
+    let need: Vec<Cell> = cells().filter(|cell| driven(cell) || first_flight(cell)).collect();
+    assert_eq!(known(5), need, "the drive north ends in the cell in which its Sol is over");
+    let second_flight = |cell: &Cell| near(cell, [32, 14], [42, 14]) <= 2.9;
+    let need: Vec<Cell> =
+        cells().filter(|cell| driven(cell) || first_flight(cell) || second_flight(cell)).collect();
+    assert_eq!(known(7), need, "the helicopter flies from where the rover is");
 }
 
 #[test]

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use contract::{DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
+use contract::{Action, DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
 use helicopter::Sensor;
+use routing::stage_seed;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
 use crate::plan::{Scouting, Situation};
@@ -53,13 +54,36 @@ impl<'a> Turn<'a> {
         Belief::new(Arc::new(surface), speeds.collect::<Option<_>>()?).ok()
     }
 
+    /// The stage that the rover is in, from 1; the first if there is none.
+    pub fn stage(&self) -> u32 {
+        let travels = self.team.members.iter().filter_map(|member| member.travel);
+        1 + travels.map(|travel| travel.halts).max().unwrap_or_default()
+    }
+
+    /// The seed of this stage's planners.
+    pub fn seed(&self) -> u64 {
+        stage_seed(self.scout.seed, self.stage())
+    }
+
+    /// Where a member is and what is left of its route.
+    pub fn rest_of(&self, member: &Member) -> Option<Vec<Point>> {
+        let (travel, route) = (member.travel?, self.route_of(member)?);
+        Some(travel.rest(route).map(point).collect())
+    }
+
+    /// What is done by a robot that can go on only once others have acted. To wait as the last one that can act would end the
+    /// mission.
+    pub fn pass(&self) -> Action {
+        if self.is_another_ready() { Action::Wait } else { Action::Hold }
+    }
+
     /// The points of a member's route.
     pub fn route_of(&self, member: &Member) -> Option<&'a Route> {
         self.scouting.routes.get(member.travel?.route?)
     }
 
     /// Whether a robot other than the one that decides can act without waiting for one.
-    pub fn is_another_ready(&self) -> bool {
+    fn is_another_ready(&self) -> bool {
         let is_ready = |member: &&Member| {
             let waits = member.travel.is_some_and(|travel| travel.waits);
             member.standing == Standing::Active && !waits
@@ -92,11 +116,6 @@ impl<'a> Turn<'a> {
 /// The points of a planner's route as an announcement has them, bit for bit; `None` if they are too many or too far apart.
 pub(crate) fn announcement(points: &[Point]) -> Option<Route> {
     Route::new(points.iter().map(|point| Waypoint { x_m: point.x_m, y_m: point.y_m }).collect()).ok()
-}
-
-/// The points of an announced route.
-pub(crate) fn points(route: &Route) -> Vec<Point> {
-    route.waypoints().iter().map(|at| point(*at)).collect()
 }
 
 pub(crate) fn point(at: Waypoint) -> Point {

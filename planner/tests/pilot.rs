@@ -246,7 +246,7 @@ fn on_a_patrol_the_goal_of_the_state_is_planned_for() {
 
 #[test]
 fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_known() {
-    let scout = contract::Scout { seed: 1, rover_samples: 1, helicopter_samples: 1 };
+    let scout = contract::Scout { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
     let brief = Brief { robots: 2, scout: Some(scout), ..brief() };
     let start = Waypoint { x_m: 1.5, y_m: 2.5 };
     let route = Route::new(vec![start, Waypoint { x_m: 4.5, ..start }]).unwrap();

@@ -20,12 +20,21 @@ pub enum Branch {
     Held,
     /// Failed instead of acting, and will never act again.
     Stranded,
+    /// Stopped on the way, since the driving time of the stage was used up.
+    Halted,
 }
 
 impl Branch {
     /// Every branch, in the order of their wire codes.
-    pub const ALL: [Branch; 6] =
-        [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right, Branch::Held, Branch::Stranded];
+    pub const ALL: [Branch; 7] = [
+        Branch::Intended,
+        Branch::Stayed,
+        Branch::Left,
+        Branch::Right,
+        Branch::Held,
+        Branch::Stranded,
+        Branch::Halted,
+    ];
 
     /// The code on the wire.
     #[must_use]

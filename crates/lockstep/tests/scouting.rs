@@ -17,19 +17,20 @@ use scouting::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, mont
 
 /// A mission on the world of a seed, each robot with its planner.
 fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
-    mission_with(seed, robots, hazard_max, None)
+    mission_in(seed, robots, hazard_max, None, 1)
 }
 
-/// The same, its helicopters reading so large a share of speeds right.
-fn mission_with(
+/// The same in so many stages, its helicopters reading so large a share of speeds right.
+fn mission_in(
     seed: u64,
     robots: &[(&str, &str)],
     hazard_max: f64,
     accuracy: Option<f64>,
+    stages: u32,
 ) -> (Mission, PlannerSchedule) {
     let mut text = format!(
-        "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\n[brief]\nname = \"world\"\n\
-         profile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
+        "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\nstages = {stages}\n[brief]\n\
+         name = \"world\"\nprofile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
     );
     for (vehicle, _) in robots {
         text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
@@ -180,7 +181,7 @@ fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
                 [(Arm::InformationTheoretic, "rrt_star_it"), (Arm::ScoutValue, "scout_value")]
             {
                 let robots = [("rover", "rrt_star_ett"), ("helicopter", search)];
-                let (mission, schedule) = mission_with(seed, &robots, 0.01, Some(accuracy));
+                let (mission, schedule) = mission_in(seed, &robots, 0.01, Some(accuracy), 1);
                 let planner_seed = mission.brief.scout.unwrap().seed;
                 let exact = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
                 let setup = Setup { sensor: Some((sensor, seed)), ..exact };
@@ -201,6 +202,163 @@ fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
         misled > 0 && misled < worlds,
         "{misled} of {worlds} routes are not those of a camera without error"
     );
+}
+
+/// A rover on its way, folded from records.
+#[derive(Default)]
+struct RoverWay<'a> {
+    /// Where it stands, once it has a route, and the points that it has not reached.
+    at: Option<Waypoint>,
+    ahead: &'a [Waypoint],
+}
+
+impl RoverWay<'_> {
+    fn points(&self) -> Vec<Waypoint> {
+        self.at.iter().chain(self.ahead).copied().collect()
+    }
+}
+
+/// Compares a mission of several stages with the study's outcome, stage by stage: the flight, the route after it, and the
+/// point where its drive ended. How many stages it took.
+fn compare_stages(what: &str, flown: &Flown, records: &[Record], expected: &Outcome) -> usize {
+    let (flights, _) = way(flown, records, RobotId(1));
+    let mut way = RoverWay::default();
+    let mut stages = expected.stages.iter().zip(&flights);
+    let (mut present, mut drives) = (None, false);
+    for record in records.iter().filter(|record| record.robot == RobotId(0)) {
+        if let Action::Announce(id) = record.action {
+            let route = flown.routes.iter().find(|route| route.id() == id).unwrap().waypoints();
+            if let Some(at) = way.at {
+                assert_eq!(route[0], at, "{what}: a route begins where the rover is");
+            }
+            way = RoverWay { at: Some(route[0]), ahead: &route[1..] };
+        }
+        if record.action != Action::Drive {
+            continue;
+        }
+        if !drives {
+            present = stages.next();
+            let (stage, flight) = present.unwrap();
+            same(what, flight.waypoints(), &stage.flight);
+            same(what, &way.points(), &stage.route);
+        }
+        let (stage, _) = present.unwrap();
+        drives = record.outcome.branch != Branch::Halted;
+        match record.outcome.branch {
+            Branch::Intended => way = RoverWay { at: way.ahead.first().copied(), ahead: &way.ahead[1..] },
+            // The flight after it begins where it ended.
+            Branch::Halted => way.at = Some(Waypoint { x_m: stage.end.x_m, y_m: stage.end.y_m }),
+            branch => assert_eq!((branch, expected.stuck), (Branch::Stranded, true), "{what}"),
+        }
+        if let (Branch::Intended, []) = (record.outcome.branch, way.ahead) {
+            same(what, &[way.at.unwrap()], &[stage.end]);
+        }
+    }
+    for (stage, flight) in stages {
+        // Halted within the goal's disc: its route is the point where it stands.
+        same(what, flight.waypoints(), &stage.flight);
+        same(what, &way.points(), &stage.route);
+        assert_eq!(stage.route, [stage.end], "{what}: as many stages");
+    }
+    let halts = records.iter().filter(|record| record.outcome.branch == Branch::Halted).count();
+    let needed = expected.stages.len().saturating_sub(1);
+    // A rover that finds no route after a flight has halted once more than it has driven on.
+    let has_given_up = expected.travel_sol.is_none() && !expected.stuck;
+    assert_eq!(halts, needed + usize::from(has_given_up && !expected.stages.is_empty()), "{what}");
+    let status = match (expected.travel_sol, expected.stuck) {
+        (Some(_), _) => Status::Goal,
+        (None, true) => Status::Lost,
+        (None, false) => Status::Deadlock,
+    };
+    assert_eq!(flown.state.status, status, "{what}");
+    if let Some(expected_sol) = expected.travel_sol {
+        let got_sol = travel_sol(records, RobotId(0));
+        assert!(
+            (got_sol - expected_sol).abs() <= 1e-12 * expected_sol,
+            "{what}: {got_sol}, {expected_sol} Sol"
+        );
+    }
+    expected.stages.len()
+}
+
+/// P-STAGES-STUDY: a mission of two or three stages is that of the study, flight by flight and route by route, and each
+/// drive that the time of its stage ends is ended at the same point; with a camera that errs too.
+#[test]
+fn the_mission_in_several_stages_is_that_of_the_study() {
+    let helicopters = [
+        (Arm::ScoutRoute, "scout_route"),
+        (Arm::InformationTheoretic, "rrt_star_it"),
+        (Arm::ScoutValue, "scout_value"),
+    ];
+    let rovers = [(RoverPlanner::RrtStarEtt, "rrt_star_ett"), (RoverPlanner::EttExact, "ett_exact")];
+    let mut flown_stages = [0; 4];
+    let mut changed = 0;
+    // Few worlds take more than two Sol: these do.
+    let cases: [(u32, Option<f64>, &[u64]); 4] = [
+        (2, None, &[1, 2, 3, 4, 5, 6]),
+        (3, None, &[7, 39, 156, 201, 375]),
+        (2, Some(0.8), &[13, 14, 15]),
+        (3, Some(0.9), &[16, 39, 201]),
+    ];
+    for (stages, accuracy, seeds) in cases {
+        let sensor = accuracy.map(|accuracy| helicopter::Sensor::with_accuracy(accuracy).unwrap());
+        for &seed in seeds {
+            let world = monte_carlo(seed);
+            for (arm, scout) in helicopters {
+                for (planner, rover) in rovers {
+                    let robots = [("rover", rover), ("helicopter", scout)];
+                    let (mission, schedule) = mission_in(seed, &robots, 0.01, accuracy, stages);
+                    let planner_seed = mission.brief.scout.unwrap().seed;
+                    let one = Setup::new(planner, Samples::MONTE_CARLO);
+                    let setup = Setup { stages, sensor: sensor.map(|sensor| (sensor, seed)), ..one };
+                    let announced = announce(&world, &setup, planner_seed);
+                    let expected = scouting::fly(&world, arm, &setup, planner_seed, announced.as_ref());
+                    let (flown, records) = fly(mission, &schedule);
+                    let vetoed = records.iter().filter(|record| record.vetoed.has(Action::Drive)).count();
+                    assert_eq!(vetoed, 0, "planner and guard believe the same");
+                    let what = format!("world {seed}, {arm:?}, {planner:?}, {stages} stages, {accuracy:?}");
+                    flown_stages[compare_stages(&what, &flown, &records, &expected)] += 1;
+                    let kept = |pair: &[scouting::Stage]| pair[0].route.ends_with(&pair[1].route[1..]);
+                    changed += usize::from(!expected.stages.windows(2).all(kept));
+                }
+            }
+        }
+    }
+    assert!(flown_stages[2] > 50 && flown_stages[3] > 2, "{flown_stages:?}");
+    assert!(changed > 5, "after some halts the rover takes another route: {changed}");
+}
+
+/// P-STAGES-LAW: which stage it is follows from the robots alone: planners replaced by fresh ones at every decision, and
+/// those of another algorithm that take over between two stages, go on where the ones before them were.
+#[test]
+fn fresh_planners_at_every_decision_fly_the_same_stages() {
+    let mut halted = 0;
+    for (seed, scout) in [(2, "rrt_star_it"), (39, "scout_route"), (201, "scout_value")] {
+        let robots = [("rover", "ett_exact"), ("helicopter", scout)];
+        let (mission, schedule) = mission_in(seed, &robots, 0.01, None, 3);
+        let (flown, records) = fly(mission.clone(), &schedule);
+        halted += records.iter().filter(|record| record.outcome.branch == Branch::Halted).count();
+        let (again, _) = fly(mission.clone(), &PlannerSchedule::relieved(&records));
+        assert_eq!(again.state.digest, flown.state.digest, "world {seed}");
+        let Some(halt) = records.iter().find(|record| record.outcome.branch == Branch::Halted) else {
+            continue;
+        };
+        let swapped = records.iter().map(|record| {
+            let mut record = *record;
+            if record.decision > halt.decision {
+                let planner = if record.robot == RobotId(0) { "rrt_star_ett" } else { "scout_value" };
+                record.leader.planner = planner.parse().unwrap();
+            }
+            Ok::<_, std::convert::Infallible>(record)
+        });
+        let Ok(schedule) = PlannerSchedule::from_records(swapped);
+        let (mixed, made) = fly(mission, &schedule);
+        assert_eq!(mixed.state.status, Status::Goal, "world {seed}");
+        assert_eq!(made[..=halt.decision.0 as usize].last().unwrap().digest, halt.digest, "world {seed}");
+        let flights = way(&mixed, &made, RobotId(1)).0;
+        assert!(flights.len() > 1, "world {seed}: the helicopter flies again under its new planner");
+    }
+    assert!(halted > 0);
 }
 
 /// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.

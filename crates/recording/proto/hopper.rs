@@ -119,6 +119,9 @@ pub struct Brief {
     pub rover_samples: u32,
     #[prost(uint32, tag = "45")]
     pub helicopter_samples: u32,
+    /// after the first
+    #[prost(uint32, tag = "46")]
+    pub further_stages: u32,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {
@@ -621,6 +624,7 @@ pub enum Branch {
     Right = 4,
     Held = 5,
     Stranded = 6,
+    Halted = 7,
 }
 impl Branch {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -636,6 +640,7 @@ impl Branch {
             Self::Right => "RIGHT",
             Self::Held => "HELD",
             Self::Stranded => "STRANDED",
+            Self::Halted => "HALTED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -648,6 +653,7 @@ impl Branch {
             "RIGHT" => Some(Self::Right),
             "HELD" => Some(Self::Held),
             "STRANDED" => Some(Self::Stranded),
+            "HALTED" => Some(Self::Halted),
             _ => None,
         }
     }

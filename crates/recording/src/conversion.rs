@@ -5,7 +5,7 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV8, CommandV3, ControlV1, HeartbeatV1, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
+    BriefV9, CommandV3, ControlV1, HeartbeatV1, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
     PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, SeenCellV3, SoilMotionV1, StateV4, TempoV1,
 };
 use contract::{Name, Refusal};
@@ -196,13 +196,13 @@ macro_rules! convert {
 
 convert! {
     SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights };
-    Brief = BriefV8 {
+    Brief = BriefV9 {
         run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
         datum_m, start, goal, weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range,
         height_range_m, hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, sensor_gain,
         sensor_offset_m, sensor_radius_m, steps_max, decision_budget_ns, hazard_max, deadline_ns, hops_max,
         goal_count, goals, leaving, distance_scale_cells, opening_steps, distance_norm, treasures,
-        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples
+        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples, further_stages
     };
     Leader = LeaderV1 { term, incarnation, pid, planner };
     Pose = PoseV1 { cell, height_m };

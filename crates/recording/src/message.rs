@@ -1,7 +1,7 @@
 //! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
-    BriefV8, CommandV3, ControlV1, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
+    BriefV9, CommandV3, ControlV1, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
     PolicyHeaderV1, RecordV4, SeenCellV3, StateV4, TempoV1, map_page_from_wire, page_from_wire,
     patch_from_wire, policy_from_wire,
 };
@@ -81,7 +81,7 @@ impl RecordedMessage {
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
-            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV8::from(brief)).encode_to_vec(),
+            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV9::from(brief)).encode_to_vec(),
             RecordedMessage::State(state) => proto::State::from(&StateV4::from(state)).encode_to_vec(),
             RecordedMessage::Patch(patch) => {
                 let mut message_proto = proto::MapPatch::from(&MapPatchV2::from(patch));
@@ -129,7 +129,7 @@ impl RecordedMessage {
     pub fn decode(topic: Channel, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
         Ok(Some(match topic {
             Channel::Brief => {
-                let wire = BriefV8::try_from(&proto::Brief::decode(bytes)?)?;
+                let wire = BriefV9::try_from(&proto::Brief::decode(bytes)?)?;
                 RecordedMessage::Brief((&wire).try_into()?)
             }
             Channel::State => {

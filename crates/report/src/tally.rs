@@ -169,7 +169,7 @@ impl Route {
     fn add(&mut self, executed: &Executed, grid: &Grid) {
         let outcome = &executed.outcome;
         *match outcome.branch {
-            Branch::Intended => &mut self.intended,
+            Branch::Intended | Branch::Halted => &mut self.intended,
             Branch::Stayed | Branch::Stranded => &mut self.stayed,
             Branch::Left => &mut self.left,
             Branch::Right => &mut self.right,

@@ -33,4 +33,4 @@ pub use rrt_star_it::{RrtStarIt, rrt_star_it};
 pub use scout_route::scout_route;
 pub use scout_value::{ScoutValue, scout_value};
 pub use shorten::{pull_tight, random_shortcuts};
-pub use stream::Stream;
+pub use stream::{Stream, stage_seed};

@@ -3,6 +3,12 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// The seed of the planners of a stage, which are numbered from 1; that of the first is the mission's.
+#[must_use]
+pub fn stage_seed(seed: u64, stage: u32) -> u64 {
+    seed ^ u64::from(stage - 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+}
+
 /// A ChaCha8 stream. Its key is that of `motion::Draw`: the seed, little-endian, then the label in ASCII.
 #[derive(Clone, Debug)]
 pub struct Stream(ChaCha8Rng);

@@ -177,9 +177,13 @@ fn cover_in_words(cover: Cover) -> String {
 }
 
 fn scout_in_words(scout: &Scout) -> String {
-    let Scout { rover_samples, helicopter_samples, .. } = scout;
+    let Scout { rover_samples, helicopter_samples, stages, .. } = scout;
+    let stages = match stages {
+        1 => String::new(),
+        stages => format!(", in {stages} stages, each but the last of a Sol of driving"),
+    };
     format!(
-        "the rover drives to its goal over ground of uncertain speed; RRT* planners draw {rover_samples} samples for it, \
+        "the rover drives to its goal over ground of uncertain speed{stages}; RRT* planners draw {rover_samples} samples for it, \
          {helicopter_samples} for a helicopter"
     )
 }

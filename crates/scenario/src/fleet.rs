@@ -63,7 +63,7 @@ pub struct RobotRules {
     /// How far it sees, cells to each side: 1 for the eight cells around it.
     #[serde(default = "one_cell")]
     pub sensor_range_cells: u32,
-    /// Length of all flights of a helicopter, metres; 300 by default.
+    /// Length of all flights of a helicopter in a stage, metres; 300 by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget_m: Option<f64>,
     /// Radius of the ground that a helicopter sees, metres; 25 by default.

@@ -55,6 +55,10 @@ pub struct MissionRules {
     /// Samples that the RRT* planner of a helicopter draws, 1 to 1000000; by default 600.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub helicopter_samples: Option<u32>,
+    /// Flights of the helicopters before the goal, each with a drive after it that takes a Sol at most unless it is the last, 1 to
+    /// 64; by default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stages: Option<u32>,
 }
 
 impl MissionRules {
@@ -72,8 +76,17 @@ impl MissionRules {
 
     /// What planners of routes are given, with the defaults filled in; `None` where no rover drives to a goal. `seed` is
     /// theirs.
-    pub(crate) fn resolve_scout(&mut self, drives: bool, seed: u64) -> Result<Option<Scout>, ScenarioError> {
+    pub(crate) fn resolve_scout(
+        &mut self,
+        drives: bool,
+        flies: bool,
+        seed: u64,
+    ) -> Result<Option<Scout>, ScenarioError> {
         let refuse = |field, need, got: u32| Err(ScenarioError::Value { field, need, got: got.to_string() });
+        let stages = self.stages.unwrap_or(1);
+        if !self.is_scout() && self.stages.is_some() {
+            return refuse("mission.stages", "mission.kind = \"scout\"", stages);
+        }
         if !drives {
             return match self.rover_samples.or(self.helicopter_samples) {
                 None => Ok(None),
@@ -84,6 +97,18 @@ impl MissionRules {
                 }
             };
         }
+        if !(1..=Scout::STAGES_MAX).contains(&stages) {
+            return refuse("mission.stages", "1 to 64", stages);
+        }
+        if stages > 1 && !flies {
+            return refuse(
+                "mission.stages",
+                "1 without a helicopter, whose flights begin the stages",
+                stages,
+            );
+        }
+        // A scenario that states the default is that which leaves it out.
+        self.stages = self.stages.filter(|_| stages > 1);
         let rover_samples = *self.rover_samples.get_or_insert(1200);
         let helicopter_samples = *self.helicopter_samples.get_or_insert(600);
         for (field, samples) in
@@ -93,7 +118,7 @@ impl MissionRules {
                 return refuse(field, "1 to 1000000", samples);
             }
         }
-        Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
+        Ok(Some(Scout { seed, rover_samples, helicopter_samples, stages }))
     }
 
     /// Whether the section is absent or empty, so that it is left out of the canonical text.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
-use contract::wire::{BriefV8, GroundV2};
+use contract::wire::{BriefV9, GroundV2};
 use contract::{
     Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, Mixed, MotionParameters, Name, Payoff,
     Priors, Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
@@ -63,7 +63,7 @@ impl Scenario {
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         // The wire messages check every bound that applies to scenarios too.
-        brief = Brief::try_from(&BriefV8::from(&brief)).map_err(ScenarioError::Brief)?;
+        brief = Brief::try_from(&BriefV9::from(&brief)).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }
@@ -333,6 +333,7 @@ impl Scenario {
         let drives = has(fleet, |vehicle| matches!(vehicle, Vehicle::Driver { .. }));
         let patrol = rules.resolve(goal)?;
         let cover = rules.resolve_cover(covers)?;
+        let flies = has(|vehicle| matches!(vehicle, Vehicle::Helicopter { .. }));
         Ok(Brief {
             run: RunId(0),
             scenario: name,
@@ -382,7 +383,7 @@ impl Scenario {
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,
             cover,
-            scout: rules.resolve_scout(drives, planner_seed)?,
+            scout: rules.resolve_scout(drives, flies, planner_seed)?,
             mixed: mixed.then_some(Mixed { required }),
         })
     }

@@ -5,9 +5,11 @@
 
 #![warn(clippy::disallowed_methods)]
 
+mod stages;
 mod true_ground;
 mod world;
 
 pub use routing::Trip;
+pub use stages::{STAGE_SOL, StageClock};
 pub use true_ground::{TrueGround, TrueGroundError, drive_speed, speed};
 pub use world::{World, monte_carlo, monte_carlo_regions, readings};

@@ -2,7 +2,9 @@
 
 use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
 use helicopter::Swath;
-use rover::{Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive};
+use rover::{
+    Allowance, Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive,
+};
 
 /// Ground with a true height and speed for each cell: of a square metre where robots drive, of any size where they only fly.
 #[derive(Clone, Debug)]
@@ -58,14 +60,15 @@ impl TrueGround {
         self.truth.speeds[cell]
     }
 
-    /// The straight drive between two points.
+    /// The straight drive between two points, or its first part if no more is allowed.
     #[must_use]
-    pub fn drive(&self, from: Waypoint, to: Waypoint) -> Drive {
-        drive(&self.surface, &self.truth, &[point(from), point(to)], f64::INFINITY)
+    pub fn drive(&self, from: Waypoint, to: Waypoint, allowance: Allowance) -> Drive {
+        drive(&self.surface, &self.truth, &[point(from), point(to)], allowance)
     }
 
     /// The cells that a robot with `sensor` sees on the straight way between two points, rising and each once. A drive
-    /// ends at the border of a cell of speed 0, which is seen too.
+    /// ends at the border of a cell of speed 0, which is seen too. What is seen on a drive that may take only so long is
+    /// [`Drive::sensed`].
     #[must_use]
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
         let mut cells: Vec<usize> = match sensor {
@@ -75,7 +78,7 @@ impl TrueGround {
                 let leg = Segment { from: scaled(from), to: scaled(to) };
                 Swath::new(self.lattice(), leg, radius_m / self.cell_size_m).cells(self.lattice()).collect()
             }
-            Sensor::Track | Sensor::Square { .. } => self.drive(from, to).sensed,
+            Sensor::Track | Sensor::Square { .. } => self.drive(from, to, Allowance::UNLIMITED).sensed,
             // It sees where it stands, not along a way.
             Sensor::Disc => Vec::new(),
         };
@@ -124,6 +127,9 @@ mod tests {
         assert_eq!(ground.seen(Sensor::Track, at(0.5), at(5.5)), [0, 1, 2, 3]);
         assert_eq!(ground.seen(Sensor::Track, at(2.5), at(0.5)), [0, 1, 2]);
         assert_eq!(ground.seen(Sensor::Camera { radius_m: 1.0 }, at(2.5), at(3.5)), [1, 2, 3, 4, 8, 9]);
+        // A metre at 50 m/Sol.
+        let allowance = Allowance { used_sol: 0.5, limit_sol: 0.52 };
+        assert_eq!(ground.drive(at(0.5), at(5.5), allowance).sensed, [0, 1]);
     }
 
     #[test]

@@ -13,13 +13,18 @@ use contract::{
 use helicopter::Swath;
 use hopper_sim::Mission;
 use hopper_sim::dynamics::{Execution, execute_beside};
-use rover::{DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse};
+use rover::{
+    Allowance, Drive, DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse,
+};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
 
 const SECOND_NS: u64 = 1_000_000_000;
+
+/// The longest that a rover drives in a stage which is not the last, in Sol.
+const STAGE_SOL: f64 = 1.0;
 
 /// How far a route may begin from its robot, a flight exceed its budget, and the goal be beyond its radius, metres.
 const TOLERANCE_M: f64 = 1e-6;
@@ -54,6 +59,10 @@ struct Scout {
     reached: usize,
     moved: Option<Decision>,
     flown_m: f64,
+    /// The points through which it has driven in this stage, from where that began.
+    driven: Vec<Waypoint>,
+    halts: u32,
+    halted: Option<Decision>,
 }
 
 impl Scout {
@@ -70,6 +79,8 @@ impl Scout {
             reached: self.reached as u32,
             legs: self.route.as_ref().map_or(0, |(_, points, _)| points.len() as u32 - 1),
             moved: self.moved,
+            halts: self.halts,
+            halted: self.halted,
             flown_m: self.flown_m,
             waits: self.waits,
         }
@@ -81,6 +92,7 @@ impl Scout {
 pub(crate) struct Scouts {
     run: RunId,
     actions_max: u64,
+    stages: u32,
     hazard_max: f64,
     surface: Surface,
     truth: Truth,
@@ -138,11 +150,15 @@ impl Scouts {
                 reached: 0,
                 moved: None,
                 flown_m: 0.0,
+                driven: vec![at],
+                halts: 0,
+                halted: None,
             }
         };
         Some(Self {
             run: mission.brief.run,
             actions_max: mission.brief.limits.steps_max,
+            stages: mission.brief.scout.map_or(1, |scout| scout.stages),
             hazard_max: mission.brief.guard.hazard_max,
             surface: Surface::from_heights(lattice, &heights_m).ok()?,
             truth: Truth { speeds: speeds.collect() },
@@ -191,6 +207,17 @@ impl Scouts {
     /// What some robot has shown of each cell.
     pub fn shown(&self) -> &[Shown] {
         &self.shown
+    }
+
+    /// Stages that are over.
+    pub fn halts(&self) -> u32 {
+        self.scouts.iter().map(|scout| scout.halts).max().unwrap_or_default()
+    }
+
+    /// Whether that robot has moved since the last of them ended.
+    pub fn has_moved_in_stage(&self, robot: RobotId) -> bool {
+        let ended = self.scouts.iter().filter_map(|scout| scout.halted).max();
+        self.scouts.get(usize::from(robot.0)).is_some_and(|scout| scout.moved > ended)
     }
 
     /// Whether a cell was read wrong, and no rover has been there since.
@@ -382,15 +409,13 @@ impl Scouts {
         }
         match (action, scout.next(), scout.robot.vehicle) {
             (Action::Drive, Some(to), _) => {
-                let way = [point(scout.at), point(to)];
-                let drive = drive(&self.surface, &self.truth, &way, f64::INFINITY);
+                let drive = self.leg(number, to);
                 let took = (drive.length_m, drive.duration_sol * SOL_HOURS * 3600.0);
+                let at = Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m };
                 match drive.end {
-                    DriveEnd::Stuck { .. } => {
-                        let at = Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m };
-                        arrival(Branch::Stranded, at, self.cell(at), took)
-                    }
-                    _ => arrival(Branch::Intended, to, self.cell(to), took),
+                    DriveEnd::Stuck { .. } => arrival(Branch::Stranded, at, self.cell(at), took),
+                    DriveEnd::OutOfTime => arrival(Branch::Halted, at, self.cell(at), took),
+                    DriveEnd::Arrived => arrival(Branch::Intended, to, self.cell(to), took),
                 }
             }
             (Action::Fly, Some(to), Vehicle::Helicopter { speed_mps, .. }) => {
@@ -400,6 +425,18 @@ impl Scouts {
             (Action::Wait | Action::Done, ..) => arrival(Branch::Held, scout.at, from, (0.0, 0.0)),
             _ => arrival(Branch::Held, scout.at, from, (0.0, 1.0)),
         }
+    }
+
+    /// The drive of a rover to its next point: in all stages but the last, as far as it comes within a Sol from where the stage
+    /// began.
+    fn leg(&self, number: usize, to: Waypoint) -> Drive {
+        let scout = &self.scouts[number];
+        let driven: Vec<Point> = scout.driven.iter().copied().map(point).collect();
+        let before = drive(&self.surface, &self.truth, &driven, Allowance::UNLIMITED);
+        let is_last = scout.halts + 1 >= self.stages;
+        let limit_sol = if is_last { f64::INFINITY } else { STAGE_SOL };
+        let allowance = Allowance { used_sol: before.duration_sol, limit_sol };
+        drive(&self.surface, &self.truth, &[point(scout.at), point(to)], allowance)
     }
 
     fn cell(&self, at: Waypoint) -> Cell {
@@ -464,6 +501,9 @@ impl Scouts {
         scout.actions += 1;
         if outcome.branch == Branch::Stranded {
             scout.standing = Standing::Stranded;
+        } else if outcome.branch == Branch::Halted {
+            scout.driven = vec![at];
+            (scout.moved, scout.halted, scout.halts) = (Some(decision), Some(decision), scout.halts + 1);
         } else {
             match action {
                 Action::Wait => {
@@ -477,6 +517,7 @@ impl Scouts {
                 Action::Announce(_) => (scout.route, scout.reached) = (points, 0),
                 Action::Drive | Action::Fly => {
                     (scout.reached, scout.moved) = (scout.reached + 1, Some(decision));
+                    scout.driven.push(at);
                     if action == Action::Fly {
                         scout.flown_m += outcome.flight.range_m;
                     }
@@ -486,6 +527,21 @@ impl Scouts {
         }
         (scout.at, scout.cell) = (at, outcome.to);
         self.busy(number, outcome.flight.flight_time_s);
+        if outcome.branch == Branch::Halted {
+            self.gather(number);
+        }
+    }
+
+    /// A stage has ended: all helicopters that still act are with the rover, fresh, and act no earlier than it.
+    fn gather(&mut self, rover: usize) {
+        let Scout { at, cell, clock_ns, .. } = self.scouts[rover];
+        for scout in &mut self.scouts {
+            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
+            if flies && scout.standing == Standing::Active {
+                (scout.at, scout.cell, scout.clock_ns) = (at, cell, scout.clock_ns.max(clock_ns));
+                (scout.route, scout.reached, scout.flown_m) = (None, 0, 0.0);
+            }
+        }
     }
 
     /// What a robot sees on the way to its next point.
@@ -493,9 +549,7 @@ impl Scouts {
         let Scout { robot, at, .. } = self.scouts[number];
         let Some(to) = self.scouts[number].next() else { return };
         let cells: Vec<usize> = match (action, robot.sensor.view_m()) {
-            (Action::Drive, _) => {
-                drive(&self.surface, &self.truth, &[point(at), point(to)], f64::INFINITY).sensed
-            }
+            (Action::Drive, _) => self.leg(number, to).sensed,
             (Action::Fly, Some(radius_m)) => {
                 let leg = Segment { from: point(at), to: point(to) };
                 let lattice = self.surface.lattice();

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use contract::limits::TREASURES_MAX;
-use contract::wire::BriefV8;
+use contract::wire::BriefV9;
 use contract::{
     Brief, Cell, Cover, Grid, Guard, Limits, Mixed, MotionParameters, Name, Patrol, Payoff, Priors, Profile,
     Range, Reading, RunId, Scout, SensorParameters, Weights,
@@ -29,6 +29,9 @@ const FORMAT_OF_ROUTES: u32 = 7;
 /// As [`FORMAT_OF_ROUTES`], of a hopper with helicopters: its brief is that of a hopper.
 const FORMAT_OF_ACCOMPANIED: u32 = 8;
 
+/// As [`FORMAT_OF_ROUTES`], of a mission of several stages: its task has their number.
+const FORMAT_OF_STAGES: u32 = 9;
+
 /// As [`FORMAT_OF_ROUTES`], of a mission whose robots have tasks of their own: its header holds all of these.
 const FORMAT_OF_MIXED: u32 = 10;
 
@@ -37,8 +40,15 @@ const FORMAT_OF_MIXED: u32 = 10;
 const FORMAT_BEFORE: u32 = 3;
 
 /// All formats that are read.
-const FORMATS: [u32; 6] =
-    [FORMAT_BEFORE, FORMAT, FORMAT_OF_ROVERS, FORMAT_OF_ROUTES, FORMAT_OF_ACCOMPANIED, FORMAT_OF_MIXED];
+const FORMATS: [u32; 7] = [
+    FORMAT_BEFORE,
+    FORMAT,
+    FORMAT_OF_ROVERS,
+    FORMAT_OF_ROUTES,
+    FORMAT_OF_ACCOMPANIED,
+    FORMAT_OF_STAGES,
+    FORMAT_OF_MIXED,
+];
 
 /// Bytes before the header's frame.
 const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
@@ -110,7 +120,8 @@ impl JournalHeader {
             return Ok(bytes);
         }
         let format = match (&self.brief.scout, &self.fleet) {
-            (Some(_), _) => FORMAT_OF_ROUTES,
+            (Some(Scout { stages: 1, .. }), _) => FORMAT_OF_ROUTES,
+            (Some(_), _) => FORMAT_OF_STAGES,
             (None, Some(_)) if self.brief.is_of_hopper() => FORMAT_OF_ACCOMPANIED,
             (None, Some(_)) => FORMAT_OF_ROVERS,
             (None, None) => FORMAT,
@@ -152,7 +163,10 @@ impl JournalHeader {
         let header: Self = match format {
             FORMAT_OF_MIXED => codec::decode::<HeaderOfMixed>(payload).map_err(bad)?.into(),
             FORMAT_OF_ACCOMPANIED => codec::decode::<HeaderOfAccompanied>(payload).map_err(bad)?.into(),
-            FORMAT_OF_ROUTES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
+            FORMAT_OF_STAGES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
+            FORMAT_OF_ROUTES => {
+                codec::decode::<HeaderOfRobots<ScoutOfOneStage>>(payload).map_err(bad)?.into()
+            }
             FORMAT_OF_ROVERS => codec::decode::<HeaderOfRobots<Cover>>(payload).map_err(bad)?.into(),
             FORMAT => codec::decode::<HeaderOfHopper>(payload).map_err(bad)?.into(),
             _ => codec::decode::<HeaderBefore>(payload).map_err(bad)?.into(),
@@ -161,7 +175,7 @@ impl JournalHeader {
             return Err(bad("brief and robots are of different missions".into()));
         }
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV8::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
+        Brief::try_from(&BriefV9::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
         Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
     }
 }
@@ -175,7 +189,7 @@ struct HeaderOfHopper {
     resolved: String,
 }
 
-/// [`JournalHeader`] in [`FORMAT_OF_ROVERS`] and [`FORMAT_OF_ROUTES`], which differ in their task.
+/// [`JournalHeader`] in [`FORMAT_OF_ROVERS`], [`FORMAT_OF_ROUTES`] and [`FORMAT_OF_STAGES`], which differ in their task.
 #[derive(Deserialize)]
 struct HeaderOfRobots<T> {
     brief: BriefOf<Priors>,
@@ -184,6 +198,14 @@ struct HeaderOfRobots<T> {
     seed: u64,
     resolved: String,
     fleet: Option<Fleet>,
+}
+
+/// [`Scout`] in [`FORMAT_OF_ROUTES`] and [`FORMAT_OF_MIXED`], whose missions have one stage.
+#[derive(Serialize, Deserialize)]
+struct ScoutOfOneStage {
+    seed: u64,
+    rover_samples: u32,
+    helicopter_samples: u32,
 }
 
 /// [`JournalHeader`] in [`FORMAT_OF_ACCOMPANIED`].
@@ -202,7 +224,7 @@ struct HeaderOfMixed {
     brief: BriefOf<Priors>,
     reading: Reading,
     cover: Option<Cover>,
-    scout: Option<Scout>,
+    scout: Option<ScoutOfOneStage>,
     mixed: Mixed,
     seed: u64,
     resolved: String,
@@ -252,7 +274,7 @@ impl HeaderOfMixed {
             },
             reading,
             cover,
-            scout,
+            scout: scout.map(ScoutOfOneStage::from),
             mixed: mixed?,
             seed: *seed,
             resolved: resolved.clone(),
@@ -324,6 +346,7 @@ impl From<HeaderOfMixed> for JournalHeader {
     fn from(header: HeaderOfMixed) -> Self {
         let HeaderOfMixed { brief, reading, cover, scout, mixed, seed, resolved, fleet } = header;
         let priors = brief.priors;
+        let scout = scout.map(Scout::from);
         let brief = Brief { cover, scout, mixed: Some(mixed), ..brief.with(priors, reading) };
         Self { brief, seed, resolved, fleet }
     }
@@ -340,6 +363,25 @@ impl From<HeaderOfRobots<Scout>> for JournalHeader {
     fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Scout>) -> Self {
         let priors = brief.priors;
         Self { brief: Brief { scout: task, ..brief.with(priors, reading) }, seed, resolved, fleet }
+    }
+}
+
+impl From<HeaderOfRobots<ScoutOfOneStage>> for JournalHeader {
+    fn from(header: HeaderOfRobots<ScoutOfOneStage>) -> Self {
+        let HeaderOfRobots { brief, reading, task, seed, resolved, fleet } = header;
+        HeaderOfRobots { brief, reading, task: task.map(Scout::from), seed, resolved, fleet }.into()
+    }
+}
+
+impl From<ScoutOfOneStage> for Scout {
+    fn from(ScoutOfOneStage { seed, rover_samples, helicopter_samples }: ScoutOfOneStage) -> Self {
+        Self { seed, rover_samples, helicopter_samples, stages: 1 }
+    }
+}
+
+impl From<Scout> for ScoutOfOneStage {
+    fn from(Scout { seed, rover_samples, helicopter_samples, stages: _ }: Scout) -> Self {
+        Self { seed, rover_samples, helicopter_samples }
     }
 }
 

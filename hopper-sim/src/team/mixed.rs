@@ -3,8 +3,8 @@
 //! Each robot acts as in the missions of its kind: a hopper as one that has helicopters ([`super::hop`]), a rover with a goal
 //! and its helicopters as on uncertain ground ([`super::scout`]), rovers without a goal as where ground is covered
 //! ([`super::cover`]). Robots on the ground never share a cell. A step, a hop, or a drive that aims at an occupied one is
-//! refused by name; a hop that strays onto one stops on the last free cell of its way. Two ends of a drive are exempt, since
-//! nobody chose them: that of a rover which gets stuck, and that of one whose stage is over.
+//! refused by name; a hop that strays onto one stops on the last free cell of its way. The end of a drive on which a rover gets
+//! stuck is exempt, since nobody chose it.
 //!
 //! A robot is done once its task is: a hopper on its goal, a rover within reach of its own, all rovers that cover ground once
 //! it is covered. Then it stays where it is. The mission reaches its goal once all robots are done that the scenario requires,

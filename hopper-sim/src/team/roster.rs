@@ -169,6 +169,17 @@ impl Roster {
         self.entry_mut(robot).at = at;
     }
 
+    /// When `robot` is ready to act, nanoseconds of simulated time since the mission began.
+    #[must_use]
+    pub fn ready_at_ns(&self, robot: RobotId) -> u64 {
+        self.order.ready_at_ns(robot)
+    }
+
+    /// `robot` does not act before that moment.
+    pub fn put_off(&mut self, robot: RobotId, ready_at_ns: u64) {
+        self.order.put_off(robot, ready_at_ns);
+    }
+
     /// `robot` acts no more, whoever's turn it is.
     pub fn end(&mut self, robot: RobotId, standing: Standing) {
         self.entry_mut(robot).standing = standing;

@@ -1,5 +1,9 @@
 //! Robots that go from point to point: a rover on ground of uncertain speed, and helicopters that look ahead for it.
 //!
+//! In all stages but the last a rover drives for a Sol at most. The drive that uses it up ends there, on the way
+//! ([`Branch::Halted`]), and the next stage begins: the helicopters that still act are with the rover again, have their whole
+//! budget, and announce another flight. Their way back takes neither time nor budget, as in the study.
+//!
 //! A robot announces a route, and then drives or flies to its points one after the other. A drive takes what the true
 //! speeds make of it and ends at the border of a cell of speed 0, where the rover is stranded for good; a flight takes its
 //! length divided by the helicopter's speed. To announce and to hold take a second; to wait and to be done take no time.
@@ -14,8 +18,8 @@ use contract::{
     Refusal, Robot, RobotId, SpeedPrior, Standing, Status, Travel, Vehicle, Waypoint,
 };
 use helicopter::Sensor;
-use rover::{DriveEnd, Point, SOL_HOURS, Segment, Speed, SpeedDistribution, traverse};
-use scout_world::TrueGround;
+use rover::{Drive, DriveEnd, Point, SOL_HOURS, Segment, Speed, SpeedDistribution, traverse};
+use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
 
 use super::roster::Roster;
@@ -26,6 +30,8 @@ use crate::dynamics::Execution;
 #[derive(Clone, Debug)]
 pub struct ScoutTeam {
     travels: Travels,
+    /// Of each robot, in the order of their numbers; only those of rovers run.
+    clocks: Vec<StageClock>,
     grid: Grid,
     ground: TrueGround,
     prior: Vec<SpeedPrior>,
@@ -61,8 +67,10 @@ impl ScoutTeam {
         let ground =
             TrueGround::new(brief.grid, &terrain.cells).expect("a grid is within the limits of a lattice");
         let mut accuracies = roster.entries().filter_map(|(_, entry)| entry.robot.sensor.accuracy());
+        let stages = brief.scout.map_or(1, |scout| scout.stages);
         let mut team = Self {
             travels,
+            clocks: vec![StageClock::new(stages); usize::from(roster.count())],
             grid: brief.grid,
             ground,
             prior: terrain.prior.clone(),
@@ -73,7 +81,8 @@ impl ScoutTeam {
         };
         for (_, entry) in roster.entries() {
             if let Vehicle::Driver { start, .. } = entry.robot.vehicle {
-                team.see(&entry.robot, start, start);
+                let cells = team.ground.seen(entry.robot.sensor, start, start);
+                team.see(&entry.robot, &cells);
             }
         }
         team
@@ -214,21 +223,28 @@ impl ScoutTeam {
         self.take(roster, record.robot, record.decision, record.leader, record.action);
     }
 
-    /// What `action` of `robot` comes to.
-    fn arrival(&self, roster: &Roster, robot: RobotId, action: Action) -> Arrival {
-        let (from, travel) = (roster.entry(robot).at.cell, self.travel(robot));
-        let to = self.travels.next(travel).filter(|_| action == Action::Drive && !roster.fails_now(robot));
-        let Some(to) = to else {
+    /// What a drive of `robot` to the next point of its route comes to; `None` for any other action, or if it fails.
+    fn drive(&self, roster: &Roster, robot: RobotId, action: Action) -> Option<Drive> {
+        let travel = self.travel(robot);
+        let to = self.travels.next(travel).filter(|_| action == Action::Drive && !roster.fails_now(robot))?;
+        Some(self.ground.drive(travel.at, to, self.clocks[usize::from(robot.0)].allowance()))
+    }
+
+    /// What `action` of `robot` comes to, which is `drive` if it is one.
+    fn arrival(&self, roster: &Roster, robot: RobotId, action: Action, drive: Option<&Drive>) -> Arrival {
+        let Some(drive) = drive else {
             let flight = self.travels.flight(roster, robot, action, |at| self.cell(at));
             return flight.expect("a robot that goes from point to point");
         };
-        let drive = self.ground.drive(travel.at, to);
-        let seconds = drive.duration_sol * SOL_HOURS * 3600.0;
-        let (branch, at) = match drive.end {
-            DriveEnd::Stuck { .. } => (Branch::Stranded, Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m }),
-            DriveEnd::Arrived | DriveEnd::OutOfTime => (Branch::Intended, to),
+        let at = Waypoint { x_m: drive.at.x_m, y_m: drive.at.y_m };
+        let branch = match drive.end {
+            DriveEnd::Stuck { .. } => Branch::Stranded,
+            DriveEnd::Arrived => Branch::Intended,
+            DriveEnd::OutOfTime => Branch::Halted,
         };
-        Arrival::goes([from, self.cell(at)], at, branch, drive.length_m, seconds)
+        let cells = [roster.entry(robot).at.cell, self.cell(at)];
+        let seconds = drive.duration_sol * SOL_HOURS * 3600.0;
+        Arrival::goes(cells, at, branch, drive.length_m, seconds)
     }
 
     /// Takes note of an action; what it came to.
@@ -240,22 +256,34 @@ impl ScoutTeam {
         leader: Leader,
         action: Action,
     ) -> Outcome {
-        let arrival = self.arrival(roster, robot, action);
-        let before = self.travel(robot);
-        self.travels.settle(roster, (robot, decision, leader), action, &arrival);
+        let drive = self.drive(roster, robot, action);
+        let arrival = self.arrival(roster, robot, action, drive.as_ref());
+        let (before, seer) = (self.travel(robot), roster.entry(robot).robot);
         // A robot that fails on the spot has gone nowhere, and shows nothing.
         let has_gone = arrival.outcome.branch != Branch::Stranded || arrival.at != before.at;
-        if let (true, Action::Drive | Action::Fly, Some(to)) = (has_gone, action, self.travels.next(before)) {
-            let seer = roster.entry(robot).robot;
-            self.see(&seer, before.at, to);
+        let to = self.travels.next(before).filter(|_| has_gone && action == Action::Fly);
+        if let Some(to) = to {
+            let cells = self.ground.seen(seer.sensor, before.at, to);
+            self.see(&seer, &cells);
+        }
+        if let Some(drive) = &drive {
+            self.clocks[usize::from(robot.0)].drove(drive);
+        }
+        if let Some(drive) = drive.filter(|_| has_gone) {
+            self.see(&seer, &drive.sensed);
+        }
+        self.travels.settle(roster, (robot, decision, leader), action, &arrival);
+        if arrival.outcome.branch == Branch::Halted {
+            self.clocks[usize::from(robot.0)].begin_next();
+            self.travels.rejoin(roster, robot);
         }
         arrival.outcome
     }
 
-    /// Takes note of what a robot sees between two points.
-    fn see(&mut self, robot: &Robot, from: Waypoint, to: Waypoint) {
+    /// Takes note of what a robot sees of these cells.
+    fn see(&mut self, robot: &Robot, cells: &[usize]) {
         let errs = robot.sensor.accuracy().is_some();
-        for cell in self.ground.seen(robot.sensor, from, to) {
+        for &cell in cells {
             self.sights[cell] = match (errs, self.sights[cell]) {
                 (true, Sight::Unseen | Sight::Read) => Sight::Read,
                 (false, _) | (true, Sight::Seen) => Sight::Seen,

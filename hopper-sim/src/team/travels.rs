@@ -216,15 +216,43 @@ impl Travels {
         roster.place(robot, placement);
         let action = if is_stranded { Action::Hold } else { action };
         self.take(robot, decision, action, at, outcome.flight.range_m);
+        if let (Branch::Halted, Some(travel)) = (outcome.branch, self.get_mut(robot)) {
+            // It is still on its way to the point.
+            travel.reached -= 1;
+            (travel.halts, travel.halted) = (travel.halts + 1, Some(decision));
+        }
+    }
+
+    /// A stage of `rover` is over: the helicopters that still act are where it is from then on, without a route and with their
+    /// whole budget.
+    pub fn rejoin(&mut self, roster: &mut Roster, rover: RobotId) {
+        let Some(travel) = self.get(rover) else { return };
+        let (cell, now_ns) = (roster.entry(rover).at.cell, roster.ready_at_ns(rover));
+        let flies = |vehicle| matches!(vehicle, Vehicle::Helicopter { .. });
+        let helicopters: Vec<RobotId> = roster
+            .entries()
+            .filter(|(_, entry)| entry.standing == Standing::Active && flies(entry.robot.vehicle))
+            .map(|(robot, _)| robot)
+            .collect();
+        for robot in helicopters {
+            roster.place(robot, Placement { cell, ..roster.entry(robot).at });
+            roster.put_off(robot, now_ns);
+            if let Some(of) = self.get_mut(robot) {
+                *of = Travel { moved: of.moved, ..Travel::from_start(travel.at) };
+            }
+        }
+    }
+
+    fn get_mut(&mut self, robot: RobotId) -> Option<&mut Travel> {
+        self.travels.get_mut(usize::from(robot.0)).and_then(Option::as_mut)
     }
 
     fn take(&mut self, robot: RobotId, decision: Decision, action: Action, at: Waypoint, range_m: f64) {
-        let Some(travel) = self.travels.get_mut(usize::from(robot.0)).and_then(Option::as_mut) else {
-            return;
-        };
+        let legs = |id| self.routes.get(id).map(|route| route.waypoints().len() as u32 - 1);
+        let legs = if let Action::Announce(id) = action { legs(id) } else { None };
+        let Some(travel) = self.get_mut(robot) else { return };
         match action {
             Action::Announce(id) => {
-                let legs = self.routes.get(id).map(|route| route.waypoints().len() as u32 - 1);
                 (travel.route, travel.announced) = (Some(id), Some(decision));
                 (travel.reached, travel.legs) = (0, legs.unwrap_or_default());
             }

@@ -122,6 +122,12 @@ impl TurnOrder {
         self.turn_of(robot).readiness = Readiness::Parked;
     }
 
+    /// `robot` does not act before that moment, nanoseconds of simulated time.
+    pub fn put_off(&mut self, robot: RobotId, ready_at_ns: u64) {
+        let clock = &mut self.clocks[usize::from(robot.0)];
+        clock.ready_at_ns = clock.ready_at_ns.max(ready_at_ns);
+    }
+
     /// `robot` acts no more, whoever's turn it is.
     pub fn finish(&mut self, robot: RobotId) {
         self.clocks[usize::from(robot.0)].readiness = Readiness::Done;

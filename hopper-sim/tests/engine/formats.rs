@@ -25,6 +25,25 @@ fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
     }
 }
 
+/// P-STAGES-FORMAT: only a mission of several stages has their number in its journal; one of one stage is as it was before there were
+/// any.
+#[test]
+fn a_journal_of_several_stages_has_a_format_of_its_own() {
+    let dir = tempdir().unwrap();
+    let written = |name: &str, stages: u32| {
+        let mut header = header("rover-helicopter");
+        header.brief.scout.as_mut().unwrap().stages = stages;
+        let dir = dir.path().join(name);
+        drop(Journal::create(&dir, &header, false).unwrap());
+        assert_eq!(JournalReader::open(&dir).unwrap().header(), &header, "{name}");
+        assert_eq!(Journal::resume_run(&dir, &header, false).unwrap().header(), &header, "{name}");
+        std::fs::read(dir.join(FILE_NAME)).unwrap()
+    };
+    let (one, three) = (written("one", 1), written("three", 3));
+    assert_eq!((one[8..12].to_vec(), three[8..12].to_vec()), (vec![7, 0, 0, 0], vec![9, 0, 0, 0]));
+    assert_eq!(three.len(), one.len() + size_of::<u32>());
+}
+
 #[test]
 fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
     let (dir, written) = (tempdir().unwrap(), header("hard"));

@@ -320,7 +320,7 @@ fn another_format_or_another_kind_of_file_is_refused() {
     let error = read(written.path()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the journal is of another mission: format needs 3, 5, 6, 7, 8, 10, got 11"
+        "the journal is of another mission: format needs 3, 5, 6, 7, 8, 9, 10, got 11"
     );
     let mut damaged = bytes.clone();
     damaged[40] ^= 1;

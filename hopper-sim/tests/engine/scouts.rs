@@ -16,8 +16,12 @@ const ROVER: RobotId = RobotId(0);
 const HELICOPTER: RobotId = RobotId(1);
 
 fn world(more: &str) -> ResolvedScenario {
+    world_in("", more)
+}
+
+fn world_in(mission: &str, more: &str) -> ResolvedScenario {
     let text = format!(
-        "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\n\
+        "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"scout\"\n{mission}\n[brief]\nprofile = \"hopper\"\n\
          [limits]\nsteps_max = 40\n[guard]\nhazard_max = 0.01\n{more}\n\
          [[robots]]\nvehicle = \"rover\"\n[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n"
     );
@@ -335,6 +339,106 @@ fn a_resumed_mission_knows_every_route_and_where_each_robot_is_on_it() {
     assert_eq!(resumed.team(), Some(&host.team()));
     assert_eq!(resumed.state().digest, host.state().digest);
     assert!(hopper_sim::verify(folder.path()).unwrap().is_sound());
+}
+
+/// A mission of two stages, in which the rover goes to and fro over 45 m at 200 m/Sol and the helicopter has flown 10 m: as far as
+/// the fourth drive, which leaves 20 m of its first Sol. The flight is not over.
+fn near_the_end_of_a_stage(world: &ResolvedScenario, journal: Option<Journal>) -> Host {
+    let mut host = Host { journal, ..Host::new(world, false) };
+    let at = |by_m| east(world, by_m);
+    let to_and_fro: Vec<Waypoint> = (0..7).map(|point| at(45.0 * f64::from(point % 2))).collect();
+    assert_eq!(host.announce(&to_and_fro), None);
+    assert_eq!(host.announce(&[at(0.0), at(10.0), at(20.0)]), None);
+    for action in [Action::Wait, Action::Fly] {
+        assert_eq!(host.send(action), None, "{action}");
+    }
+    while host.travel(ROVER).reached < 4 {
+        let action = if host.team().due == ROVER { Action::Drive } else { Action::Wait };
+        assert_eq!(host.send(action), None);
+    }
+    assert_eq!((host.team().due, host.travel(HELICOPTER).waits), (ROVER, false));
+    host
+}
+
+/// P-STAGES-HALT.
+#[test]
+fn a_stage_ends_a_drive_on_its_way_and_the_helicopter_begins_the_next_at_the_rover() {
+    let world = world_in("stages = 2", "");
+    let mut host = near_the_end_of_a_stage(&world, None);
+    assert_eq!(host.travel(HELICOPTER).flown_m, 10.0);
+    assert_eq!(host.send(Action::Drive), None);
+    let outcome = host.state().last.unwrap();
+    assert_eq!(outcome.branch, Branch::Halted);
+    assert!((outcome.flight.range_m - 20.0).abs() < 1e-9, "{} m", outcome.flight.range_m);
+    let (rover, helicopter) = (host.travel(ROVER), host.travel(HELICOPTER));
+    assert!((rover.at.x_m - east(&world, 20.0).x_m).abs() < 1e-9, "{}", rover.at);
+    let halt = Some(Decision(host.state().decision.0 - 1));
+    assert_eq!((rover.reached, rover.halts, rover.halted, rover.moved), (4, 1, halt, halt));
+    assert!(rover.is_under_way(), "it keeps its route");
+    assert_eq!(helicopter, Travel { moved: helicopter.moved, ..Travel::from_start(rover.at) });
+    let team = host.team();
+    assert_eq!(team.members[1].at.cell, team.members[0].at.cell);
+    let [rover_ns, helicopter_ns] = [0, 1].map(|robot| team.members[robot].ready_at_ns);
+    assert_eq!(rover_ns, helicopter_ns, "it begins when the rover has halted, though it was ready before");
+    // All of the last stage's drives are as long as they are.
+    assert_eq!(host.send(Action::Drive), None);
+    assert_eq!((host.travel(ROVER).at, host.travel(ROVER).reached), (east(&world, 45.0), 5));
+    // A whole budget, from where the rover was.
+    let far = Waypoint { x_m: rover.at.x_m, y_m: rover.at.y_m + 30.0 };
+    let there_and_back: Vec<Waypoint> =
+        (0..11).map(|point| if point % 2 == 0 { rover.at } else { far }).collect();
+    assert_eq!((host.team().due, host.announce(&there_and_back)), (HELICOPTER, None), "300 m");
+}
+
+/// P-STAGES-RESUME: a life of hopper-sim that begins in the middle of a stage, or after it, ends it where the one before would
+/// have.
+#[test]
+fn a_resumed_hopper_sim_goes_on_in_the_same_stage() {
+    let world = world_in("stages = 2", "");
+    let folder = tempfile::tempdir().unwrap();
+    let header = JournalHeader::new(&world, 1).with_run(RunId(1));
+    let journal = Journal::create(folder.path(), &header, false).unwrap();
+    let mut host = near_the_end_of_a_stage(&world, Some(journal));
+    for _ in 0..2 {
+        drop(host.journal.take());
+        let bytes = std::fs::read(folder.path().join("hops.journal")).unwrap();
+        assert_eq!(bytes[8..12], 9_u32.to_le_bytes(), "the format of missions of several stages");
+        let journal = Journal::resume(folder.path(), &header, false).unwrap();
+        let records: Vec<_> = journal.records().map(Result::unwrap).collect();
+        let mut resumed = Arbiter::new(mission(&world), records.last(), Pace::Max, 0, MonotonicNs(1));
+        resumed = resumed.without_deadlines();
+        resumed.recall_routes(RecordStore::routes(&journal).unwrap());
+        resumed.recall(&records);
+        assert_eq!(resumed.team(), Some(&host.team()));
+        let mut again = Host { arbiter: resumed, journal: Some(journal), refused: Vec::new() };
+        again.on(Event::Tick, 1);
+        assert_eq!((host.send(Action::Drive), again.send(Action::Drive)), (None, None));
+        assert_eq!((again.state().digest, again.team()), (host.state().digest, host.team()));
+        host.journal = again.journal.take();
+    }
+    assert_eq!(host.travel(ROVER).halts, 1);
+    drop(host.journal.take());
+    assert!(hopper_sim::verify(folder.path()).unwrap().is_sound());
+}
+
+/// P-STAGES-HALT: the fallback drives no longer than a stage either.
+#[test]
+fn at_the_deadline_a_rover_drives_to_the_end_of_its_stage() {
+    let world = world_in("stages = 2", "deadline_s = 1.0\n");
+    let mut host = Host::new(&world, true);
+    let at = |by_m| east(&world, by_m);
+    let to_and_fro: Vec<Waypoint> = (0..7).map(|point| at(45.0 * f64::from(point % 2))).collect();
+    assert_eq!(host.announce(&to_and_fro), None);
+    assert_eq!(host.send(Action::Done), None, "the helicopter");
+    let branches: Vec<Branch> = (2..8)
+        .map(|turn| {
+            host.on(Event::Tick, turn * 2_000_000_000);
+            host.state().last.unwrap().branch
+        })
+        .collect();
+    assert_eq!(branches[..4], [Branch::Intended; 4]);
+    assert_eq!(branches[4..], [Branch::Halted, Branch::Intended]);
+    assert_eq!(host.travel(HELICOPTER).at, at(0.0), "who is done stays where it is");
 }
 
 #[test]

@@ -1,17 +1,18 @@
 //! Planners for a rover that drives to a goal over ground of uncertain speed.
 //!
-//! The two stages of Folsom et al. 2021: the rover announces a route and waits; once all flights are flown it plans again,
-//! keeps the cheaper of the old route and the new one under what is known then, drives, and stays on it. Which stage it is
-//! follows from the team alone: from who has moved since the route was announced. So a planner that was restarted, or takes
-//! over from another, goes on where the one before it was.
+//! As in Folsom et al. 2021 the rover announces a route and waits; once all flights are flown it plans again, keeps the cheaper of
+//! the old route and the new one under what is known then, drives, and stays on it. If hopper-sim ends the drive because
+//! the time of the stage is used up, what is left of the route takes the place of the old one: the rover waits, plans again
+//! and drives on. What comes next follows from the team alone: from what has halted the rover, and who has moved since its route
+//! was announced. So a planner that was restarted, or takes over from another, goes on where the one before it was.
 
-use contract::{Action, Name, Route, Task, Vehicle};
+use contract::{Action, Name, Route, Task, Travel, Vehicle};
 use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
 use rover::{Belief, Caution};
 
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
-use crate::uncertain::{Turn, announcement, point, points};
+use crate::uncertain::{Turn, announcement, point};
 
 /// How a rover's route is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,39 +61,41 @@ impl Drive {
         plan
     }
 
-    /// What to do before the first point of a route is driven to.
+    /// What to do before the first drive of a stage.
     fn begin(&mut self, turn: &Turn<'_>, trip: &Trip) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
-        // To wait as the last robot that can act would end the mission.
-        let wait = if turn.is_another_ready() { Action::Wait } else { Action::Hold };
-        let waits_for_scouts = turn.is_scouted() && self.search != RouteSearch::Shortest;
-        let old = turn.route_of(turn.me);
+        let replans = self.search != RouteSearch::Shortest;
+        let waits_for_scouts = turn.is_scouted() && replans;
+        let old = turn.rest_of(turn.me);
         if old.is_some() && waits_for_scouts {
-            return Plan::at_once(wait, PlanStatus::Solved);
+            return Plan::at_once(turn.pass(), PlanStatus::Solved);
         }
-        let news = turn.others().filter_map(|other| other.travel?.moved).max();
-        let is_news = news.is_some() && news >= turn.travel.announced && self.search != RouteSearch::Shortest;
+        let Travel { announced, halted, .. } = turn.travel;
+        // Its own drive in the stage before counts too.
+        let news = turn.others().filter_map(|other| other.travel?.moved).chain(halted).max();
+        let is_news = news.is_some() && news >= announced && replans;
         if old.is_some() && !is_news {
             return Plan::at_once(Action::Drive, PlanStatus::Solved);
         }
         let Some(belief) = turn.belief() else { return idle(Action::Hold) };
         // Another seed than before: the same samples would give the same tree where nothing is new.
-        let seed = if is_news { !turn.scout.seed } else { turn.scout.seed };
+        let seed = if is_news { !turn.seed() } else { turn.seed() };
         let again = self.route(turn, &belief, trip, seed);
         let Some(old) = old else {
             return match again {
                 Some(route) => self.announce(&route),
-                None if waits_for_scouts => idle(wait),
+                None if waits_for_scouts => idle(turn.pass()),
                 None => idle(Action::Done),
             };
         };
         let costs = belief.expected_time(Caution::default());
-        let kept = routing::Route::new(&costs, points(old));
+        let kept = routing::Route::new(&costs, old);
+        let old = announcement(&kept.points);
         let again = again.filter(|again| again.cost <= kept.cost);
         let cheapest = again.unwrap_or(kept);
         if cheapest.cost == f64::INFINITY {
             idle(Action::Done)
-        } else if announcement(&cheapest.points).as_ref() == Some(old) {
+        } else if announcement(&cheapest.points) == old {
             Plan::at_once(Action::Drive, PlanStatus::Solved)
         } else {
             self.announce(&cheapest)
@@ -123,11 +126,13 @@ impl Planner for Drive {
         let Vehicle::Driver { goal, goal_radius_m, .. } = turn.me.robot.vehicle else { return hold };
         let goal = Goal { at: point(goal), radius_m: goal_radius_m };
         let trip = Trip { start: point(turn.travel.at), goal };
-        let plan = match turn.travel.reached {
-            0 => self.begin(&turn, &trip),
-            _ if turn.travel.is_under_way() => Plan::at_once(Action::Drive, PlanStatus::Solved),
+        let plan = if turn.travel.reached == 0 || turn.travel.is_stage_fresh() {
+            self.begin(&turn, &trip)
+        } else if turn.travel.is_under_way() {
+            Plan::at_once(Action::Drive, PlanStatus::Solved)
+        } else {
             // The route has ended elsewhere than at the goal.
-            _ => Plan::at_once(Action::Done, PlanStatus::Infeasible),
+            Plan::at_once(Action::Done, PlanStatus::Infeasible)
         };
         // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
         // is no reason not to announce a route.

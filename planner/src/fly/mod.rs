@@ -1,6 +1,7 @@
 //! Planners for a helicopter that looks ahead for a rover; [`LookAhead`] does so for a hopper.
 //!
-//! It announces a flight, flies it point by point, and is done. A flight that was announced is flown to its end whoever
+//! It announces a flight, flies it point by point, and is done; if the mission has further stages it waits for the next, which finds
+//! it with the rover, without a route and with its whole budget. A flight that was announced is flown to its end whoever
 //! plans, so what is seen on the way changes nothing of it.
 
 pub mod ahead;
@@ -11,14 +12,14 @@ use rover::Point;
 
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
-use crate::uncertain::{Turn, announcement, point, points};
+use crate::uncertain::{Turn, announcement, point};
 
 pub use ahead::LookAhead;
 
 /// How a flight is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlightSearch {
-    /// `scout_route`: along the rover's announced route.
+    /// `scout_route`: along what is left of the rover's announced route.
     Route,
     /// `rrt_star_it`: where speeds are spread most.
     Spread,
@@ -56,12 +57,13 @@ impl Fly {
         let Flight { budget_m, view_m, goal, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
-                let route = ward(turn.team, is_driver).and_then(|driver| turn.route_of(driver));
-                let along = |route: &Route| {
-                    let route = routing::Route { points: points(route), cost: 0.0 };
-                    scout_route(&route, budget_m)
+                let rest = ward(turn.team, is_driver).and_then(|driver| turn.rest_of(driver));
+                let along = |mut points: Vec<Point>| {
+                    // A rover that waits for nobody may have driven on.
+                    points[0] = start;
+                    scout_route(&routing::Route { points, cost: 0.0 }, budget_m)
                 };
-                route.map_or(vec![start], along)
+                rest.map_or(vec![start], along)
             }
             FlightSearch::Spread => {
                 let iterations = turn.scout.helicopter_samples as usize;
@@ -80,7 +82,7 @@ impl Fly {
         let driver = ward(turn.team, is_driver);
         let is_first = driver.is_some_and(|driver| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
-            return idle(if turn.is_another_ready() { Action::Wait } else { Action::Hold });
+            return idle(turn.pass());
         }
         let (Vehicle::Helicopter { budget_m, .. }, Some(view_m)) =
             (turn.me.robot.vehicle, turn.me.robot.sensor.view_m())
@@ -91,7 +93,7 @@ impl Fly {
         let before = turn.team.members.iter().take(turn.team.due.0.into());
         let number =
             before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
-        let seed = turn.scout.seed.wrapping_add(number as u64);
+        let seed = turn.seed().wrapping_add(number as u64);
         let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m, goal, seed };
         let route = self.flight(turn, &flight).as_deref().and_then(announcement);
         let Some(route) = route else { return idle(Action::Done) };
@@ -151,6 +153,8 @@ impl Planner for Fly {
             self.begin(&turn, goal)
         } else if turn.travel.is_under_way() {
             Plan::at_once(Action::Fly, PlanStatus::Solved)
+        } else if turn.stage() < turn.scout.stages {
+            Plan::at_once(turn.pass(), PlanStatus::Solved)
         } else {
             Plan::at_once(Action::Done, PlanStatus::Solved)
         }

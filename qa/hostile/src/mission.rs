@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV8, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
+    BriefV9, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
     PastRequestV1, RecordV4, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
     page_from_wire, patch_from_wire, truth_page_from_wire,
 };
@@ -151,7 +151,7 @@ impl<'a> Processes<'a> {
     }
 
     fn brief(&mut self) {
-        let wire = self.script.damaged(BriefV8::from(&self.arbiter.mission().brief));
+        let wire = self.script.damaged(BriefV9::from(&self.arbiter.mission().brief));
         if let Ok(brief) = Brief::try_from(&wire) {
             self.cartographer(cartographer::Event::Brief(brief));
             self.pilot(pilot::Event::Brief(brief));

@@ -11,8 +11,8 @@ use contract::limits::{
     TRUTH_PAGE_CELLS,
 };
 use contract::wire::{
-    AnnouncementV1, BriefV8, CommandV3, ControlV1, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2,
-    MapRequestV1, MemberV4, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
+    AnnouncementV1, BriefV9, CommandV3, ControlV1, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2,
+    MapRequestV1, MemberV5, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
     PriorPageV1, PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4, TeamHeaderV1,
     TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire, map_page_from_wire,
     page_from_wire, patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire,
@@ -31,7 +31,7 @@ use crate::{fixtures, told};
 
 /// Reads a message of `hop/brief`.
 pub fn brief(bytes: &[u8]) {
-    there_and_back::<BriefV8, Brief>(&header(bytes).0);
+    there_and_back::<BriefV9, Brief>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/command`.
@@ -90,7 +90,7 @@ pub fn team(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(team_from_wire(&header, &payload(rest)), |team| {
         assert!((1..=ROBOTS_MAX).contains(&team.members.len()));
-        let members: Vec<MemberV4> = team.members.iter().map(MemberV4::from).collect();
+        let members: Vec<MemberV5> = team.members.iter().map(MemberV5::from).collect();
         team_from_wire(&TeamHeaderV1::from(team), &members)
     });
 }
@@ -191,7 +191,7 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 /// The brief of [`fixtures`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV2>(&BriefV8::from(&fixtures::brief()), &[])]
+    vec![bytes_of::<_, GroundV2>(&BriefV9::from(&fixtures::brief()), &[])]
 }
 
 /// An order, and a pacing.
@@ -383,7 +383,7 @@ pub fn teams() -> Vec<Vec<u8>> {
         actor: Some(ROBOT),
         members: vec![member(1), member(2)],
     };
-    let members: Vec<MemberV4> = team.members.iter().map(MemberV4::from).collect();
+    let members: Vec<MemberV5> = team.members.iter().map(MemberV5::from).collect();
     vec![bytes_of(&TeamHeaderV1::from(&team), &members)]
 }
 

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use contract::wire::{
-    BriefV8, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
+    BriefV9, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
     StateV4, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
@@ -126,7 +126,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV2::from).collect();
-    for wire in extremes::of(&BriefV8::from(&fixtures::brief())) {
+    for wire in extremes::of(&BriefV9::from(&fixtures::brief())) {
         if let Ok(brief) = Brief::try_from(&wire) {
             for run in [fixtures::RUN, brief.run] {
                 let mut processes = Processes::aboard();
@@ -200,7 +200,7 @@ const WORK_MAX: u64 = 200_000;
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV8::from(&fixtures::brief())) {
+    for wire in extremes::of(&BriefV9::from(&fixtures::brief())) {
         let Ok(brief) = Brief::try_from(&wire) else { continue };
         let mut terrain = fixtures::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {

@@ -18,7 +18,7 @@ pub use helicopter::Sensor;
 
 pub use grid_mdp::{GridMdp, GridValues, entropy_bits};
 pub use large::{LARGE_SIDE, LargeMap};
-pub use mission::{Arm, Outcome, RoverPlanner, Samples, Setup, announce, fly};
+pub use mission::{Arm, Outcome, RoverPlanner, Samples, Setup, Stage, announce, fly};
 pub use scaled::monte_carlo_of;
 pub use scout_world::{World, monte_carlo, monte_carlo_regions};
 pub use shown::spread_shown;

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use helicopter::{BUDGET_M, Camera, Sensor, observe, scout};
 use routing::{
     Route, RrtStarIt, ScoutValue, Trip, ett_exact, rrt_star, rrt_star_ett, rrt_star_it, scout_route,
-    scout_value,
+    scout_value, stage_seed,
 };
-use rover::{Belief, Caution, DriveEnd, Point, SpeedDistribution, drive};
+use rover::{Allowance, Belief, Caution, DriveEnd, Point, SpeedDistribution, drive};
+use scout_world::StageClock;
 use serde::Serialize;
 
 use crate::World;
@@ -95,9 +96,6 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// The longest drive between two flights.
-    pub const STAGE_SOL: f64 = 1.0;
-
     /// One flight with a sensor that does not err, as in the paper.
     #[must_use]
     pub fn new(planner: RoverPlanner, samples: Samples) -> Self {
@@ -121,6 +119,20 @@ pub struct Outcome {
     /// The helicopter's first flight; empty without one.
     #[serde(skip)]
     pub flight: Vec<Point>,
+    /// Flights and drives one after the other, if a helicopter flies.
+    #[serde(skip)]
+    pub stages: Vec<Stage>,
+}
+
+/// A flight with the drive after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// The helicopter's flight, from where the rover stands.
+    pub flight: Vec<Point>,
+    /// The rover's route to the goal, as it was chosen after the flight.
+    pub route: Vec<Point>,
+    /// Where the drive along it ended.
+    pub end: Point,
 }
 
 /// Plans, scouts, plans again and drives, stage by stage, in one arm.
@@ -143,6 +155,7 @@ pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<
     let mut announced = announced.cloned();
     let mut outcome: Option<Outcome> = None;
     let mut spent_sol = 0.0;
+    let mut clock = StageClock::new(setup.stages);
     for stage in 1..=setup.stages {
         let seed = stage_seed(seed, stage);
         let flight = flight(&belief, &trip, arm, setup, seed, announced.as_ref());
@@ -158,12 +171,14 @@ pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<
             stuck: false,
             expected_sol: route.as_ref().map_or(f64::INFINITY, |route| route.cost),
             route: Vec::new(),
-            flight,
+            flight: flight.clone(),
+            stages: Vec::new(),
         });
         let Some(route) = route else { break };
-        let limit_sol = if stage < setup.stages { Setup::STAGE_SOL } else { f64::INFINITY };
-        let drive = drive(world.prior.surface(), &world.truth, &route.points, limit_sol);
+        let drive = drive(world.prior.surface(), &world.truth, &route.points, clock.allowance());
+        clock.begin_next();
         spent_sol += drive.duration_sol;
+        outcome.stages.push(Stage { flight, route: route.points.clone(), end: drive.at });
         outcome.route = route.points;
         match drive.end {
             DriveEnd::Arrived => outcome.travel_sol = Some(spent_sol),
@@ -173,7 +188,8 @@ pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<
                     belief.set(cell, SpeedDistribution::certain(world.truth.speeds[cell]));
                 }
                 trip.start = drive.at;
-                let points = rest(&outcome.route, drive.at);
+                let ahead = &outcome.route[drive.reached + 1..];
+                let points = std::iter::once(drive.at).chain(ahead.iter().copied()).collect();
                 announced = Some(Route::new(&belief.expected_time(Caution::default()), points));
                 continue;
             }
@@ -187,11 +203,6 @@ pub fn fly(world: &World, arm: Arm, setup: &Setup, seed: u64, announced: Option<
 #[must_use]
 pub fn announce(world: &World, setup: &Setup, seed: u64) -> Option<Route> {
     plan(&world.prior, &world.trip, setup, seed)
-}
-
-/// Seeds of the stages, the first that of the mission.
-fn stage_seed(seed: u64, stage: u32) -> u64 {
-    seed ^ u64::from(stage - 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
 }
 
 fn flight(
@@ -239,15 +250,6 @@ fn plan(belief: &Belief, trip: &Trip, setup: &Setup, seed: u64) -> Option<Route>
     }
 }
 
-/// What is left of a route from a point on it.
-fn rest(route: &[Point], at: Point) -> Vec<Point> {
-    let beside = |leg: usize| {
-        route[leg].distance_m(at) + at.distance_m(route[leg + 1]) - route[leg].distance_m(route[leg + 1])
-    };
-    let leg = (0..route.len() - 1).min_by(|a, b| beside(*a).total_cmp(&beside(*b))).unwrap_or(0);
-    std::iter::once(at).chain(route[leg + 1..].iter().copied()).collect()
-}
-
 fn driven(world: &World, route: Option<Route>) -> Outcome {
     let Some(route) = route else {
         return Outcome {
@@ -256,9 +258,10 @@ fn driven(world: &World, route: Option<Route>) -> Outcome {
             expected_sol: f64::INFINITY,
             route: Vec::new(),
             flight: Vec::new(),
+            stages: Vec::new(),
         };
     };
-    let drive = drive(world.prior.surface(), &world.truth, &route.points, f64::INFINITY);
+    let drive = drive(world.prior.surface(), &world.truth, &route.points, Allowance::UNLIMITED);
     let arrived = drive.end == DriveEnd::Arrived;
     Outcome {
         travel_sol: arrived.then_some(drive.duration_sol),
@@ -266,5 +269,6 @@ fn driven(world: &World, route: Option<Route>) -> Outcome {
         expected_sol: route.cost,
         route: route.points,
         flight: Vec::new(),
+        stages: Vec::new(),
     }
 }

@@ -46,6 +46,9 @@ pub struct Team {
     /// Probability that the helicopter reads a cell's speed right; the others are equally likely [default: 1].
     #[arg(long, value_name = "P", value_parser = probability)]
     accuracy: Option<f64>,
+    /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
+    stages: u32,
 }
 
 /// A number from 0 to 1.
@@ -59,6 +62,8 @@ pub fn probability(text: &str) -> Result<f64, String> {
 pub struct Conditions {
     pub runs: u64,
     pub seed: u64,
+    /// Flights at most.
+    pub stages: u32,
     rover: RoverPlanner,
     samples: Samples,
     /// Nothing where the helicopter does not err.
@@ -78,14 +83,15 @@ pub struct Arms {
 }
 
 impl Team {
-    /// Flies all arms on `runs` worlds, those of `seed` and the following, with `stages` flights each at most.
+    /// Flies all arms on `runs` worlds, those of `seed` and the following.
     pub fn fly(
         self,
         (runs, seed): (u64, u64),
-        (samples, stages): (Samples, u32),
+        samples: Samples,
         world: impl Fn(u64) -> World + Sync,
     ) -> Arms {
         let sensor = self.accuracy.map(|p| Sensor::with_accuracy(p).expect("a probability"));
+        let stages = self.stages;
         let setup = Setup { stages, ..Setup::new(self.rover.into(), samples) };
         let worlds: Vec<[Outcome; Arm::ALL.len()]> = (0..runs)
             .into_par_iter()
@@ -100,7 +106,7 @@ impl Team {
         let studies = Study::of_arms(&worlds);
         let rover = setup.planner;
         Arms {
-            conditions: Conditions { runs, seed, rover, samples, accuracy: self.accuracy },
+            conditions: Conditions { runs, seed, stages, rover, samples, accuracy: self.accuracy },
             rows: rows(&studies),
             ours_against_theirs: Comparison::new(&studies),
             studies,
@@ -109,6 +115,14 @@ impl Team {
 }
 
 impl Conditions {
+    /// What a title says of the stages.
+    pub fn of_stages(&self) -> String {
+        match self.stages {
+            1 => "one stage".into(),
+            stages => format!("up to {stages} stages"),
+        }
+    }
+
     /// What a title adds where the helicopter errs.
     pub fn of_sensor(&self) -> String {
         let right = |accuracy: f64| format!(", {} % of the helicopter's readings right", 100.0 * accuracy);

@@ -27,9 +27,6 @@ pub struct Args {
     /// Probability that the short way is good.
     #[arg(long, default_value_t = 0.8, value_name = "P", value_parser = probability)]
     good: f64,
-    /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
-    stages: u32,
     #[command(flatten)]
     team: Team,
     #[command(flatten)]
@@ -59,7 +56,6 @@ struct Shown {
 struct Account {
     map: u64,
     good: f64,
-    stages: u32,
     #[serde(flatten)]
     arms: Arms,
     metres: [f64; 16],
@@ -72,13 +68,13 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let &Args { runs, seed, map, good, stages, .. } = args;
+    let &Args { runs, seed, map, good, .. } = args;
     let ground = LargeMap::new(map, good);
-    let arms = args.team.fly((runs, seed), (Samples::LARGE, stages), |seed| ground.world(seed));
+    let arms = args.team.fly((runs, seed), Samples::LARGE, |seed| ground.world(seed));
     let world = ground.world(seed);
     let shown: Vec<Shown> = HELICOPTERS.iter().map(|arm| shown(&world, &arms, *arm)).collect();
     let claims = judge(&arms, &shown);
-    args.publication.publish(&Account { map, good, stages, arms, metres: AT_M, shown, claims })
+    args.publication.publish(&Account { map, good, arms, metres: AT_M, shown, claims })
 }
 
 fn shown(world: &World, arms: &Arms, arm: Arm) -> Shown {
@@ -177,8 +173,7 @@ impl Report for Account {
 
     fn title(&self) -> String {
         let conditions = &self.arms.conditions;
-        let stages =
-            if self.stages == 1 { "one stage".to_owned() } else { format!("up to {} stages", self.stages) };
+        let stages = self.arms.conditions.of_stages();
         let (runs, sensor) = (conditions.runs, conditions.of_sensor());
         format!(
             "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {runs} truths, {stages}{sensor}"

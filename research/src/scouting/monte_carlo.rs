@@ -39,7 +39,7 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let arms = args.team.fly((args.runs, args.seed), (Samples::MONTE_CARLO, 1), monte_carlo);
+    let arms = args.team.fly((args.runs, args.seed), Samples::MONTE_CARLO, monte_carlo);
     args.publication.publish(&Account { claims: judge(&arms), arms })
 }
 
@@ -48,7 +48,9 @@ impl Report for Account {
 
     fn title(&self) -> String {
         let conditions = &self.arms.conditions;
-        format!("Scouting on {} random worlds{}", conditions.runs, conditions.of_sensor())
+        let stages = Some(conditions).filter(|conditions| conditions.stages > 1);
+        let stages = stages.map_or(String::new(), |conditions| format!(", {}", conditions.of_stages()));
+        format!("Scouting on {} random worlds{stages}{}", conditions.runs, conditions.of_sensor())
     }
 
     fn tables(&self, form: Form) -> String {

@@ -40,6 +40,24 @@ pub struct Scout {
     pub rover_samples: u32,
     /// Samples of a helicopter's planner, 1 to [`crate::limits::SAMPLES_MAX`].
     pub helicopter_samples: u32,
+    /// Flights before the goal, each with a drive after it, 1 to [`Scout::STAGES_MAX`]. All drives but the last take a Sol
+    /// at most.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub stages: u32,
+}
+
+impl Scout {
+    /// Most stages of a mission.
+    pub const STAGES_MAX: u32 = 64;
+}
+
+fn one() -> u32 {
+    1
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_one(stages: &u32) -> bool {
+    *stages == 1
 }
 
 /// How much ground rovers shall visit, and who visits which.

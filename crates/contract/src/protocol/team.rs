@@ -9,7 +9,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Brief, Cell, Decision, Digest, Direction, Leader, RobotId, RouteId, RunId, State, Task, Waypoint,
+    Action, Brief, Cell, Decision, Digest, Direction, Leader, RobotId, Route, RouteId, RunId, State, Task,
+    Waypoint,
 };
 
 /// The body of a robot, with what its actions depend on.
@@ -259,7 +260,11 @@ pub struct Travel {
     pub legs: u32,
     /// Its last drive or flight.
     pub moved: Option<Decision>,
-    /// Length of all its flights, metres.
+    /// Drives that ended because the time of their stage was used up: it is in stage `halts` + 1.
+    pub halts: u32,
+    /// The last of them, with which its present stage began.
+    pub halted: Option<Decision>,
+    /// Length of its flights in this stage, metres.
     pub flown_m: f64,
     /// Whether it waits for another robot to act.
     pub waits: bool,
@@ -269,8 +274,30 @@ impl Travel {
     /// Before its first action.
     #[must_use]
     pub fn from_start(at: Waypoint) -> Self {
-        let (route, announced, moved) = (None, None, None);
-        Self { at, route, announced, reached: 0, legs: 0, moved, flown_m: 0.0, waits: false }
+        Self {
+            at,
+            route: None,
+            announced: None,
+            reached: 0,
+            legs: 0,
+            moved: None,
+            halts: 0,
+            halted: None,
+            flown_m: 0.0,
+            waits: false,
+        }
+    }
+
+    /// Where it is, and the points of `route`, which it follows, that it has not reached.
+    pub fn rest<'a>(&self, route: &'a Route) -> impl Iterator<Item = Waypoint> + 'a {
+        let ahead = route.waypoints().get(self.reached as usize + 1..).unwrap_or_default();
+        std::iter::once(self.at).chain(ahead.iter().copied())
+    }
+
+    /// Whether it has not driven in its present stage.
+    #[must_use]
+    pub fn is_stage_fresh(&self) -> bool {
+        self.moved == self.halted
     }
 
     /// Whether its route has another point to go to.

@@ -36,7 +36,7 @@ pub struct SoilMotionV1 {
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV8 {
+pub struct BriefV9 {
     pub run: [u64; 2],
     /// Name of the scenario, zero-padded ASCII.
     pub scenario: [u8; Name::BYTES],
@@ -127,14 +127,15 @@ pub struct BriefV8 {
     pub helicopter_samples: u32,
     /// The robots that decide a mission whose robots have tasks of their own, one bit each; 0 for another mission.
     pub required: u32,
-    pub reserved_too: u32,
+    /// Stages after the first.
+    pub further_stages: u32,
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV8>() == 584);
+const _: () = assert!(size_of::<BriefV9>() == 584);
 
-impl Wire for BriefV8 {
-    const NAME: &'static str = "hop.Brief.v8";
+impl Wire for BriefV9 {
+    const NAME: &'static str = "hop.Brief.v9";
 }
 
 impl From<&SoilMotion> for SoilMotionV1 {
@@ -167,7 +168,7 @@ impl TryFrom<&SoilMotionV1> for SoilMotion {
     }
 }
 
-impl From<&Brief> for BriefV8 {
+impl From<&Brief> for BriefV9 {
     fn from(brief: &Brief) -> Self {
         Self {
             run: run_to_wire(brief.run),
@@ -226,16 +227,16 @@ impl From<&Brief> for BriefV8 {
             rover_samples: brief.scout.map_or(0, |scout| scout.rover_samples),
             helicopter_samples: brief.scout.map_or(0, |scout| scout.helicopter_samples),
             required: brief.mixed.map_or(0, |mixed| mixed.required.0.into()),
-            reserved_too: 0,
+            further_stages: brief.scout.map_or(0, |scout| scout.stages.saturating_sub(1)),
         }
     }
 }
 
-impl TryFrom<&BriefV8> for Brief {
+impl TryFrom<&BriefV9> for Brief {
     type Error = Refusal;
 
     // Long: every field is validated once, in the order of the struct.
-    fn try_from(wire: &BriefV8) -> Result<Self, Refusal> {
+    fn try_from(wire: &BriefV9) -> Result<Self, Refusal> {
         let grid = grid_from_wire("brief.grid", [wire.width, wire.height], wire.cell_size_m, wire.hop_cells)?;
         let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
             let cell = cell_from_wire(field, cell)?;
@@ -351,7 +352,7 @@ fn treasures_from_wire(treasures: u32) -> Result<u32, Refusal> {
     }
 }
 
-fn reading_from_wire(wire: &BriefV8) -> Result<Reading, Refusal> {
+fn reading_from_wire(wire: &BriefV9) -> Result<Reading, Refusal> {
     let given = |value: f64| (value != 0.0).then_some(value);
     let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
     let scale = match given(wire.distance_scale_cells) {
@@ -376,7 +377,7 @@ fn reading_from_wire(wire: &BriefV8) -> Result<Reading, Refusal> {
     })
 }
 
-fn cover_from_wire(wire: &BriefV8) -> Result<Option<Cover>, Refusal> {
+fn cover_from_wire(wire: &BriefV9) -> Result<Option<Cover>, Refusal> {
     if wire.cover_percent > 100 {
         return Err(Refusal::malformed("brief.cover.percent", "at most 100", wire.cover_percent));
     }
@@ -388,8 +389,8 @@ fn cover_from_wire(wire: &BriefV8) -> Result<Option<Cover>, Refusal> {
     Ok((wire.cover_percent > 0).then_some(Cover { percent: wire.cover_percent, mode }))
 }
 
-fn scout_from_wire(wire: &BriefV8) -> Result<Option<Scout>, Refusal> {
-    let BriefV8 { scout_seed: seed, rover_samples, helicopter_samples, .. } = *wire;
+fn scout_from_wire(wire: &BriefV9) -> Result<Option<Scout>, Refusal> {
+    let BriefV9 { scout_seed: seed, rover_samples, helicopter_samples, further_stages, .. } = *wire;
     if rover_samples == 0 && helicopter_samples == 0 {
         return Ok(None);
     }
@@ -407,10 +408,18 @@ fn scout_from_wire(wire: &BriefV8) -> Result<Option<Scout>, Refusal> {
             format!("{} %", wire.cover_percent),
         ));
     }
-    Ok(Some(Scout { seed, rover_samples, helicopter_samples }))
+    if further_stages >= Scout::STAGES_MAX {
+        let need = format!("below {}", Scout::STAGES_MAX);
+        return Err(Refusal::malformed("brief.scout.further_stages", &need, further_stages));
+    }
+    if further_stages > 0 && wire.required != 0 {
+        let need = "0 where robots have tasks of their own";
+        return Err(Refusal::malformed("brief.scout.further_stages", need, further_stages));
+    }
+    Ok(Some(Scout { seed, rover_samples, helicopter_samples, stages: further_stages + 1 }))
 }
 
-fn mixed_from_wire(wire: &BriefV8) -> Result<Option<Mixed>, Refusal> {
+fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
     if wire.required == 0 {
         return Ok(None);
     }
@@ -437,7 +446,7 @@ fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
 }
 
 fn patrol_from_wire(
-    wire: &BriefV8,
+    wire: &BriefV9,
     on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
 ) -> Result<Option<Patrol>, Refusal> {
     if wire.goal_count == 0 && wire.hops_max == 0 {
@@ -452,7 +461,7 @@ fn patrol_from_wire(
     Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }
 
-fixed_payload!(Brief => BriefV8);
+fixed_payload!(Brief => BriefV9);
 
 /// Tells every process of the run; a late reader gets the last one.
 impl Message for Brief {

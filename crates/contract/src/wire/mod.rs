@@ -26,7 +26,7 @@ mod state;
 mod team;
 mod truth;
 
-pub use brief::{BriefV8, SoilMotionV1};
+pub use brief::{BriefV9, SoilMotionV1};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV2;
@@ -39,7 +39,7 @@ pub use route::{
     AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
 };
 pub use state::StateV4;
-pub use team::{MemberV4, TeamHeaderV1, team_from_wire};
+pub use team::{MemberV5, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 use bytemuck::{Pod, Zeroable};

@@ -9,7 +9,7 @@ use super::{
 use crate::limits::{LENGTH_MAX_M, ROBOTS_MAX, ROUTE_POINTS_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::protocol::team::{Member, Placement, Robot, Sensor, Standing, Team, Travel, Vehicle};
-use crate::{Decision, Digest, Direction, Refusal, RobotId, Role, RouteId, Waypoint, slice_payload};
+use crate::{Decision, Digest, Direction, Refusal, RobotId, Role, RouteId, Scout, Waypoint, slice_payload};
 
 /// Fastest vehicle that is believed, m/s.
 const SPEED_MAX_MPS: f64 = 1.0e3;
@@ -31,7 +31,7 @@ pub struct TeamHeaderV1 {
 /// A robot; its number is its place in the message. Points are (x, y) in metres.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MemberV4 {
+pub struct MemberV5 {
     pub leader: LeaderV1,
     /// Ready to act, nanoseconds of simulated time.
     pub ready_at_ns: u64,
@@ -79,18 +79,21 @@ pub struct MemberV4 {
     pub legs: u32,
     /// 1 if it waits.
     pub waits: u32,
-    pub reserved: u32,
+    /// Drives that the end of a stage cut short.
+    pub halts: u32,
+    /// The last of them plus 1; 0 before the first.
+    pub halted: u64,
 }
 
 const _: () = assert!(size_of::<TeamHeaderV1>() == 64);
-const _: () = assert!(size_of::<MemberV4>() == 256);
+const _: () = assert!(size_of::<MemberV5>() == 264);
 
 impl Wire for TeamHeaderV1 {
     const NAME: &'static str = "hop.TeamHeader.v1";
 }
 
-impl Wire for MemberV4 {
-    const NAME: &'static str = "hop.Member.v4";
+impl Wire for MemberV5 {
+    const NAME: &'static str = "hop.Member.v5";
 }
 
 impl From<&Team> for TeamHeaderV1 {
@@ -105,7 +108,7 @@ impl From<&Team> for TeamHeaderV1 {
     }
 }
 
-impl From<&Member> for MemberV4 {
+impl From<&Member> for MemberV5 {
     fn from(member: &Member) -> Self {
         let Robot { vehicle, sensor, start } = member.robot;
         let mut wire = Self {
@@ -146,16 +149,17 @@ impl From<&Member> for MemberV4 {
             wire.route = travel.route.map_or(0, |route| route.0);
             (wire.announced, wire.moved) = (plus_one(travel.announced), plus_one(travel.moved));
             (wire.reached, wire.legs, wire.waits) = (travel.reached, travel.legs, travel.waits.into());
+            (wire.halts, wire.halted) = (travel.halts, plus_one(travel.halted));
             wire.flown_m = travel.flown_m;
         }
         wire
     }
 }
 
-impl TryFrom<&MemberV4> for Member {
+impl TryFrom<&MemberV5> for Member {
     type Error = Refusal;
 
-    fn try_from(wire: &MemberV4) -> Result<Self, Refusal> {
+    fn try_from(wire: &MemberV5) -> Result<Self, Refusal> {
         let vehicle = vehicle_from_wire(wire)?;
         let placement = |field: &str, cell, heading| -> Result<Placement, Refusal> {
             let heading = tag(field, heading, |code| Direction::ALL.get(code as usize).copied())?;
@@ -177,7 +181,7 @@ impl TryFrom<&MemberV4> for Member {
     }
 }
 
-fn vehicle_from_wire(wire: &MemberV4) -> Result<Vehicle, Refusal> {
+fn vehicle_from_wire(wire: &MemberV5) -> Result<Vehicle, Refusal> {
     let speed = || float("member.speed_mps", wire.speed_mps, SPEED_MIN_MPS, SPEED_MAX_MPS);
     Ok(match wire.vehicle {
         1 => Vehicle::Rover { speed_mps: speed()? },
@@ -197,8 +201,8 @@ fn vehicle_from_wire(wire: &MemberV4) -> Result<Vehicle, Refusal> {
     })
 }
 
-fn sensor_from_wire(wire: &MemberV4) -> Result<Sensor, Refusal> {
-    let MemberV4 { range_cells, accuracy, .. } = *wire;
+fn sensor_from_wire(wire: &MemberV5) -> Result<Sensor, Refusal> {
+    let MemberV5 { range_cells, accuracy, .. } = *wire;
     let radius_m = || float("member.radius_m", wire.radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M);
     match wire.sensor {
         1 if (1..=Sensor::RANGE_MAX_CELLS).contains(&range_cells) => Ok(Sensor::Square { range_cells }),
@@ -217,11 +221,16 @@ fn sensor_from_wire(wire: &MemberV4) -> Result<Sensor, Refusal> {
     }
 }
 
-fn travel_from_wire(wire: &MemberV4) -> Result<Travel, Refusal> {
-    let MemberV4 { reached, legs, .. } = *wire;
+fn travel_from_wire(wire: &MemberV5) -> Result<Travel, Refusal> {
+    let MemberV5 { reached, legs, halts, .. } = *wire;
     if legs as usize >= ROUTE_POINTS_MAX || reached > legs {
         let need = format!("reached up to legs, and those below {ROUTE_POINTS_MAX}");
         return Err(Refusal::malformed("member.legs", &need, format!("{reached} of {legs}")));
+    }
+    let halted = decision("member.halted", wire.halted)?;
+    if (halts > 0) != halted.is_some() || halts >= Scout::STAGES_MAX {
+        let need = format!("below {}, and 0 if none has halted it", Scout::STAGES_MAX);
+        return Err(Refusal::malformed("member.halts", &need, halts));
     }
     Ok(Travel {
         at: point("member.at_m", wire.at_m)?,
@@ -230,6 +239,8 @@ fn travel_from_wire(wire: &MemberV4) -> Result<Travel, Refusal> {
         reached,
         legs,
         moved: decision("member.moved", wire.moved)?,
+        halts,
+        halted,
         flown_m: float("member.flown_m", wire.flown_m, 0.0, 2.0 * LENGTH_MAX_M)?,
         waits: flag("member.waits", wire.waits)?,
     })
@@ -256,7 +267,7 @@ fn decision(field: &str, wire: u64) -> Result<Option<Decision>, Refusal> {
 ///
 /// # Errors
 /// If there is no robot or there are too many, one is malformed, or the header names one that is not there.
-pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV4]) -> Result<Team, Refusal> {
+pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV5]) -> Result<Team, Refusal> {
     if !(1..=ROBOTS_MAX).contains(&members.len()) {
         return Err(Refusal::malformed("team.members", &format!("1 to {ROBOTS_MAX}"), members.len()));
     }
@@ -275,7 +286,7 @@ pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV4]) -> Result<Tea
     })
 }
 
-slice_payload!(Team => TeamHeaderV1, MemberV4, members, team_from_wire);
+slice_payload!(Team => TeamHeaderV1, MemberV5, members, team_from_wire);
 
 /// Written only in missions that are not a single hopper's, each time just before the state.
 impl Message for Team {
@@ -328,6 +339,8 @@ mod tests {
             reached: 2,
             legs: 255,
             moved: Some(Decision(7)),
+            halts: 2,
+            halted: Some(Decision(6)),
             flown_m: 299.5,
             waits: true,
         };
@@ -349,7 +362,7 @@ mod tests {
 
     fn there_and_back(
         team: &Team,
-        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV4>),
+        twist: impl Fn(&mut TeamHeaderV1, &mut Vec<MemberV5>),
     ) -> Result<Team, Refusal> {
         let mut header = team.header();
         let mut members = (0..team.cells()).map(|index| team.cell(index)).collect();
@@ -373,7 +386,7 @@ mod tests {
 
     #[test]
     fn teams_that_cannot_be_are_refused_by_name() {
-        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV4>);
+        type Twist = fn(&mut TeamHeaderV1, &mut Vec<MemberV5>);
         let cases: [(&str, Twist); 9] = [
             ("team.members", |_, members| members.clear()),
             ("team.members", |_, members| members.extend(vec![members[0]; 16])),
@@ -389,7 +402,10 @@ mod tests {
             let refusal = there_and_back(&team(3), twist).unwrap_err().to_string();
             assert!(refusal.contains(need), "{need}: {refusal}");
         }
-        let cases: [(&str, Twist); 10] = [
+        let cases: [(&str, Twist); 13] = [
+            ("member.halts", |_, members| members[0].halts = 0),
+            ("member.halts", |_, members| members[0].halts = 64),
+            ("member.halts", |_, members| members[1].halts = 1),
             ("member.sensor", |_, members| members[0].sensor = 6),
             ("member.accuracy", |_, members| (members[1].sensor, members[1].accuracy) = (5, 1.5)),
             ("member.at_m", |_, members| members[0].at_m[1] = f64::NAN),

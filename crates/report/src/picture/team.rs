@@ -29,6 +29,10 @@ impl Picture<'_> {
                 *visits.entry(outcome.from).or_default() += 1;
                 vec![outcome.from]
             });
+            if route.last() != Some(&outcome.from) {
+                // A helicopter that is with its rover again.
+                route.push(outcome.from);
+            }
             if outcome.from != outcome.to {
                 *visits.entry(outcome.to).or_default() += 1;
                 route.push(outcome.to);

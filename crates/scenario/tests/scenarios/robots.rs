@@ -47,6 +47,10 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
         (error(passages, scout, &format!("{ROVER}budget_m = 9\n")), "vehicle = \"helicopter\""),
         (error(passages, scout, &with("[[faults]]\nrobot = 2\naction = 1")), "faults"),
         (error(passages, "kind = \"scout\"\nrover_samples = 0", ROVER), "mission.rover_samples"),
+        (error(passages, "kind = \"scout\"\nstages = 0", &with("")), "mission.stages: need 1 to 64, got 0"),
+        (error(passages, "kind = \"scout\"\nstages = 65", &with("")), "mission.stages: need 1 to 64, got 65"),
+        (error(passages, "kind = \"scout\"\nstages = 2", ROVER), "1 without a helicopter"),
+        (error(open, "kind = \"cover\"\nstages = 1", &format!("{ROVER}start = [0, 0]\n")), "scout"),
         (error(passages, "kind = \"reach\"", "start = [0, 0]\ngoal = [9, 9]"), "mission.kind"),
         (error(open, scout, ROVER), "mission.kind"),
         (error(open, cover, &format!("{ROVER}start = [0, 0]\n{HELICOPTER}")), "robots.vehicle"),
@@ -82,6 +86,25 @@ fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     let share = hits.count() as f64 / plain.terrain.cells.len() as f64;
     assert!((share - 0.8).abs() < 0.01, "{share}");
     assert_eq!(erring.fleet.unwrap().robots[1].sensor.accuracy(), Some(0.8));
+}
+
+/// P-STAGES-SCENARIO: one stage is the default, and a scenario that states it is the same.
+#[test]
+fn a_mission_has_the_stages_of_its_scenario_and_one_by_default() {
+    let world = |stages: &str| {
+        let text = format!(
+            "[truth.terrain.passages]\nseed = 3\n[mission]\nkind = \"scout\"\n{stages}\n[brief]\n{ROVER}{HELICOPTER}"
+        );
+        Scenario::parse(&text, "stages").unwrap().resolve().unwrap()
+    };
+    let (plain, one, three) = (world(""), world("stages = 1"), world("stages = 3"));
+    let stages = |world: &scenario::ResolvedScenario| world.brief.scout.unwrap().stages;
+    assert_eq!([&plain, &one, &three].map(stages), [1, 1, 3]);
+    assert_eq!((one.hash, &one.resolved), (plain.hash, &plain.resolved));
+    assert_ne!(three.hash, plain.hash);
+    let again = Scenario::parse(&three.resolved, "again").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, stages(&again)), (three.hash, 3));
+    says(&ScenarioCheck::of(&three).to_string(), &["in 3 stages"]);
 }
 
 /// The seed of planners is public: it is that of no draw, and the same whatever the mission's.

@@ -33,6 +33,20 @@ impl World {
         if record.action == Action::Drive && self.checker.scouts().is_some_and(Scouts::has_misreadings) {
             self.coverage.count("scouts", "drives_misled");
         }
+        let scouts = self.checker.scouts();
+        let is_later = scouts.is_some_and(|scouts| scouts.halts() > 0);
+        let begins = is_later && !scouts.is_some_and(|scouts| scouts.has_moved_in_stage(record.robot));
+        let event = match record.action {
+            Action::Drive if record.outcome.branch == Branch::Halted && goes_on => Some("fallback_halted"),
+            Action::Drive if record.outcome.branch == Branch::Halted => Some("halted"),
+            Action::Announce(_) if begins && flies => Some("flies_again"),
+            Action::Announce(_) if begins => Some("replanned_after_halt"),
+            Action::Drive if begins && is_another => Some("another_life_after_halt"),
+            _ => None,
+        };
+        if let Some(event) = event {
+            self.coverage.count("stages", event);
+        }
         let name = match (record.action, flies) {
             (_, true) if is_stranded => Some("helicopter_out"),
             (Action::Drive, false) if is_stranded && record.outcome.flight.range_m > 0.0 => {

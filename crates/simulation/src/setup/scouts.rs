@@ -14,6 +14,9 @@ use crate::chance::Chance;
 /// Distance from start and goal up to which the ground is good for certain, metres.
 const GOOD_M: f64 = 1.5;
 
+/// Speed of all ground that is certain where missions have several stages: a stage then is 50 m long.
+const LONG_SPEED: DriveSpeed = DriveSpeed::Slow;
+
 /// Ground with one prior and one true speed.
 struct Region {
     middle: Waypoint,
@@ -69,12 +72,20 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "scouts");
     let (count, rover) = (Missions::Scouts.robots(seed), rover(seed));
     let side = |chance: &mut Chance| chance.between(10, 16) as u32;
-    let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    // Drawn apart, so that all else is the same in a mission of one stage.
+    let mut staging = Chance::new(seed ^ number.rotate_left(32), "stages");
+    let stages = if staging.one_in(4) { staging.between(2, 3) as u32 } else { 1 };
+    let (mut width, mut height) = (side(&mut chance), side(&mut chance));
+    if stages > 1 {
+        (width, height) = (staging.between(60, 120) as u32, staging.between(4, 8) as u32);
+    }
+    let grid = Grid::new(width, height, 1.0, 1).expect("a small grid is a grid");
     let (width_m, height_m) = (f64::from(grid.width), f64::from(grid.height));
     let across = |chance: &mut Chance, side_m: f64| 0.5 + (side_m - 1.0) * chance.unit();
     let start = Waypoint { x_m: 0.5 + chance.unit(), y_m: across(&mut chance, height_m) };
     let goal = Waypoint { x_m: width_m - 0.5 - chance.unit(), y_m: across(&mut chance, height_m) };
-    let mut terrain = terrain(&mut chance, grid, [start, goal]);
+    let certain = if stages > 1 { LONG_SPEED } else { DriveSpeed::Fast };
+    let mut terrain = terrain(&mut chance, grid, certain, [start, goal]);
     // Drawn apart, so that all else is the same whether a camera errs or not.
     let mut errors = Chance::new(seed, "errors of cameras");
     let accuracy = errors.one_in(3).then(|| errors.pick(&[0.5, 0.9, 0.99]));
@@ -108,13 +119,18 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let brief = Brief {
         start: robots[usize::from(rover.0)].start.cell,
         goal: grid.cell((goal.y_m as usize) * grid.width as usize + goal.x_m as usize),
-        limits: Limits { steps_max: chance.between(10, 24), decision_budget_ns: 600_000_000 },
+        limits: Limits {
+            steps_max: chance.between(10, 24) * u64::from(stages),
+            decision_budget_ns: 600_000_000,
+        },
         guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.01]), ..guard(seed, number) },
         cover: None,
         scout: Some(Scout {
             seed: chance.bits(),
-            rover_samples: chance.between(10, 40) as u32,
+            // A long way takes more samples.
+            rover_samples: chance.between(10, 40) as u32 * if stages > 1 { 8 } else { 1 },
             helicopter_samples: chance.between(10, 40) as u32,
+            stages,
         }),
         ..brief
     };
@@ -131,8 +147,8 @@ fn read(chance: &mut Chance, accuracy: f64, terrain: &mut Terrain) {
     }
 }
 
-/// Good ground with discs that may be slow or a trap, none of them around a point of `kept`.
-fn terrain(chance: &mut Chance, grid: Grid, kept: [Waypoint; 2]) -> Terrain {
+/// Ground of that speed with discs that may be faster, slower or a trap, none of them around a point of `kept`.
+fn terrain(chance: &mut Chance, grid: Grid, good: DriveSpeed, kept: [Waypoint; 2]) -> Terrain {
     let regions: Vec<Region> = (0..chance.between(2, 6)).map(|_| region(chance, grid)).collect();
     let certain = |speed: DriveSpeed| {
         let mut probabilities = [0.0; 4];
@@ -150,8 +166,8 @@ fn terrain(chance: &mut Chance, grid: Grid, kept: [Waypoint; 2]) -> Terrain {
         .iter()
         .map(|cell| {
             let middle = Waypoint { x_m: f64::from(cell.x) + 0.5, y_m: f64::from(cell.y) + 0.5 };
-            let (speed, prior) = region_at(middle)
-                .map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior));
+            let (speed, prior) =
+                region_at(middle).map_or((good, certain(good)), |region| (region.speed, region.prior));
             let height_m = relief_m * heights.unit();
             (Ground { speed: Some(speed), height_m, ..Ground::FLAT }, prior)
         })

@@ -19,7 +19,7 @@ mod traverse;
 
 pub use belief::{Belief, BeliefError, Caution, Truth};
 pub use cost_map::CostMap;
-pub use drive::{Drive, DriveEnd, drive};
+pub use drive::{Allowance, Drive, DriveEnd, drive};
 pub use lattice::{Lattice, LatticeError, Point};
 pub use mobility::{MobilityError, TerrainClass, speed, speed_distribution};
 pub use speed::{Speed, SpeedDistribution, SpeedError};

@@ -123,6 +123,7 @@ export class WhyView {
       case "right": return `${name}, but it slipped to the right${chance(3)}.`;
       case "stayed": return "It got stuck and stayed where it was.";
       case "held": return "It held its place.";
+      case "halted": return "It stopped on its way: the time of the stage was used up.";
       default: return "";
     }
   }
