@@ -67,7 +67,10 @@ fn a_mission_of_several_stages_flies_live_as_in_lockstep() {
     let halts: Vec<_> = shown["records"].as_array().unwrap().iter().filter(halted).collect();
     assert_eq!(halts.len(), 2, "{halts:?}");
     let first = halts[0]["decision"].as_u64().unwrap();
-    assert!(KILLS[1] < first && first < KILLS[2], "some die before the first stage is over, and some after: {first}");
+    assert!(
+        KILLS[1] < first && first < KILLS[2],
+        "some die before the first stage is over, and some after: {first}"
+    );
 }
 
 /// P-SCOUT-KILL: every process is killed once and started again, between the announcements and in flight.

@@ -331,9 +331,9 @@ impl Scenario {
         let has_hoppers = !rules.is_cover() && !rules.is_scout();
         let covers = has(fleet, |vehicle| matches!(vehicle, Vehicle::Rover { .. }));
         let drives = has(fleet, |vehicle| matches!(vehicle, Vehicle::Driver { .. }));
+        let flies = has(fleet, |vehicle| matches!(vehicle, Vehicle::Helicopter { .. }));
         let patrol = rules.resolve(goal)?;
         let cover = rules.resolve_cover(covers)?;
-        let flies = has(|vehicle| matches!(vehicle, Vehicle::Helicopter { .. }));
         Ok(Brief {
             run: RunId(0),
             scenario: name,

@@ -52,7 +52,7 @@ mod tests {
         let surface = Surface::flat(Lattice::new(500, 1).unwrap());
         let truth = Truth { speeds: vec![Speed::Fast; 500] };
         let mut clock = StageClock::new(3);
-        let mut at_m = 0.0;
+        let mut at_m: f64 = 0.0;
         let mut ends = Vec::new();
         while at_m < 500.0 {
             let to_m = (at_m + 90.0).min(500.0);

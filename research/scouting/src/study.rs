@@ -177,6 +177,7 @@ mod tests {
             expected_sol: 1.0,
             route: Vec::new(),
             flight: Vec::new(),
+            stages: Vec::new(),
         };
         Study { outcomes: times.iter().map(outcome).collect() }
     }
