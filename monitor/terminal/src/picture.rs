@@ -265,7 +265,7 @@ impl<'a> View<'a> {
             match hop.branch {
                 Branch::Left | Branch::Right => put(hop.to, "× ", STRAY),
                 Branch::Stayed | Branch::Stranded => put(hop.to, "o ", STRAY),
-                Branch::Intended | Branch::Held => {}
+                Branch::Intended | Branch::Held | Branch::Halted => {}
             }
         }
         if brief.is_of_hopper() {
