@@ -25,6 +25,8 @@ use crate::{Goal, Route, Trip};
 /// Parameters of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoutValue {
+    /// Where the flight begins; by default where the rover starts.
+    pub from: Option<Point>,
     /// Longest flight, metres.
     pub budget_m: f64,
     /// Radius of the ground in view.
@@ -44,6 +46,7 @@ pub struct ScoutValue {
 impl Default for ScoutValue {
     fn default() -> Self {
         Self {
+            from: None,
             budget_m: helicopter::BUDGET_M,
             view_m: helicopter::Camera::default().radius_m(),
             caution: Caution::default(),
@@ -69,7 +72,7 @@ const METRE_SOL: f64 = 1e-7;
 /// Time that a rover without a way, or one that gets stuck, counts with, in Sol.
 const LOST_SOL: f64 = 20.0;
 
-/// The flight of greatest value from where the rover starts; that point alone if no flight is worth anything.
+/// The flight of greatest value; its first point alone if no flight is worth anything.
 #[must_use]
 pub fn scout_value(belief: &Belief, trip: &Trip, settings: &ScoutValue, seed: u64) -> Vec<Point> {
     let mut random = Stream::new(seed, "scout_value");
@@ -78,7 +81,7 @@ pub fn scout_value(belief: &Belief, trip: &Trip, settings: &ScoutValue, seed: u6
     let drives = Drives::new(belief, &regions, &scenarios, trip, settings.caution);
     let mut candidates: Vec<Route> = drives.knowing_nothing().into_iter().collect();
     add(&mut candidates, drives.knowing_all());
-    let mut flights = vec![vec![trip.start]];
+    let mut flights = vec![vec![settings.from.unwrap_or(trip.start)]];
     for round in 1.. {
         let value = Value::new(&drives, &candidates, settings.view_m);
         // By all that is known by now of what the rover would do.
@@ -547,6 +550,13 @@ mod tests {
         let (belief, trip) = gaps();
         let flight = scout_value(&belief, &trip, &ScoutValue { view_m: 12.0, ..ScoutValue::default() }, 1);
         assert_eq!(flight[0], trip.start);
+        let apart = Point::new(20.0, 20.0);
+        let settings = ScoutValue { view_m: 12.0, from: Some(apart), ..ScoutValue::default() };
+        let flight = scout_value(&belief, &trip, &settings, 1);
+        assert!(
+            flight[0] == apart && flight.len() > 1,
+            "it looks at the gap for the rover from elsewhere: {flight:?}"
+        );
         assert!(length_m(&flight) <= helicopter::BUDGET_M + 1e-9);
         let truth = Truth { speeds: vec![Speed::Fast; belief.cells().len()] };
         let mut known = belief.clone();

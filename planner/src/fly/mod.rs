@@ -39,8 +39,8 @@ pub struct Fly {
 struct Flight {
     budget_m: f64,
     view_m: f64,
-    /// Of the rover.
-    goal: Goal,
+    /// Of the rover, from where it is.
+    trip: Trip,
     seed: u64,
 }
 
@@ -54,7 +54,7 @@ impl Fly {
     /// The points of a flight from where the helicopter is; that point alone if there is nothing to fly for.
     fn flight(&self, turn: &Turn<'_>, flight: &Flight) -> Option<Vec<Point>> {
         let start = point(turn.travel.at);
-        let Flight { budget_m, view_m, goal, seed } = *flight;
+        let Flight { budget_m, view_m, trip, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
                 let rest = ward(turn.team, is_driver).and_then(|driver| turn.rest_of(driver));
@@ -70,14 +70,14 @@ impl Fly {
                 rrt_star_it(&turn.belief()?, start, &RrtStarIt { iterations, budget_m, view_m }, seed)
             }
             FlightSearch::Value => {
-                let settings = ScoutValue { budget_m, view_m, ..ScoutValue::default() };
-                scout_value(&turn.belief()?, &Trip { start, goal }, &settings, seed)
+                let settings = ScoutValue { from: Some(start), budget_m, view_m, ..ScoutValue::default() };
+                scout_value(&turn.belief()?, &trip, &settings, seed)
             }
         })
     }
 
     /// What to do before a flight is announced.
-    fn begin(&mut self, turn: &Turn<'_>, goal: Goal) -> Plan {
+    fn begin(&mut self, turn: &Turn<'_>, trip: Trip) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
         let driver = ward(turn.team, is_driver);
         let is_first = driver.is_some_and(|driver| driver.last.is_none());
@@ -94,7 +94,7 @@ impl Fly {
         let number =
             before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
         let seed = turn.seed().wrapping_add(number as u64);
-        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m, goal, seed };
+        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m, trip, seed };
         let route = self.flight(turn, &flight).as_deref().and_then(announcement);
         let Some(route) = route else { return idle(Action::Done) };
         let plan = Plan::at_once(Action::Announce(route.id()), PlanStatus::Solved);
@@ -143,14 +143,14 @@ impl Planner for Fly {
             return hold;
         }
         let driver = ward(turn.team, is_driver);
-        let goal = match driver.map(|driver| driver.robot.vehicle) {
-            Some(Vehicle::Driver { goal, goal_radius_m, .. }) => {
-                Goal { at: point(goal), radius_m: goal_radius_m }
+        let trip = match driver.map(|driver| (driver.robot.vehicle, driver.travel)) {
+            Some((Vehicle::Driver { goal, goal_radius_m, .. }, Some(travel))) => {
+                Trip { start: point(travel.at), goal: Goal { at: point(goal), radius_m: goal_radius_m } }
             }
             _ => return Plan::at_once(Action::Done, PlanStatus::Solved),
         };
         if turn.travel.route.is_none() {
-            self.begin(&turn, goal)
+            self.begin(&turn, trip)
         } else if turn.travel.is_under_way() {
             Plan::at_once(Action::Fly, PlanStatus::Solved)
         } else if turn.stage() < turn.scout.stages {
