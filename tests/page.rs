@@ -269,6 +269,190 @@ fn the_reason_for_a_hop_is_the_planners_own() {
     }
 }
 
+/// A flown rover with a helicopter that errs: its robots at the start, its records, its routes, and what it saw last.
+struct Scouted {
+    mission: Mission,
+    records: Vec<Record>,
+    routes: Vec<contract::Route>,
+    team: contract::Team,
+    map: contract::ObservedMap,
+}
+
+fn scouted(accuracy: &str) -> Scouted {
+    // The last table is that of the helicopter.
+    let text = format!("{}{accuracy}\n", include_str!("../scenarios/rover-helicopter.toml"));
+    let world = Scenario::parse(&text, "scouted").unwrap().resolve().unwrap();
+    let brief = Brief { run: RunId(77), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, fleet: world.fleet.clone() };
+    let planners: Vec<Name> = ["rrt_star_ett", "rrt_star_it"].map(|name| name.parse().unwrap()).into();
+    let schedule = PlannerSchedule::of_robots(&planners);
+    let mut records = Vec::new();
+    let hooks = lockstep::Hooks {
+        make: Box::new(lockstep::algorithm),
+        clock: Box::new(|| MonotonicNs(0)),
+        observe: Box::new(|record| records.push(*record)),
+    };
+    let tempo = lockstep::Tempo { pace: Pace::Max, control: false };
+    let mut flight = lockstep::Flight::begin(mission.clone(), &schedule, tempo, hooks).unwrap();
+    while !flight.round().unwrap() {}
+    let routes = flight.routes();
+    let map = flight.into_map().unwrap();
+    let team = Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(1)).team().unwrap().clone();
+    Scouted { mission, records, routes, team, map }
+}
+
+impl Scouted {
+    /// The history of whoever comes at the end, and asks for all that is missing.
+    fn history(&self) -> History {
+        let (brief, run) = (self.mission.brief, self.mission.brief.run);
+        let mut history = History::new(ROBOT);
+        let mut now = MonotonicNs(1);
+        history.on(Input::Brief(&brief), now);
+        let page = PastPage { run, robot: ROBOT, from: Decision(0), records: self.records.clone() };
+        history.on(Input::Past(&page), now);
+        history.on(Input::Team(&self.team), now);
+        let patch = patch_of(&self.map);
+        assert_eq!(history.on(Input::Patch(patch), now), None);
+        history.on(Input::Tick, now);
+        let mut pages = 0;
+        while history.lacks_pages() {
+            now = now.plus_ns(1);
+            let wanted = history.wanted(now);
+            assert!(wanted != monitor::history::Wanted::default(), "it asks for what it lacks");
+            if let Some(request) = wanted.prior {
+                pages += 1;
+                let page = self.mission.prior_page(&request, contract::limits::PRIOR_PAGE_CELLS).unwrap();
+                history.on(Input::Prior(page), now);
+            }
+            if let Some(request) = wanted.route {
+                let route = self.routes.iter().find(|route| route.id() == request.id).unwrap().clone();
+                history.on(Input::Route(&contract::RoutePage { run, route }), now);
+            }
+        }
+        assert_eq!(pages, brief.grid.cells().div_ceil(contract::limits::PRIOR_PAGE_CELLS), "each page once");
+        assert_eq!(
+            history.wanted(MonotonicNs(u64::MAX)),
+            monitor::history::Wanted::default(),
+            "once, and no more"
+        );
+        history
+    }
+}
+
+/// All that is in a map, as one patch.
+fn patch_of(map: &contract::ObservedMap) -> MapPatch {
+    let seen = map.cells().iter().enumerate();
+    let cells = seen.filter_map(|(index, ground)| {
+        Some(contract::SeenCell { index: index as u32, visits: map.visits(index), ground: (*ground)? })
+    });
+    MapPatch {
+        run: map.run,
+        robot: ROBOT,
+        through: map.through.unwrap(),
+        digest: map.digest,
+        more: 0,
+        sequence: 1,
+        before: contract::ObservedMap::unseen(map.run, ROBOT, map.grid).observation(),
+        after: map.observation(),
+        sensed: MonotonicNs(1),
+        published: MonotonicNs(1),
+        grid: map.grid,
+        seen_cells: map.seen_cells() as u32,
+        treasures: Vec::new(),
+        cells: cells.collect(),
+    }
+}
+
+/// P-WEB-SPEEDS: the frames tell of every cell the expected speed and the spread that planners count with, under the prior, a
+/// reading of a camera that errs, and a speed that was seen; and all routes that were announced.
+#[test]
+fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() {
+    for accuracy in ["", "accuracy = 0.9"] {
+        let scouted = scouted(accuracy);
+        let history = scouted.history();
+        let frames = drain(&history, &mut Cursor::default());
+        let value = |frame: &Frame| serde_json::from_str::<Value>(&frame.data).unwrap();
+        let (mut rows, mut codes, mut routes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut observed = vec![0_usize; scouted.map.grid.cells()];
+        for frame in &frames {
+            let data = value(frame);
+            let list = |name: &str| data[name].as_array().unwrap().clone();
+            match frame.event {
+                "speeds" => {
+                    assert_eq!(data["from"], codes.len());
+                    rows.extend(list("rows"));
+                    for run in list("runs").chunks(2) {
+                        codes.resize(
+                            codes.len() + run[1].as_u64().unwrap() as usize,
+                            run[0].as_u64().unwrap() as usize,
+                        );
+                    }
+                }
+                "cells" => {
+                    let mut index = 0;
+                    for (step, code) in list("i").iter().zip(list("v")) {
+                        index += step.as_i64().unwrap();
+                        observed[index as usize] = code.as_u64().unwrap() as usize;
+                    }
+                }
+                "routes" => routes.push(data),
+                _ => {}
+            }
+        }
+        assert_eq!(codes.len(), scouted.map.grid.cells());
+        let camera = helicopter::Sensor::with_accuracy(0.9).unwrap();
+        let mut kinds = std::collections::BTreeSet::new();
+        for (index, prior) in scouted.mission.terrain.prior.iter().enumerate() {
+            let number = |n: usize| rows[codes[index]][n].as_f64().unwrap();
+            let told = match observed[index] {
+                0 => [number(0), number(1)],
+                speed @ 1..=4 => [[0.0, 50.0, 150.0, 200.0][speed - 1], 0.0],
+                reading => [number(2 * (reading - 4)), number(2 * (reading - 4) + 1)],
+            };
+            let ground = scouted.map.cells()[index];
+            let speed = |speed: contract::DriveSpeed| rover::Speed::ALL[speed as usize];
+            let sighting = helicopter::Sighting {
+                speed: ground.and_then(|ground| ground.speed).map(speed),
+                reading: ground.and_then(|ground| ground.reading).map(speed),
+            };
+            kinds.insert((sighting.speed.is_some(), sighting.reading.is_some()));
+            let prior = rover::SpeedDistribution::as_given(prior.probabilities()).unwrap();
+            let camera = Some(&camera).filter(|_| !accuracy.is_empty());
+            let belief = sighting.belief(prior, camera);
+            // Told with one decimal.
+            for (told, need) in told.into_iter().zip([belief.mean_m_per_sol(), belief.sd_m_per_sol()]) {
+                assert!((told - need).abs() <= 0.0501, "cell {index}: told {told}, need {need}");
+            }
+        }
+        assert!(kinds.contains(&(false, false)) && kinds.contains(&(true, false)), "{kinds:?}");
+        assert_eq!(kinds.contains(&(false, true)), !accuracy.is_empty(), "{kinds:?}");
+        let announced: Vec<u64> = scouted
+            .records
+            .iter()
+            .filter(|record| matches!(record.action, Action::Announce(_)))
+            .map(|record| record.decision.0)
+            .collect();
+        let told: Vec<u64> = routes.iter().map(|route| route["decision"].as_u64().unwrap()).collect();
+        assert_eq!(told, announced);
+        let points: usize = routes.iter().map(|route| route["points"].as_array().unwrap().len()).sum();
+        assert_eq!(points, scouted.routes.iter().map(|route| route.waypoints().len()).sum::<usize>());
+    }
+}
+
+/// P-PRIOR-ALONE: of a hopper that goes alone, and of rovers that cover ground, nobody asks for a prior or a route.
+#[test]
+fn nothing_is_asked_of_a_mission_without_routes() {
+    for name in ["hard", "coverage"] {
+        let world = scenario::load(name).unwrap().resolve().unwrap();
+        let mut history = History::new(ROBOT);
+        history.on(Input::Brief(&world.brief), MonotonicNs(0));
+        assert_eq!(history.wanted(MonotonicNs(1)), monitor::history::Wanted::default(), "{name}");
+        assert!(!history.lacks_pages(), "{name}");
+        let frames = drain(&history, &mut Cursor::default());
+        assert!(frames.iter().all(|frame| frame.event != "speeds"), "{name}");
+    }
+}
+
 /// P-WEB-PALETTE: one palette for page and pictures, so that whoever knows the one reads the other.
 /// P-CONTRAST: the rims of its symbols too.
 #[test]
@@ -291,6 +475,12 @@ fn the_page_draws_in_the_colours_of_the_pictures() {
         ("LIGHT", colour::LIGHT),
     ] {
         assert!(palette.contains(&format!("export const {name} = \"{colour}\";")), "{name} {colour}");
+    }
+    let numbers = |colours: &[[u8; 3]]| {
+        colours.iter().map(|[r, g, b]| format!("[{r}, {g}, {b}]")).collect::<Vec<_>>().join(", ")
+    };
+    for (name, colours) in [("SPEEDS", &colour::SPEEDS[..]), ("SPREADS", &colour::SPREADS[..])] {
+        assert!(palette.contains(&format!("export const {name} = [{}];", numbers(colours))), "{name}");
     }
     let robots: Vec<String> = (0..8).map(|number| format!("\"{}\"", colour::robot(number))).collect();
     let map = read("map.js");

@@ -339,6 +339,60 @@ fn several_robots_are_shown_on_the_page() {
     assert_is_there(&shots, &["team"]);
 }
 
+/// P-WEB-LAYERS: over uncertain ground the page shows the expected speed first; its spread, visits and heights are a key and a
+/// choice away, each with its scale and unit. What is shown of a live mission flown as fast as can be, of its journal and of its
+/// recording is the same.
+#[test]
+fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
+    let (chromium, playwright, shots) = (chromium(), playwright(), shots());
+    let mission = Mission::new("layers-page");
+    let words = ["--scenario", "rover-helicopter", "--seed", "3", "--record", "whole.mcap"];
+    let (mut run, live) = page_of(&mission, &words);
+    run.await_log("the page stays at ");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/scout.mjs");
+    let look = |url: &str, name: &str| {
+        let mut look = Command::new("node");
+        look.arg(&script).arg(&playwright).arg(&chromium).arg(url).arg(&shots).arg(name);
+        json(&look.output().unwrap())
+    };
+    let live = look(&live, "layers-live");
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), 0, "{}", run.log());
+    for (past, name) in [("journal", "layers-journal"), ("whole.mcap", "layers-recording")] {
+        let (_view, url) = past_page_of(&mission, past);
+        let seen = look(&url, name);
+        assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}");
+        for what in ["layers", "legends", "colours", "before", "readout"] {
+            assert_eq!(seen[what], live[what], "{past}: {what}");
+        }
+    }
+    let seen = &live;
+    assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}\n{}", run.log());
+    assert_eq!(seen["errors"], serde_json::json!([]), "the console is clean");
+    assert_eq!(seen["violations"], serde_json::json!([]), "axe-core finds nothing");
+    let layers = serde_json::json!(["heights", "visits", "expected speed", "spread of speed"]);
+    assert_eq!(
+        (&seen["layers"], &seen["first"], &seen["around"]),
+        (&layers, &"speed".into(), &"speed".into())
+    );
+    assert_eq!(seen["chosen"], "spread", "the arrow keys choose too");
+    assert_eq!(seen["legends"]["speed"], "0 200 m/Sol expected");
+    assert_eq!(seen["legends"]["spread"], "0 100 m/Sol standard deviation");
+    // The discs are impassable, the open ground has 200 m/Sol: dark and pale, whether they were seen or only expected.
+    let lightness = |colour: &serde_json::Value| {
+        colour.as_array().unwrap().iter().map(|part| part.as_f64().unwrap()).sum::<f64>() / 3.0
+    };
+    for moment in [&seen["colours"]["speed"], &seen["before"]] {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|place| lightness(&moment[place]));
+        assert!(a < 110.0 && b < 110.0 && c > 150.0 && d > 150.0, "{moment}");
+    }
+    assert_ne!(seen["colours"]["speed"], seen["colours"]["ground"]);
+    assert!(seen["readout"].as_str().unwrap().contains("m/Sol"), "{seen}");
+    assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");
+    assert_is_there(&shots, &["layers-live-speed", "layers-live-spread", "layers-live-before"]);
+    mission.assert_nothing_left();
+}
+
 /// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
 /// instance to the next mission; a past mission has the same page.
 #[test]

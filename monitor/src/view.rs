@@ -5,7 +5,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use contract::{Control, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy, RobotId};
+use contract::{
+    Brief, Control, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy, PriorPage, PriorRequest,
+    RobotId, RoutePage, RouteRequest,
+};
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
 use crate::{Event, History, Input, Progress};
@@ -15,8 +18,8 @@ use crate::{Event, History, Input, Progress};
 const POLICY_PERIOD_NS: u64 = 250_000_000;
 const POLICY_CELL_NS: u64 = 10_000;
 
-/// Pause before a place among the policy's readers is tried for again, nanoseconds.
-const POLICY_PLACE_NS: u64 = 2_000_000_000;
+/// Pause before a place among the policy's readers, or those who ask for prior and routes, is tried for again, nanoseconds.
+const PLACE_NS: u64 = 2_000_000_000;
 
 /// Something that shows the history: a page, a terminal.
 pub trait Screen {
@@ -54,6 +57,24 @@ pub struct View<P: Ports> {
     policy_due: MonotonicNs,
     /// Whether the log has said that all places among the policy's readers are taken.
     policy_full: bool,
+    /// Open in missions of robots that have routes.
+    routes: Option<RoutePorts<P>>,
+    /// When opening them is to be tried again; `None` before the first try.
+    routes_due: Option<MonotonicNs>,
+}
+
+/// Asks for what planners of routes know.
+struct RoutePorts<P: Ports> {
+    /// Only where speeds are uncertain.
+    priors: Option<P::Client<PriorRequest>>,
+    routes: P::Client<RouteRequest>,
+}
+
+impl<P: Ports> RoutePorts<P> {
+    fn open(ports: &mut P, brief: &Brief) -> Result<Self, P::Error> {
+        let priors = brief.scout.map(|_| ports.client(RobotId(0))).transpose()?;
+        Ok(Self { priors, routes: ports.client(RobotId(0))? })
+    }
 }
 
 /// What is received before the states: see [`crate::process`].
@@ -61,6 +82,8 @@ pub struct View<P: Ports> {
 pub struct Early {
     pacing: Option<Pacing>,
     page: Option<MapPage>,
+    prior: Option<PriorPage>,
+    route: Option<RoutePage>,
 }
 
 impl<P: Ports> View<P> {
@@ -85,6 +108,8 @@ impl<P: Ports> View<P> {
             policies: None,
             policy_due: MonotonicNs(0),
             policy_full: false,
+            routes: None,
+            routes_due: None,
         })
     }
 
@@ -99,7 +124,19 @@ impl<P: Ports> View<P> {
     }
 
     pub(crate) fn receive_early(&mut self) -> Early {
-        Early { pacing: accept(self.pacings.newest()), page: accept(self.snapshots.receive()) }
+        let mut routes = self.routes.as_mut();
+        let priors = routes.as_mut().and_then(|ports| ports.priors.as_mut());
+        Early {
+            pacing: accept(self.pacings.newest()),
+            page: accept(self.snapshots.receive()),
+            prior: accept(priors.and_then(Client::receive)),
+            route: accept(routes.and_then(|ports| ports.routes.receive())),
+        }
+    }
+
+    /// Whether it needs no more from hopper-sim: it has the prior and the routes, or cannot have them.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.routes.is_none() || !self.history().lacks_pages()
     }
 
     /// Adds to the history what came, and asks perception for what is missing.
@@ -115,15 +152,51 @@ impl<P: Ports> View<P> {
                 Event::Past(page) => add(Input::Past(page)),
                 Event::Map(patch) => add(Input::Patch(patch.clone())),
                 Event::Heartbeat(beat) => add(Input::Heartbeat(beat)),
-                Event::Team(_) | Event::Refused(_) | Event::Tick => {}
+                Event::Team(team) => add(Input::Team(team)),
+                Event::Refused(_) | Event::Tick => {}
             }
         }
         let (page, pacing) = (early.page.as_ref().map(Input::Page), early.pacing.map(Input::Pacing));
-        let late = [page, pacing, policy.map(Input::Policy), Some(Input::Tick)];
+        let (prior, route) = (early.prior.map(Input::Prior), early.route.as_ref().map(Input::Route));
+        let late = [page, pacing, prior, route, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
         drop(history);
         if let Some(request) = request {
             self.snapshots.request(request).map_err(Into::into)?;
+        }
+        self.ask_for_pages(ports)
+    }
+
+    /// Asks hopper-sim for prior and routes, where there are any.
+    fn ask_for_pages(&mut self, ports: &mut P) -> Result<(), Failure> {
+        let now = ports.now();
+        let brief = self.history().brief().copied().filter(Brief::has_routes);
+        let is_due = self.routes_due.is_none_or(|due| now >= due);
+        let known = self.routes.as_ref();
+        let lacks = |brief: &Brief| known.is_none_or(|ports| ports.priors.is_none() && brief.scout.is_some());
+        if let Some(brief) = brief.filter(|brief| is_due && lacks(brief)) {
+            match RoutePorts::open(ports, &brief) {
+                Ok(opened) => self.routes = Some(opened),
+                Err(error) => {
+                    if self.routes_due.is_none() {
+                        tracing::warn!(
+                            "no expected speeds and routes are shown until there is a place: {error}"
+                        );
+                    }
+                    self.routes_due = Some(now.plus_ns(PLACE_NS));
+                }
+            }
+        }
+        if self.routes.is_none() {
+            return Ok(());
+        }
+        let wanted = self.history().wanted(now);
+        let Some(routes) = &mut self.routes else { return Ok(()) };
+        if let (Some(request), Some(priors)) = (wanted.prior, &mut routes.priors) {
+            priors.request(request).map_err(Into::into)?;
+        }
+        if let Some(request) = wanted.route {
+            routes.routes.request(request).map_err(Into::into)?;
         }
         Ok(())
     }
@@ -169,7 +242,7 @@ impl<P: Ports> View<P> {
                     if !std::mem::replace(&mut self.policy_full, true) {
                         tracing::warn!("no policy is shown until there is a place to read it from: {error}");
                     }
-                    self.policy_due = now.plus_ns(POLICY_PLACE_NS);
+                    self.policy_due = now.plus_ns(PLACE_NS);
                     return None;
                 }
             }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use contract::{Action, DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
-use helicopter::Sensor;
+use helicopter::{Sensor, Sighting};
 use routing::stage_seed;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
@@ -38,16 +38,14 @@ impl<'a> Turn<'a> {
         let mut accuracies = self.team.members.iter().filter_map(|member| member.robot.sensor.accuracy());
         let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
         let cells = self.scouting.prior.cells.iter().zip(self.map.cells());
+        let speed = |speed: DriveSpeed| Speed::ALL[speed as usize];
         let speeds = cells.map(|(prior, seen)| {
-            if let Some(speed) = seen.and_then(|ground| ground.speed) {
-                return Some(SpeedDistribution::certain(Speed::ALL[speed as usize]));
-            }
+            let sighting = Sighting {
+                speed: seen.and_then(|ground| ground.speed).map(speed),
+                reading: seen.and_then(|ground| ground.reading).map(speed),
+            };
             let prior = SpeedDistribution::as_given(prior.speeds.probabilities()).ok()?;
-            let reading = seen.and_then(|ground| ground.reading);
-            Some(match camera.zip(reading) {
-                Some((camera, reading)) => camera.belief(prior, Speed::ALL[reading as usize]),
-                None => prior,
-            })
+            Some(sighting.belief(prior, camera.as_ref()))
         });
         let heights_m: Vec<f64> = self.scouting.prior.cells.iter().map(|prior| prior.height_m).collect();
         let surface = Surface::from_heights(lattice, &heights_m).ok()?;

@@ -4,8 +4,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use contract::{Branch, Brief, MonotonicNs, Policy, Record, RobotId, Route, Standing, State, Team};
-use hopper_sim::JournalReader;
+use contract::{
+    Action, Branch, Brief, Member, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
+    Standing, State, Team, Travel,
+};
+use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
 use monitor::web::Page;
 use monitor::{History, Input, Watcher};
@@ -86,6 +89,43 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     Ok(replay.end())
 }
 
+/// Passes on the prior of uncertain ground, as hopper-sim would serve it. `hopper view` has the scenario, and no hopper-sim.
+pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
+    let mission = Mission { brief: *brief, terrain: world.terrain.clone(), seed: 0, fleet: None };
+    if let Some(request) = history.wanted(now).prior
+        && let Some(page) = mission.prior_page(&request, brief.grid.cells())
+    {
+        history.on(Input::Prior(page), now);
+    }
+}
+
+/// Notes how far a robot is after a decision of its own, if it goes from point to point.
+fn travel(member: &mut Member, record: &Record, routes: &[Route]) {
+    let Some(travel) = &mut member.travel else { return };
+    let points = |travel: &Travel| {
+        let route = routes.iter().find(|route| Some(route.id()) == travel.route)?;
+        Some(route.waypoints().to_vec())
+    };
+    travel.waits = record.action == Action::Wait;
+    match record.action {
+        Action::Announce(id) => {
+            (travel.route, travel.announced, travel.reached) = (Some(id), Some(record.decision), 0);
+            travel.legs = points(travel).map_or(0, |points| points.len() as u32 - 1);
+        }
+        Action::Drive | Action::Fly if record.outcome.branch == Branch::Intended => {
+            travel.moved = Some(record.decision);
+            travel.reached += 1;
+            let to = points(travel).and_then(|points| points.get(travel.reached as usize).copied());
+            let Some(to) = to else { return };
+            if record.action == Action::Fly {
+                travel.flown_m += travel.at.distance_m(to);
+            }
+            travel.at = to;
+        }
+        _ => {}
+    }
+}
+
 /// The processes of a mission as far as a page needs them, fed from its journal.
 struct Replay<'a> {
     brief: &'a Brief,
@@ -110,6 +150,10 @@ impl<'a> Replay<'a> {
         };
         replay.history.on(Input::Brief(brief), now);
         replay.watcher.on(monitor::Event::Brief(*brief), now);
+        if let Some(team) = &replay.team {
+            replay.history.on(Input::Team(team), now);
+        }
+        gather_prior(&mut replay.history, brief, world, now);
         replay.state();
         replay
     }
@@ -127,8 +171,25 @@ impl<'a> Replay<'a> {
             if record.outcome.branch == Branch::Stranded {
                 member.standing = Standing::Stranded;
             }
+            if record.action == Action::Done {
+                member.standing = Standing::Done;
+            }
+            travel(member, record, routes);
         }
         self.state();
+        self.announced(record, routes);
+    }
+
+    /// Passes on the route that the decision announced, if it announced one.
+    fn announced(&mut self, record: &Record, routes: &[Route]) {
+        let (run, now) = (self.brief.run, self.last.landed);
+        let page = PastPage { run, robot: ROBOT, from: record.decision, records: vec![*record] };
+        self.history.on(Input::Past(&page), now);
+        let wanted = self.history.wanted(now).route;
+        let route = wanted.and_then(|request| routes.iter().find(|route| route.id() == request.id));
+        if let Some(route) = route.cloned() {
+            self.history.on(Input::Route(&RoutePage { run, route }), now);
+        }
     }
 
     /// Passes the newest state on, and what is seen from it.

@@ -70,7 +70,7 @@ impl Flown {
         let shown = &route[route.len().saturating_sub(super::output_dir::ROUTE_SHOWN)..];
         let planner =
             route.last().or(self.records.first()).map_or("hold", |record| record.leader.planner.as_str());
-        let snapshot = Snapshot::with(&self.brief, sensed, planner);
+        let snapshot = Snapshot::with(&self.world, &self.brief, sensed, &self.routes, planner);
         snapshot.picture(&self.world, &self.brief, shown).svg_in(style).map_err(Failure::run)
     }
 }

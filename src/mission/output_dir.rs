@@ -229,7 +229,7 @@ impl OutputDir {
         timing.flush().map_err(unwritten)?;
         let records = Vec::from(route);
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
-        let snapshot = Snapshot::with(&brief, &sensed, planner);
+        let snapshot = Snapshot::with(world, &brief, &sensed, read.routes(), planner);
         summary.coverage = Some(snapshot.map.coverage());
         let picture = Picture { outcome: summary.outcome, ..snapshot.picture(world, &brief, &records) };
         self.write("mission.svg", &picture.svg_in(style).map_err(Failure::run)?)?;

@@ -1,9 +1,10 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Brief, ObservedMap, PolicyCell, Record, State, Status};
+use contract::{Brief, Member, ObservedMap, PolicyCell, Record, Route, State, Status};
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
+use speed_layer::SpeedLayer;
 
 use super::sensed::Sensed;
 
@@ -21,6 +22,10 @@ pub struct Snapshot {
     /// Steps so far, as the paper counts them.
     pub steps: u64,
     sensing_radius_m: Option<f64>,
+    /// See [`Picture::speeds`].
+    speeds: Vec<[f64; 2]>,
+    members: Vec<Member>,
+    announced: Vec<Route>,
 }
 
 impl Snapshot {
@@ -35,16 +40,27 @@ impl Snapshot {
     ) -> Self {
         let mut sensed = Sensed::new(world, brief, seed);
         route.iter().for_each(|record| sensed.record(record, &[]));
-        Self::with(brief, &sensed, planner)
+        Self::with(world, brief, &sensed, &[], planner)
     }
 
-    /// The mission under `brief` after the last record that `sensed` has folded in, `planner` being in command.
+    /// The mission under `brief` in `world` after the last record that `sensed` has folded in, `planner` being in command, with
+    /// the routes that were `announced`.
     #[must_use]
-    pub fn with(brief: &Brief, sensed: &Sensed, planner: &str) -> Self {
+    pub fn with(
+        world: &ResolvedScenario,
+        brief: &Brief,
+        sensed: &Sensed,
+        announced: &[Route],
+        planner: &str,
+    ) -> Self {
+        let members = sensed.team().map_or_else(Vec::new, |team| team.members.clone());
         let (state, map) = (*sensed.state(), sensed.map().clone());
         Self {
             hops: state.decision.0 as usize,
             policy: policy(brief, &map, state, planner),
+            speeds: speeds(world, brief, &map, &members),
+            members,
+            announced: announced.to_vec(),
             map,
             outcome: state.status,
             steps: state.steps,
@@ -69,8 +85,22 @@ impl Snapshot {
             route,
             outcome: self.outcome.into(),
             sensing_radius_m: self.sensing_radius_m,
+            speeds: &self.speeds,
+            members: &self.members,
+            announced: &self.announced,
         }
     }
+}
+
+/// Expected speed and spread of each cell; empty where speeds are certain.
+fn speeds(world: &ResolvedScenario, brief: &Brief, map: &ObservedMap, members: &[Member]) -> Vec<[f64; 2]> {
+    if brief.scout.is_none() {
+        return Vec::new();
+    }
+    let layer = SpeedLayer::of_speeds(world.terrain.prior.iter(), members);
+    let seen = map.cells().iter().enumerate();
+    let estimates = seen.filter_map(|(index, seen)| layer.estimate_seen(index, seen.as_ref()));
+    estimates.map(|estimate| [estimate.mean_m_per_sol, estimate.sd_m_per_sol]).collect()
 }
 
 fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> Option<Vec<PolicyCell>> {

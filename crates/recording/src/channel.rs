@@ -50,11 +50,15 @@ pub enum Channel {
     ViewTransforms,
     /// `view/log`: what happened, a `foxglove.Log`.
     ViewLog,
+    /// `view/speed`: expected speeds of uncertain ground, a `foxglove.PointCloud`.
+    ViewSpeed,
+    /// `view/spread`: the standard deviation of these speeds, a `foxglove.PointCloud`.
+    ViewSpread,
 }
 
 impl Channel {
     /// Every channel, in the order of the file.
-    pub const ALL: [Channel; 18] = [
+    pub const ALL: [Channel; 20] = [
         Channel::Brief,
         Channel::State,
         Channel::Map,
@@ -73,6 +77,8 @@ impl Channel {
         Channel::ViewRobots,
         Channel::ViewTransforms,
         Channel::ViewLog,
+        Channel::ViewSpeed,
+        Channel::ViewSpread,
     ];
 
     /// Topic of the channel: for public messages the name of the service.
@@ -97,6 +103,8 @@ impl Channel {
             Channel::ViewRobots => "view/robots".into(),
             Channel::ViewTransforms => "view/transforms".into(),
             Channel::ViewLog => "view/log".into(),
+            Channel::ViewSpeed => "view/speed".into(),
+            Channel::ViewSpread => "view/spread".into(),
         }
     }
 
@@ -122,9 +130,12 @@ impl Channel {
             Channel::Past => "hopper.Past",
             Channel::Host => "hopper.Host",
             Channel::Gap => "hopper.Gap",
-            Channel::ViewMap | Channel::ViewPlan | Channel::ViewRoute | Channel::ViewRobots => {
-                "foxglove.PointCloud"
-            }
+            Channel::ViewMap
+            | Channel::ViewPlan
+            | Channel::ViewRoute
+            | Channel::ViewRobots
+            | Channel::ViewSpeed
+            | Channel::ViewSpread => "foxglove.PointCloud",
             Channel::ViewTransforms => "foxglove.FrameTransforms",
             Channel::ViewLog => "foxglove.Log",
         }

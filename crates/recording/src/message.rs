@@ -179,7 +179,9 @@ impl RecordedMessage {
             | Channel::ViewRoute
             | Channel::ViewRobots
             | Channel::ViewTransforms
-            | Channel::ViewLog => return Ok(None),
+            | Channel::ViewLog
+            | Channel::ViewSpeed
+            | Channel::ViewSpread => return Ok(None),
         }))
     }
 }

@@ -120,6 +120,12 @@ impl Recorder {
         self.transcript.run() == Some(run) && past == self.transcript.written().0 && flushed >= decision
     }
 
+    /// Whether the expected speeds of uncertain ground are still to come.
+    #[must_use]
+    pub fn lacks_prior(&self) -> bool {
+        self.transcript.lacks_prior()
+    }
+
     /// Number of missing messages so far, by topic.
     #[must_use]
     pub fn missing(&self) -> &BTreeMap<String, u64> {

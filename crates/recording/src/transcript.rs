@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::{
     Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage,
-    PastRequest, Replica, RobotId, RunId, State, Status, Team, Timeline, Vetoed,
+    PastRequest, PriorGathering, PriorPage, PriorRequest, Replica, RobotId, RunId, State, Status, Team,
+    Timeline, Vetoed,
 };
 use prost::Message as _;
 
@@ -30,13 +31,19 @@ pub struct Requests {
     pub past: Option<PastRequest>,
     /// Request to `hop/rN/snapshot`.
     pub map: Option<MapRequest>,
+    /// Request to `hop/prior`.
+    pub prior: Option<PriorRequest>,
 }
 
 impl Requests {
     /// `later` where it has a request, else this.
     #[must_use]
     pub fn or(self, later: Requests) -> Self {
-        Self { past: later.past.or(self.past), map: later.map.or(self.map) }
+        Self {
+            past: later.past.or(self.past),
+            map: later.map.or(self.map),
+            prior: later.prior.or(self.prior),
+        }
     }
 }
 
@@ -88,6 +95,9 @@ pub struct Transcript {
     timeline: Timeline,
     map: Replica,
     views: Views,
+    /// Of uncertain ground, for viewers: it is not written.
+    prior: PriorGathering,
+    lacks_prior: bool,
     processes: BTreeSet<Incarnation>,
 }
 
@@ -104,6 +114,8 @@ impl Default for Transcript {
             timeline: Timeline::default(),
             map: Replica::new(ROBOT),
             views: Views::default(),
+            prior: PriorGathering::default(),
+            lacks_prior: false,
             processes: BTreeSet::new(),
         }
     }
@@ -201,6 +213,26 @@ impl Transcript {
         }
     }
 
+    /// Takes a page of the prior that was asked for.
+    pub fn on_prior(&mut self, page: PriorPage) {
+        if self.brief.is_none_or(|brief| brief.run != page.run || brief.grid != page.grid) {
+            return;
+        }
+        // A page that cannot be is asked for again.
+        let _ = self.prior.page(page);
+        if let Some(prior) = self.prior.prior() {
+            self.views.prior(&prior.cells);
+            self.prior = PriorGathering::default();
+            self.lacks_prior = false;
+        }
+    }
+
+    /// Whether the expected speeds of uncertain ground are still to come.
+    #[must_use]
+    pub fn lacks_prior(&self) -> bool {
+        self.lacks_prior
+    }
+
     /// Takes a route that a robot will take, received at `now`.
     pub fn on_announcement(&mut self, announcement: &Announcement, now: MonotonicNs) {
         if let Some(message) = JsonMessage::of(announcement) {
@@ -214,7 +246,7 @@ impl Transcript {
     /// Lets time pass; returns the requests that are due.
     pub fn tick(&mut self, now: MonotonicNs) -> Requests {
         self.draw(now, false);
-        Requests { past: self.past_wanted(now), map: self.map.ask(now) }
+        Requests { past: self.past_wanted(now), map: self.map.ask(now), prior: self.prior.ask(now) }
     }
 
     /// Adds what viewers shall see at the end.
@@ -229,6 +261,10 @@ impl Transcript {
         self.gaps.begin();
         (self.brief, self.state) = (Some(brief), None);
         self.views.begin(&brief);
+        (self.prior, self.lacks_prior) = (PriorGathering::default(), brief.scout.is_some());
+        if self.lacks_prior {
+            self.prior.begin(brief.run);
+        }
         self.forget_past();
         self.map = Replica::new(ROBOT);
         self.map.begin(&brief);

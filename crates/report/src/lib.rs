@@ -31,7 +31,7 @@ pub use fallbacks::{Fallbacks, guard_phrase};
 pub use format::Format;
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
 pub use phrases::TeamEffort;
-pub use picture::{Picture, PictureGrid, PictureStyle, TitledPicture};
+pub use picture::{Layer, Picture, PictureGrid, PictureStyle, TitledPicture};
 pub use summary::{Process, Summary, SummaryBuilder};
 pub use table::table;
 pub use tally::{Executed, Leadership, Route, Tally};

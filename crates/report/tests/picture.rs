@@ -6,11 +6,11 @@
 mod mission;
 
 use contract::{
-    Action, Branch, Brief, Cover, CoverMode, Direction, Ground, ObservedMap, PolicyCell, Record, RobotId,
-    Status,
+    Action, Branch, Brief, Cell, Cover, CoverMode, Direction, Ground, Leader, Member, ObservedMap, Placement,
+    PolicyCell, Record, Robot, RobotId, Route, Scout, Sensor, Standing, Status, Vehicle, Waypoint,
 };
 use mission::{Step, brief, ground, policy, records};
-use report::{Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
+use report::{Layer, Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
 use roxmltree::Document;
 
 /// East and north in turn, every seventh hop slips, every eleventh gets nowhere.
@@ -40,6 +40,9 @@ fn svg(
         route,
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
+        speeds: &[],
+        members: &[],
+        announced: &[],
     };
     picture.svg().unwrap()
 }
@@ -74,11 +77,14 @@ fn tiny_plate() -> String {
         route: &[],
         outcome: Status::Underway.into(),
         sensing_radius_m: Some(2.0),
+        speeds: &[],
+        members: &[],
+        announced: &[],
     };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
     let views = vec![
-        TitledPicture { heading: "before".into(), picture: before },
-        TitledPicture { heading: "after".into(), picture: after },
+        TitledPicture { heading: "before".into(), picture: before, layer: Layer::Heights },
+        TitledPicture { heading: "after".into(), picture: after, layer: Layer::Heights },
     ];
     PictureGrid { title: "A hop".into(), caption: "east".into(), columns: 2, views }.svg().unwrap()
 }
@@ -203,6 +209,9 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
         route: &[],
         outcome: Status::Goal.into(),
         sensing_radius_m: None,
+        speeds: &[],
+        members: &[],
+        announced: &[],
     };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
 }
@@ -222,6 +231,9 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
         route: &route,
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
+        speeds: &[],
+        members: &[],
+        announced: &[],
     };
     let (screen, paper) =
         (picture.svg_in(PictureStyle::Screen).unwrap(), picture.svg_in(PictureStyle::Paper).unwrap());
@@ -265,6 +277,108 @@ fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
     }
     assert!(texts.iter().any(|text| text.contains("4 hops")), "the helicopter does not hop: {texts:?}");
     assert!(!texts.contains(&"visited, darker the more often"));
+}
+
+/// P-SPEED-PICTURE: over uncertain ground there are two plots, of the expected speed and of its spread, each with its scale, and
+/// on both the routes that were announced and travelled, start, goal, and what the helicopter sees.
+#[test]
+fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
+    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10 });
+    let brief = Brief { robots: 2, scout, ..brief(12) };
+    let (terrain, map) = ground(&brief);
+    let at = |x_m, y_m| Waypoint { x_m, y_m };
+    let routes = [
+        Route::new(vec![at(1.5, 1.5), at(10.4, 10.6)]).unwrap(),
+        Route::new(vec![at(1.5, 1.5), at(6.5, 2.5)]).unwrap(),
+    ];
+    let steps =
+        [Action::Announce(routes[0].id()), Action::Announce(routes[1].id()), Action::Fly, Action::Drive];
+    let mut route = records(&brief, &steps.map(|action| (action, Branch::Intended)), 4);
+    for (record, (robot, to)) in
+        route.iter_mut().zip([(0, None), (1, None), (1, Some((6, 2))), (0, Some((10, 10)))])
+    {
+        record.robot = RobotId(robot);
+        record.outcome.from = Cell::new(1, 1);
+        record.outcome.to = to.map_or(Cell::new(1, 1), |(x, y)| Cell::new(x, y));
+    }
+    let start = Placement { cell: Cell::new(1, 1), heading: Direction::North };
+    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(10.4, 10.6), goal_radius_m: 3.0 };
+    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
+    let member = |vehicle, sensor| Member {
+        robot: Robot { vehicle, sensor, start },
+        at: start,
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader: Leader::default(),
+        last: None,
+        travel: None,
+    };
+    let members = [member(driver, Sensor::Track), member(helicopter, Sensor::Camera { radius_m: 3.0 })];
+    let seen = |index: usize| map.cells()[index].is_some();
+    let speeds: Vec<[f64; 2]> = (0..brief.grid.cells())
+        .map(|index| if seen(index) { [200.0, 0.0] } else { [100.0, 100.0] })
+        .collect();
+    let picture = Picture {
+        brief: &brief,
+        terrain: &terrain,
+        treasures: &[],
+        map: &map,
+        policy: None,
+        route: &route,
+        outcome: Status::Goal.into(),
+        sensing_radius_m: None,
+        speeds: &speeds,
+        members: &members,
+        announced: &routes,
+    };
+    let drawn = picture.svg().unwrap();
+    let read = Document::parse(&drawn).unwrap();
+    let texts: Vec<&str> =
+        read.descendants().filter(|node| node.has_tag_name("text")).filter_map(|node| node.text()).collect();
+    for word in [
+        "Expected speed at the end",
+        "Spread of the speed at the end",
+        "expected speed (m/Sol)",
+        "standard deviation of speed (m/Sol)",
+        "rover 0",
+        "helicopter 1",
+        "travelled",
+        "announced",
+        "field of view",
+        "start",
+        "goal",
+    ] {
+        assert!(texts.contains(&word), "{word}: {texts:?}");
+    }
+    // Four lines, each with rims, on both plots; a ring of three cells around the helicopter.
+    assert_eq!(drawn.matches("stroke-dasharray=\"7 7\"").count(), 4, "two announced routes on two plots");
+    let pitch = 520.0 / 12.0;
+    assert_eq!(
+        drawn.matches(&format!("r=\"{}\" fill=\"none\"", 3.0 * pitch)).count(),
+        4,
+        "two rings, rimmed"
+    );
+    let sure = |layer: &[[u8; 3]], share: f64| {
+        let [r, g, b] = report::picture::colour::ramp(layer, share);
+        format!("#{r:02x}{g:02x}{b:02x}")
+    };
+    // Forty shades: the middles of the last, of the one from 100 to 105 m/Sol, of the first.
+    use report::picture::colour::{SPEEDS, SPREADS};
+    for colour in [
+        sure(&SPEEDS, 39.5 / 40.0),
+        sure(&SPEEDS, 20.5 / 40.0),
+        sure(&SPREADS, 0.5 / 40.0),
+        sure(&SPREADS, 39.5 / 40.0),
+    ] {
+        assert!(
+            drawn.matches(&format!("fill=\"{colour}\"")).count() >= 2,
+            "on the plot and in its scale: {colour}"
+        );
+    }
+    let paper = picture.svg_in(PictureStyle::Paper).unwrap();
+    assert!(paper.contains("expected speed (m/Sol)") && !paper.contains("height above datum"), "one plot");
+    let short = Picture { speeds: &speeds[1..], ..picture };
+    assert_eq!(short.svg(), Err(ReportError::Cells { layer: "speeds", need: 144, got: 143 }));
 }
 
 /// P-TEAM-PICTURE.

@@ -17,7 +17,7 @@ use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, DriveSpeed, Grid, Leader, Outcome, Pose, Record,
     Refusal, Robot, RobotId, SpeedPrior, Standing, Status, Travel, Vehicle, Waypoint,
 };
-use helicopter::Sensor;
+use helicopter::{Sensor, Sighting};
 use rover::{Drive, DriveEnd, Point, SOL_HOURS, Segment, Speed, SpeedDistribution, traverse};
 use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
@@ -174,20 +174,13 @@ impl ScoutTeam {
 
     /// The probability of getting stuck in a cell, as far as it is known.
     fn stuck(&self, cell: usize) -> f64 {
-        let prior = || self.prior[cell].probability(DriveSpeed::Zero);
-        match self.sights[cell] {
-            Sight::Seen => f64::from(u8::from(self.ground.speed(cell) == Speed::Zero)),
-            Sight::Unseen => prior(),
-            Sight::Read => {
-                let distribution = SpeedDistribution::as_given(self.prior[cell].probabilities()).ok();
-                match (self.camera, self.readings[cell], distribution) {
-                    (Some(camera), Some(reading), Some(distribution)) => {
-                        camera.belief(distribution, scout_world::speed(reading)).probability(Speed::Zero)
-                    }
-                    _ => prior(),
-                }
-            }
-        }
+        let sighting = match self.sights[cell] {
+            Sight::Seen => Sighting { speed: Some(self.ground.speed(cell)), reading: None },
+            Sight::Read => Sighting { speed: None, reading: self.readings[cell].map(scout_world::speed) },
+            Sight::Unseen => Sighting::default(),
+        };
+        let prior = SpeedDistribution::as_given(self.prior[cell].probabilities());
+        prior.map_or(1.0, |prior| sighting.belief(prior, self.camera.as_ref()).probability(Speed::Zero))
     }
 
     /// Executes `action`, which was not refused, at `decision` of `robot`, which is due, and takes note of it.

@@ -76,7 +76,7 @@ impl Observer<Node> for FoxgloveServer {
         let wanted = self.ports.receive().tell(&mut self.transcript, now);
         let wanted = wanted.or(self.transcript.tick(now));
         self.publish();
-        self.ports.ask(wanted).map_err(Into::into)
+        self.ports.ask(node, wanted).map_err(Into::into)
     }
 
     fn is_whole_until(&self, _run: RunId, _decision: Decision) -> bool {

@@ -108,7 +108,7 @@ impl<P: Ports + 'static, S: Sink> monitor::process::Observer<P> for Recorder<P, 
         match self.record(received, now) {
             Ok(wanted) => {
                 self.append();
-                self.ports.ask(wanted).map_err(Into::into)
+                self.ports.ask(ports, wanted).map_err(Into::into)
             }
             Err(error) => {
                 self.fail(&error);
@@ -118,7 +118,8 @@ impl<P: Ports + 'static, S: Sink> monitor::process::Observer<P> for Recorder<P, 
     }
 
     fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
-        self.failed || self.engine.is_whole_until(run, decision)
+        let waits_for_prior = self.engine.lacks_prior() && self.ports.can_have_prior();
+        self.failed || !waits_for_prior && self.engine.is_whole_until(run, decision)
     }
 
     fn finish(&mut self, ports: &mut P) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use contract::message::{Message as _, Visitor};
 use contract::{
     Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
-    Policy, RobotId, State, Team,
+    Policy, PriorPage, PriorRequest, RobotId, State, Team,
 };
 use process::{Client, Ports, Reader, accept};
 use recording::{JsonMessage, RecordedMessage as Message, Requests, Transcript};
@@ -28,6 +28,10 @@ pub struct RecorderPorts<P: Ports> {
     policies: Option<P::Reader<Policy>>,
     past: P::Client<PastRequest>,
     snapshots: P::Client<MapRequest>,
+    /// Open once the prior of uncertain ground is asked for.
+    priors: Option<P::Client<PriorRequest>>,
+    /// Whether all places among those who ask for the prior were taken.
+    prior_full: bool,
     /// One reader for each message without a schema of ours.
     others: Vec<Drain>,
     period_ns: u64,
@@ -40,6 +44,7 @@ pub struct Received {
     teams: Vec<Team>,
     announcements: Vec<Announcement>,
     ordered: Vec<Message>,
+    prior: Option<PriorPage>,
     others: Vec<JsonMessage>,
 }
 
@@ -98,6 +103,8 @@ impl<P: Ports + 'static> RecorderPorts<P> {
             policies: with_policies.then(|| ports.reader(robot, false)).transpose()?,
             past: ports.client(robot)?,
             snapshots: ports.client(robot)?,
+            priors: None,
+            prior_full: false,
             others,
             period_ns: PERIODS_NS[0],
         })
@@ -107,14 +114,34 @@ impl<P: Ports + 'static> RecorderPorts<P> {
     ///
     /// # Errors
     /// If a port fails.
-    pub fn ask(&mut self, wanted: Requests) -> Result<(), P::Error> {
+    pub fn ask(&mut self, ports: &mut P, wanted: Requests) -> Result<(), P::Error> {
         if let Some(request) = wanted.past {
             self.past.request(request)?;
         }
         if let Some(request) = wanted.map {
             self.snapshots.request(request)?;
         }
+        if let Some(request) = wanted.prior.filter(|_| !self.prior_full) {
+            if self.priors.is_none() {
+                match ports.client(RobotId(0)) {
+                    Ok(client) => self.priors = Some(client),
+                    Err(error) => {
+                        tracing::warn!("viewers get no expected speeds: {error}");
+                        self.prior_full = true;
+                    }
+                }
+            }
+            if let Some(priors) = &mut self.priors {
+                priors.request(request)?;
+            }
+        }
         Ok(())
+    }
+
+    /// Whether the prior can be had.
+    #[must_use]
+    pub fn can_have_prior(&self) -> bool {
+        !self.prior_full
     }
 
     /// How long to wait for the next look at most, nanoseconds: the less the fuller the queues were.
@@ -156,8 +183,13 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         let most = maps.max(commands).max(states / 4);
         self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
         let announcements = well_formed(self.announcements.drain());
+        let prior = accept(self.priors.as_mut().and_then(Client::receive));
+        if prior.is_some() {
+            // The next page is asked for at once.
+            self.period_ns = PERIODS_NS[1];
+        }
         let others = self.others.iter_mut().flat_map(|drain| drain()).collect();
-        Received { early, teams, announcements, ordered, others }
+        Received { early, teams, announcements, ordered, prior, others }
     }
 }
 
@@ -176,6 +208,9 @@ impl Received {
         }
         for message in self.ordered {
             wanted = wanted.or(transcript.on(message, now));
+        }
+        if let Some(page) = self.prior {
+            transcript.on_prior(page);
         }
         for message in &self.others {
             transcript.on_json(message, now);

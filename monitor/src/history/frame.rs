@@ -1,12 +1,14 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
-use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed};
+use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed, Waypoint};
 use serde::Serialize;
 use serde_json::{Value, json};
+use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
 
 use super::reason::Ends;
 use super::{
-    History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory, Reason, RunHistory, SeenCells,
+    Announced, Announcements, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory,
+    Reason, RunHistory, SeenCells,
 };
 
 /// Most hops in one frame.
@@ -15,6 +17,9 @@ pub const HOPS_A_FRAME: usize = 256;
 /// Most cells in one frame.
 pub const CELLS_A_FRAME: usize = 4096;
 
+/// Most runs of cells of one distribution in one frame.
+pub const SPEED_RUNS_A_FRAME: usize = 1024;
+
 /// Longest side of the part of a policy that is sent, cells around the hopper: more arrows could not be
 /// distinguished.
 pub const POLICY_SIDE_MAX: u32 = 128;
@@ -22,7 +27,7 @@ pub const POLICY_SIDE_MAX: u32 = 128;
 /// A server-sent event: its name, and one line of JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Name of the event: mission, hops, cells, marks, policy or status.
+    /// Name of the event: mission, hops, cells, routes, speeds, marks, policy or status.
     pub event: &'static str,
     /// JSON data in one line.
     pub data: String,
@@ -40,6 +45,9 @@ pub struct Cursor {
     events: u64,
     policies: u64,
     status: u64,
+    announcements: u64,
+    speeds: usize,
+    speed_rows: usize,
 }
 
 impl Cursor {
@@ -83,6 +91,8 @@ impl History {
         }
         hops(&run.hops, cursor)
             .or_else(|| cells(&run.seen_cells, cursor))
+            .or_else(|| routes(&run.announcements, cursor))
+            .or_else(|| speeds(run.speeds.layer(), cursor))
             .or_else(|| events(&self.peers, cursor))
             .or_else(|| self.status(cursor, now))
     }
@@ -99,6 +109,8 @@ impl History {
             || cursor.hops < run.hops.due().0
             || cursor.revision != revision
             || !log.is_empty()
+            || cursor.announcements < run.announcements.count()
+            || run.speeds.layer().is_some_and(|layer| cursor.speeds < layer.codes().len())
             || cursor.events < self.peers.events_count()
             || (cursor.status < self.progress.0 && self.progress.1.is_some())
     }
@@ -164,6 +176,7 @@ fn mission(brief: &Brief) -> Value {
         "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
         "robots": brief.robots,
         "hops": brief.is_of_hopper(),
+        "speeds": brief.scout.is_some(),
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
@@ -216,7 +229,8 @@ fn leader_change(leader_change: &LeaderChange) -> Value {
 }
 
 /// Cells as three lists of equal length: difference of the index to the one before; height in millimetres times
-/// four, plus one for sand and two for impassable; difference of the decision of first sight to the one before.
+/// four, plus one for sand and two for impassable; difference of the decision of first sight to the one before. Where speeds
+/// are uncertain, a fourth has what was observed: 0 nothing, 1 to 4 the speed, 5 to 8 a reading.
 fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
     let (revision, _) = seen_cells.log(0);
     if cursor.revision != revision {
@@ -227,7 +241,7 @@ fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
     if log.is_empty() {
         return None;
     }
-    let (mut indices, mut heights, mut dates) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut indices, mut heights, mut dates, mut speeds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut index_before, mut date_before) = (0, 0);
     for &index in log {
         let Some(seen) = seen_cells.get(index as usize) else { continue };
@@ -235,10 +249,51 @@ fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
         indices.push(i64::from(index) - index_before);
         heights.push(4 * millimetres + i64::from(seen.sand) + 2 * i64::from(!seen.passable));
         dates.push(i64::from(seen.at) - date_before);
+        let reading = seen.reading.map_or(0, |reading| 5 + reading as u8);
+        speeds.push(seen.speed.map_or(reading, |speed| 1 + speed as u8));
         (index_before, date_before) = (i64::from(index), i64::from(seen.at));
     }
     cursor.cells += log.len();
-    Some(frame("cells", &json!({ "i": indices, "h": heights, "at": dates })))
+    let mut data = json!({ "i": indices, "h": heights, "at": dates });
+    if speeds.iter().any(|speed| *speed > 0) {
+        data["v"] = json!(speeds);
+    }
+    Some(frame("cells", &data))
+}
+
+/// A route that a robot announced, with its points in metres from the south-western corner of the map.
+fn routes(announcements: &Announcements, cursor: &mut Cursor) -> Option<Frame> {
+    let announced = announcements.from(cursor.announcements).next()?;
+    let left = announcements.from(cursor.announcements).count() as u64;
+    cursor.announcements = announcements.count() - left + 1;
+    let Announced { decision, robot, route } = announced;
+    let point = |point: &Waypoint| [rounded(point.x_m, 1e3), rounded(point.y_m, 1e3)];
+    let points: Vec<_> = route.waypoints().iter().map(point).collect();
+    Some(frame("routes", &json!({ "decision": decision, "robot": robot, "points": points })))
+}
+
+/// Expected speeds of the next cells in index order: distributions that are new to the reader, each as expected speed and
+/// spread under the prior and, where a camera errs, after each of the four readings; then pairs of a distribution's number
+/// and how many cells in a row have it.
+fn speeds(layer: Option<&SpeedLayer>, cursor: &mut Cursor) -> Option<Frame> {
+    let layer = layer.filter(|layer| cursor.speeds < layer.codes().len())?;
+    let (from, known) = (cursor.speeds, cursor.speed_rows);
+    let mut runs = Vec::new();
+    for run in layer.codes()[from..].chunk_by(PartialEq::eq).take(SPEED_RUNS_A_FRAME) {
+        runs.extend([run[0], run.len() as u32]);
+        cursor.speeds += run.len();
+        // Rows are numbered in the order of their first cells.
+        cursor.speed_rows = cursor.speed_rows.max(run[0] as usize + 1);
+    }
+    let row = |row: &SpeedRow| {
+        let numbers = |estimate: &SpeedEstimate| {
+            [rounded(estimate.mean_m_per_sol, 10.0), rounded(estimate.sd_m_per_sol, 10.0)]
+        };
+        let read: &[SpeedEstimate] = if row.read == [row.unseen; 4] { &[] } else { &row.read };
+        numbers(&row.unseen).into_iter().chain(read.iter().flat_map(numbers)).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = layer.rows()[known..cursor.speed_rows].iter().map(row).collect();
+    Some(frame("speeds", &json!({ "from": from, "rows": rows, "runs": runs })))
 }
 
 fn events(peers: &PeerHistory, cursor: &mut Cursor) -> Option<Frame> {

@@ -4,18 +4,23 @@
 //! holds a [`Cursor`] into it and takes [`Frame`]s at its own speed, so late, slow and fast readers share one
 //! mechanism without a queue that could fill.
 
+mod announcements;
 mod frame;
 mod hops;
 mod peers;
 pub mod reason;
 mod seen_cells;
+mod speeds;
 
 use contract::{
     Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    Pacing, PastPage, Policy, Replica, RobotId, Role, State, Timeline,
+    Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role, RoutePage, RouteRequest,
+    State, Team, Timeline,
 };
 use report::Executed;
+use speed_layer::SpeedLayer;
 
+pub use announcements::{Announced, Announcements};
 pub use frame::{CELLS_A_FRAME, Cursor, Frame, HOPS_A_FRAME, POLICY_SIDE_MAX};
 pub use hops::{HOPS_KEPT, Hop, Hops, LeaderChange};
 pub use peers::{EVENTS_KEPT, Peer, PeerChange, PeerEvent, PeerHistory};
@@ -23,6 +28,7 @@ pub use reason::{HopReason, Reason};
 pub use seen_cells::{Seen, SeenCells};
 
 use crate::Progress;
+use speeds::Speeds;
 
 /// Shortest time between two requests for the whole map, nanoseconds: a monitor that cannot follow the patches must
 /// not keep perception busy.
@@ -41,6 +47,12 @@ pub enum Input<'a> {
     Patch(MapPatch),
     /// A page of the observed map; pass all patches received before it first.
     Page(&'a MapPage),
+    /// All robots at one decision.
+    Team(&'a Team),
+    /// A page of the prior that was requested.
+    Prior(PriorPage),
+    /// A route that was requested.
+    Route(&'a RoutePage),
     /// A sign of life of a process.
     Heartbeat(&'a Heartbeat),
     /// Policy of the planner in command.
@@ -49,6 +61,15 @@ pub enum Input<'a> {
     Pacing(Pacing),
     /// Time has passed.
     Tick,
+}
+
+/// What the history needs of hopper-sim beside what is published: see [`History::wanted`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// A page of the prior.
+    pub prior: Option<PriorRequest>,
+    /// The points of a route.
+    pub route: Option<RouteRequest>,
 }
 
 /// The history of one robot's mission.
@@ -78,6 +99,10 @@ struct RunHistory {
     whole: (bool, Option<MonotonicNs>),
     /// Newest policy, with its number.
     policy: (u64, Option<Policy>),
+    /// All robots as of their newest message; `None` where there is a single hopper.
+    team: Option<Team>,
+    announcements: Announcements,
+    speeds: Speeds,
 }
 
 impl History {
@@ -111,12 +136,31 @@ impl History {
             }
             Input::Patch(patch) => return self.of_run(patch.run)?.patch(patch, now),
             Input::Page(page) => return self.of_run(page.run)?.page(page, now),
+            Input::Team(team) => self.of_run(team.run)?.team(team),
+            Input::Prior(page) => self.of_run(page.run)?.prior(page),
+            Input::Route(page) => self.of_run(page.run)?.announcements.page(page),
             Input::Policy(policy) => {
                 let known = &mut self.of_run(policy.run)?.policy;
                 *known = (known.0 + 1, Some(policy));
             }
         }
         None
+    }
+
+    /// What is missing of the prior and of announced routes, if it is to be requested at `now`. Nothing where a hopper
+    /// goes alone.
+    pub fn wanted(&mut self, now: MonotonicNs) -> Wanted {
+        let Some(run) = &mut self.run else { return Wanted::default() };
+        Wanted { prior: run.speeds.ask(now), route: run.announcements.ask(run.brief.run, now) }
+    }
+
+    /// Whether part of the prior or of the announced routes is missing.
+    #[must_use]
+    pub fn lacks_pages(&self) -> bool {
+        let lacks = |run: &RunHistory| {
+            run.brief.scout.is_some() && run.speeds.layer().is_none() || run.announcements.lacks_points()
+        };
+        self.run.as_ref().is_some_and(lacks)
     }
 
     /// Replaces the progress report.
@@ -166,6 +210,24 @@ impl History {
         let seen = |cell: &Cell| brief.grid.index(*cell).and_then(|index| seen_cells.get(index));
         lying.retain(|cell| seen(cell).is_some_and(|seen| u64::from(seen.at) <= at.0));
         lying
+    }
+
+    /// Expected speeds of uncertain ground; `None` elsewhere, and until the prior is gathered.
+    #[must_use]
+    pub fn speeds(&self) -> Option<&SpeedLayer> {
+        self.run.as_ref()?.speeds.layer()
+    }
+
+    /// All robots as last published; `None` where there is a single hopper.
+    #[must_use]
+    pub fn team(&self) -> Option<&Team> {
+        self.run.as_ref()?.team.as_ref()
+    }
+
+    /// Routes that were announced in the run.
+    #[must_use]
+    pub fn announcements(&self) -> Option<&Announcements> {
+        self.run.as_ref().map(|run| &run.announcements)
     }
 
     /// Newest policy of the run.
@@ -232,6 +294,10 @@ impl RunHistory {
     fn new(robot: RobotId, brief: &Brief) -> Self {
         let mut replica = Replica::new(robot);
         replica.begin(brief);
+        let mut speeds = Speeds::default();
+        if brief.scout.is_some() {
+            speeds.begin(brief.run);
+        }
         Self {
             brief: *brief,
             state: None,
@@ -241,6 +307,9 @@ impl RunHistory {
             seen_cells: SeenCells::new(brief),
             whole: (false, None),
             policy: (0, None),
+            team: None,
+            announcements: Announcements::default(),
+            speeds,
         }
     }
 
@@ -271,6 +340,9 @@ impl RunHistory {
     fn past(&mut self, page: &PastPage) -> bool {
         let robots = self.brief.robots;
         for record in page.records.iter().filter(|record| record.robot.0 < robots) {
+            if record.decision < self.hops.due() {
+                self.announcements.record(record);
+            }
             if record.decision != self.hops.due() {
                 continue;
             }
@@ -279,8 +351,28 @@ impl RunHistory {
             }
             self.hops.fold(&Executed::from(record));
             self.timeline.fold(record);
+            self.announcements.record(record);
         }
         true
+    }
+
+    fn team(&mut self, team: &Team) {
+        self.announcements.team(team);
+        self.team = Some(team.clone());
+        self.complete_speeds();
+    }
+
+    fn prior(&mut self, page: PriorPage) {
+        if page.grid == self.brief.grid {
+            self.speeds.page(page);
+            self.complete_speeds();
+        }
+    }
+
+    fn complete_speeds(&mut self) {
+        if let Some(team) = &self.team {
+            self.speeds.complete(&team.members);
+        }
     }
 
     fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {

@@ -1,6 +1,6 @@
 //! The cells of the observed map in the order they were first seen.
 
-use contract::{Brief, Cell, Decision, Grid, ObservedMap, SensorParameters, Soil};
+use contract::{Brief, Cell, Decision, DriveSpeed, Grid, ObservedMap, SensorParameters, Soil};
 
 use super::Hops;
 
@@ -19,6 +19,10 @@ pub struct Seen {
     pub sand: bool,
     /// Whether a hopper survives landing there.
     pub passable: bool,
+    /// How fast a rover drives there, where speeds are uncertain and it was seen.
+    pub speed: Option<DriveSpeed>,
+    /// What a camera that errs read for the speed, as long as nobody saw it.
+    pub reading: Option<DriveSpeed>,
     /// Decision that was due when it was first seen.
     pub at: u32,
 }
@@ -46,7 +50,8 @@ impl SeenCells {
     /// No cell of the brief's grid seen yet.
     #[must_use]
     pub fn new(brief: &Brief) -> Self {
-        let unseen = Seen { height_m: 0.0, sand: false, passable: true, at: UNSEEN };
+        let unseen =
+            Seen { height_m: 0.0, sand: false, passable: true, speed: None, reading: None, at: UNSEEN };
         Self {
             grid: brief.grid,
             sensor: brief.sensor,
@@ -133,7 +138,8 @@ impl SeenCells {
         let height_m = ground.height_m as f32;
         let (low, high) = self.heights_m.unwrap_or((height_m, height_m));
         self.heights_m = Some((low.min(height_m), high.max(height_m)));
-        let now = Seen { height_m: ground.height_m as f32, sand, passable: ground.passable, at: known.at };
+        let contract::Ground { passable, speed, reading, .. } = ground;
+        let now = Seen { height_m, sand, passable, speed, reading, at: known.at };
         if known.at == UNSEEN {
             self.cells[index] = Seen { at: PENDING, ..now };
             self.seen += 1;

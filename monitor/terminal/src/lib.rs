@@ -2,9 +2,11 @@
 //!
 //! [`picture`] draws the history: no terminal in it. [`shell`] has the terminal.
 
+mod layer;
 pub mod picture;
 pub mod shell;
 
+pub use layer::Layer;
 pub use picture::{ViewSettings, draw};
 pub use shell::Terminal;
 

@@ -1,6 +1,9 @@
 //! Draws the history of a mission in a terminal, the map in characters.
 
-use contract::{Action, Branch, Brief, Cell, Decision, Direction, MonotonicNs, Origin, Policy, Role, Stage};
+use contract::{
+    Action, Branch, Brief, Cell, Decision, Direction, Member, MonotonicNs, Origin, Policy, RobotId, Role,
+    Stage, Waypoint,
+};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -8,8 +11,11 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
-use monitor::history::{Hop, PeerChange, SeenCells};
+use monitor::history::{Hop, PeerChange, Seen, SeenCells};
 use report::picture::colour;
+
+use crate::Layer;
+use crate::layer::{ink, visits};
 
 /// Smallest width of the terminal, columns.
 pub const COLUMNS_MIN: u16 = 80;
@@ -53,6 +59,8 @@ pub struct ViewSettings {
     pub control: bool,
     /// Whether to show what each key does.
     pub keys: bool,
+    /// What the ground shows; `None` shows what suits the mission.
+    pub layer: Option<Layer>,
 }
 
 impl ViewSettings {
@@ -69,6 +77,21 @@ impl ViewSettings {
         } else {
             self.at = None;
         }
+    }
+
+    /// The layer that is shown of the mission: if none was chosen, the expected speed where speeds are uncertain, visits where
+    /// ground is covered, else heights.
+    #[must_use]
+    pub fn layer(&self, brief: &Brief) -> Layer {
+        let suits = |layer: &Layer| Layer::of(brief).contains(layer);
+        self.layer.filter(suits).unwrap_or_else(|| Layer::first(brief))
+    }
+
+    /// Goes on to the next layer that the mission has.
+    pub fn next_layer(&mut self, brief: &Brief) {
+        let layers = Layer::of(brief);
+        let at = layers.iter().position(|layer| *layer == self.layer(brief)).unwrap_or(0);
+        self.layer = Some(layers[(at + 1) % layers.len()]);
     }
 
     /// Moves by `by` hops, back if negative; at the end of the history the view follows the mission again.
@@ -91,8 +114,16 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
     frame.render_widget(heading(history, settings), head);
     frame.render_widget(keys(settings, history), foot);
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(38)]).areas(body);
-    let title = if settings.follow { " ground, around the hopper " } else { " ground " };
-    let block = Block::bordered().border_style(DIM).title(title);
+    let shown = history.brief().map(|brief| settings.layer(brief)).unwrap_or_default();
+    let around = match history.brief() {
+        Some(brief) if !brief.is_of_hopper() => ", around the robot ",
+        _ => ", around the hopper ",
+    };
+    let title = format!(" {}{}", shown.title(), if settings.follow { around } else { " " });
+    let mut block = Block::bordered().border_style(DIM).title(title);
+    if let Some(legend) = shown.legend() {
+        block = block.title_bottom(legend);
+    }
     let inside = block.inner(left);
     frame.render_widget(block, left);
     if let Some(view) = View::of(history, settings, inside) {
@@ -111,11 +142,12 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
 }
 
 /// What each key does; those of the page that a terminal has use for.
-const KEYS: [(&str, &str); 9] = [
+const KEYS: [(&str, &str); 10] = [
     ("← →", "one hop back or ahead"),
     ("Page Up, Down", "ten hops back or ahead"),
     ("Home, End", "first hop; now"),
     ("P", "policy arrows"),
+    ("M", "next map layer, where there are several"),
     ("F", "follow the robot, or the whole map"),
     ("Esc", "back to now"),
     ("Space, S, H", "pause, single step, hand over (--control)"),
@@ -157,7 +189,9 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
 }
 
 fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
-    let view = " ? keys  q quit  ←→ PgUp PgDn Home End  p policy";
+    let has_layers = history.brief().is_some_and(|brief| Layer::of(brief).len() > 1);
+    let layer = if has_layers { "  m layer" } else { "" };
+    let view = format!(" ? keys  q quit  ←→ PgUp PgDn Home End  p policy{layer}");
     let obeys = history.pacing().is_none_or(|pacing| pacing.obeys);
     let control = match (settings.control, obeys) {
         (true, true) => "  space pause  s step  h hand",
@@ -186,6 +220,9 @@ struct View<'a> {
     heights_m: (f32, f32),
     /// Number of robots; with more than one each is shown by its number.
     robots: u16,
+    layer: Layer,
+    /// Of each cell, where visits are shown.
+    visits: Vec<u16>,
 }
 
 impl<'a> View<'a> {
@@ -216,6 +253,11 @@ impl<'a> View<'a> {
             policy: settings.policy && stride == 1 && policy,
             heights_m: ground.heights_m().unwrap_or((0.0, 1.0)),
             robots: brief.robots,
+            layer: settings.layer(brief),
+            visits: match settings.layer(brief) {
+                Layer::Visits => visits(&brief.grid, history.hops()?, at),
+                _ => Vec::new(),
+            },
         })
     }
 
@@ -250,10 +292,14 @@ impl<'a> View<'a> {
             }
         };
         let (Some(brief), Some(hops)) = (self.history.brief(), self.history.hops()) else { return };
+        self.travels(brief, &mut put);
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
         // On a patrol only the current leg and the one before are shown.
         let visits = hop_before(self.history, self.at).map_or(0, |hop| hop.visits);
-        let shown = || hops.from(hops.first()).take(flown).filter(|hop| hop.visits + 1 >= visits);
+        let is_shown = |hop: &&Hop| {
+            hop.visits + 1 >= visits && (self.robots == 1 || !brief.has_routes() || hop.robot.0 == 0)
+        };
+        let shown = || hops.from(hops.first()).take(flown).filter(is_shown);
         for hop in shown() {
             put(hop.from, "• ", ROUTE);
             if hop.branch == Branch::Intended {
@@ -287,6 +333,56 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Where robots that announce routes look, will go, and have gone; later ones replace earlier ones.
+    fn travels(&self, brief: &Brief, put: &mut impl FnMut(Cell, &'static str, Paint)) {
+        let (Some(hops), Some(routes)) = (self.history.hops(), self.history.announcements()) else { return };
+        let members = self.history.progress().map_or(&[][..], |progress| &progress.robots);
+        if !brief.has_routes() {
+            return;
+        }
+        let middle = |cell| Waypoint::middle_of(&brief.grid, cell);
+        let mut line = |from: Waypoint, to: Waypoint, symbol, paint| {
+            let steps = (from.distance_m(to) / brief.grid.cell_size_m).ceil().clamp(1.0, 4096.0) as u32;
+            for step in 0..=steps {
+                let share = f64::from(step) / f64::from(steps);
+                let along = |from: f64, to: f64| from + (to - from) * share;
+                let point = Waypoint { x_m: along(from.x_m, to.x_m), y_m: along(from.y_m, to.y_m) };
+                put(point.cell_of(&brief.grid), symbol, paint);
+            }
+        };
+        for (robot, cell) in self.robot_cells() {
+            let (at, paint) = (middle(cell), (robot_paint(robot).1.unwrap_or(BLACK), Some(BLACK)));
+            let view_m = members.get(robot).and_then(|member| member.robot.sensor.view_m());
+            let on_rim = |n: u32, view_m: f64| {
+                let (sine, cosine) = (std::f64::consts::TAU * f64::from(n) / 64.0).sin_cos();
+                Waypoint { x_m: at.x_m + view_m * cosine, y_m: at.y_m + view_m * sine }
+            };
+            for n in 0..64 * u32::from(view_m.is_some()) {
+                let (from, to) = (on_rim(n, view_m.unwrap_or(0.0)), on_rim(n + 1, view_m.unwrap_or(0.0)));
+                line(from, to, "∘ ", paint);
+            }
+            let route = routes.of(RobotId(robot as u16), self.at);
+            for leg in route.map_or(&[][..], |announced| announced.route.waypoints()).windows(2) {
+                line(leg[0], leg[1], "+ ", paint);
+            }
+        }
+        let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
+        for hop in hops.from(hops.first()).take(flown) {
+            // A hopper's own way is drawn hop by hop.
+            let is_drawn = hop.from != hop.to && !(brief.is_of_hopper() && hop.robot.0 == 0);
+            if is_drawn {
+                let paint = robot_paint(hop.robot.0.into());
+                line(middle(hop.from), middle(hop.to), "• ", paint);
+            }
+        }
+        for member in members {
+            if let contract::Vehicle::Driver { start, goal, .. } = member.robot.vehicle {
+                put(start.cell_of(&brief.grid), "S ", START);
+                put(goal.cell_of(&brief.grid), "★ ", GOAL);
+            }
+        }
+    }
+
     /// Where each robot stood at the moment that is shown, as far as it is known.
     fn robot_cells(&self) -> Vec<(usize, Cell)> {
         let Some(hops) = self.history.hops() else { return Vec::new() };
@@ -301,6 +397,12 @@ impl<'a> View<'a> {
         (0..usize::from(self.robots)).filter_map(|robot| Some((robot, of_robot(robot)?))).collect()
     }
 
+    /// What the layer shows of a cell, as a share of its scale; `None` if it shows heights or visits.
+    fn share(&self, index: usize, seen: Option<&Seen>) -> Option<f64> {
+        let (speed, reading) = seen.map_or((None, None), |seen| (seen.speed, seen.reading));
+        self.layer.share(self.history.speeds()?.estimate(index, speed, reading)?)
+    }
+
     /// Text and style of a character pair without symbols: policy arrow, impassable, sand, or height alone.
     fn ground_at(&self, cell: Cell) -> (&'static str, Style) {
         let middle = Cell::new(cell.x + self.stride / 2, cell.y - self.stride / 2);
@@ -308,7 +410,21 @@ impl<'a> View<'a> {
         let index = grid.and_then(|grid| grid.index(middle).or_else(|| grid.index(cell)));
         let seen =
             index.and_then(|index| self.ground.get(index)).filter(|seen| u64::from(seen.at) <= self.at.0);
+        if let Some(share) = index.and_then(|index| self.share(index, seen)) {
+            let [r, g, b] = self.layer.colour(share);
+            let style = Style::new().bg(Color::Rgb(r, g, b)).fg(ink([r, g, b]));
+            return (self.layer.texture(share, seen.is_some()), style);
+        }
         let Some(seen) = seen else { return ("· ", DIM) };
+        if let Some(count) = index.and_then(|index| self.visits.get(index)).filter(|count| **count > 0) {
+            let share = (0.28 + 0.17 * f64::from(count - 1)).min(0.9);
+            let ground = mixed(colour::height_rgb(0.5), colour::rgb(colour::ROUTE), share);
+            let [r, g, b] = ground;
+            return (
+                VISITS[usize::from(*count).min(VISITS.len()) - 1],
+                Style::new().bg(Color::Rgb(r, g, b)).fg(ground_ink(ground)),
+            );
+        }
         let style = Style::new().bg(shade(seen.height_m, self.heights_m, seen.sand)).fg(Color::Black);
         let arrow = index.filter(|_| self.policy).and_then(|index| self.history.policy()?.cells.get(index));
         match arrow.map(|cell| cell.action) {
@@ -318,6 +434,15 @@ impl<'a> View<'a> {
             _ => ("  ", style),
         }
     }
+}
+
+/// Cells that were visited once, twice, and so on.
+const VISITS: [&str; 4] = ["∙ ", ": ", "∴ ", "∷ "];
+
+/// Dark or light ink, whichever stands out.
+fn ground_ink(ground: [u8; 3]) -> Color {
+    let [dark, light] = [[17, 17, 17], [255, 255, 255]].map(|ink| colour::contrast(ink, ground));
+    if dark >= light { BLACK } else { WHITE }
 }
 
 /// An arrow on hard ground or on sand; the two differ without colour too.
@@ -458,8 +583,49 @@ fn mission(history: &History, at: Decision, lines: &mut Vec<Line<'static>>) {
     let stray = hops.from(hops.first()).take(flown).filter(strays).count();
     let treasures = hop_before(history, at).map_or(0, |hop| hop.collected.count());
     lines.push(Line::raw(format!("{distance_m:.1} m to go · {seen:.0} % seen · {stray} stray")));
+    if !brief.is_of_hopper() {
+        lines.truncate(lines.len() - 1);
+        lines.extend(robots(history, brief, at, seen));
+        return;
+    }
     let radius_m = brief.sensor.radius_m(height_m);
     lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
+}
+
+/// Most robots that have a line of their own.
+const ROBOT_LINES: usize = 6;
+
+/// The robots with their numbers and colours, and whose turn it is.
+fn robots(history: &History, brief: &Brief, at: Decision, seen_percent: f64) -> Vec<Line<'static>> {
+    let due = history.hops().and_then(|hops| hops.get(at)).map(|hop| usize::from(hop.robot.0));
+    let team = history.team().filter(|team| team.decision == at).map(|team| usize::from(team.due.0));
+    let over = hop_before(history, at).is_some_and(|hop| hop.status.is_over());
+    let due = due.or(team).filter(|_| !over);
+    let turn = due.map_or_else(|| "nobody's turn".into(), |robot| format!("robot {robot}'s turn"));
+    let mut lines = vec![Line::raw(format!("{turn} · {seen_percent:.0} % seen"))];
+    let members = history.progress().map_or(&[][..], |progress| &progress.robots);
+    for (robot, member) in members.iter().enumerate().take(ROBOT_LINES) {
+        let (ink, ground) = robot_paint(robot);
+        let number = Span::styled(
+            ROBOT_NUMBERS[robot % ROBOT_NUMBERS.len()],
+            Style::new().fg(ink).bg(ground.unwrap_or(WHITE)),
+        );
+        let kind = kind(member);
+        let text = format!(" {kind} {}, {}", member.leader.planner, member.standing);
+        lines.push(Line::from(vec![number, Span::raw(text)]));
+    }
+    if usize::from(brief.robots) > ROBOT_LINES {
+        lines.push(Line::styled(format!("and {} more", usize::from(brief.robots) - ROBOT_LINES), DIM));
+    }
+    lines
+}
+
+fn kind(member: &Member) -> &'static str {
+    match member.robot.vehicle {
+        contract::Vehicle::Rover { .. } | contract::Vehicle::Driver { .. } => "rover",
+        contract::Vehicle::Helicopter { .. } => "helicopter",
+        contract::Vehicle::Hopper => "hopper",
+    }
 }
 
 /// Width of the time axis, columns.

@@ -76,6 +76,11 @@ impl Terminal {
             KeyCode::Home => self.settings.at = Some(Decision(0)),
             KeyCode::End => self.settings.at = None,
             KeyCode::Char('p') => self.settings.policy = !self.settings.policy,
+            KeyCode::Char('m') => {
+                if let Some(brief) = history.brief() {
+                    self.settings.next_layer(brief);
+                }
+            }
             KeyCode::Char('f') => self.settings.follow = !self.settings.follow,
             _ => {}
         }
@@ -99,7 +104,9 @@ impl Screen for Terminal {
     fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
         if let Some(brief) = history.brief().filter(|_| !self.begun) {
             self.begun = true;
-            self.settings.follow = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
+            // Robots that go from point to point are far apart: of them the whole map is shown.
+            let is_large = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
+            self.settings.follow = is_large && brief.scout.is_none();
             self.settings.policy &= !self.settings.follow;
         }
         let mut wishes = Vec::new();

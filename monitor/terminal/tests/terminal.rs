@@ -7,14 +7,16 @@
 mod mission;
 
 use contract::{
-    Action, Branch, Decision, Direction, Heartbeat, Incarnation, Leader, MapPatch, MonotonicNs, Name,
-    ObservedMap, Pace, Pacing, Policy, RobotId, Role, SeenCell, Status,
+    Action, Branch, Cell, Decision, Direction, DriveSpeed, Heartbeat, Incarnation, Leader, MapPatch, Member,
+    MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Placement, Policy, PriorCell, PriorPage, Robot,
+    RobotId, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Standing, Status, Team, Vehicle,
+    Waypoint,
 };
 use mission::{Step, brief, ground, name, policy, records};
 use monitor::{Event, History, Input, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use terminal::{ViewSettings, draw};
+use terminal::{Layer, ViewSettings, draw};
 
 const ROBOT: RobotId = RobotId(0);
 const SIDE: u32 = 16;
@@ -138,6 +140,125 @@ fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now(
     assert_eq!(settings.at, None);
     settings.back();
     assert_eq!(settings, ViewSettings::default(), "now is as far as it goes");
+}
+
+/// A rover and a helicopter some way along: the flight was announced, one leg of it flown, and half of the map read or seen.
+fn scouting() -> History {
+    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10 });
+    let brief = contract::Brief { robots: 2, scout, ..brief(SIDE) };
+    let at = |x_m, y_m| Waypoint { x_m, y_m };
+    let route = Route::new(vec![at(1.5, 1.5), at(6.5, 4.5), at(10.5, 4.5)]).unwrap();
+    let mut history = History::new(ROBOT);
+    let mut watcher = Watcher::new(ROBOT);
+    history.on(Input::Brief(&brief), NOW);
+    watcher.on(Event::Brief(brief), NOW);
+    let steps = [Action::Announce(route.id()), Action::Fly].map(|action| (action, Branch::Intended));
+    let mut records = records(&brief, &steps, 6);
+    for record in &mut records {
+        record.robot = RobotId(1);
+        record.leader.planner = name("rrt_star_it");
+    }
+    records[1].outcome.to = Cell::new(6, 4);
+    let (run, grid) = (brief.run, brief.grid);
+    let page = PastPage { run, robot: ROBOT, from: Decision(0), records };
+    history.on(Input::Past(&page), NOW);
+    watcher.on(Event::Past(page.clone()), NOW);
+    let start = Placement { cell: brief.start, heading: Direction::North };
+    let member = |vehicle, sensor, planner| Member {
+        robot: Robot { vehicle, sensor, start },
+        at: start,
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader: Leader { planner: name(planner), ..Leader::default() },
+        last: None,
+        travel: None,
+    };
+    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(13.5, 12.5), goal_radius_m: 3.0 };
+    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
+    let camera = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.8 };
+    let members =
+        vec![member(driver, Sensor::Track, "rrt_star_ett"), member(helicopter, camera, "rrt_star_it")];
+    let (decision, digest) = (Decision(2), page.records[1].digest);
+    let team = Team { run, decision, digest, due: RobotId(1), actor: Some(RobotId(1)), members };
+    history.on(Input::Team(&team), NOW);
+    watcher.on(Event::Team(team), NOW);
+    // Columns of 4: impassable, risky, slow, fast.
+    let kinds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    let prior = |index: usize| SpeedPrior::new(kinds[index % SIDE as usize / 4]).unwrap();
+    let cells = (0..grid.cells()).map(|index| PriorCell { speeds: prior(index), height_m: 0.0 }).collect();
+    assert!(history.wanted(NOW).prior.is_some());
+    history.on(Input::Prior(PriorPage { run, grid, from: 0, cells }), NOW);
+    history.on(Input::Route(&RoutePage { run, route }), NOW);
+    let mut map = ObservedMap::unseen(run, ROBOT, grid);
+    let seen: Vec<SeenCell> = (0..grid.cells() / 2)
+        .map(|index| {
+            let ground = contract::Ground { reading: Some(DriveSpeed::Fast), ..contract::Ground::FLAT };
+            SeenCell { index: index as u32, visits: 0, ground }
+        })
+        .collect();
+    seen.iter().for_each(|cell| _ = map.learn(cell.index as usize, cell.ground));
+    let patch = MapPatch {
+        run,
+        robot: ROBOT,
+        through: decision,
+        digest,
+        more: 0,
+        sequence: 1,
+        before: ObservedMap::unseen(run, ROBOT, grid).observation(),
+        after: map.observation(),
+        sensed: NOW,
+        published: NOW,
+        grid,
+        seen_cells: map.seen_cells() as u32,
+        treasures: Vec::new(),
+        cells: seen,
+    };
+    assert_eq!(history.on(Input::Patch(patch), NOW), None);
+    history.on(Input::Tick, NOW);
+    history.set_progress(watcher.progress(NOW).unwrap());
+    history
+}
+
+/// P-TUI-LAYERS: over uncertain ground the expected speed is shown first, and a key goes through spread, heights and visits;
+/// without colours shades differ by their characters, and what was seen from what is only expected.
+#[test]
+fn a_key_goes_through_the_layers_of_uncertain_ground() {
+    let history = scouting();
+    let mut settings = ViewSettings::default();
+    insta::assert_snapshot!("expected_speed", picture(&history, &settings, 80, 24));
+    let brief = *history.brief().unwrap();
+    let mut titles = Vec::new();
+    for _ in 0..5 {
+        titles.push(settings.layer(&brief).title());
+        let text = picture(&history, &settings, 80, 24).to_string();
+        assert!(text.contains(titles[titles.len() - 1]), "{text}");
+        settings.next_layer(&brief);
+    }
+    let cycle = ["expected speed", "spread of speed", "ground", "visits", "expected speed"];
+    assert_eq!(titles, cycle);
+    let speed = picture(&history, &ViewSettings::default(), 80, 24).to_string();
+    // Impassable to fast, seen in the south and only expected in the north; route, field of view, robots, start, goal.
+    for character in
+        ["██", "█·", "▓▓", "▒·", "░░", " ·", "m/Sol", "∘", "+", "•", "S", "★", "robot 1's turn", "m layer"]
+    {
+        assert!(speed.contains(character), "{character}: {speed}");
+    }
+    let spread = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };
+    let spread = picture(&history, &spread, 80, 24).to_string();
+    assert!(spread.contains("100 m/Sol"), "{spread}");
+    let keys = ViewSettings { keys: true, ..ViewSettings::default() };
+    assert!(picture(&history, &keys, 80, 24).to_string().contains("next map layer"));
+}
+
+#[test]
+fn a_hopper_alone_has_one_layer_and_no_key_for_more() {
+    let history = account();
+    let brief = *history.brief().unwrap();
+    let mut settings = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };
+    assert_eq!(settings.layer(&brief), Layer::Ground);
+    settings.next_layer(&brief);
+    assert_eq!(settings.layer(&brief), Layer::Ground);
+    assert!(!picture(&history, &settings, 80, 24).to_string().contains("m layer"));
 }
 
 #[test]

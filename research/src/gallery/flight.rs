@@ -51,6 +51,7 @@ impl Flight {
     pub fn view<'a>(&'a self, snapshot: &'a Snapshot, heading: String) -> report::TitledPicture<'a> {
         report::TitledPicture {
             heading,
+            layer: report::Layer::Heights,
             picture: snapshot.picture(&self.world, &self.brief, &self.route[..snapshot.hops]),
         }
     }

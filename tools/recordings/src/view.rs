@@ -1,12 +1,15 @@
 //! `hopper view` of a recording: its last run on the page of running missions.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use contract::{MonotonicNs, RobotId};
-use hopper::commands::view::{ServeArgs, serve};
+use contract::message::Message;
+use contract::{Announcement, MonotonicNs, RobotId, Route, RouteId, RoutePage, Team};
+use hopper::commands::view::{ServeArgs, gather_prior, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
-use recording::{RecordedMessage, Recording};
+use recording::{JsonMessage, RecordedMessage, Recording};
+use scenario::Scenario;
 
 use crate::bag::{load, open};
 
@@ -37,9 +40,21 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
     let robot = RobotId(0);
     let (mut history, mut watcher) = (History::new(robot), Watcher::new(robot));
     let mut last = MonotonicNs(0);
-    for message in recording.messages() {
-        let (now, message) = message.map_err(Failure::usage)?;
+    let mut routes: BTreeMap<RouteId, Route> = BTreeMap::new();
+    for entry in recording.entries() {
+        let now = entry.logged;
         last = now;
+        if entry.known.is_none() {
+            if let Some(team) = json::<Team>(&entry.topic, entry.data)? {
+                history.on(Input::Team(&team), now);
+                watcher.on(Event::Team(team), now);
+            } else if let Some(Announcement { route, .. }) = json(&entry.topic, entry.data)? {
+                let route = Route::new(route.waypoints().to_vec()).map_err(Failure::usage)?;
+                routes.insert(route.id(), route);
+            }
+            continue;
+        }
+        let Some(message) = entry.message().map_err(Failure::usage)? else { continue };
         match message {
             RecordedMessage::Brief(brief) => {
                 history.on(Input::Brief(&brief), now);
@@ -72,8 +87,43 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
         }
     }
     history.on(Input::Tick, last);
+    answer(&mut history, recording, &routes, last)?;
     if let Some(progress) = watcher.progress(last) {
         history.set_progress(progress);
     }
     Ok(history)
+}
+
+/// A message that is recorded as JSON, if it is one of type `M`.
+fn json<M: Message + serde::de::DeserializeOwned>(topic: &str, data: &[u8]) -> Result<Option<M>, Failure> {
+    if JsonMessage::topic::<M>().as_deref() != Some(topic) {
+        return Ok(None);
+    }
+    serde_json::from_slice(data)
+        .map(Some)
+        .map_err(|error| Failure::usage(format!("a message of {topic} is malformed: {error}")))
+}
+
+/// Gives the history what it would ask hopper-sim for: the routes that were recorded, and of uncertain ground the prior of the
+/// scenario, if the recording has it.
+fn answer(
+    history: &mut History,
+    recording: &Recording<'_>,
+    routes: &BTreeMap<RouteId, Route>,
+    now: MonotonicNs,
+) -> Result<(), Failure> {
+    let Some(brief) = history.brief().copied() else { return Ok(()) };
+    while let Some(route) = history.wanted(now).route.and_then(|request| routes.get(&request.id)) {
+        history.on(Input::Route(&RoutePage { run: brief.run, route: route.clone() }), now);
+    }
+    let text = recording.metadata_entry("scenario", "toml").filter(|_| brief.scout.is_some());
+    let Some(text) = text else { return Ok(()) };
+    let scenario = Scenario::parse(text, "the recording's scenario").map_err(Failure::usage)?;
+    let world = scenario.resolve().map_err(Failure::usage)?;
+    let is_of_it = (world.brief.scenario_hash, world.brief.grid) == (brief.scenario_hash, brief.grid);
+    if is_of_it {
+        let later = now.plus_ns(contract::limits::ASK_AGAIN_NS);
+        gather_prior(history, &brief, &world, later);
+    }
+    Ok(())
 }

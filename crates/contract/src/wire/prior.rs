@@ -123,7 +123,7 @@ impl Request for PriorRequest {
     const SERVICE: RequestResponse = RequestResponse {
         name: "hop/prior",
         server: Role::HopperSim,
-        max_clients: 16,
+        max_clients: 24,
         page: PRIOR_PAGE_CELLS,
     };
 }

@@ -10,6 +10,7 @@ mod arrows;
 mod ground;
 mod markers;
 mod point_cloud;
+mod speeds;
 mod trail;
 mod views;
 

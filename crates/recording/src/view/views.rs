@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, Record, RobotId, Route, State, Team,
-    Vehicle, Waypoint,
+    Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId, Route, State,
+    Team, Vehicle, Waypoint,
 };
 use prost::Message as _;
 use report::picture::colour;
 
 use super::point_cloud::{Cloud, Point};
+use super::speeds::{Quantity, Speeds};
 use super::trail::{Trail, between};
 use super::{FRAME, arrows, ground, markers, middle, stamp, unturned};
 use crate::Channel;
@@ -40,10 +41,14 @@ pub struct Views {
     trails: BTreeMap<RobotId, Trail>,
     routes: BTreeMap<RobotId, Route>,
     policy: Option<Policy>,
+    /// The prior of uncertain ground, until the robots are known too.
+    prior: Vec<PriorCell>,
+    speeds: Option<Speeds>,
     /// Where the robot of the last state was, and its goals visited.
     here: Cell,
     visits: u64,
     map: Due,
+    speed: Due,
     plan: Due,
     route: Due,
 }
@@ -92,6 +97,11 @@ impl Views {
             self.places.insert(number, Point { z, ..at });
         }
         self.team = Some(team.clone());
+    }
+
+    /// The prior of uncertain ground, of every cell.
+    pub fn prior(&mut self, cells: &[PriorCell]) {
+        self.prior = cells.to_vec();
     }
 
     /// Where the robot goes that announced it.
@@ -144,6 +154,7 @@ impl Views {
                 self.map.observation = map.observation();
                 messages.push((Channel::ViewMap, ground::ground(map).encode_to_vec(), map.published));
             }
+            messages.extend(self.speeds(map, now, ends));
             if self.plan.is_now(now, PERIOD_NS, ends) {
                 messages.push((Channel::ViewPlan, self.plan(&brief, map, now), now));
             }
@@ -152,6 +163,25 @@ impl Views {
             messages.push((Channel::ViewRoute, self.route(now), now));
         }
         messages
+    }
+
+    /// Expected speeds and their spread, if they are due. Every cell has them, so on large maps they are seldom drawn.
+    fn speeds(&mut self, map: &ObservedMap, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
+        if let Some(team) = self.team.as_ref().filter(|_| self.prior.len() == map.grid.cells()) {
+            self.speeds = Some(Speeds::new(&self.prior, team));
+            (self.prior, self.speed.has_changed) = (Vec::new(), true);
+        }
+        let Some(speeds) = &self.speeds else { return Vec::new() };
+        self.speed.has_changed |= map.observation() != self.speed.observation;
+        if !self.speed.is_now(now, PERIOD_NS + 2 * CELL_NS * map.grid.cells() as u64, ends) {
+            return Vec::new();
+        }
+        self.speed.observation = map.observation();
+        let cloud = |quantity| speeds.cloud(map, quantity, map.published).encode_to_vec();
+        vec![
+            (Channel::ViewSpeed, cloud(Quantity::Speed), map.published),
+            (Channel::ViewSpread, cloud(Quantity::Spread), map.published),
+        ]
     }
 
     fn transforms(&self, moment: MonotonicNs) -> FrameTransforms {

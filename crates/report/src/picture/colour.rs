@@ -65,6 +65,26 @@ pub const TREASURE: &str = "#111111";
 /// A treasure that was collected.
 pub const COLLECTED: &str = "#ffc400";
 
+/// Expected speeds, slowest first: even steps of lightness, so that they stay distinct in grey and to colour-blind readers.
+pub const SPEEDS: [[u8; 3]; 6] =
+    [[30, 18, 66], [44, 72, 125], [52, 127, 142], [110, 178, 160], [178, 218, 196], [240, 246, 236]];
+
+/// Spreads of a speed, least first.
+pub const SPREADS: [[u8; 3]; 3] = [[253, 248, 225], [242, 170, 84], [96, 30, 90]];
+
+/// A colour between those of `colours` at `share`, 0 for the first and 1 for the last.
+#[must_use]
+pub fn ramp(colours: &[[u8; 3]], share: f64) -> [u8; 3] {
+    let last = colours.len() - 1;
+    let place = share.clamp(0.0, 1.0) * last as f64;
+    let from = (place as usize).min(last - 1);
+    let band = |n: usize| {
+        let (low, high) = (f64::from(colours[from][n]), f64::from(colours[from + 1][n]));
+        (low + (high - low) * (place - from as f64)).round() as u8
+    };
+    [band(0), band(1), band(2)]
+}
+
 /// Red, green and blue of "#rrggbb"; black of anything else.
 #[must_use]
 pub fn rgb(hex: &str) -> [u8; 3] {
@@ -190,6 +210,22 @@ mod tests {
                 let distance =
                     one_seen.iter().zip(other_seen).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
                 assert!(distance > 0.15, "{one} and {other} are {distance} apart");
+            }
+        }
+    }
+
+    /// P-SPEED-COLOURS: to every eye each step of a ramp is darker, or lighter, than the one before, by as much as can be seen.
+    #[test]
+    fn speeds_and_spreads_are_told_by_lightness_alone() {
+        for colours in [&SPEEDS[..], &SPREADS[..]] {
+            for eye in &EYES {
+                let lightness = |step: u32| {
+                    let [r, g, b] = ramp(colours, f64::from(step) / 10.0);
+                    seen(&format!("#{r:02x}{g:02x}{b:02x}"), eye)[0]
+                };
+                let steps: Vec<f64> = (0..10).map(|step| lightness(step + 1) - lightness(step)).collect();
+                let rises = steps[0] > 0.0;
+                assert!(steps.iter().all(|step| (*step > 0.0) == rises && step.abs() > 0.015), "{steps:?}");
             }
         }
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use contract::{Cell, Grid, Range};
 
-use super::colour;
+use super::layer::Layer;
 use super::scale::Ticks;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
@@ -108,12 +108,12 @@ pub fn axes(svg: &mut SvgWriter, frame: &Frame, grid: &Grid, numbered: Numbered)
     }
 }
 
-pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, heights: Range) {
+pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, layer: Layer, range: Range) {
     let (left, top, width, height) = (frame.left + frame.width + 24.0, frame.top, 18.0, frame.height);
     for shade in 0..SHADES {
         let step = height / SHADES as f64;
         let y = top + height - step * (shade + 1) as f64;
-        let colour = colour::height((shade as f64 + 0.5) / SHADES as f64);
+        let colour = layer.colour((shade as f64 + 0.5) / SHADES as f64);
         // Half a unit of overlap hides the seams of antialiasing.
         let overlap = if shade == 0 { 0.0 } else { 0.5 };
         svg.raw(&format!(
@@ -125,13 +125,13 @@ pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, heights: Range) {
     }
     svg.outline(left, top, width, height);
     let mut strokes = String::new();
-    for (height_m, label) in Ticks::over(heights, 8).labels() {
-        let y = top + height * (1.0 - heights.normalise(height_m));
+    for (value, label) in Ticks::over(range, 8).labels() {
+        let y = top + height * (1.0 - range.normalise(value));
         let _ = write!(strokes, "M{} {}h5", Number(left + width), Number(y));
         svg.text(left + width + 9.0, y + 4.5, "", &label);
     }
     svg.path(&strokes, "stroke=\"#333\"");
     // The larger letters of a paper's picture need more room.
     let room = if frame.style == PictureStyle::Paper { MARGIN_RIGHT + PAPER_ROOM } else { MARGIN_RIGHT };
-    svg.text_upwards(frame.left + frame.width + room - 12.0, top + height / 2.0, "height above datum (m)");
+    svg.text_upwards(frame.left + frame.width + room - 12.0, top + height / 2.0, layer.quantity());
 }

@@ -1,6 +1,6 @@
 //! The legend of a picture.
 
-use contract::{Branch, Direction};
+use contract::{Branch, Direction, RobotId, Vehicle};
 
 use super::colour;
 use super::mission::{Picture, is_slip};
@@ -70,11 +70,34 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
 
 /// The entries of a picture of several robots.
 fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
+    if !picture.speeds.is_empty() {
+        return scout_entries(picture, tiles);
+    }
     let robots = (0..picture.brief.robots).map(|robot| robot_entry(robot, "robot"));
     let visited = entry("visited, darker the more often", |x, y| {
         patch(x, y, &colour::height(0.5), "") + &patch(x, y, colour::ROUTE, " fill-opacity=\".4\"")
     });
     robots.chain([visited]).chain(ground_entries(tiles)).collect()
+}
+
+/// The entries of a picture of a rover with helicopters.
+fn scout_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
+    let noun = |robot: u16| {
+        let member = picture.members.get(usize::from(robot));
+        let flies = member.is_some_and(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. }));
+        if flies { "helicopter" } else { "rover" }
+    };
+    let mut entries = vec![entry("start", |x, y| start(x, y, 7.0)), entry("goal", |x, y| goal(x, y, 7.0))];
+    entries.extend((0..picture.brief.robots).map(|robot| robot_entry(robot, noun(robot))));
+    entries.push(entry("travelled", |x, y| stroke(x, y, "#111", "")));
+    entries.push(entry("announced", |x, y| stroke(x, y, "#111", " stroke-dasharray=\"5 7\"")));
+    if (0..picture.brief.robots).any(|robot| picture.view_m(RobotId(robot)).is_some()) {
+        entries.push(entry("field of view", |x, y| dot(x, y, 8.0, "none", &colour::robot(1))));
+    }
+    if tiles.tiles().iter().any(|tile| !tile.seen) {
+        entries.push(entry("not seen, as expected before", unseen));
+    }
+    entries
 }
 
 fn robot_entry(robot: u16, noun: &str) -> Entry {

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range, Record, RobotId,
+    Action, Branch, Brief, Cell, Decision, Direction, Ground, Member, ObservedMap, PolicyCell, Range, Record,
+    RobotId, Route,
 };
 
 use super::colour;
 use super::frame::{Frame, SHADES};
+use super::layer::Layer;
 use super::quiver::Quiver;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
@@ -44,21 +46,43 @@ pub struct Picture<'a> {
     pub outcome: Ending,
     /// Sensing radius at the last position, metres; `None` to leave it out.
     pub sensing_radius_m: Option<f64>,
+    /// Of each cell the expected speed and its standard deviation at the end of the route, m/Sol; empty where speeds are certain.
+    pub speeds: &'a [[f64; 2]],
+    /// All robots, in the order of their numbers; empty where there is a single hopper.
+    pub members: &'a [Member],
+    /// The routes that robots announced, in any order.
+    pub announced: &'a [Route],
 }
 
 impl Picture<'_> {
     /// The cells as tiles: the truth if it is known, what was seen otherwise.
-    pub(super) fn tiles(&self) -> TileMap {
+    pub(super) fn tiles(&self, layer: Layer) -> TileMap {
         let is_seen = |index: usize| self.map.cells()[index].is_some();
-        TileMap::new(&self.brief.grid, is_seen, |index| self.ground_at(index))
+        let value = |index: usize| match layer {
+            Layer::Heights => None,
+            Layer::Speed => self.speeds.get(index).map(|[mean, _]| *mean),
+            Layer::Spread => self.speeds.get(index).map(|[_, spread]| *spread),
+        };
+        TileMap::new(&self.brief.grid, is_seen, |index| self.ground_at(index), value)
     }
 
-    /// Draws the plot inside its frame.
-    pub(super) fn plot(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
+    /// What its plots show: over uncertain ground the expected speeds and their spread.
+    pub(super) fn layers(&self) -> &'static [Layer] {
+        if self.speeds.is_empty() { &[Layer::Heights] } else { &[Layer::Speed, Layer::Spread] }
+    }
+
+    /// Draws the plot inside its frame; heights have the range given with the layer.
+    pub(super) fn plot(
+        &self,
+        svg: &mut SvgWriter,
+        frame: &Frame,
+        tiles: &TileMap,
+        (layer, heights): (Layer, Range),
+    ) {
         svg.open("defs", "");
         self.patterns(svg, frame, tiles);
         svg.close("defs");
-        self.ground(svg, frame, tiles, heights);
+        self.ground(svg, frame, tiles, (layer, heights));
         self.arrows(svg, frame);
         if self.brief.robots > 1 {
             self.team(svg, frame);
@@ -77,7 +101,9 @@ impl Picture<'_> {
         let need = self.brief.grid.cells();
         let terrain = if self.terrain.is_empty() { need } else { self.terrain.len() };
         let policy = self.policy.map_or(need, <[PolicyCell]>::len);
-        for (layer, got) in [("terrain", terrain), ("map", self.map.cells().len()), ("policy", policy)] {
+        let speeds = if self.speeds.is_empty() { need } else { self.speeds.len() };
+        let map = self.map.cells().len();
+        for (layer, got) in [("terrain", terrain), ("map", map), ("policy", policy), ("speeds", speeds)] {
             if got != need {
                 return Err(ReportError::Cells { layer, need, got });
             }
@@ -112,7 +138,7 @@ impl Picture<'_> {
         }
     }
 
-    fn ground(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Range) {
+    fn ground(&self, svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, (layer, heights): (Layer, Range)) {
         let scale = frame.pitch * f64::from(tiles.block);
         svg.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
         svg.open(
@@ -126,11 +152,16 @@ impl Picture<'_> {
             ),
         );
         match frame.ground {
-            None => draw_terrain(svg, frame, tiles, heights),
+            None => match layer.range() {
+                None => draw_terrain(svg, frame, tiles, heights),
+                Some(range) => draw_values(svg, frame, tiles, layer, range),
+            },
             Some(place) => svg.raw(&format!("<use href=\"#ground-{place}\"/>")),
         }
         let unseen = tiles.fill(|tile| !tile.seen);
-        svg.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
+        if layer == Layer::Heights {
+            svg.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
+        }
         let hatch = format!("fill=\"url(#{})\" shape-rendering=\"auto\"", frame.id("unseen-hatch"));
         svg.path(&unseen, &hatch);
         let edge = format!(
@@ -370,6 +401,19 @@ fn draw_terrain(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, heights: Ra
     let blocked = tiles.fill(|tile| tile.blocked);
     svg.path(&blocked, &format!("fill=\"{}\" fill-opacity=\".45\"", colour::BLOCKED));
     svg.path(&blocked, &format!("fill=\"url(#{})\"", frame.id("blocked-hatch")));
+    svg.close("g");
+}
+
+/// Draws what else than heights the ground shows, as a group.
+fn draw_values(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, layer: Layer, range: Range) {
+    svg.open("g", &format!("id=\"{}\"", frame.id("ground")));
+    svg.path(&tiles.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
+    let shade_of = |value: f64| (range.normalise(value) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
+    for shade in 0..SHADES {
+        let colour = layer.colour((shade as f64 + 0.5) / SHADES as f64);
+        let cells = tiles.fill(|tile| tile.value.is_some_and(|value| shade_of(value) == shade));
+        svg.path(&cells, &format!("fill=\"{colour}\""));
+    }
     svg.close("g");
 }
 

@@ -29,7 +29,8 @@ impl Picture<'_> {
 
     fn paper_svg(&self) -> Result<String, ReportError> {
         self.check()?;
-        let tiles = self.tiles();
+        let layer = self.layers()[0];
+        let tiles = self.tiles(layer);
         let heights = tiles.heights();
         let side = WIDTH - MARGIN_LEFT - MARGIN_RIGHT - PAPER_ROOM;
         let frame = Frame {
@@ -40,9 +41,10 @@ impl Picture<'_> {
         };
         let mut svg =
             SvgWriter::column(WIDTH, frame.top + frame.height + AXIS_HEIGHT, COLUMN_MM, &self.title());
-        self.plot(&mut svg, &frame, &tiles, heights);
+        self.plot(&mut svg, &frame, &tiles, (layer, heights));
         axes(&mut svg, &frame, &self.brief.grid, Numbered { left: true, below: true });
-        colour_bar(&mut svg, &frame, heights);
+        let range = layer.range().unwrap_or(heights);
+        colour_bar(&mut svg, &frame, layer, range);
         Ok(svg.finish())
     }
 }

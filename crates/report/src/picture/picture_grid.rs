@@ -3,6 +3,7 @@
 use contract::Range;
 
 use super::frame::{Frame, MARGIN_RIGHT, Numbered, axes, colour_bar};
+use super::layer::Layer;
 use super::legend;
 use super::mission::Picture;
 use super::scale::range;
@@ -17,6 +18,8 @@ const PANEL_SIDE: f64 = 300.0;
 const MARGIN_LEFT: f64 = 74.0;
 const MARGIN_TOP: f64 = 82.0;
 const AXIS_HEIGHT: f64 = 58.0;
+/// Longer side of each plot if they show a mission's expected speeds and their spread.
+const SPEED_SIDE: f64 = 520.0;
 /// Space between two pictures side by side, in the picture's units.
 const GAP: f64 = 22.0;
 /// Height of the heading over a picture, in the picture's units.
@@ -29,6 +32,8 @@ pub struct TitledPicture<'a> {
     pub heading: String,
     /// The picture itself; its own title and caption are not drawn.
     pub picture: Picture<'a>,
+    /// What its ground shows.
+    pub layer: Layer,
 }
 
 /// Pictures in rows, under one title.
@@ -51,7 +56,7 @@ impl PictureGrid<'_> {
     /// [`ReportError::Cells`] if terrain, map or policy of a picture do not cover its grid.
     pub fn svg(&self) -> Result<String, ReportError> {
         self.views.iter().try_for_each(|view| view.picture.check())?;
-        let tile_maps: Vec<TileMap> = self.views.iter().map(|view| view.picture.tiles()).collect();
+        let tile_maps: Vec<TileMap> = self.views.iter().map(|view| view.picture.tiles(view.layer)).collect();
         let heights = tile_maps.iter().map(TileMap::heights).flat_map(|heights| [heights.min, heights.max]);
         let heights = range(heights).unwrap_or(Range { min: 0.0, max: 1.0 });
         let frames = self.frames(&tile_maps);
@@ -64,27 +69,40 @@ impl PictureGrid<'_> {
         let mut svg = SvgWriter::new(width, legend_top + legend::height(legend.len(), width), &self.title);
         svg.heading(MARGIN_LEFT, 36.0, 20.0, "font-weight=\"bold\"", &self.title);
         svg.heading(MARGIN_LEFT, 60.0, 14.0, "fill=\"#555\"", &self.caption);
-        for ((place, frame), TitledPicture { heading, picture }) in frames.iter().enumerate().zip(&self.views)
+        for ((place, frame), TitledPicture { heading, picture, layer }) in
+            frames.iter().enumerate().zip(&self.views)
         {
-            picture.plot(&mut svg, frame, &tile_maps[place], heights);
+            picture.plot(&mut svg, frame, &tile_maps[place], (*layer, heights));
             let last_of_column = place + self.columns >= self.views.len();
             let numbered = Numbered { left: place % self.columns == 0, below: last_of_column };
             axes(&mut svg, frame, &picture.brief.grid, numbered);
             if !heading.is_empty() {
                 svg.text(frame.left, frame.top - 9.0, "font-size=\"13\"", heading);
             }
+            if let Some(range) = layer.range() {
+                colour_bar(&mut svg, frame, *layer, range);
+            }
         }
-        if let Some(first) = frames.first() {
+        if let Some(first) = frames.first().filter(|_| self.has_heights()) {
             let all = Frame { width: right - first.left, height: bottom - first.top, ..*first };
-            colour_bar(&mut svg, &all, heights);
+            colour_bar(&mut svg, &all, Layer::Heights, heights);
         }
         legend::draw(&mut svg, &legend, legend_top, width);
         Ok(svg.finish())
     }
 
+    /// Whether the pictures share a scale of heights.
+    fn has_heights(&self) -> bool {
+        self.views.iter().all(|view| view.layer == Layer::Heights)
+    }
+
     /// The frame of each picture.
     fn frames(&self, tile_maps: &[TileMap]) -> Vec<Frame> {
-        let side = if self.views.len() > 1 { PANEL_SIDE } else { PLOT_SIDE };
+        let (side, gap) = match (self.has_heights(), self.views.len()) {
+            (false, _) => (SPEED_SIDE, GAP + MARGIN_RIGHT),
+            (true, 0 | 1) => (PLOT_SIDE, GAP),
+            (true, _) => (PANEL_SIDE, GAP),
+        };
         let heading = if self.views.iter().any(|view| !view.heading.is_empty()) { HEADING } else { 0.0 };
         let mut frames: Vec<Frame> =
             self.views.iter().map(|view| Frame::of(&view.picture.brief.grid, side)).collect();
@@ -94,7 +112,7 @@ impl PictureGrid<'_> {
             top += heading;
             for (column, frame) in row.iter_mut().enumerate() {
                 (frame.left, frame.top, frame.place) = (left, top, number * self.columns + column);
-                left += frame.width + GAP;
+                left += frame.width + gap;
             }
             top += row.iter().map(|frame| frame.height).fold(0.0, f64::max) + GAP / 2.0;
         }
@@ -117,7 +135,10 @@ impl Picture<'_> {
     /// # Errors
     /// [`ReportError::Cells`] if terrain, map or policy do not cover the grid.
     pub fn svg(&self) -> Result<String, ReportError> {
-        let view = TitledPicture { heading: String::new(), picture: *self };
-        PictureGrid { title: self.title(), caption: self.caption(), columns: 1, views: vec![view] }.svg()
+        let layers = self.layers();
+        let view =
+            |layer: &Layer| TitledPicture { heading: layer.heading().into(), picture: *self, layer: *layer };
+        let views: Vec<_> = layers.iter().map(view).collect();
+        PictureGrid { title: self.title(), caption: self.caption(), columns: views.len(), views }.svg()
     }
 }

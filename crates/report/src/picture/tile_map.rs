@@ -21,6 +21,8 @@ pub struct Tile {
     pub sand: bool,
     /// Whether any of its cells is impassable.
     pub blocked: bool,
+    /// Mean of what else the ground shows; `None` if it shows heights.
+    pub value: Option<f64>,
 }
 
 /// Tiles row by row, southernmost first.
@@ -34,12 +36,13 @@ pub struct TileMap {
 }
 
 impl TileMap {
-    /// The tiles of `grid`: `is_seen` and `ground` are asked for every index, and `ground` is `None` where nothing
-    /// is known.
+    /// The tiles of `grid`: `is_seen`, `ground` and `value` are asked for every index. `ground` is `None` where nothing is
+    /// known, `value` where heights are shown.
     pub fn new<'a>(
         grid: &Grid,
         is_seen: impl Fn(usize) -> bool,
         ground: impl Fn(usize) -> Option<&'a Ground>,
+        value: impl Fn(usize) -> Option<f64>,
     ) -> Self {
         let block = grid.width.max(grid.height).div_ceil(TILES_MAX);
         let (columns, rows) = (grid.width.div_ceil(block) as usize, grid.height.div_ceil(block) as usize);
@@ -49,6 +52,10 @@ impl TileMap {
                 &mut sums[(cell.y as usize / block as usize) * columns + cell.x as usize / block as usize];
             sum.cells += 1;
             sum.seen += u32::from(is_seen(index));
+            if let Some(value) = value(index) {
+                sum.values += 1;
+                sum.value += value;
+            }
             let Some(ground) = ground(index) else { continue };
             sum.sand += u32::from(ground.soil == Soil::Sand);
             sum.blocked += u32::from(!ground.passable);
@@ -67,7 +74,7 @@ impl TileMap {
 
     /// Whether both show the same ground, however much of it was seen.
     pub fn has_ground_of(&self, other: &Self) -> bool {
-        let ground = |tile: &Tile| (tile.height_m, tile.sand, tile.blocked);
+        let ground = |tile: &Tile| (tile.height_m, tile.sand, tile.blocked, tile.value);
         (self.block, self.columns, self.rows) == (other.block, other.columns, other.rows)
             && self.tiles.iter().map(ground).eq(other.tiles.iter().map(ground))
     }
@@ -151,6 +158,8 @@ struct Sum {
     blocked: u32,
     heights: u32,
     height_m: f64,
+    values: u32,
+    value: f64,
 }
 
 impl Sum {
@@ -160,6 +169,7 @@ impl Sum {
             seen: 2 * self.seen > self.cells,
             sand: 2 * self.sand > self.cells,
             blocked: self.blocked > 0,
+            value: (self.values > 0).then(|| self.value / f64::from(self.values)),
         }
     }
 }

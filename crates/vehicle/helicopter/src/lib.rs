@@ -8,9 +8,11 @@
 mod camera;
 mod flight;
 mod sensor;
+mod sighting;
 mod swath;
 
 pub use camera::Camera;
 pub use flight::{BUDGET_M, length_m, observe, scout, swaths, within_budget};
 pub use sensor::{Estimate, Sensor, SensorError, combined_as_printed};
+pub use sighting::Sighting;
 pub use swath::{AreaCounts, RowSums, Swath};

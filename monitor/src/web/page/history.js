@@ -5,6 +5,9 @@ export const UNSEEN = 0xffffffff;
 /** Hops that are kept, as by the monitor; of a longer mission the last. */
 const HOPS_KEPT = 65536;
 
+/** The four speeds of a driving rover, m/Sol. */
+const SPEEDS_M_PER_SOL = [0, 50, 150, 200];
+
 const STRAY = new Set(["stayed", "left", "right"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
@@ -35,6 +38,7 @@ export class MissionHistory {
     this.reigns = [];
     this.marks = [];
     this.collections = [];
+    this.routes = [];
   }
 
   /** A mission begins, or this page begins to hear of it. */
@@ -49,6 +53,13 @@ export class MissionHistory {
     this.heights = new Float32Array(cells);
     this.flags = new Uint8Array(cells);
     this.seenAt = new Uint32Array(cells).fill(UNSEEN);
+    /** What was observed of each cell's speed: 0 nothing, 1 to 4 a speed, 5 to 8 a reading. */
+    this.observed = mission.speeds ? new Uint8Array(cells) : null;
+    this.speedRows = [];
+    this.speedCodes = mission.speeds ? new Uint32Array(cells) : null;
+    this.speedsKnown = 0;
+    this.speedsFresh = false;
+    this.routes = [];
     this.fresh = null;
     this.counted = null;
     this.seen = 0;
@@ -84,7 +95,66 @@ export class MissionHistory {
     this.certify();
   }
 
-  addCells({ i, h, at }) {
+  /** Expected speeds of the next cells: new distributions, then pairs of a distribution's number and how many cells have it. */
+  addSpeeds({ from, rows, runs }) {
+    this.speedRows.push(...rows);
+    let index = from;
+    for (let n = 0; n < runs.length; n += 2) {
+      this.speedCodes.fill(runs[n], index, index + runs[n + 1]);
+      index += runs[n + 1];
+    }
+    this.speedsKnown = index;
+    this.speedsFresh = true;
+  }
+
+  /** Whether expected speeds are new since it was asked for last. */
+  takeFreshSpeeds() {
+    const fresh = this.speedsFresh;
+    this.speedsFresh = false;
+    return fresh;
+  }
+
+  /** Expected speed and spread of a cell at a moment, in m/Sol: under the prior (for a moment before all), or what was observed. */
+  speed(index, at) {
+    if (index >= this.speedsKnown) return null;
+    const row = this.speedRows[this.speedCodes[index]];
+    const observed = this.seenAt[index] <= at ? this.observed[index] : 0;
+    if (observed > 0 && observed <= 4) return [SPEEDS_M_PER_SOL[observed - 1], 0];
+    const place = observed > 4 && row.length > 2 ? 2 * (observed - 4) : 0;
+    return [row[place], row[place + 1]];
+  }
+
+  /** A robot's route, its points in cells from the south-western corner. */
+  addRoute({ decision, robot, points }) {
+    const size = this.mission.grid.cell_size_m;
+    this.routes.push({ decision, robot, points: points.map(([x, y]) => [x / size, y / size]) });
+  }
+
+  /** The route that a robot followed at a moment: that of its last announcement. */
+  routeOf(robot, at) {
+    let last = null;
+    for (const route of this.routes) {
+      if (route.robot === robot && route.decision < at && (!last || route.decision > last.decision)) last = route;
+    }
+    return last;
+  }
+
+  /** What a robot is: rover, driver, helicopter or hopper, with its parameters; null as long as nobody has told. */
+  vehicle(robot) {
+    const vehicle = this.status?.progress?.robots?.[robot]?.robot.vehicle;
+    if (!vehicle) return null;
+    const [kind] = typeof vehicle === "string" ? [vehicle] : Object.keys(vehicle);
+    return { kind, ...(vehicle[kind] ?? {}) };
+  }
+
+  /** How far a robot's camera sees to each side, in cells; null without a camera. */
+  viewCells(robot) {
+    const sensor = this.status?.progress?.robots?.[robot]?.robot.sensor;
+    const camera = sensor?.camera ?? sensor?.erring_camera;
+    return camera ? camera.radius_m / this.mission.grid.cell_size_m : null;
+  }
+
+  addCells({ i, h, at, v }) {
     let [index, date] = [0, 0];
     let { left, right, bottom, top } = this.fresh ?? { left: Infinity, right: -1, bottom: Infinity, top: -1 };
     for (let n = 0; n < i.length; n += 1) {
@@ -93,6 +163,7 @@ export class MissionHistory {
       if (this.seenAt[index] === UNSEEN) this.seen += 1;
       this.seenAt[index] = date;
       this.flags[index] = h[n] & 3;
+      if (v && this.observed) this.observed[index] = v[n];
       const heightM = Math.floor(h[n] / 4) / 1e3;
       this.heights[index] = heightM;
       this.low = Math.min(this.low, heightM);
@@ -147,13 +218,14 @@ export class MissionHistory {
     });
   }
 
-  /** Whose turn it is at a moment: of the active robots the one with the least clock and number. */
+  /** Whose turn it is at a moment: of the active robots that wait for no other the one with the least clock and number. */
   turn(at) {
     if (at < this.due) return this.hops[at - this.first]?.robot ?? -1;
+    if (this.isOver(at)) return -1;
     const members = this.status?.progress?.robots ?? [];
     let due = -1;
     members.forEach((member, robot) => {
-      if (member.standing === "active" && (due < 0 || member.ready_at_ns < members[due].ready_at_ns)) due = robot;
+      if (member.standing === "active" && !member.travel?.waits && (due < 0 || member.ready_at_ns < members[due].ready_at_ns)) due = robot;
     });
     return due;
   }

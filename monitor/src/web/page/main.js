@@ -2,7 +2,7 @@
 
 import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
-import { MapView, ROBOTS, drawRamp } from "./map.js";
+import { LAYERS, MapView, ROBOTS, drawRamp } from "./map.js";
 import { duration } from "./scale.js";
 import { SpaceView } from "./space.js";
 import { ACTIONS, STALE_HOPS, WhyView } from "./why.js";
@@ -75,14 +75,17 @@ function connect() {
     space.begin();
     if (!known) {
       const small = mission.grid.width * mission.grid.height <= SMALL_CELLS;
-      [map.options.policy, map.options.follow] = [small && mission.robots === 1, !small];
+      [map.options.policy, map.options.follow] = [small && mission.robots === 1, !small && (mission.robots === 1 || mission.hops)];
       followPolicies();
     }
+    chooseLayers(known);
     if (known) [map.zoom, map.centre] = zoom; else view.at = Infinity;
     beginMission(mission);
   });
   on("hops", (frame) => history.addHops(frame));
   on("cells", (frame) => history.addCells(frame));
+  on("routes", (route) => history.addRoute(route));
+  on("speeds", (frame) => history.addSpeeds(frame));
   on("marks", (marks) => history.marks.push(...marks));
   on("status", (status) => { history.status = status; });
   on("bye", () => { view.connected = "bye"; source.close(); policies?.close(); });
@@ -127,6 +130,34 @@ function beginMission(mission) {
   by("stages").replaceChildren(...items);
   by("figures").replaceChildren();
   [...TEXTS.keys()].filter((id) => id.startsWith("stage-")).forEach((id) => TEXTS.delete(id));
+}
+
+/** The layers of this mission, and which of them is shown: over uncertain ground how fast it is expected to be. */
+function chooseLayers(known) {
+  const layers = map.layers();
+  by("layer").replaceChildren(...layers.map((layer) => make("option", { value: layer, textContent: LAYERS[layer].name })));
+  by("layer-choice").hidden = layers.length < 2;
+  const isKept = known && layers.includes(map.options.layer);
+  const first = ["speed", ...(history.mission.hops ? [] : ["visits"]), "ground"].find((layer) => layers.includes(layer));
+  showLayer(isKept ? map.options.layer : first);
+  const show = (name, shown) => document.querySelectorAll(name).forEach((key) => { key.hidden = !shown; });
+  show(".hopper-key", history.mission.hops);
+  show(".team-key", history.robots > 1);
+}
+
+function showLayer(layer) {
+  map.choose(layer);
+  by("layer").value = layer;
+  drawRamp(by("ramp"), LAYERS[layer].ramp);
+  put("unit", LAYERS[layer].unit);
+  by("visits-key").hidden = layer !== "visits";
+  by("sand-key").hidden = !history.mission.hops;
+  view.dirty = true;
+}
+
+function nextLayer() {
+  const layers = map.layers();
+  if (layers.length > 1) showLayer(layers[(layers.indexOf(map.options.layer) + 1) % layers.length]);
 }
 
 // What stands beside the map.
@@ -182,6 +213,29 @@ function teamFigures(at) {
   ];
 }
 
+const SCOUT_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "robots", "turn"];
+
+/** The figures of a rover with helicopters. */
+function scoutFigures(at) {
+  const size = history.mission.grid.cell_size_m;
+  const moved = { driver: 0, helicopter: 0 };
+  for (let n = 0; n < at - history.first && n < history.hops.length; n += 1) {
+    const { robot, from, to } = history.hops[n];
+    const kind = history.vehicle(robot)?.kind;
+    if (kind in moved) moved[kind] += Math.hypot(to[0] - from[0], to[1] - from[1]) * size;
+  }
+  const rover = Array.from({ length: history.robots }, (_, robot) => robot).find((robot) => history.vehicle(robot)?.kind === "driver");
+  const goal = history.vehicle(rover)?.goal;
+  const cell = history.poses(at)[rover]?.cell;
+  const toGoal = goal && cell ? Math.hypot(goal.x_m - (cell[0] + 0.5) * size, goal.y_m - (cell[1] + 0.5) * size).toFixed(0) : "–";
+  const ofTeam = teamFigures(at);
+  const byName = Object.fromEntries(TEAM_FIGURES.map((name, n) => [name, ofTeam[n]]));
+  return [
+    byName.decision, [toGoal, "m"], [moved.driver.toFixed(0), "m"], [moved.helicopter.toFixed(0), "m"], byName.seen,
+    [`${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.robots, byName.turn,
+  ];
+}
+
 /** The robots, each with its colour and number. */
 function showRobots(at) {
   const isTeam = history.robots > 1;
@@ -203,11 +257,12 @@ function showRobots(at) {
 function showFigures(at) {
   const list = by("figures");
   if (list.children.length === 0) {
-    list.append(...(!history.mission.hops ? TEAM_FIGURES : FIGURES).map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
+    const names = history.mission.speeds ? SCOUT_FIGURES : history.mission.hops ? FIGURES : TEAM_FIGURES;
+    list.append(...names.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
   const isTeam = !history.mission.hops;
   if (!isTeam) list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
-  (isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
+  (history.mission.speeds ? scoutFigures : isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;
     if (number.textContent !== value) number.textContent = value;
     if (small.textContent !== unit) small.textContent = unit;
@@ -400,9 +455,12 @@ function show() {
   if (history.robots === 1) why.update(at);
   by("why").hidden = history.robots > 1;
   showRobots(at);
-  const digits = map.range[1] - map.range[0] < 1 ? 2 : map.range[1] - map.range[0] < 20 ? 1 : 0;
-  put("low", (map.range[0] || 0).toFixed(digits).replace("-", "−"));
-  put("high", map.range[1].toFixed(digits).replace("-", "−"));
+  const { most } = LAYERS[map.options.layer];
+  const [low, high] = most ? [0, most] : map.range;
+  const digits = high - low < 1 ? 2 : high - low < 20 ? 1 : 0;
+  put("low", (low || 0).toFixed(digits).replace("-", "−"));
+  put("high", high.toFixed(digits).replace("-", "−"));
+  for (const key of document.querySelectorAll(".route-key")) key.hidden = history.routes.length === 0;
   showHead(at);
   showFigures(at);
   showTimes(at);
@@ -422,7 +480,7 @@ function show() {
   for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
   by("log").setAttribute("aria-pressed", view.logarithmic);
   by("contrast").setAttribute("aria-pressed", theme.isStark());
-  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}: hopper at cell ${history.pose(at).cell.join(", ")}`);
+  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
 }
 
 // Time.
@@ -497,6 +555,7 @@ const KEYS = {
   "=": () => closer(1.5),
   "-": () => closer(1 / 1.5),
   0: () => { map.options.follow = false; map.turnTo(1); space.distance = 1.5; },
+  m: nextLayer,
   3: () => inSpace(!view.space),
   l: () => { view.logarithmic = !view.logarithmic; },
   t: () => { theme.toggleTheme(); map.recolour(); },
@@ -520,6 +579,7 @@ function listen() {
   click("back", () => go(moment() - 1));
   click("ahead", () => go(moment() + 1));
   by("moment").addEventListener("input", (event) => { stopReplay(); go(Number(event.target.value)); });
+  by("layer").addEventListener("change", (event) => showLayer(event.target.value));
   by("tempo").addEventListener("change", (event) => {
     if (event.target.value) tell({ order: "pace", pace: event.target.value });
     event.target.value = "";
@@ -541,8 +601,7 @@ function listen() {
 }
 
 theme.begin();
-drawRamp(by("ramp"));
-drawRamp(by("value-ramp"), true);
+drawRamp(by("value-ramp"));
 listen();
 connect();
 show();

@@ -2,7 +2,7 @@
 
 import { contours } from "./contours.js";
 import { UNSEEN } from "./history.js";
-import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
+import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, SPEEDS, SPREADS, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
 import { fitted } from "./scale.js";
 import { colour, isStark } from "./theme.js";
 import { STALE_HOPS } from "./why.js";
@@ -22,8 +22,17 @@ const CONTOUR_CELLS = 150 * 150;
 /** Height of a hop's arc on the page, as a share of the hop's length. */
 const ARC = 0.45;
 
-/** Steps of each robot that are drawn behind it. */
+/** Steps of each robot that are drawn behind it; of one that announces routes, its moves. */
 const TRAIL = 24;
+const MOVES = 1024;
+
+/** What the map can show, by the layer's name: its ramp, the end of its scale, and the unit. */
+export const LAYERS = {
+  ground: { name: "heights", ramp: GROUND, unit: "m" },
+  visits: { name: "visits", ramp: GROUND, unit: "m" },
+  speed: { name: "expected speed", ramp: SPEEDS, most: 200, unit: "m/Sol expected" },
+  spread: { name: "spread of speed", ramp: SPREADS, most: 100, unit: "m/Sol standard deviation" },
+};
 
 /** Side of the inset with the whole map, pixels. */
 const INSET = 108;
@@ -45,7 +54,7 @@ export class MapView {
     this.canvas = canvas;
     this.history = history;
     this.onChange = onChange;
-    this.options = { policy: false, values: false, follow: false };
+    this.options = { policy: false, values: false, follow: false, layer: "ground" };
     this.zoom = 1;
     this.centre = null;
     this.pointer = null;
@@ -61,6 +70,7 @@ export class MapView {
     this.image = this.layerContext.createImageData(width, height);
     this.pixels = new Uint32Array(this.image.data.buffer);
     this.colours = new Uint32Array(width * height);
+    this.priorLayer = null;
     this.shownAt = Infinity;
     this.range = [0, 1];
     this.isRanged = false;
@@ -92,8 +102,49 @@ export class MapView {
     return true;
   }
 
+  /** The layers that this mission has. */
+  layers() {
+    const { mission, robots } = this.history;
+    if (!mission) return [];
+    return ["ground", ...(robots > 1 || !mission.hops ? ["visits"] : []), ...(mission.speeds ? ["speed", "spread"] : [])];
+  }
+
+  /** Shows a layer from now on. */
+  choose(layer) {
+    if (!this.layers().includes(layer)) return;
+    this.options.layer = layer;
+    this.recolour();
+  }
+
+  /** The colour of a cell's expected speed or its spread at a moment, as [r, g, b]. */
+  speedShade(index, at) {
+    const { layer } = this.options;
+    const speed = this.history.speed(index, at);
+    return speed && ramp(LAYERS[layer].ramp, speed[layer === "speed" ? 0 : 1] / LAYERS[layer].most);
+  }
+
+  isOfSpeeds() {
+    return this.options.layer === "speed" || this.options.layer === "spread";
+  }
+
+  /** What the whole map is expected to be like under the prior, drawn beneath what was seen. */
+  paintPrior() {
+    this.priorLayer = null;
+    if (!this.isOfSpeeds() || this.history.speedsKnown === 0) return;
+    const { width, height } = this.history;
+    const image = new ImageData(width, height);
+    const pixels = new Uint32Array(image.data.buffer);
+    for (let index = 0; index < this.history.speedsKnown; index += 1) {
+      const [x, y] = [index % width, Math.floor(index / width)];
+      pixels[(height - 1 - y) * width + x] = pixel(this.speedShade(index, -1));
+    }
+    this.priorLayer = new OffscreenCanvas(width, height);
+    this.priorLayer.getContext("2d").putImageData(image, 0, 0);
+  }
+
   recolour() {
     if (!this.layer) return;
+    this.paintPrior();
     this.paint({ left: 0, bottom: 0, right: this.history.width - 1, top: this.history.height - 1 });
     this.show(this.shownAt, true);
     this.valueLayer = null;
@@ -101,6 +152,7 @@ export class MapView {
 
   /** Takes over what is new in the history. */
   update(at) {
+    if (this.history.takeFreshSpeeds()) this.recolour();
     const fresh = this.history.takeFresh();
     if (fresh) {
       this.lines = null;
@@ -128,10 +180,16 @@ export class MapView {
     const [sand, blocked] = [rgb(SAND), rgb(BLOCKED)];
     const relief = 1.6 / Math.max(this.history.mission.grid.cell_size_m, 1e-9);
     const gain = high - low < 4 ? 1.3 : 0.8;
+    const isOfSpeeds = this.isOfSpeeds();
     for (let y = bottom; y <= top; y += 1) {
       for (let x = left; x <= right; x += 1) {
         const index = y * width + x;
         if (seenAt[index] === UNSEEN) continue;
+        if (isOfSpeeds) {
+          // No relief: a shade has to be that of the legend.
+          this.colours[index] = pixel(this.speedShade(index, Infinity) ?? rgb(BLOCKED));
+          continue;
+        }
         const here = heights[index];
         const beside = (dx, dy) => {
           const [i, j] = [x + dx, y + dy];
@@ -220,11 +278,16 @@ export class MapView {
     context.fill();
     context.clip();
     context.imageSmoothingEnabled = scale < 1.5;
+    if (this.priorLayer) {
+      context.drawImage(this.priorLayer, left, top, history.width * scale, history.height * scale);
+      context.fillStyle = this.veil(context);
+      context.fillRect(view.left, view.top, view.right - view.left, view.bottom - view.top);
+    }
     context.drawImage(this.layer, left, top, history.width * scale, history.height * scale);
-    if (scale >= 5) this.drawSand(context, frame, at);
+    if (scale >= 5 && !this.isOfSpeeds()) this.drawSand(context, frame, at);
     const policy = this.policyAt(at);
     if (policy && this.options.values) this.drawValues(context, policy, frame, at);
-    if (!history.mission.hops) this.drawVisits(context, frame, at);
+    if (this.options.layer === "visits") this.drawVisits(context, frame, at);
     this.drawContours(context, frame, at);
     if (scale >= 14) this.drawGrid(context, frame, width, height);
     if (policy && this.options.policy) {
@@ -456,6 +519,25 @@ export class MapView {
     return context.createPattern(this.hatched.tile, "repeat");
   }
 
+  /** Lines over ground that is only expected: it differs from what was seen without colour too. */
+  veil(context) {
+    if (!this.veiled) {
+      this.veiled = new OffscreenCanvas(8, 8);
+      const pen = this.veiled.getContext("2d");
+      for (const [ink, shift] of [["#ffffff70", 0], ["#00000060", 1]]) {
+        pen.strokeStyle = ink;
+        pen.lineWidth = 0.8;
+        for (const from of [-8, 0, 8]) {
+          pen.beginPath();
+          pen.moveTo(from + shift, 8);
+          pen.lineTo(from + shift + 8, 0);
+          pen.stroke();
+        }
+      }
+    }
+    return context.createPattern(this.veiled, "repeat");
+  }
+
   drawGrid(context, { scale, left, top }, width, height) {
     context.beginPath();
     for (let x = Math.max(0, Math.ceil(-left / scale)); x <= this.history.width && left + x * scale <= width; x += 1) {
@@ -602,6 +684,7 @@ export class MapView {
     const y = (cell) => history.height - 0.5 - cell[1];
     for (; route.until < history.hops.length && history.first + route.until < at; route.until += 1) {
       const hop = history.hops[route.until];
+      if (hop.robot > 0) continue;
       if (hop.branch === "stayed") route.stuck.push(hop.from);
       if (hop.branch === "stayed" || hop.branch === "held") continue;
       const path = hop.stray ? route.stray : route.path;
@@ -613,14 +696,89 @@ export class MapView {
     return route;
   }
 
-  /** The last steps of each robot in its colour. */
+  /** A place of the map in cells from its south-western corner, on the canvas. */
+  corner([x, y], { scale, left, top }) {
+    return [left + x * scale, top + (this.history.height - y) * scale];
+  }
+
+  /** A path through places of the map. */
+  trace(context, points, frame) {
+    context.beginPath();
+    points.forEach((point, n) => context[n ? "lineTo" : "moveTo"](...this.corner(point, frame)));
+  }
+
+  /** What cameras see along the routes that robots announced, and around where they are. */
+  drawSights(context, frame, at) {
+    const { history } = this;
+    history.poses(at).forEach(({ cell }, robot) => {
+      const reach = history.viewCells(robot);
+      if (reach === null) return;
+      const route = history.routeOf(robot, at);
+      if (route) this.drawBand(context, route.points, frame, reach, ROBOTS[robot % ROBOTS.length]);
+      if (!cell) return;
+      const [x, y] = this.spot(cell, frame);
+      for (const [width, ink] of [[4, "#111111a0"], [1.8, ROBOTS[robot % ROBOTS.length]]]) {
+        context.beginPath();
+        context.arc(x, y, reach * frame.scale, 0, 2 * Math.PI);
+        context.lineWidth = width;
+        context.strokeStyle = ink;
+        context.stroke();
+      }
+    });
+  }
+
+  /** The border of what is at most `reach` cells from a route: no tint, which would change the shades beneath. */
+  drawBand(context, points, frame, reach, ink) {
+    const { width, height } = this.canvas;
+    if (this.band?.width !== width || this.band?.height !== height) this.band = new OffscreenCanvas(width, height);
+    const pen = this.band.getContext("2d");
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.setTransform(context.getTransform());
+    pen.lineCap = "round";
+    pen.lineJoin = "round";
+    this.trace(pen, points, frame);
+    for (const [operation, border, colour] of [["source-over", 1.6, "#111111"], ["source-over", 0.8, ink], ["destination-out", -0.8, ink]]) {
+      pen.globalCompositeOperation = operation;
+      pen.lineWidth = Math.max(2 * (reach * frame.scale + border), 0.1);
+      pen.strokeStyle = colour;
+      pen.stroke();
+    }
+    pen.globalCompositeOperation = "source-over";
+    context.drawImage(this.band, 0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+  }
+
+  /** The routes that robots follow at a moment, dashed. */
+  drawAnnounced(context, frame, at) {
+    const { history } = this;
+    for (let robot = 0; robot < history.robots; robot += 1) {
+      const route = history.routeOf(robot, at);
+      if (!route) continue;
+      context.lineCap = "butt";
+      context.lineJoin = "round";
+      for (const [width, ink] of [[5.6, "#ffffffc0"], [4.2, "#111111d0"], [2.2, ROBOTS[robot % ROBOTS.length]]]) {
+        context.setLineDash(width > 3 ? [10, 6] : [8, 8]);
+        context.lineDashOffset = width > 3 ? 1 : 0;
+        this.trace(context, route.points, frame);
+        context.lineWidth = width;
+        context.strokeStyle = ink;
+        context.stroke();
+      }
+      context.setLineDash([]);
+      context.lineDashOffset = 0;
+    }
+  }
+
+  /** The last steps of each robot in its colour; a hopper's route is drawn otherwise. */
   drawTrails(context, frame, at) {
     const { history } = this;
     const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
     const ends = new Map();
     context.lineCap = "round";
-    for (let n = Math.max(until - TRAIL * history.robots, 0); n < until; n += 1) {
+    const most = history.routes.length > 0 ? MOVES : TRAIL;
+    for (let n = Math.max(until - most * history.robots, 0); n < until; n += 1) {
       const hop = history.hops[n];
+      if (hop.from[0] === hop.to[0] && hop.from[1] === hop.to[1] || history.mission.hops && hop.robot === 0) continue;
       if (!ends.has(hop.robot)) ends.set(hop.robot, []);
       ends.get(hop.robot).push(hop);
     }
@@ -629,7 +787,7 @@ export class MapView {
       context.moveTo(...this.spot(hops[0].from, frame));
       for (const hop of hops) context.lineTo(...this.spot(hop.to, frame));
       context.lineJoin = "round";
-      for (const [width, ink] of [[4.6, "#111111a0"], [2.6, ROBOTS[robot % ROBOTS.length]]]) {
+      for (const [width, ink] of [[6.4, "#ffffffb0"], [4.6, "#111111d0"], [2.6, ROBOTS[robot % ROBOTS.length]]]) {
         context.lineWidth = width;
         context.strokeStyle = ink;
         context.stroke();
@@ -639,8 +797,10 @@ export class MapView {
 
   drawRoute(context, frame, at) {
     if (this.history.robots > 1) {
+      this.drawSights(context, frame, at);
+      this.drawAnnounced(context, frame, at);
       this.drawTrails(context, frame, at);
-      return;
+      if (!this.history.mission.hops) return;
     }
     const route = this.routeUntil(at);
     const { scale, left, top } = frame;
@@ -702,6 +862,14 @@ export class MapView {
       context.closePath();
     };
     if (!history.mission.hops) {
+      for (let robot = 0; robot < history.robots; robot += 1) {
+        const vehicle = history.vehicle(robot);
+        if (vehicle?.kind !== "driver") continue;
+        const cells = ({ x_m: x, y_m: y }) => [x, y].map((m) => m / history.mission.grid.cell_size_m);
+        const [[startX, startY], [goalX, goalY]] = [vehicle.start, vehicle.goal].map((place) => this.corner(cells(place), frame));
+        symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
+        symbol(star(goalX, goalY, size), GOAL, LIGHT);
+      }
       this.drawRobots(context, frame, at, symbol);
       return;
     }
@@ -844,6 +1012,8 @@ export class MapView {
       if (history.flags[index] & 2) words.push("impassable");
       words.push(`seen at hop ${history.seenAt[index]}`);
     }
+    const speed = history.mission.speeds && history.speed(index, at);
+    if (speed) words.push(`expected ${speed[0].toFixed(0)} ± ${speed[1].toFixed(0)} m/Sol`);
     const policy = this.policyAt(at);
     const [x, y] = policy ? [cell[0] - policy.x, cell[1] - policy.y] : [-1, -1];
     if (policy && x >= 0 && y >= 0 && x < policy.width && y < policy.height) {
@@ -927,11 +1097,11 @@ export class MapView {
   }
 }
 
-/** A ramp for the legend: of heights, or of values. */
-export function drawRamp(canvas, isOfValues = false) {
+/** A ramp for the legend. */
+export function drawRamp(canvas, colours = VALUES) {
   const context = canvas.getContext("2d");
   for (let x = 0; x < canvas.width; x += 1) {
-    context.fillStyle = `rgb(${ramp(isOfValues ? VALUES : GROUND, x / (canvas.width - 1)).map(Math.round).join(" ")})`;
+    context.fillStyle = `rgb(${ramp(colours, x / (canvas.width - 1)).map(Math.round).join(" ")})`;
     context.fillRect(x, 0, 1, canvas.height);
   }
 }
