@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use contract::{
     Action, Branch, Brief, Member, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
-    Standing, State, Team, Travel,
+    Standing, State, Team, Travel, Vehicle, Waypoint,
 };
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
@@ -122,6 +122,10 @@ fn travel(member: &mut Member, record: &Record, routes: &[Route]) {
             }
             travel.at = to;
         }
+        Action::Drive if record.outcome.branch == Branch::Halted => {
+            (travel.moved, travel.halted) = (Some(record.decision), Some(record.decision));
+            travel.halts += 1;
+        }
         _ => {}
     }
 }
@@ -176,8 +180,23 @@ impl<'a> Replay<'a> {
             }
             travel(member, record, routes);
         }
+        if record.outcome.branch == Branch::Halted {
+            self.gather_helicopters(record);
+        }
         self.state();
         self.announced(record, routes);
+    }
+
+    /// A stage has ended: the rover is where it was halted, and the helicopters that still act are with it, without a route.
+    fn gather_helicopters(&mut self, record: &Record) {
+        let at = Waypoint::middle_of(&self.brief.grid, record.pose.cell);
+        for member in self.team.iter_mut().flat_map(|team| &mut team.members) {
+            let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
+            if flies && member.standing == Standing::Active && member.travel.is_some() {
+                member.at.cell = record.pose.cell;
+                member.travel = Some(Travel::from_start(at));
+            }
+        }
     }
 
     /// Passes on the route that the decision announced, if it announced one.

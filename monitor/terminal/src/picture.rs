@@ -376,9 +376,13 @@ impl<'a> View<'a> {
             }
         }
         for member in members {
-            if let contract::Vehicle::Driver { start, goal, .. } = member.robot.vehicle {
-                put(start.cell_of(&brief.grid), "S ", START);
-                put(goal.cell_of(&brief.grid), "★ ", GOAL);
+            match member.robot.vehicle {
+                contract::Vehicle::Driver { start, goal, .. } => {
+                    put(start.cell_of(&brief.grid), "S ", START);
+                    put(goal.cell_of(&brief.grid), "★ ", GOAL);
+                }
+                contract::Vehicle::HopperTo { goal } => put(goal, "★ ", GOAL),
+                _ => {}
             }
         }
     }
@@ -624,7 +628,7 @@ fn kind(member: &Member) -> &'static str {
     match member.robot.vehicle {
         contract::Vehicle::Rover { .. } | contract::Vehicle::Driver { .. } => "rover",
         contract::Vehicle::Helicopter { .. } => "helicopter",
-        contract::Vehicle::Hopper => "hopper",
+        contract::Vehicle::Hopper | contract::Vehicle::HopperTo { .. } => "hopper",
     }
 }
 

@@ -82,10 +82,11 @@ fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
 
 /// The entries of a picture of a rover with helicopters.
 fn scout_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
-    let noun = |robot: u16| {
-        let member = picture.members.get(usize::from(robot));
-        let flies = member.is_some_and(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. }));
-        if flies { "helicopter" } else { "rover" }
+    let noun = |robot: u16| match picture.members.get(usize::from(robot)).map(|member| member.robot.vehicle) {
+        Some(Vehicle::Helicopter { .. }) => "helicopter",
+        Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => "hopper",
+        Some(Vehicle::Rover { .. } | Vehicle::Driver { .. }) => "rover",
+        None => "robot",
     };
     let mut entries = vec![entry("start", |x, y| start(x, y, 7.0)), entry("goal", |x, y| goal(x, y, 7.0))];
     entries.extend((0..picture.brief.robots).map(|robot| robot_entry(robot, noun(robot))));

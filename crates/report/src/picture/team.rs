@@ -67,7 +67,7 @@ impl Picture<'_> {
             svg.path(&path, &format!("{line} stroke=\"{}\" stroke-width=\"2\"", colour::robot(robot)));
         }
         self.sights(svg, frame, &routes, &places);
-        self.drivers(svg, frame);
+        self.goals(svg, frame);
         let size = (frame.pitch * 0.34).clamp(8.0, 12.0);
         for (&robot, cells) in &routes {
             let Some(&cell) = cells.last() else { continue };
@@ -159,14 +159,16 @@ impl Picture<'_> {
         }
     }
 
-    /// Start and goal of each rover that drives from point to point.
-    fn drivers(&self, svg: &mut SvgWriter, frame: &Frame) {
+    /// Start and goal of each robot that has a goal of its own.
+    fn goals(&self, svg: &mut SvgWriter, frame: &Frame) {
         for member in self.members {
-            let Vehicle::Driver { start, goal, .. } = member.robot.vehicle else { continue };
-            let (x, y) = self.at(frame, start);
-            svg.raw(&symbols::start(x, y, 7.0));
-            let (x, y) = self.at(frame, goal);
-            svg.raw(&symbols::goal(x, y, 8.0));
+            let (start, goal) = match member.robot.vehicle {
+                Vehicle::Driver { start, goal, .. } => (self.at(frame, start), self.at(frame, goal)),
+                Vehicle::HopperTo { goal } => (frame.centre(member.robot.start.cell), frame.centre(goal)),
+                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => continue,
+            };
+            svg.raw(&symbols::start(start.0, start.1, 7.0));
+            svg.raw(&symbols::goal(goal.0, goal.1, 8.0));
         }
     }
 }

@@ -136,10 +136,12 @@ export class MissionHistory {
     for (const route of this.routes) {
       if (route.robot === robot && route.decision < at && (!last || route.decision > last.decision)) last = route;
     }
-    return last;
+    // A helicopter whose rover's stage has ended is with it again, and has no route.
+    const isRecalled = last && this.vehicle(robot)?.kind === "helicopter" && this.hops.slice(Math.max(last.decision - this.first, 0), Math.max(at - this.first, 0)).some(({ branch }) => branch === "halted");
+    return isRecalled ? null : last;
   }
 
-  /** What a robot is: rover, driver, helicopter or hopper, with its parameters; null as long as nobody has told. */
+  /** What a robot is: rover, driver, helicopter, hopper or hopper_to, with its parameters; null as long as nobody has told. */
   vehicle(robot) {
     const vehicle = this.status?.progress?.robots?.[robot]?.robot.vehicle;
     if (!vehicle) return null;

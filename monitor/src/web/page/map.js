@@ -784,8 +784,13 @@ export class MapView {
     }
     for (const [robot, hops] of ends) {
       context.beginPath();
-      context.moveTo(...this.spot(hops[0].from, frame));
-      for (const hop of hops) context.lineTo(...this.spot(hop.to, frame));
+      let before = null;
+      for (const hop of hops) {
+        // A helicopter that is with its rover again has not flown there.
+        if (!before || before[0] !== hop.from[0] || before[1] !== hop.from[1]) context.moveTo(...this.spot(hop.from, frame));
+        context.lineTo(...this.spot(hop.to, frame));
+        before = hop.to;
+      }
       context.lineJoin = "round";
       for (const [width, ink] of [[6.4, "#ffffffb0"], [4.6, "#111111d0"], [2.6, ROBOTS[robot % ROBOTS.length]]]) {
         context.lineWidth = width;
@@ -864,6 +869,7 @@ export class MapView {
     if (!history.mission.hops) {
       for (let robot = 0; robot < history.robots; robot += 1) {
         const vehicle = history.vehicle(robot);
+        if (vehicle?.kind === "hopper_to") symbol(star(...this.spot([vehicle.goal.x, vehicle.goal.y], frame), size), GOAL, LIGHT);
         if (vehicle?.kind !== "driver") continue;
         const cells = ({ x_m: x, y_m: y }) => [x, y].map((m) => m / history.mission.grid.cell_size_m);
         const [[startX, startY], [goalX, goalY]] = [vehicle.start, vehicle.goal].map((place) => this.corner(cells(place), frame));
