@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sha2::{Digest, Sha256};
+#[path = "build/sources.rs"]
+mod hash;
 
 /// What a mission in lockstep consists of, except for the libraries in `crates`.
 const SOURCES: [&str; 4] = ["Cargo.lock", "hopper-sim/src", "perception/src", "planner/src"];
 
 /// Libraries that no row of a campaign depends on.
-const ASIDE: [&str; 8] =
-    ["coverage", "coverage-world", "node", "recording", "report", "routing", "simulation", "vehicle"];
+const ASIDE: [&str; 4] = ["node", "recording", "report", "simulation"];
 
 fn main() {
     let git = |arguments: &[&str]| {
@@ -29,35 +29,21 @@ fn main() {
     println!("cargo::rustc-env=HOPPER_SOURCES={}", sources());
 }
 
-/// The first twelve digits of SHA-256 over names and contents, in order of names.
+/// What decides the rows of a campaign of missions.
 fn sources() -> String {
-    let mut files = Vec::new();
     let libraries = std::fs::read_dir("crates").into_iter().flatten().flatten();
     let libraries = libraries.filter(|entry| !ASIDE.iter().any(|aside| entry.file_name() == *aside));
-    let sources =
-        SOURCES.map(PathBuf::from).into_iter().chain(libraries.map(|entry| entry.path().join("src")));
-    for source in sources {
-        assert!(source.exists(), "build.rs hashes {}, which does not exist", source.display());
-        println!("cargo::rerun-if-changed={}", source.display());
-        list(&source, &mut files);
-    }
-    files.sort();
-    let mut hasher = Sha256::new();
-    for file in files {
-        let contents = std::fs::read(&file).unwrap_or_default();
-        hasher.update(file.to_string_lossy().as_bytes());
-        hasher.update((contents.len() as u64).to_le_bytes());
-        hasher.update(contents);
-    }
-    hasher.finalize()[..6].iter().map(|byte| format!("{byte:02x}")).collect()
+    let libraries = libraries.map(|entry| entry.path().join("src")).flat_map(of_library);
+    let all: Vec<PathBuf> = SOURCES.map(PathBuf::from).into_iter().chain(libraries).collect();
+    hash::hash(Path::new(""), &all, 6)
 }
 
-fn list(path: &Path, files: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(path) else {
-        files.push(path.into());
-        return;
-    };
-    for entry in entries.flatten() {
-        list(&entry.path(), files);
+/// The sources of a library; of `crates/vehicle`, those of the libraries in it.
+fn of_library(source: PathBuf) -> Vec<PathBuf> {
+    let folder = source.parent().unwrap_or(Path::new(""));
+    if source.exists() {
+        return vec![source];
     }
+    let parts = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    parts.map(|part| part.path().join("src")).collect()
 }

@@ -5,6 +5,7 @@
 pub mod cli;
 pub mod command_line;
 pub mod commands;
+pub mod files;
 pub mod mission;
 pub mod stdout;
 pub mod tool;

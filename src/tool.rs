@@ -16,6 +16,7 @@ pub const TOOLS: [(&str, &[&str]); 6] = [
     // `hopper journal draw` runs it itself, for PDF.
     ("hopper-figures", &["gif"]),
     ("hopper-recordings", &["bag", "latency"]),
+    // `hopper campaign` runs it itself, for campaigns that name a study.
     ("hopper-research", &["coverage", "gallery", "known", "scouting"]),
     ("hopper-qa", &["chaos", "endure", "simulate"]),
     // `hopper monitor` runs it itself, for --tui, --record and --foxglove.

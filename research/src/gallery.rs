@@ -1,13 +1,16 @@
 //! `hopper gallery`: the papers' figures in our own hand, the same bytes each time.
 //!
 //! A figure is a function of nothing but its name: built-in scenarios, one seed, the reading
-//! `paper-2023`. `docs/gallery.md` shows them all.
+//! `paper-2023`; or built-in campaigns of studies; or measurements that are kept with the sources. `docs/gallery.md` shows
+//! them all.
 
+pub mod anytime;
 mod flight;
 mod known;
 mod missions;
 mod page;
 mod steps;
+mod teams;
 
 use std::path::{Path, PathBuf};
 
@@ -74,14 +77,30 @@ fn all() -> Vec<Draw> {
     }
     draws.push(Box::new(|| Ok(vec![steps::small()?, steps::large()?])));
     draws.push(Box::new(known::figures));
+    draws.push(Box::new(teams::monte_carlo));
+    draws.push(Box::new(teams::single));
+    draws.push(Box::new(teams::large));
+    draws.push(Box::new(teams::values));
+    draws.push(Box::new(|| Ok(vec![anytime::figure()?])));
+    draws.push(Box::new(teams::coverage));
     draws
 }
 
-/// The figure `name` alone, if there is one whose drawing takes no campaign.
+/// The figure `name` alone, if there is one whose drawing takes no more than seconds.
 ///
 /// # Errors
 /// If it cannot be drawn.
 pub fn figure(name: &str) -> Option<Result<Figure, Failure>> {
+    match name {
+        "anytime" => return Some(anytime::figure()),
+        "p21-fig-18" => return Some(Ok(teams::value(true))),
+        "p21-fig-19" => return Some(Ok(teams::value(false))),
+        "p21-fig-14" | "p21-fig-15" => {
+            let wanted = |figures: Vec<Figure>| figures.into_iter().find(|figure| figure.name == name);
+            return teams::single().map(wanted).transpose();
+        }
+        _ => {}
+    }
     let (kind, world) = name.split_once('-')?;
     let world = missions::WORLDS.iter().find(|known| known.scenario == world)?;
     match kind {

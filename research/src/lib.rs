@@ -1,10 +1,14 @@
 //! Commands that reproduce published results: what the papers report, and their figures.
 
+pub mod campaign;
+pub mod claims;
 pub mod coverage;
 mod form;
 pub mod gallery;
 pub mod known;
+pub mod report;
 pub mod scouting;
+pub mod studies;
 
 use clap::Subcommand;
 use node::{Exit, Failure};
@@ -12,6 +16,9 @@ use node::{Exit, Failure};
 /// The commands of `hopper` that this package serves.
 #[derive(Subcommand, Clone, Debug)]
 pub enum Command {
+    /// Fly, merge, report or rerun a campaign that names a study. `hopper campaign` hands those to this program.
+    #[command(subcommand, hide = true)]
+    Campaign(hopper::commands::campaign::Command),
     /// Cover unknown ground with rovers that see their neighbouring cells, and check the paper's claims.
     #[command(after_help = "Examples:\n  hopper coverage --runs 300\n  hopper coverage --out out/coverage")]
     Coverage(coverage::Args),
@@ -35,6 +42,7 @@ pub enum Command {
 /// Those of the command.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
+        Command::Campaign(command) => campaign::run(command),
         Command::Coverage(args) => coverage::run(args),
         Command::Gallery(args) => gallery::run(args),
         Command::Known(command) => known::run(command),

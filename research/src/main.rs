@@ -1,4 +1,5 @@
-//! `hopper-research`: serves `hopper coverage`, `hopper gallery`, `hopper known` and `hopper scouting`.
+//! `hopper-research`: serves `hopper coverage`, `hopper gallery`, `hopper known` and `hopper scouting`, and `hopper campaign` for
+//! campaigns that name a study.
 
 use std::process::ExitCode;
 

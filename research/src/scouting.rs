@@ -1,16 +1,17 @@
 //! `hopper scouting`: repeats the studies of Folsom et al. 2021 (P21), a rover with a helicopter.
 
 mod arms;
-mod claims;
 mod figures;
-mod large;
-mod monte_carlo;
-mod report;
-mod scale;
-mod single;
+pub mod large;
+pub mod monte_carlo;
+pub mod scale;
+pub mod single;
 
 use clap::Subcommand;
 use node::{Exit, Failure};
+
+/// The paper, as reports name it.
+const FOLSOM: &str = "Folsom et al. 2021";
 
 /// Arguments of `hopper scouting`.
 #[derive(clap::Args, Clone, Debug)]

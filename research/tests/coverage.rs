@@ -22,7 +22,7 @@ fn a_study_of_few_worlds_has_every_claim_with_a_verdict_and_the_figures() {
         assert!(["holds", "fails", "open"].contains(&claim["verdict"].as_str().unwrap()), "{claim}");
     }
     let verdict = |words: &str| {
-        let claim = claims.iter().find(|claim| claim["statement"].as_str().unwrap().contains(words));
+        let claim = claims.iter().find(|claim| claim["claim"].as_str().unwrap().contains(words));
         claim.unwrap()["verdict"].as_str().unwrap().to_owned()
     };
     assert_eq!(verdict("overlap is shorter than Voronoi"), "holds");

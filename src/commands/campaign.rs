@@ -1,4 +1,7 @@
-//! `hopper campaign`: flies a grid of missions in lockstep on all cores, and reports the results.
+//! `hopper campaign`: flies the trials of a campaign on all cores, and reports the results.
+//!
+//! Campaigns of missions are flown in lockstep by this program. A campaign that names a study is handed to
+//! `hopper-research`, which links what the studies need; folders, shards, merging and the command line are those of here.
 
 pub mod fly;
 pub mod merge;
@@ -7,14 +10,16 @@ mod regret;
 pub mod report;
 pub mod rerun;
 pub mod store;
+pub mod trials;
 
-use ::campaign::BUILT_IN;
+use ::campaign::{BUILT_IN, study};
 use ::report::{Format, table};
 use node::{Exit, Failure};
 use scenario::description;
 use serde::Serialize;
 
 use crate::stdout::{print, print_json};
+use crate::tool;
 
 /// Subcommands of `hopper campaign`.
 #[derive(clap::Subcommand, Clone, Debug)]
@@ -31,6 +36,22 @@ pub enum Command {
     Rerun(rerun::Args),
 }
 
+impl Command {
+    /// The study that the campaign named on the command line is of; none if it is one of missions, or cannot be read.
+    ///
+    /// # Errors
+    /// Exit code 2 if there is no such campaign file.
+    pub fn study(&self) -> Result<Option<String>, Failure> {
+        Ok(match self {
+            Command::List(_) => None,
+            Command::Run(args) => study::named_in_file(&fly::text(&args.file)?),
+            Command::Merge(args) => store::study(args.first()),
+            Command::Report(args) => store::study(&args.dir),
+            Command::Rerun(args) => store::study(&args.dir),
+        })
+    }
+}
+
 /// Arguments of `hopper campaign list`.
 #[derive(clap::Args, Clone, Debug)]
 pub struct List {
@@ -39,11 +60,14 @@ pub struct List {
     format: Format,
 }
 
-/// Runs the command.
+/// Runs the command. A campaign of a study is another program's, which gets the same arguments.
 ///
 /// # Errors
-/// Exit code 2 for a wrong campaign, folder or flag; 1 if files cannot be written.
+/// Exit code 2 for a wrong campaign, folder or flag, or if the other program is not there; 1 if files cannot be written.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
+    if command.study()?.is_some() {
+        return tool::exec("hopper-research", std::env::args_os().skip(1));
+    }
     match command {
         Command::List(args) => list(args),
         Command::Run(args) => fly::run(args),

@@ -66,6 +66,14 @@ pub enum CampaignError {
         /// What the row says.
         got: String,
     },
+    /// A row tells of an outcome that its trial cannot have.
+    #[error("trial {trial}: {reason}")]
+    Outcome {
+        /// Number of the trial.
+        trial: u64,
+        /// What it needs, what it has.
+        reason: String,
+    },
     /// A line is not a valid row.
     #[error("line {line}: {reason}")]
     Damaged {

@@ -103,13 +103,7 @@ impl Campaign {
     fn check(&self) -> Result<(), CampaignError> {
         let refuse =
             |field, need: &str, got: String| Err(CampaignError::Value { field, need: need.into(), got });
-        if self.name.parse::<Name>().is_err() || self.name.contains(['/', '\\']) {
-            return refuse(
-                "name",
-                "1 to 31 printable characters without spaces or slashes",
-                format!("{:?}", self.name),
-            );
-        }
+        check_name(&self.name)?;
         for (field, list) in [("scenarios", &self.scenarios), ("planners", &self.planners)] {
             if list.is_empty() {
                 return refuse(field, "at least one", "none".into());
@@ -158,16 +152,33 @@ impl Campaign {
         if let Some(twice) = first_twice(&names) {
             return refuse("readings", "each name once", format!("{twice:?} twice"));
         }
-        let trials = self.repetitions.checked_mul(cells as u64);
-        match trials {
-            Some(1..=TRIALS_MAX) => Ok(()),
-            _ => refuse(
-                "repetitions",
-                &format!("at least 1, and at most {TRIALS_MAX} trials in all"),
-                format!("{} a cell", self.repetitions),
-            ),
-        }
+        check_repetitions(self.repetitions, cells as u64, 1)
     }
+}
+
+/// Refuses fewer repetitions than `least`, and more than there may be trials of `cells` cells.
+pub(crate) fn check_repetitions(repetitions: u64, cells: u64, least: u64) -> Result<(), CampaignError> {
+    let trials = repetitions.checked_mul(cells);
+    if repetitions >= least && trials.is_some_and(|trials| trials <= TRIALS_MAX) {
+        return Ok(());
+    }
+    Err(CampaignError::Value {
+        field: "repetitions",
+        need: format!("at least {least}, and at most {TRIALS_MAX} trials in all"),
+        got: format!("{repetitions} a cell"),
+    })
+}
+
+/// Refuses a name that cannot be that of a folder.
+pub(crate) fn check_name(name: &str) -> Result<(), CampaignError> {
+    if name.parse::<Name>().is_ok() && !name.contains(['/', '\\']) {
+        return Ok(());
+    }
+    Err(CampaignError::Value {
+        field: "name",
+        need: "1 to 31 printable characters without spaces or slashes".into(),
+        got: format!("{name:?}"),
+    })
 }
 
 fn first_twice<T: PartialEq>(list: &[T]) -> Option<&T> {

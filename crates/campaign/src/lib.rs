@@ -1,9 +1,13 @@
-//! Campaigns: grids of missions, the rows that record them, and reports over them.
+//! Campaigns: numbered trials, the rows that record them, and reports over them.
 //!
 //! A [`Campaign`] is read from TOML and becomes a [`Plan`] of numbered [`Cell`]s. The seed of each [`Trial`]
 //! depends only on the campaign's seed, the cell and the repetition, so a [`Row`] is the same whichever job,
 //! shard or resumption flew it. A [`Report`] folds rows in constant memory and compares them with the
 //! published tables of [`paper`].
+//!
+//! A campaign may also name a [`Study`] in place of a grid. What its trials are and what it reports is known to whoever
+//! implements that trait; files, plans and rows are those of [`study`]. Folders, shards and merging know only
+//! [`TrialPlan`] and [`TrialRow`], which both kinds implement.
 //!
 //! No threads, no clock; files are read by [`scenario::load`] only. The caller flies the trials.
 
@@ -33,7 +37,9 @@ pub mod row;
 pub mod rows;
 pub mod shard;
 pub mod statistics;
+pub mod study;
 pub mod tally;
+pub mod trial_plan;
 
 pub use built_in::BUILT_IN;
 pub use cell::Cell;
@@ -48,4 +54,6 @@ pub use report::Report;
 pub use row::Row;
 pub use rows::Rows;
 pub use shard::Shard;
+pub use study::{Study, StudyFile, StudyPlan, StudyRow};
 pub use tally::Tally;
+pub use trial_plan::{TrialPlan, TrialRow};

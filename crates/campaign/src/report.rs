@@ -7,7 +7,7 @@ use crate::agreement::{Agreement, agreements};
 use crate::cell_results::{Bound, CellResults};
 use crate::paper_tests::{PaperTest, paper_tests};
 use crate::statistics::{Welch, share_difference, welch};
-use crate::{Cell, Plan, Row, Tally};
+use crate::{Cell, Plan, Row, Tally, TrialPlan};
 
 /// Folds the rows of a campaign in constant memory.
 #[derive(Clone, Debug)]

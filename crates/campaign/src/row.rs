@@ -1,17 +1,35 @@
-//! The result of one trial: a row of `trials.jsonl` and `trials.csv`.
-//!
-//! A line of `trials.jsonl` ends with the CRC-32 of everything before it, as text, so that damaged rows are
-//! recognised.
+//! The result of one mission of a grid.
 
 use contract::limits::{DECISIONS_MAX, STEPS_MAX, TREASURES_MAX};
 use contract::{Digest, Profile, Status};
 use serde::{Deserialize, Serialize};
 
-use crate::checksum::{with_checksum, without_checksum};
-use crate::{CampaignError, Plan, Trial};
+use crate::{Plan, Trial, TrialRow};
 
 /// Longest line of `trials.jsonl`, bytes.
 pub const LINE_BYTES_MAX: usize = 1 << 14;
+
+/// Columns of `trials.csv`.
+const HEADINGS: [&str; 18] = [
+    "trial",
+    "cell",
+    "repetition",
+    "seed",
+    "config",
+    "version",
+    "scenario",
+    "profile",
+    "planner",
+    "safety",
+    "information",
+    "distance",
+    "outcome",
+    "steps",
+    "hops",
+    "treasures",
+    "coverage",
+    "digest",
+];
 
 /// One row. All of it is reproducible; computing times are kept in another file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,27 +122,17 @@ impl Row {
         let Self { outcome, steps, hops, treasures, coverage, digest, .. } = *self;
         TrialResult { outcome, steps, hops, treasures, coverage, digest }
     }
+}
 
-    /// The row as a line of `trials.jsonl`, with its line break.
-    #[must_use]
-    pub fn line(&self) -> String {
-        let mut text = serde_json::to_string(self).expect("a row is numbers and text");
-        assert_eq!(text.pop(), Some('}'), "a row is an object");
-        with_checksum(&text) + "\n"
+impl TrialRow for Row {
+    fn trial(&self) -> u64 {
+        self.trial
     }
 
-    /// Parses a `line` without its line break.
-    ///
-    /// # Errors
-    /// What is wrong with the line, in words.
-    pub fn of_line(line: &[u8]) -> Result<Self, String> {
-        let text = std::str::from_utf8(line).map_err(|error| format!("need UTF-8, got {error}"))?;
-        let row: Self = serde_json::from_str(&without_checksum(text)?).map_err(|error| error.to_string())?;
-        row.check()?;
-        Ok(row)
+    fn headings() -> Vec<String> {
+        HEADINGS.map(String::from).to_vec()
     }
 
-    /// Refuses numbers that no mission can have.
     fn check(&self) -> Result<(), String> {
         let most = |field, most: u64, got: u64| {
             if got <= most { Ok(()) } else { Err(format!("{field}: need at most {most}, got {got}")) }
@@ -137,26 +145,5 @@ impl Row {
         } else {
             Err(format!("coverage: need 0 to 1, got {}", self.coverage))
         }
-    }
-}
-
-impl Plan {
-    /// Checks that `row` belongs to this plan: everything the plan determines must agree.
-    ///
-    /// # Errors
-    /// [`CampaignError::Foreign`] if it belongs to another plan.
-    pub fn check(&self, row: &Row) -> Result<(), CampaignError> {
-        let trial = self.trial(row.trial);
-        let foreign = |need: &str, got: &str| CampaignError::Foreign {
-            trial: row.trial,
-            need: need.into(),
-            got: got.into(),
-        };
-        let Some(trial) = trial.filter(|trial| trial.cell.config == row.config) else {
-            let need = trial.map_or("none", |trial| &trial.cell.config);
-            return Err(foreign(&format!("configuration {need}"), &row.config));
-        };
-        let need = Row::new(self, &trial, row.result());
-        if *row == need { Ok(()) } else { Err(foreign(need.line().trim_end(), row.line().trim_end())) }
     }
 }

@@ -3,19 +3,19 @@
 use std::io::{BufRead, Read};
 
 use crate::row::LINE_BYTES_MAX;
-use crate::{CampaignError, Manifest, Row};
+use crate::{CampaignError, Manifest, Plan, TrialPlan, TrialRow};
 
 /// Reads rows in order, each checked against its checksum and its plan.
 #[derive(Debug)]
-pub struct Rows<'a, R> {
-    manifest: &'a Manifest,
+pub struct Rows<'a, R, P = Plan> {
+    manifest: &'a Manifest<P>,
     reader: R,
     line: u64,
 }
 
-impl<'a, R: BufRead> Rows<'a, R> {
+impl<'a, R: BufRead, P: TrialPlan> Rows<'a, R, P> {
     /// A reader of the rows of `manifest` from `reader`.
-    pub fn new(manifest: &'a Manifest, reader: R) -> Self {
+    pub fn new(manifest: &'a Manifest<P>, reader: R) -> Self {
         Self { manifest, reader, line: 0 }
     }
 
@@ -30,7 +30,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
     /// # Errors
     /// If the row is damaged, out of order, or of another campaign.
     #[allow(clippy::should_implement_trait, reason = "it fails")]
-    pub fn next(&mut self) -> Result<Option<Row>, CampaignError> {
+    pub fn next(&mut self) -> Result<Option<P::Row>, CampaignError> {
         let line = self.line + 1;
         let mut text = Vec::new();
         (&mut self.reader).take(LINE_BYTES_MAX as u64 + 1).read_until(b'\n', &mut text)?;
@@ -41,11 +41,11 @@ impl<'a, R: BufRead> Rows<'a, R> {
         let Some(text) = text.strip_suffix(b"\n") else { return Ok(None) };
         self.line = line;
         let Manifest { shard, plan } = self.manifest;
-        let row = Row::of_line(text).map_err(|reason| CampaignError::Damaged { line, reason })?;
+        let row = P::Row::of_line(text).map_err(|reason| CampaignError::Damaged { line, reason })?;
         let need = shard.nth(line - 1, plan.trials());
-        if need != Some(row.trial) {
+        if need != Some(row.trial()) {
             let need = need.map_or("no more".into(), |need| need.to_string());
-            return Err(CampaignError::Order { line, need, got: row.trial });
+            return Err(CampaignError::Order { line, need, got: row.trial() });
         }
         plan.check(&row)?;
         Ok(Some(row))

@@ -2,7 +2,8 @@
 //!
 //! `cargo bench -p scouting --bench routes`. One thread. Each figure is the median of rounds, in processor time of the thread, so that
 //! other load on the machine counts less; what is compared is measured in turns. `-- --raster FILE` writes the cost map of the large world
-//! instead, for `research/scouting/benches/eikonal.py`; `-- --anytime PROGRAM` compares with OMPL (`research/scouting/benches/ompl.sh`).
+//! instead, for `research/scouting/benches/eikonal.py`; `-- --anytime PROGRAM FILE` compares with OMPL
+//! and writes the anytime curve (`research/scouting/benches/ompl.sh`).
 
 #![allow(clippy::print_stdout, reason = "a benchmark's output is its data")]
 #![allow(clippy::unwrap_used, reason = "a benchmark that cannot go on has failed")]
@@ -33,7 +34,7 @@ fn main() {
         return raster(&arguments[at + 1]);
     }
     if let Some(at) = arguments.iter().position(|word| word == "--anytime") {
-        return anytime::compare(&arguments[at + 1]);
+        return anytime::compare(&arguments[at + 1], &arguments[at + 2]);
     }
     println!("| what | ours [ms] | beside it | [ms] | ratio |");
     println!("|---|---|---|---|---|");

@@ -1,7 +1,7 @@
 //! The studies of Folsom et al. 2021: what a helicopter saves a rover, and what an agent learns on its way.
 //!
 //! Every arm of a study meets the same worlds with the same seeds: [`World`] is drawn, [`fly`] plans and drives it in each
-//! [`Arm`], [`Study`] compares the travel times. [`LargeMap`] stands in for the paper's map of Jezero, [`SingleGrid`] is its small grid
+//! [`Arm`], [`ArmEndings`] compare the travel times. [`LargeMap`] stands in for the paper's map of Jezero, [`SingleGrid`] is its small grid
 //! for one agent.
 
 #![warn(clippy::disallowed_methods)]
@@ -23,4 +23,4 @@ pub use scaled::monte_carlo_of;
 pub use scout_world::{World, monte_carlo, monte_carlo_regions};
 pub use shown::spread_shown;
 pub use single::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
-pub use study::{Spread, Study};
+pub use study::{ArmEndings, Ending, Spread};

@@ -42,6 +42,19 @@ impl Arm {
         Self::Clairvoyant,
     ];
 
+    /// The name in files, as it is serialised.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::NaiveRover => "naive_rover",
+            Self::SafeRover => "safe_rover",
+            Self::ScoutRoute => "scout_route",
+            Self::InformationTheoretic => "information_theoretic",
+            Self::ScoutValue => "scout_value",
+            Self::Clairvoyant => "clairvoyant",
+        }
+    }
+
     /// The name for tables.
     #[must_use]
     pub fn name(self) -> &'static str {

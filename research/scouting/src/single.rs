@@ -87,6 +87,16 @@ impl Choice {
     /// In the order of the paper's legends.
     pub const ALL: [Self; 3] = [Self::Utility, Self::ExpectedTime, Self::Likeliest];
 
+    /// The name in files, as it is serialised.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Utility => "utility",
+            Self::ExpectedTime => "expected_time",
+            Self::Likeliest => "likeliest",
+        }
+    }
+
     /// The name for tables.
     #[must_use]
     pub fn name(self) -> &'static str {

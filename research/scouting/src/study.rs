@@ -1,7 +1,7 @@
 //! Travel times of all arms over many worlds, and what they say.
 
 use routing::Stream;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Arm, Outcome};
 
@@ -28,39 +28,60 @@ impl Spread {
     }
 }
 
-/// The outcomes of one arm, world by world.
-#[derive(Clone, Debug, Serialize)]
-pub struct Study {
+/// How a mission ended: what a study needs to know of an [`Outcome`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ending {
+    /// Time to the goal, in Sol; none if the rover is stuck or found no route.
+    pub travel_sol: Option<f64>,
+    /// Whether it entered a cell of speed 0.
+    pub stuck: bool,
+    /// Whether it had a route to drive.
+    pub has_route: bool,
+}
+
+impl From<&Outcome> for Ending {
+    fn from(outcome: &Outcome) -> Self {
+        let Outcome { travel_sol, stuck, route, .. } = outcome;
+        Self { travel_sol: *travel_sol, stuck: *stuck, has_route: !route.is_empty() }
+    }
+}
+
+/// How the missions of one arm ended, world by world.
+#[derive(Clone, Debug)]
+pub struct ArmEndings {
     /// In the order of the worlds, the same in each arm.
-    pub outcomes: Vec<Outcome>,
+    pub endings: Vec<Ending>,
 }
 
 /// Resamplings of the bootstrap.
 const RESAMPLINGS: usize = 1000;
 
-impl Study {
-    /// A study for each arm of [`Arm::ALL`], from the outcomes of all arms by world.
+impl ArmEndings {
+    /// Those of each arm of [`Arm::ALL`], from the endings of all arms by world.
     #[must_use]
-    pub fn of_arms(worlds: &[[Outcome; Arm::ALL.len()]]) -> [Self; Arm::ALL.len()] {
-        std::array::from_fn(|arm| Self { outcomes: worlds.iter().map(|arms| arms[arm].clone()).collect() })
+    pub fn of_arms<'a>(
+        worlds: impl Iterator<Item = &'a [Ending; Arm::ALL.len()]> + Clone,
+    ) -> [Self; Arm::ALL.len()] {
+        std::array::from_fn(|arm| Self { endings: worlds.clone().map(|arms| arms[arm]).collect() })
     }
 
     /// Travel times of the rovers that arrived, in Sol.
     #[must_use]
     pub fn times_sol(&self) -> Vec<f64> {
-        self.outcomes.iter().filter_map(|outcome| outcome.travel_sol).collect()
+        self.endings.iter().filter_map(|ending| ending.travel_sol).collect()
     }
 
     /// Rovers that got stuck.
     #[must_use]
     pub fn stuck(&self) -> usize {
-        self.outcomes.iter().filter(|outcome| outcome.stuck).count()
+        self.endings.iter().filter(|ending| ending.stuck).count()
     }
 
     /// Rovers that had no route to drive.
     #[must_use]
     pub fn without_route(&self) -> usize {
-        self.outcomes.iter().filter(|outcome| outcome.route.is_empty()).count()
+        self.endings.iter().filter(|ending| !ending.has_route).count()
     }
 
     /// Median travel time, in Sol; NaN if none arrived.
@@ -128,13 +149,13 @@ impl Study {
 
     /// Times of three arms, of the worlds in which all arrived.
     fn triples(&self, second: &Self, third: &Self) -> Vec<[f64; 3]> {
-        let all = self.outcomes.iter().zip(&second.outcomes).zip(&third.outcomes);
+        let all = self.endings.iter().zip(&second.endings).zip(&third.endings);
         all.filter_map(|((a, b), c)| Some([a.travel_sol?, b.travel_sol?, c.travel_sol?])).collect()
     }
 
     /// Times with and without, of the worlds in which both arrived.
     fn pairs(&self, without: &Self) -> Vec<(f64, f64)> {
-        let both = self.outcomes.iter().zip(&without.outcomes);
+        let both = self.endings.iter().zip(&without.endings);
         both.filter_map(|(with, without)| Some((with.travel_sol?, without.travel_sol?))).collect()
     }
 }
@@ -170,16 +191,10 @@ fn bootstrap<Pair: Copy>(pairs: &[Pair], measure: impl Fn(&[Pair]) -> f64) -> Sp
 mod tests {
     use super::*;
 
-    fn study(times: &[Option<f64>]) -> Study {
-        let outcome = |time: &Option<f64>| Outcome {
-            travel_sol: *time,
-            stuck: time.is_none(),
-            expected_sol: 1.0,
-            route: Vec::new(),
-            flight: Vec::new(),
-            stages: Vec::new(),
-        };
-        Study { outcomes: times.iter().map(outcome).collect() }
+    fn study(times: &[Option<f64>]) -> ArmEndings {
+        let ending =
+            |time: &Option<f64>| Ending { travel_sol: *time, stuck: time.is_none(), has_route: true };
+        ArmEndings { endings: times.iter().map(ending).collect() }
     }
 
     #[test]

@@ -1,71 +1,22 @@
-//! The claims of P19 about its figures, each made precise once and judged by the interval of ours.
+//! The claims of P19 about its figures, each judged by the whole interval of ours.
 
 use ::campaign::statistics::{Interval, wilson};
 use ::coverage::Algorithm;
-use serde::Serialize;
 
-use super::case::Row;
+use super::account::{Account, Sharing, row};
 use super::estimate::{Estimate, Moments};
-use super::study::{PERCENTS, PLANNERS, Sharing, Study, row};
+use super::row::Row;
+use crate::claims::{Claim, Verdict};
+use crate::studies::coverage::{PERCENTS, PLANNERS};
 
-/// Whether a claim holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// All of the interval agrees with it.
-    Holds,
-    /// All of the interval contradicts it.
-    Fails,
-    /// The interval has values of both kinds: more runs would decide.
-    Open,
+/// Whether all of the interval lies within `low` to `high`.
+fn within(estimate: &Estimate, low: f64, high: f64) -> Verdict {
+    Verdict::of_interval((estimate.low, estimate.high), (low, high))
 }
-
-impl Verdict {
-    /// Whether `estimate` lies within `low` to `high`.
-    fn within(estimate: &Estimate, low: f64, high: f64) -> Self {
-        if estimate.low >= low && estimate.high <= high {
-            Verdict::Holds
-        } else if estimate.high < low || estimate.low > high {
-            Verdict::Fails
-        } else {
-            Verdict::Open
-        }
-    }
-
-    /// The verdict on a claim that needs all of `verdicts`.
-    fn all(verdicts: impl IntoIterator<Item = Verdict>) -> Self {
-        verdicts.into_iter().fold(Verdict::Holds, |all, verdict| match (all, verdict) {
-            (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
-            (Verdict::Open, _) | (_, Verdict::Open) => Verdict::Open,
-            _ => Verdict::Holds,
-        })
-    }
-
-    fn of(holds: bool) -> Self {
-        if holds { Verdict::Holds } else { Verdict::Fails }
-    }
-}
-
-/// One claim of the paper.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Claim {
-    /// Where the paper has it.
-    pub source: &'static str,
-    /// The claim, in words.
-    pub statement: String,
-    /// What would make it hold here.
-    pub criterion: &'static str,
-    /// What we got, with its 95 % interval.
-    pub got: String,
-    /// By the whole interval; open if it reaches to both sides.
-    pub verdict: Verdict,
-}
-
-const FIG_6: &str = "Fig. 6";
 
 /// Every claim, in the order of the paper's figures.
-pub fn all(study: &Study) -> Vec<Claim> {
-    let single = &study.single;
+pub fn all(account: &Account) -> Vec<Claim> {
+    let single = &account.single;
     let mut claims = vec![typical(single)];
     claims.push(shorter(
         "spiral is shorter than boustrophedon at every percentage",
@@ -86,12 +37,12 @@ pub fn all(study: &Study) -> Vec<Claim> {
         Algorithm::SpiralCircumnavigation,
     ));
     claims.extend(PLANNERS.map(|algorithm| last_cells("20 × 20", single, algorithm)));
-    claims.push(last_cells("15 × 15", &study.small, Algorithm::Spiral));
+    claims.push(last_cells("15 × 15", &account.small, Algorithm::Spiral));
     let spirals = [Algorithm::Spiral, Algorithm::SpiralCircumnavigation];
     claims.extend(spirals.map(|algorithm| spread(single, algorithm)));
-    claims.extend(study.pairs.iter().flat_map(one_pair));
-    claims.push(overlap_is_shorter(&study.sharing));
-    claims.push(overlap_varies_less(&study.sharing));
+    claims.extend(account.pairs.iter().flat_map(one_pair));
+    claims.push(overlap_is_shorter(&account.sharing));
+    claims.push(overlap_varies_less(&account.sharing));
     claims
 }
 
@@ -99,52 +50,52 @@ pub fn all(study: &Study) -> Vec<Claim> {
 fn typical(rows: &[Row]) -> Claim {
     let all = row(rows, Algorithm::Spiral, 100);
     let (low, high) = (all.quantile(0.05), all.quantile(0.95));
-    Claim {
-        source: "Fig. 5",
-        statement: "a typical run covers everything at a path ratio of 1.75".into(),
-        criterion: "within the middle 90 % of the runs of spiral",
-        got: format!("middle 90 %: {low:.2} to {high:.2}, mean {}", all.mean.written(3)),
-        verdict: Verdict::of((low..=high).contains(&1.75)),
-    }
+    Claim::new(
+        "a typical run covers everything at a path ratio of 1.75 (Fig. 5)",
+        "1.75",
+        "within the middle 90 % of the runs of spiral",
+        format!("middle 90 %: {low:.2} to {high:.2}, mean {}", all.mean.written(3)),
+        Verdict::of((low..=high).contains(&1.75)),
+    )
 }
 
 /// `short` needs shorter paths than `long` at every share.
 fn shorter(statement: &str, rows: &[Row], short: Algorithm, long: Algorithm) -> Claim {
     let longer = PERCENTS.map(|percent| row(rows, short, percent).longer(row(rows, long, percent)));
     let at = |n: usize| format!("+{} at {} %", longer[n].written(3), PERCENTS[n]);
-    Claim {
-        source: FIG_6,
-        statement: statement.into(),
-        criterion: "the mean difference in path ratio is above 0 at each percentage",
-        got: format!("{}, {}", at(0), at(PERCENTS.len() - 1)),
-        verdict: Verdict::all(longer.iter().map(|longer| Verdict::within(longer, 0.0, f64::INFINITY))),
-    }
+    Claim::new(
+        &format!("{statement} (Fig. 6)"),
+        "yes",
+        "the mean difference in path ratio is above 0 at each percentage",
+        format!("{}, {}", at(0), at(PERCENTS.len() - 1)),
+        Verdict::all(longer.iter().map(|longer| within(longer, 0.0, f64::INFINITY))),
+    )
 }
 
 /// What the last 2 % cost.
 fn last_cells(ground: &str, rows: &[Row], algorithm: Algorithm) -> Claim {
     let pairs = row(rows, algorithm, 98).beside(row(rows, algorithm, 100));
     let more = Estimate::jackknife(&pairs, |moments| 100.0 * (moments.ratio_of_means() - 1.0));
-    Claim {
-        source: FIG_6,
-        statement: format!("the last 2 % cost 10 to 20 % more path: {algorithm}, {ground}"),
-        criterion: "the mean increases by 10 to 20 %",
-        got: format!("{} %", more.written(1)),
-        verdict: Verdict::within(&more, 10.0, 20.0),
-    }
+    Claim::new(
+        &format!("the last 2 % cost 10 to 20 % more path: {algorithm}, {ground} (Fig. 6)"),
+        "10 to 20 %",
+        "the mean increases by 10 to 20 %",
+        format!("{} %", more.written(1)),
+        within(&more, 10.0, 20.0),
+    )
 }
 
 /// The standard deviation at 100 % and at 97 %.
 fn spread(rows: &[Row], algorithm: Algorithm) -> Claim {
     let pairs = row(rows, algorithm, 97).beside(row(rows, algorithm, 100));
     let times = Estimate::jackknife(&pairs, Moments::ratio_of_deviations);
-    Claim {
-        source: FIG_6,
-        statement: format!("the standard deviation at 100 % is twice that at 97 %: {algorithm}"),
-        criterion: "1.75 to 2.25 times",
-        got: format!("{} times", times.written(2)),
-        verdict: Verdict::within(&times, 1.75, 2.25),
-    }
+    Claim::new(
+        &format!("the standard deviation at 100 % is twice that at 97 %: {algorithm} (Fig. 6)"),
+        "twice",
+        "1.75 to 2.25 times",
+        format!("{} times", times.written(2)),
+        within(&times, 1.75, 2.25),
+    )
 }
 
 /// Fig. 7's two missions, on a world whose size the paper does not print.
@@ -167,22 +118,22 @@ fn one_pair(pair: &[Row; 2]) -> [Claim; 2] {
     let close = Estimate { value: close as f64 / count as f64, low, high }.times(100.0);
     let side = pair[0].case.ground.side;
     [
-        Claim {
-            source: "Fig. 7",
-            statement: format!(
-                "4 rovers cover 99 % in 444 steps (overlap) and 449 (Voronoi): {side} × {side}"
+        Claim::new(
+            &format!(
+                "4 rovers cover 99 % in 444 steps (overlap) and 449 (Voronoi): {side} × {side} (Fig. 7)"
             ),
-            criterion: "both within the middle 95 % of their distributions",
-            got: format!("overlap: {overlap}; Voronoi: {voronoi}"),
-            verdict: Verdict::of(overlap_fits && voronoi_fits),
-        },
-        Claim {
-            source: "Fig. 7",
-            statement: format!("that both need almost the same is not guaranteed: {side} × {side}"),
-            criterion: "in less than half of the worlds they differ by at most 5 steps",
-            got: format!("{} % of the worlds", close.written(1)),
-            verdict: Verdict::within(&close, 0.0, 50.0),
-        },
+            "444, 449 steps",
+            "both within the middle 95 % of their distributions",
+            format!("overlap: {overlap}; Voronoi: {voronoi}"),
+            Verdict::of(overlap_fits && voronoi_fits),
+        ),
+        Claim::new(
+            &format!("that both need almost the same is not guaranteed: {side} × {side} (Fig. 7)"),
+            "yes",
+            "in less than half of the worlds they differ by at most 5 steps",
+            format!("{} % of the worlds", close.written(1)),
+            within(&close, 0.0, 50.0),
+        ),
     ]
 }
 
@@ -204,13 +155,13 @@ fn overlap_is_shorter(sharing: &[Sharing]) -> Claim {
     };
     let order = |one: &usize, other: &usize| times[*one].0.value.total_cmp(&times[*other].0.value);
     let ends = [(0..times.len()).min_by(order), (0..times.len()).max_by(order)];
-    Claim {
-        source: "Fig. 8",
-        statement: "at 95 %, overlap is shorter than Voronoi for every size and team".into(),
-        criterion: "Voronoi's mean over that of overlap is above 1 in each cell",
-        got: ends.into_iter().flatten().map(written).collect::<Vec<_>>().join(" to "),
-        verdict: Verdict::all(times.iter().map(|(times, _)| Verdict::within(times, 1.0, f64::INFINITY))),
-    }
+    Claim::new(
+        "at 95 %, overlap is shorter than Voronoi for every size and team (Fig. 8)",
+        "yes",
+        "Voronoi's mean over that of overlap is above 1 in each cell",
+        ends.into_iter().flatten().map(written).collect::<Vec<_>>().join(" to "),
+        Verdict::all(times.iter().map(|(times, _)| within(times, 1.0, f64::INFINITY))),
+    )
 }
 
 /// Fig. 8: the standard deviation over all sizes and teams.
@@ -219,11 +170,11 @@ fn overlap_varies_less(sharing: &[Sharing]) -> Claim {
         .iter()
         .map(|both| Estimate::jackknife(&both.overlap.beside(&both.voronoi), Moments::ratio_of_deviations));
     let least = times.min_by(|one, other| one.low.total_cmp(&other.low)).expect("Fig. 8 has cells");
-    Claim {
-        source: "Fig. 8",
-        statement: "Voronoi has the larger standard deviation for every size and team".into(),
-        criterion: "its standard deviation over that of overlap is above 1 in each cell",
-        got: format!("at least {} times", least.written(2)),
-        verdict: Verdict::within(&least, 1.0, f64::INFINITY),
-    }
+    Claim::new(
+        "Voronoi has the larger standard deviation for every size and team (Fig. 8)",
+        "yes",
+        "its standard deviation over that of overlap is above 1 in each cell",
+        format!("at least {} times", least.written(2)),
+        within(&least, 1.0, f64::INFINITY),
+    )
 }

@@ -1,69 +1,98 @@
-//! The study as text, Markdown or JSON.
+//! The study as tables of text or Markdown, and as records.
 
 use node::Failure;
 use serde::Serialize;
 
-use super::case::Row;
-use super::claims::{self, Claim, Verdict};
-use super::study::{Ours, Sharing, Study};
+use super::account::{Account, Ours, Sharing};
+use super::row::Row;
+use super::{claims, figures};
+use crate::claims::Claim;
 use crate::form::{Form, heading, table};
+use crate::report;
+use crate::studies::FlownWorld;
+use crate::studies::coverage::Coverage;
 
 /// A study with the verdicts on the paper's claims; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     #[serde(flatten)]
-    study: Study,
+    account: Account,
     claims: Vec<Claim>,
 }
 
 impl Report {
-    /// Judges the claims.
-    pub fn new(study: Study) -> Self {
-        Self { claims: claims::all(&study), study }
+    /// What the worlds of a campaign of seed `seed` come to, and what that says of the claims.
+    pub fn new(seed: u64, worlds: &[FlownWorld<Coverage>]) -> Self {
+        let account = Account::new(seed, worlds);
+        Self { claims: claims::all(&account), account }
+    }
+}
+
+impl report::Report for Report {
+    const NAME: &'static str = "coverage";
+    const PAPER: &'static str = "Laîné & Yoshida 2019";
+
+    fn title(&self) -> String {
+        let sampling = self.account.sampling;
+        format!("Coverage, {} worlds a case, seed {}", sampling.runs, sampling.seed)
     }
 
-    /// The report.
-    ///
-    /// # Errors
-    /// None in practice: JSON of numbers and names.
-    pub fn written(&self, form: Form) -> Result<String, Failure> {
-        if form == Form::Json {
-            return Ok(serde_json::to_string(self).map_err(Failure::run)? + "\n");
-        }
-        let holds = self.claims.iter().filter(|claim| claim.verdict == Verdict::Holds).count();
-        let title = format!(
-            "Coverage: {holds} of {} claims of Laîné & Yoshida 2019 hold ({} worlds a case, seed {})",
-            self.claims.len(),
-            self.study.sampling.runs,
-            self.study.sampling.seed
-        );
-        let mut text = if form == Form::Markdown { format!("# {title}\n\n") } else { format!("{title}\n\n") };
-        text += &heading(form, "Path ratio of one rover, 20 × 20 cells (Fig. 6)");
-        text += &single(form, &self.study.single);
-        text += &heading(form, "Path ratio of teams at 95 %, spiral (Fig. 8)");
-        text += &sharing(form, &self.study.sharing);
-        text += &heading(form, "Path ratio of cover_frontier beside spiral");
-        text += &ours(form, &self.study.ours);
-        text += &heading(form, "Claims");
-        text += &self.claims(form);
-        Ok(text)
+    fn tables(&self, form: Form) -> String {
+        let Account { single: fig_6, sharing: fig_8, ours: beside, .. } = &self.account;
+        [
+            ("Path ratio of one rover, 20 × 20 cells (Fig. 6)", single(form, fig_6)),
+            ("Path ratio of teams at 95 %, spiral (Fig. 8)", sharing(form, fig_8)),
+            ("Path ratio of cover_frontier beside spiral", ours(form, beside)),
+        ]
+        .map(|(words, table)| heading(form, words) + &table)
+        .concat()
     }
 
-    fn claims(&self, form: Form) -> String {
-        let rows: Vec<_> = self
-            .claims
-            .iter()
-            .map(|claim| {
-                let holds = match claim.verdict {
-                    Verdict::Holds => "yes",
-                    Verdict::Fails => "no",
-                    Verdict::Open => "open",
-                };
-                [claim.source, &claim.statement, &claim.got, holds, claim.criterion].map(str::to_owned)
-            })
-            .collect();
-        table(form, ["figure", "the paper", "ours (95 %)", "holds", "holds if"], &rows)
+    fn records(&self) -> Vec<Vec<String>> {
+        let headings = [
+            "side",
+            "obstacle_percent",
+            "planner",
+            "mode",
+            "rovers",
+            "percent",
+            "runs",
+            "path_ratio",
+            "path_ratio_low",
+            "path_ratio_high",
+            "path_ratio_sd",
+        ];
+        let Account { single, small, pairs, sharing, ours, .. } = &self.account;
+        let rows = single.iter().chain(small).chain(pairs.iter().flatten());
+        let rows = rows.chain(sharing.iter().flat_map(|both| [&both.overlap, &both.voronoi]));
+        let rows = rows.chain(ours.iter().flat_map(|both| [&both.spiral, &both.ours]));
+        std::iter::once(headings.map(String::from).into()).chain(rows.map(record)).collect()
     }
+
+    fn claims(&self) -> &[Claim] {
+        &self.claims
+    }
+
+    fn figures(&self) -> Result<Vec<(String, String)>, Failure> {
+        figures::all(&self.account)
+    }
+}
+
+fn record(row: &Row) -> Vec<String> {
+    let Row { case, percent, mean, sd, ratios } = row;
+    vec![
+        case.ground.side.to_string(),
+        case.ground.obstacle_percent.to_string(),
+        case.algorithm.to_string(),
+        case.mode_name().into(),
+        case.rovers.to_string(),
+        percent.to_string(),
+        ratios.len().to_string(),
+        mean.value.to_string(),
+        mean.low.to_string(),
+        mean.high.to_string(),
+        sd.to_string(),
+    ]
 }
 
 fn single(form: Form, rows: &[Row]) -> String {

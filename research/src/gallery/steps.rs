@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ::campaign::{Campaign, Report};
+use ::campaign::{Campaign, Report, TrialPlan as _};
 use hopper::commands::campaign::fly::fly;
 use hopper::commands::campaign::store::VERSION;
 use node::Failure;

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use ::campaign::statistics::wilson;
 use ::known::execution::{self, Execution};
 use ::known::{Case, Claim, Experiment, Findings, KnownMap, Model, P22, Plan, figures};
+use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::form::{Form, heading, table, write_out};
+use crate::form::{Form, heading, table};
 
 /// Arguments of `hopper known findings`.
 #[derive(clap::Args, Clone, Debug)]
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let reports = reports.map(|(name, form)| account.written(form).map(|text| (name.to_owned(), text)));
         let reports = reports.into_iter().collect::<Result<Vec<_>, _>>()?;
         let figures = figures.iter().map(|figure| (format!("{}.svg", figure.name), figure.svg.as_str()));
-        write_out(dir, reports.iter().map(|(name, text)| (name.clone(), text.as_str())).chain(figures))?;
+        write_into(dir, reports.iter().map(|(name, text)| (name.clone(), text.as_str())).chain(figures))?;
     }
     print(&account.written(args.format)?)?;
     Ok(Exit::Done)

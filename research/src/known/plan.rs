@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use ::known::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use contract::{Cell, Direction};
+use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use serde::Serialize;
 
-use crate::form::{Form, heading, table, write_out};
+use crate::form::{Form, heading, table};
 
 /// Arguments of `hopper known plan`.
 #[derive(clap::Args, Clone, Debug)]
@@ -73,7 +74,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let json = serde_json::to_string(&account).map_err(Failure::run)? + "\n";
     if let Some(dir) = &args.out {
         let svg = figure(&world, &model, &plan).map_err(Failure::run)?;
-        write_out(dir, [("plan.svg".to_owned(), svg.as_str()), ("plan.json".to_owned(), json.as_str())])?;
+        write_into(dir, [("plan.svg".to_owned(), svg.as_str()), ("plan.json".to_owned(), json.as_str())])?;
     }
     print(&match args.format {
         Form::Json => json,

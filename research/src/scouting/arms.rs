@@ -1,61 +1,12 @@
 //! What the studies share that fly every arm on the same worlds.
 
 use ::report::picture::{BoxOf, Boxes};
-use ::scouting::{Arm, Outcome, RoverPlanner, Samples, Sensor, Setup, Spread, Study, World, announce, fly};
-use rayon::prelude::*;
+use ::scouting::{Arm, ArmEndings, Ending, Samples, Spread};
 use serde::Serialize;
 
-use super::report::{number, percent};
 use crate::form::{Form, table};
-
-/// Planners of the safe rover, by their names.
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[value(rename_all = "snake_case")]
-pub enum Planner {
-    /// That of the paper.
-    #[default]
-    RrtStarEtt,
-    /// Ours.
-    EttExact,
-}
-
-impl std::fmt::Display for Planner {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Planner::RrtStarEtt => "rrt_star_ett",
-            Planner::EttExact => "ett_exact",
-        })
-    }
-}
-
-impl From<Planner> for RoverPlanner {
-    fn from(planner: Planner) -> Self {
-        match planner {
-            Planner::RrtStarEtt => RoverPlanner::RrtStarEtt,
-            Planner::EttExact => RoverPlanner::EttExact,
-        }
-    }
-}
-
-/// Who drives and what the helicopter sees with, in all arms.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct Team {
-    /// Planner of the safe rover in all arms.
-    #[arg(long, default_value_t, value_name = "PLANNER")]
-    rover: Planner,
-    /// Probability that the helicopter reads a cell's speed right; the others are equally likely [default: 1].
-    #[arg(long, value_name = "P", value_parser = probability)]
-    accuracy: Option<f64>,
-    /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20))]
-    stages: u32,
-}
-
-/// A number from 0 to 1.
-pub fn probability(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a probability needs 0 to 1".into()) }
-}
+use crate::report::{cells_of, headings_of, number, percent};
+use crate::studies::Planner;
 
 /// What all missions of a study were flown with; field names are those of the JSON.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -64,11 +15,11 @@ pub struct Conditions {
     pub seed: u64,
     /// Flights at most.
     pub stages: u32,
-    rover: RoverPlanner,
-    samples: Samples,
+    pub rover: Planner,
+    pub samples: Samples,
     /// Nothing where the helicopter does not err.
     #[serde(skip_serializing_if = "Option::is_none")]
-    accuracy: Option<f64>,
+    pub accuracy: Option<f64>,
 }
 
 /// What all arms came to; field names are those of the JSON.
@@ -79,39 +30,7 @@ pub struct Arms {
     pub rows: Vec<Row>,
     ours_against_theirs: Comparison,
     #[serde(skip)]
-    pub studies: [Study; Arm::ALL.len()],
-}
-
-impl Team {
-    /// Flies all arms on `runs` worlds, those of `seed` and the following.
-    pub fn fly(
-        self,
-        (runs, seed): (u64, u64),
-        samples: Samples,
-        world: impl Fn(u64) -> World + Sync,
-    ) -> Arms {
-        let sensor = self.accuracy.map(|p| Sensor::with_accuracy(p).expect("a probability"));
-        let stages = self.stages;
-        let setup = Setup { stages, ..Setup::new(self.rover.into(), samples) };
-        let worlds: Vec<[Outcome; Arm::ALL.len()]> = (0..runs)
-            .into_par_iter()
-            .map(|run| {
-                let seed = seed.wrapping_add(run);
-                let world = world(seed);
-                let setup = Setup { sensor: sensor.map(|sensor| (sensor, seed)), ..setup };
-                let announced = announce(&world, &setup, seed);
-                Arm::ALL.map(|arm| fly(&world, arm, &setup, seed, announced.as_ref()))
-            })
-            .collect();
-        let studies = Study::of_arms(&worlds);
-        let rover = setup.planner;
-        Arms {
-            conditions: Conditions { runs, seed, stages, rover, samples, accuracy: self.accuracy },
-            rows: rows(&studies),
-            ours_against_theirs: Comparison::new(&studies),
-            studies,
-        }
-    }
+    pub endings: [ArmEndings; Arm::ALL.len()],
 }
 
 impl Conditions {
@@ -131,14 +50,39 @@ impl Conditions {
 }
 
 impl Arms {
+    /// What the worlds come to, each with the endings of all arms.
+    pub fn new<'a>(
+        conditions: Conditions,
+        worlds: impl Iterator<Item = &'a [Ending; Arm::ALL.len()]> + Clone,
+    ) -> Self {
+        let endings = ArmEndings::of_arms(worlds);
+        Self { conditions, rows: rows(&endings), ours_against_theirs: Comparison::new(&endings), endings }
+    }
+
     /// What an arm came to.
     pub fn row(&self, arm: Arm) -> &Row {
         &self.rows[arm as usize]
     }
 
-    /// What became of the missions of an arm, in the order of the worlds.
-    pub fn outcomes(&self, arm: Arm) -> &[Outcome] {
-        &self.studies[arm as usize].outcomes
+    /// How the missions of an arm ended, in the order of the worlds.
+    pub fn endings(&self, arm: Arm) -> &[Ending] {
+        &self.endings[arm as usize].endings
+    }
+
+    /// The arms as records.
+    pub fn records(&self) -> Vec<Vec<String>> {
+        let spreads = ["median_saving", "mean_paired_saving", "regret_sol", "regret_closed"];
+        let headings = ["arm", "runs", "stuck", "without_route", "median_sol", "sd_sol"].map(String::from);
+        let record = |row: &Row| {
+            let Row { arm, stuck, without_route, median_sol, sd_sol, .. } = row;
+            let of_safe = [row.median_saving, row.mean_paired_saving, row.regret_sol, row.regret_closed];
+            let own = [arm.key().to_owned(), self.conditions.runs.to_string(), stuck.to_string()];
+            let own = own.into_iter().chain([without_route.to_string()]);
+            let own = own.chain([median_sol.to_string(), sd_sol.to_string()]);
+            own.chain(of_safe.into_iter().flat_map(cells_of)).collect()
+        };
+        let headings = headings.into_iter().chain(spreads.into_iter().flat_map(headings_of)).collect();
+        std::iter::once(headings).chain(self.rows.iter().map(record)).collect()
     }
 
     /// The table of all arms, and ours beside the paper's.
@@ -148,7 +92,7 @@ impl Arms {
 
     /// Box plot of the travel times of those that arrived, one box an arm.
     pub fn boxes(&self, title: &str, caption: String) -> String {
-        boxes(title, caption, &self.studies)
+        boxes(title, caption, &self.endings)
     }
 }
 
@@ -169,20 +113,20 @@ pub struct Row {
     pub regret_closed: Spread,
 }
 
-fn rows(studies: &[Study; Arm::ALL.len()]) -> Vec<Row> {
-    let (safe, knowing) = (&studies[Arm::SafeRover as usize], &studies[Arm::Clairvoyant as usize]);
-    let row = |(arm, study): (Arm, &Study)| Row {
+fn rows(arms: &[ArmEndings; Arm::ALL.len()]) -> Vec<Row> {
+    let (safe, knowing) = (&arms[Arm::SafeRover as usize], &arms[Arm::Clairvoyant as usize]);
+    let row = |(arm, endings): (Arm, &ArmEndings)| Row {
         arm,
-        stuck: study.stuck(),
-        without_route: study.without_route(),
-        median_sol: study.median_sol(),
-        sd_sol: study.sd_sol(),
-        median_saving: study.median_saving(safe),
-        mean_paired_saving: study.mean_paired_saving(safe),
-        regret_sol: study.regret_sol(knowing),
-        regret_closed: study.regret_closed(safe, knowing),
+        stuck: endings.stuck(),
+        without_route: endings.without_route(),
+        median_sol: endings.median_sol(),
+        sd_sol: endings.sd_sol(),
+        median_saving: endings.median_saving(safe),
+        mean_paired_saving: endings.mean_paired_saving(safe),
+        regret_sol: endings.regret_sol(knowing),
+        regret_closed: endings.regret_closed(safe, knowing),
     };
-    Arm::ALL.into_iter().zip(studies).map(row).collect()
+    Arm::ALL.into_iter().zip(arms).map(row).collect()
 }
 
 fn table_of_arms(form: Form, rows: &[Row]) -> String {
@@ -214,7 +158,7 @@ fn table_of_arms(form: Form, rows: &[Row]) -> String {
     table(form, headings, &rows.iter().map(cells).collect::<Vec<_>>())
 }
 
-fn boxes(title: &str, caption: String, studies: &[Study; Arm::ALL.len()]) -> String {
+fn boxes(title: &str, caption: String, arms: &[ArmEndings; Arm::ALL.len()]) -> String {
     let name = |arm: Arm| match arm {
         Arm::NaiveRover => vec!["naive rover".into()],
         Arm::SafeRover => vec!["safe rover".into()],
@@ -223,12 +167,12 @@ fn boxes(title: &str, caption: String, studies: &[Study; Arm::ALL.len()]) -> Str
         Arm::ScoutValue => vec!["with scout_value".into()],
         Arm::Clairvoyant => vec!["knowing".into(), "the truth".into()],
     };
-    let boxes = Arm::ALL.into_iter().zip(studies);
+    let boxes = Arm::ALL.into_iter().zip(arms);
     Boxes {
         title: title.into(),
         caption,
         quantity: "true travel time [Sol]".into(),
-        boxes: boxes.map(|(arm, study)| BoxOf { name: name(arm), values: study.times_sol() }).collect(),
+        boxes: boxes.map(|(arm, endings)| BoxOf { name: name(arm), values: endings.times_sol() }).collect(),
     }
     .svg()
 }
@@ -245,16 +189,16 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    fn new(studies: &[Study; Arm::ALL.len()]) -> Self {
-        let [ours, theirs] = [Arm::ScoutValue, Arm::InformationTheoretic].map(|arm| &studies[arm as usize]);
-        let pairs = ours.outcomes.iter().zip(&theirs.outcomes);
+    fn new(arms: &[ArmEndings; Arm::ALL.len()]) -> Self {
+        let [ours, theirs] = [Arm::ScoutValue, Arm::InformationTheoretic].map(|arm| &arms[arm as usize]);
+        let pairs = ours.endings.iter().zip(&theirs.endings);
         let times = pairs.filter_map(|(ours, theirs)| Some((ours.travel_sol?, theirs.travel_sol?)));
         let (mut sooner, mut later) = (0, 0);
         for (ours, theirs) in times {
             sooner += usize::from(ours < theirs);
             later += usize::from(ours > theirs);
         }
-        let more_saved = ours.more_saved(theirs, &studies[Arm::SafeRover as usize]);
+        let more_saved = ours.more_saved(theirs, &arms[Arm::SafeRover as usize]);
         Self { more_saved, sooner, later }
     }
 

@@ -1,16 +1,18 @@
 //! The case study of P21 on a stand-in for its map of Jezero (Figs 7, 16 and 17).
 
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
-use ::scouting::{Arm, LARGE_SIDE, LargeMap, Outcome, Samples, Spread, World, spread_shown};
+use ::scouting::{Arm, LARGE_SIDE, LargeMap, Outcome, Samples, Spread};
 use node::{Exit, Failure};
-use rayon::prelude::*;
 use rover::Point;
 use serde::Serialize;
 
-use super::arms::{Arms, Team, probability};
-use super::claims::{Claim, Verdict};
-use super::report::{Publication, Report, number, percent};
+use super::arms::{Arms, Conditions};
+use super::{FOLSOM, figures};
+use crate::claims::{Claim, Verdict};
 use crate::form::{Form, table};
+use crate::report::{Publication, Report, number, percent};
+use crate::studies::large::{AT_M, HELICOPTERS, Large};
+use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
 
 /// Arguments of the study on the large map.
 #[derive(clap::Args, Clone, Debug)]
@@ -21,25 +23,11 @@ pub struct Args {
     /// Seed of the first truth; the following count up from it.
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Seed of the map.
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    map: u64,
-    /// Probability that the short way is good.
-    #[arg(long, default_value_t = 0.8, value_name = "P", value_parser = probability)]
-    good: f64,
     #[command(flatten)]
-    team: Team,
+    settings: Large,
     #[command(flatten)]
     publication: Publication,
 }
-
-/// Metres of flight at which the spread shown is read.
-const AT_M: [f64; 16] = [
-    0.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0, 200.0, 220.0, 240.0, 260.0, 280.0, 300.0,
-];
-
-/// Arms with a helicopter.
-const HELICOPTERS: [Arm; 3] = [Arm::ScoutRoute, Arm::InformationTheoretic, Arm::ScoutValue];
 
 /// What one helicopter shows on its way; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -53,14 +41,19 @@ struct Shown {
 
 /// The whole study; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
-struct Account {
+pub struct Account {
     map: u64,
     good: f64,
     #[serde(flatten)]
     arms: Arms,
-    metres: [f64; 16],
+    metres: [f64; AT_M.len()],
     shown: Vec<Shown>,
     claims: Vec<Claim>,
+    #[serde(skip)]
+    settings: Large,
+    /// Of the truths, in the order of the endings.
+    #[serde(skip)]
+    seeds: Vec<u64>,
 }
 
 /// Flies the study and prints its report.
@@ -68,34 +61,39 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let &Args { runs, seed, map, good, .. } = args;
-    let ground = LargeMap::new(map, good);
-    let arms = args.team.fly((runs, seed), Samples::LARGE, |seed| ground.world(seed));
-    let world = ground.world(seed);
-    let shown: Vec<Shown> = HELICOPTERS.iter().map(|arm| shown(&world, &arms, *arm)).collect();
-    let claims = judge(&arms, &shown);
-    args.publication.publish(&Account { map, good, arms, metres: AT_M, shown, claims })
+    let worlds = fly_all(&plan(args.settings, args.seed, args.runs))?;
+    args.publication.publish(&args.settings.report(args.seed, &worlds))
 }
 
-fn shown(world: &World, arms: &Arms, arm: Arm) -> Shown {
-    let by_run: Vec<Vec<f64>> = arms
-        .outcomes(arm)
-        .par_iter()
-        .map(|outcome| {
-            let shown = spread_shown(&world.prior, &outcome.flight, &AT_M);
-            shown.into_iter().map(|sum| sum / 1000.0).collect()
-        })
-        .collect();
+impl Account {
+    /// What the truths come to, in a campaign of seed `seed`.
+    pub fn new(settings: Large, seed: u64, worlds: &[FlownWorld<Large>]) -> Self {
+        let Large { map, good, stages, rover, accuracy } = settings;
+        let samples = Samples::LARGE;
+        let conditions = Conditions { runs: worlds.len() as u64, seed, stages, rover, samples, accuracy };
+        let arms = Arms::new(conditions, worlds.iter().map(|world| &world.outcomes[0].arms));
+        let shown: Vec<Shown> = (0..HELICOPTERS.len()).map(|n| shown(worlds, n)).collect();
+        let claims = judge(&arms, &shown);
+        let seeds = worlds.iter().map(|world| world.seed).collect();
+        Self { map, good, arms, metres: AT_M, shown, claims, settings, seeds }
+    }
+}
+
+/// What helicopter `n` shows.
+fn shown(worlds: &[FlownWorld<Large>], n: usize) -> Shown {
+    let of_run = |world: &FlownWorld<Large>| world.outcomes[0].shown[n].map(|sum| sum / 1000.0).to_vec();
+    let by_run: Vec<Vec<f64>> = worlds.iter().map(of_run).collect();
     let at = |n: usize| Spread::mean(&by_run.iter().map(|run| run[n]).collect::<Vec<_>>());
-    Shown { arm, thousands: (0..AT_M.len()).map(at).collect(), by_run }
+    Shown { arm: HELICOPTERS[n], thousands: (0..AT_M.len()).map(at).collect(), by_run }
 }
 
 // Long: a claim after the other.
 fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
     let row = |arm: Arm| arms.row(arm);
     let (safe, along, informed) = (row(Arm::SafeRover), row(Arm::ScoutRoute), row(Arm::InformationTheoretic));
-    let study = |arm: Arm| &arms.studies[arm as usize];
-    let more = study(Arm::InformationTheoretic).more_saved(study(Arm::ScoutRoute), study(Arm::SafeRover));
+    let endings = |arm: Arm| &arms.endings[arm as usize];
+    let more =
+        endings(Arm::InformationTheoretic).more_saved(endings(Arm::ScoutRoute), endings(Arm::SafeRover));
     let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
     let sooner = |metres: f64| {
         let n = AT_M.iter().position(|at| *at == metres).expect("one of the metres");
@@ -170,10 +168,11 @@ fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
 
 impl Report for Account {
     const NAME: &'static str = "scouting-large";
+    const PAPER: &'static str = FOLSOM;
 
     fn title(&self) -> String {
         let conditions = &self.arms.conditions;
-        let stages = self.arms.conditions.of_stages();
+        let stages = conditions.of_stages();
         let (runs, sensor) = (conditions.runs, conditions.of_sensor());
         format!(
             "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {runs} truths, {stages}{sensor}"
@@ -190,51 +189,61 @@ impl Report for Account {
         self.arms.written(form) + &table(form, headings, &shown) + "\n"
     }
 
+    fn records(&self) -> Vec<Vec<String>> {
+        self.arms.records()
+    }
+
     fn claims(&self) -> &[Claim] {
         &self.claims
     }
 
-    fn figures(&self) -> Vec<(String, String)> {
+    fn figures(&self) -> Result<Vec<(String, String)>, Failure> {
         let caption = format!("{} truths of one made map", self.arms.conditions.runs);
         let seventeen = self.arms.boxes("Travel times on the stand-in for Jezero", caption);
-        vec![
-            ("fig-7.svg".into(), self.ways()),
-            ("fig-16.svg".into(), self.spread_shown()),
+        let ground = self.settings.ground();
+        Ok(vec![
             ("fig-17.svg".into(), seventeen),
-        ]
+            ("fig-16.svg".into(), self.spread_shown()),
+            ("fig-7.svg".into(), ways(self.settings, &ground, self.telling())),
+        ])
     }
 }
 
+/// The map with the ways of a truth.
+pub fn ways(settings: Large, ground: &LargeMap, seed: u64) -> String {
+    let world = ground.world(seed);
+    let outcomes = settings.outcomes(&world, seed);
+    let way = |name: &str, arm: Arm, of: fn(&Outcome) -> &[Point]| Way {
+        name: name.into(),
+        points: of(&outcomes[arm as usize]).iter().map(|at| [at.x_m, at.y_m]).collect(),
+    };
+    FieldMap {
+        title: "Ways on the stand-in for Jezero".into(),
+        caption: format!("Truth of seed {seed}; dark is impassable"),
+        quantity: "standard deviation of the speed [m/Sol]".into(),
+        columns: LARGE_SIDE,
+        cell_m: 1.0,
+        values: figures::spread(&world.prior),
+        ways: vec![
+            way("rover alone", Arm::SafeRover, |outcome| &outcome.route),
+            way("with naive h.", Arm::ScoutRoute, |outcome| &outcome.route),
+            way("with inf.-theoretic h.", Arm::InformationTheoretic, |outcome| &outcome.route),
+            way("flight of the latter", Arm::InformationTheoretic, |outcome| &outcome.flight),
+        ],
+    }
+    .svg()
+}
+
 impl Account {
-    /// The map with the ways of the first truth in which the helicopter saves most.
-    fn ways(&self) -> String {
-        let (runs, seed) = (self.arms.conditions.runs as usize, self.arms.conditions.seed);
-        let time = |arm: Arm, run: usize| self.arms.outcomes(arm)[run].travel_sol;
+    /// The seed of the first truth in which the helicopter saves most.
+    fn telling(&self) -> u64 {
+        let time = |arm: Arm, run: usize| self.arms.endings(arm)[run].travel_sol;
         let saved = |run: &usize| {
             time(Arm::SafeRover, *run).unwrap_or(0.0)
                 - time(Arm::InformationTheoretic, *run).unwrap_or(f64::INFINITY)
         };
-        let run = (0..runs).max_by(|a, b| saved(a).total_cmp(&saved(b)).then(b.cmp(a)));
-        let run = run.unwrap_or(0);
-        let way = |name: &str, arm: Arm, of: fn(&Outcome) -> &[Point]| Way {
-            name: name.into(),
-            points: of(&self.arms.outcomes(arm)[run]).iter().map(|at| [at.x_m, at.y_m]).collect(),
-        };
-        FieldMap {
-            title: "Ways on the stand-in for Jezero".into(),
-            caption: format!("Truth of seed {}; dark is impassable", seed.wrapping_add(run as u64)),
-            quantity: "standard deviation of the speed [m/Sol]".into(),
-            columns: LARGE_SIDE,
-            cell_m: 1.0,
-            values: super::figures::spread(&LargeMap::new(self.map, self.good).world(seed).prior),
-            ways: vec![
-                way("rover alone", Arm::SafeRover, |outcome| &outcome.route),
-                way("with naive h.", Arm::ScoutRoute, |outcome| &outcome.route),
-                way("with inf.-theoretic h.", Arm::InformationTheoretic, |outcome| &outcome.route),
-                way("flight of the latter", Arm::InformationTheoretic, |outcome| &outcome.flight),
-            ],
-        }
-        .svg()
+        let run = (0..self.seeds.len()).max_by(|a, b| saved(a).total_cmp(&saved(b)).then(b.cmp(a)));
+        run.map_or(self.arms.conditions.seed, |run| self.seeds[run])
     }
 
     fn spread_shown(&self) -> String {

@@ -6,10 +6,13 @@ use ::scouting::{Arm, Samples, Spread, monte_carlo};
 use node::{Exit, Failure};
 use serde::Serialize;
 
-use super::arms::{Arms, Row, Team};
-use super::claims::{Claim, Verdict};
-use super::report::{Publication, Report, percent};
+use super::arms::{Arms, Conditions, Row};
+use super::{FOLSOM, figures};
+use crate::claims::{Claim, Verdict};
 use crate::form::Form;
+use crate::report::{Publication, Report, percent};
+use crate::studies::monte_carlo::MonteCarlo;
+use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
 
 /// Arguments of the Monte Carlo study.
 #[derive(clap::Args, Clone, Debug)]
@@ -21,17 +24,22 @@ pub struct Args {
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
     #[command(flatten)]
-    team: Team,
+    settings: MonteCarlo,
     #[command(flatten)]
     publication: Publication,
 }
 
 /// The whole study; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
-struct Account {
+pub struct Account {
     #[serde(flatten)]
     arms: Arms,
     claims: Vec<Claim>,
+    #[serde(skip)]
+    settings: MonteCarlo,
+    /// Seed of the first world.
+    #[serde(skip)]
+    first: u64,
 }
 
 /// Flies the study and prints its report.
@@ -39,12 +47,25 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let arms = args.team.fly((args.runs, args.seed), Samples::MONTE_CARLO, monte_carlo);
-    args.publication.publish(&Account { claims: judge(&arms), arms })
+    let worlds = fly_all(&plan(args.settings, args.seed, args.runs))?;
+    args.publication.publish(&args.settings.report(args.seed, &worlds))
+}
+
+impl Account {
+    /// What the worlds come to, in a campaign of seed `seed`.
+    pub fn new(settings: MonteCarlo, seed: u64, worlds: &[FlownWorld<MonteCarlo>]) -> Self {
+        let MonteCarlo { rover, accuracy, stages } = settings;
+        let samples = Samples::MONTE_CARLO;
+        let conditions = Conditions { runs: worlds.len() as u64, seed, stages, rover, samples, accuracy };
+        let arms = Arms::new(conditions, worlds.iter().map(|world| &world.outcomes[0].arms));
+        let first = worlds.first().map_or(seed, |world| world.seed);
+        Self { claims: judge(&arms), arms, settings, first }
+    }
 }
 
 impl Report for Account {
     const NAME: &'static str = "scouting";
+    const PAPER: &'static str = FOLSOM;
 
     fn title(&self) -> String {
         let conditions = &self.arms.conditions;
@@ -57,44 +78,44 @@ impl Report for Account {
         self.arms.written(form)
     }
 
+    fn records(&self) -> Vec<Vec<String>> {
+        self.arms.records()
+    }
+
     fn claims(&self) -> &[Claim] {
         &self.claims
     }
 
-    fn figures(&self) -> Vec<(String, String)> {
+    fn figures(&self) -> Result<Vec<(String, String)>, Failure> {
         let runs = self.arms.conditions.runs;
         let caption = format!("{runs} random worlds; rovers that are stuck are left out");
         let twelve = self.arms.boxes("Travel times with and without a helicopter", caption);
-        vec![("fig-12.svg".into(), twelve), ("fig-13.svg".into(), self.region())]
+        Ok(vec![("fig-12.svg".into(), twelve), ("fig-13.svg".into(), region(self.settings, self.first))])
     }
 }
 
-impl Account {
-    /// The first world: how uncertain it is, and who went where.
-    fn region(&self) -> String {
-        let seed = self.arms.conditions.seed;
-        let world = monte_carlo(seed);
-        let [safe, informed] =
-            [Arm::SafeRover, Arm::InformationTheoretic].map(|arm| &self.arms.outcomes(arm)[0]);
-        let way = |name: &str, points: &[rover::Point]| Way {
-            name: name.into(),
-            points: points.iter().map(|at| [at.x_m, at.y_m]).collect(),
-        };
-        FieldMap {
-            title: "The region of the Monte Carlo simulation".into(),
-            caption: format!("World of seed {seed}; the discs are impassable"),
-            quantity: "standard deviation of the speed [m/Sol]".into(),
-            columns: world.prior.surface().lattice().width(),
-            cell_m: 1.0,
-            values: super::figures::spread(&world.prior),
-            ways: vec![
-                way("safe rover", &safe.route),
-                way("with helicopter", &informed.route),
-                way("its flight", &informed.flight),
-            ],
-        }
-        .svg()
+/// A world: how uncertain it is, and who goes where.
+pub fn region(settings: MonteCarlo, seed: u64) -> String {
+    let (world, outcomes) = (monte_carlo(seed), settings.outcomes(seed));
+    let [safe, informed] = [Arm::SafeRover, Arm::InformationTheoretic].map(|arm| &outcomes[arm as usize]);
+    let way = |name: &str, points: &[rover::Point]| Way {
+        name: name.into(),
+        points: points.iter().map(|at| [at.x_m, at.y_m]).collect(),
+    };
+    FieldMap {
+        title: "The region of the Monte Carlo simulation".into(),
+        caption: format!("World of seed {seed}; the discs are impassable"),
+        quantity: "standard deviation of the speed [m/Sol]".into(),
+        columns: world.prior.surface().lattice().width(),
+        cell_m: 1.0,
+        values: figures::spread(&world.prior),
+        ways: vec![
+            way("safe rover", &safe.route),
+            way("with helicopter", &informed.route),
+            way("its flight", &informed.flight),
+        ],
     }
+    .svg()
 }
 
 /// Judges each claim by the rows of all arms.

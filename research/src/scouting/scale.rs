@@ -10,9 +10,10 @@ use routing::ett_exact;
 use rover::Caution;
 use serde::Serialize;
 
-use super::claims::{Claim, Verdict};
-use super::report::{Publication, Report, percent};
+use super::FOLSOM;
+use crate::claims::{Claim, Verdict};
 use crate::form::{Form, table};
+use crate::report::{Publication, Report, percent};
 
 /// Arguments of the table of scalability.
 #[derive(clap::Args, Clone, Debug)]
@@ -190,6 +191,7 @@ fn seconds(time_s: f64) -> String {
 
 impl Report for Account {
     const NAME: &'static str = "scouting-scale";
+    const PAPER: &'static str = FOLSOM;
 
     fn title(&self) -> String {
         "Scalability".into()
@@ -222,31 +224,42 @@ impl Report for Account {
         table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>()) + "\n"
     }
 
+    fn records(&self) -> Vec<Vec<String>> {
+        let headings = ["cells", "value_iteration_s", "sweeps", "ett_exact_s", "mission_s"].map(String::from);
+        let record = |row: &Row| {
+            let Row { cells, value_iteration_s, sweeps, ett_exact_s, mission_s, .. } = row;
+            let times = [value_iteration_s, ett_exact_s, mission_s].map(ToString::to_string);
+            let [value_iteration_s, ett_exact_s, mission_s] = times;
+            vec![cells.to_string(), value_iteration_s, sweeps.to_string(), ett_exact_s, mission_s]
+        };
+        std::iter::once(headings.into()).chain(self.rows.iter().map(record)).collect()
+    }
+
     fn claims(&self) -> &[Claim] {
         &self.claims
     }
 
-    fn figures(&self) -> Vec<(String, String)> {
-        let world = monte_carlo_of(FIGURE_SIDE, self.seed);
-        let figure = |goal: Option<usize>, title: &str| {
-            FieldMap {
-                title: title.into(),
-                caption: format!(
-                    "{FIGURE_SIDE} × {FIGURE_SIDE} cells, seed {}; dark is impassable",
-                    self.seed
-                ),
-                quantity: "value [bits]".into(),
-                columns: FIGURE_SIDE,
-                cell_m: 1.0,
-                values: GridMdp::new(&world.prior, goal).solve(TOLERANCE).values,
-                ways: Vec::new(),
-            }
-            .svg()
-        };
-        let goal = Some(goal_cell(&world));
-        vec![
-            ("fig-18.svg".into(), figure(goal, "Value of entropy as a reward, with a goal")),
-            ("fig-19.svg".into(), figure(None, "Value of entropy as a reward, without a goal")),
-        ]
+    fn figures(&self) -> Result<Vec<(String, String)>, Failure> {
+        Ok(vec![
+            ("fig-18.svg".into(), values(self.seed, true)),
+            ("fig-19.svg".into(), values(self.seed, false)),
+        ])
     }
+}
+
+/// The values of the decision process on the world of a seed, with a goal or without.
+pub fn values(seed: u64, has_goal: bool) -> String {
+    let world = monte_carlo_of(FIGURE_SIDE, seed);
+    let goal = has_goal.then(|| goal_cell(&world));
+    let words = if has_goal { "with" } else { "without" };
+    FieldMap {
+        title: format!("Value of entropy as a reward, {words} a goal"),
+        caption: format!("{FIGURE_SIDE} × {FIGURE_SIDE} cells, seed {seed}; dark is impassable"),
+        quantity: "value [bits]".into(),
+        columns: FIGURE_SIDE,
+        cell_m: 1.0,
+        values: GridMdp::new(&world.prior, goal).solve(TOLERANCE).values,
+        ways: Vec::new(),
+    }
+    .svg()
 }

@@ -1,14 +1,16 @@
 //! The single-agent study of P21: information gathered on the way across a small grid (Figs 5, 14 and 15).
 
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
-use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, Spread, simple_paths};
+use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, Spread};
 use node::{Exit, Failure};
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::claims::{Claim, Verdict};
-use super::report::{Publication, Report, number, percent};
+use super::FOLSOM;
+use crate::claims::{Claim, Verdict};
 use crate::form::{Form, table};
+use crate::report::{Publication, Report, cells_of, headings_of, number, percent};
+use crate::studies::single::{Single, Trip, Trips};
+use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
 
 /// Arguments of the single-agent study.
 #[derive(clap::Args, Clone, Debug)]
@@ -20,48 +22,29 @@ pub struct Args {
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
     #[command(flatten)]
+    settings: Single,
+    #[command(flatten)]
     publication: Publication,
 }
 
-/// What one path of one grid came to.
-#[derive(Clone, Debug)]
-struct Trip {
-    /// Share of all information after each cell.
+/// What is known on the way, after each cell of a path: worked out again from grid and path.
+struct Progress {
+    /// Share of all information.
     information: Vec<f64>,
-    /// True time after each cell.
+    /// True time.
     times: Vec<f64>,
-    expected: f64,
-    /// Types of cells seen.
-    types: usize,
-    /// True time of a second agent that knows what this one has seen.
-    follower: f64,
 }
 
-impl Trip {
-    fn new(grid: &SingleGrid, paths: &[Vec<usize>], choice: Choice) -> Self {
-        let path = grid.best(paths, choice);
-        let known = grid.known(path);
+impl Progress {
+    fn new(grid: &SingleGrid, trip: &Trip) -> Self {
+        let path = trip.cells().expect("a path that was checked");
         let times = (1..=path.len()).map(|cells| grid.time(&path[..cells], CellType::true_time));
-        Self {
-            information: grid.information(path),
-            times: times.collect(),
-            expected: grid.time(path, CellType::expected),
-            types: known.iter().filter(|known| **known).count(),
-            follower: grid.time(grid.follower(paths, &known), CellType::true_time),
-        }
-    }
-
-    fn share(&self) -> f64 {
-        self.information[self.information.len() - 1]
+        Self { information: grid.information(&path), times: times.collect() }
     }
 
     /// What is known after `cells` cells.
     fn after(&self, cells: usize) -> f64 {
         self.information[cells.min(self.information.len()) - 1]
-    }
-
-    fn time(&self) -> f64 {
-        self.times[self.times.len() - 1]
     }
 
     /// What is known at a true time.
@@ -88,19 +71,19 @@ struct Row {
     follower_saving: Spread,
 }
 
-/// Cells whose information counts as early.
-const EARLY: usize = 5;
-
 /// The whole study; field names are those of the JSON.
 #[derive(Clone, Debug, Serialize)]
-struct Account {
+pub struct Account {
     runs: u64,
     seed: u64,
     paths: usize,
     rows: Vec<Row>,
     claims: Vec<Claim>,
     #[serde(skip)]
-    trips: Vec<[Trip; 3]>,
+    trips: Vec<Trips>,
+    /// Of the grids, in the order of the trips.
+    #[serde(skip)]
+    seeds: Vec<u64>,
 }
 
 /// Weighs every path of every grid, and prints the report.
@@ -108,46 +91,55 @@ struct Account {
 /// # Errors
 /// Exit code 2 if the folder for the figures cannot be created, 1 if the report cannot be printed or written.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let paths = simple_paths();
-    let trips: Vec<[Trip; 3]> = (0..args.runs)
-        .into_par_iter()
-        .map(|run| {
-            let grid = SingleGrid::random(args.seed.wrapping_add(run));
-            Choice::ALL.map(|choice| Trip::new(&grid, &paths, choice))
-        })
-        .collect();
-    let rows: Vec<Row> = Choice::ALL.into_iter().map(|choice| row(&trips, choice)).collect();
-    let claims = judge(&trips, &rows);
-    let account = Account { runs: args.runs, seed: args.seed, paths: paths.len(), rows, claims, trips };
-    args.publication.publish(&account)
+    let worlds = fly_all(&plan(args.settings, args.seed, args.runs))?;
+    args.publication.publish(&args.settings.report(args.seed, &worlds))
 }
 
-/// The mean over all grids of what `measure` finds in a grid's trips.
-fn mean(trips: &[[Trip; 3]], measure: impl Fn(&[Trip; 3]) -> f64) -> Spread {
-    Spread::mean(&trips.iter().map(measure).collect::<Vec<_>>())
-}
-
-fn row(trips: &[[Trip; 3]], choice: Choice) -> Row {
-    let (own, fastest) = (choice as usize, Choice::ExpectedTime as usize);
-    Row {
-        choice,
-        information: mean(trips, |trips| trips[own].share()),
-        early: mean(trips, |trips| trips[own].after(EARLY)),
-        types: mean(trips, |trips| trips[own].types as f64),
-        more_expected: mean(trips, |trips| trips[own].expected / trips[fastest].expected - 1.0),
-        more_true: mean(trips, |trips| trips[own].time() / trips[fastest].time() - 1.0),
-        follower_saving: mean(trips, |trips| 1.0 - trips[own].follower / trips[fastest].time()),
+impl Account {
+    /// What the grids come to, in a campaign of seed `seed`.
+    pub fn new(seed: u64, worlds: &[FlownWorld<Single>]) -> Self {
+        let trips: Vec<Trips> = worlds.iter().map(|world| world.outcomes[0].clone()).collect();
+        let rows: Vec<Row> = Choice::ALL.into_iter().map(|choice| row(&trips, choice)).collect();
+        let claims = judge(&trips, &rows);
+        let (runs, paths) = (worlds.len() as u64, Single {}.ground().len());
+        Self {
+            runs,
+            seed,
+            paths,
+            rows,
+            claims,
+            trips,
+            seeds: worlds.iter().map(|world| world.seed).collect(),
+        }
     }
 }
 
-fn judge(trips: &[[Trip; 3]], rows: &[Row]) -> Vec<Claim> {
+/// The mean over all grids of what `measure` finds in a grid's trips.
+fn mean(trips: &[Trips], measure: impl Fn(&[Trip; 3]) -> f64) -> Spread {
+    Spread::mean(&trips.iter().map(|trips| measure(&trips.choices)).collect::<Vec<_>>())
+}
+
+fn row(trips: &[Trips], choice: Choice) -> Row {
+    let (own, fastest) = (choice as usize, Choice::ExpectedTime as usize);
+    Row {
+        choice,
+        information: mean(trips, |trips| trips[own].information),
+        early: mean(trips, |trips| trips[own].early),
+        types: mean(trips, |trips| trips[own].types as f64),
+        more_expected: mean(trips, |trips| trips[own].expected_time / trips[fastest].expected_time - 1.0),
+        more_true: mean(trips, |trips| trips[own].true_time / trips[fastest].true_time - 1.0),
+        follower_saving: mean(trips, |trips| 1.0 - trips[own].follower_time / trips[fastest].true_time),
+    }
+}
+
+fn judge(trips: &[Trips], rows: &[Row]) -> Vec<Claim> {
     let [utility, fastest, likeliest] = Choice::ALL.map(|choice| choice as usize);
-    let more = |other: usize| mean(trips, |trips| trips[utility].share() - trips[other].share());
-    let sooner = |other: usize| mean(trips, |trips| trips[utility].after(EARLY) - trips[other].after(EARLY));
+    let more = |other: usize| mean(trips, |trips| trips[utility].information - trips[other].information);
+    let sooner = |other: usize| mean(trips, |trips| trips[utility].early - trips[other].early);
     let most_types = mean(trips, |trips| {
         f64::from(trips[utility].types >= trips[fastest].types.max(trips[likeliest].types))
     });
-    let followers = mean(trips, |trips| 1.0 - trips[utility].follower / trips[fastest].follower);
+    let followers = mean(trips, |trips| 1.0 - trips[utility].follower_time / trips[fastest].follower_time);
     let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
     let both = |a: Verdict, b: Verdict| if a == b { a } else { Verdict::Open };
     let pair = |a: Spread, b: Spread| format!("{} and {}", number(a, 2), number(b, 2));
@@ -185,7 +177,7 @@ fn judge(trips: &[[Trip; 3]], rows: &[Row]) -> Vec<Claim> {
             "yes",
             "in most grids no other path visits more",
             percent(most_types),
-            Verdict::within(most_types, 0.5, 1.0),
+            Verdict::within(most_types, 0.5, f64::INFINITY),
         ),
         Claim::new(
             "later agents can make use of what the first has learned",
@@ -206,6 +198,7 @@ fn judge(trips: &[[Trip; 3]], rows: &[Row]) -> Vec<Claim> {
 
 impl Report for Account {
     const NAME: &'static str = "scouting-single";
+    const PAPER: &'static str = FOLSOM;
 
     fn title(&self) -> String {
         format!("A single agent on {} random grids, {} paths each", self.runs, self.paths)
@@ -235,50 +228,67 @@ impl Report for Account {
         table(form, headings, &self.rows.iter().map(cells).collect::<Vec<_>>()) + "\n"
     }
 
+    fn records(&self) -> Vec<Vec<String>> {
+        let spreads = ["information", "early", "types", "more_expected", "more_true", "follower_saving"];
+        let headings = ["choice", "runs"].map(String::from).into_iter();
+        let record = |row: &Row| {
+            let of = [row.information, row.early, row.types, row.more_expected, row.more_true];
+            let own = [row.choice.key().to_owned(), self.runs.to_string()].into_iter();
+            own.chain(of.into_iter().chain([row.follower_saving]).flat_map(cells_of)).collect()
+        };
+        let headings = headings.chain(spreads.into_iter().flat_map(headings_of)).collect();
+        std::iter::once(headings).chain(self.rows.iter().map(record)).collect()
+    }
+
     fn claims(&self) -> &[Claim] {
         &self.claims
     }
 
-    fn figures(&self) -> Vec<(String, String)> {
-        vec![
-            ("fig-5.svg".into(), self.grid()),
+    fn figures(&self) -> Result<Vec<(String, String)>, Failure> {
+        let seed = self.seeds.first().copied().unwrap_or(self.seed);
+        Ok(vec![
             ("fig-14.svg".into(), self.over_cells()),
             ("fig-15.svg".into(), self.over_time()),
-        ]
+            ("fig-5.svg".into(), grid_with_paths(seed, &Single {}.ground())),
+        ])
     }
 }
 
-impl Account {
-    /// The first grid with its three paths.
-    fn grid(&self) -> String {
-        let (grid, paths) = (SingleGrid::random(self.seed), simple_paths());
-        let way = |choice: Choice| {
-            let at = |cell: &usize| {
-                // Beside each other where they share cells.
-                let aside = 0.14 * (choice as usize as f64 - 1.0);
-                [(cell % GRID_SIDE) as f64 + 0.5 + aside, (cell / GRID_SIDE) as f64 + 0.5 + aside]
-            };
-            Way { name: short(choice).into(), points: grid.best(&paths, choice).iter().map(at).collect() }
+/// A grid with its three paths.
+pub fn grid_with_paths(seed: u64, paths: &[Vec<usize>]) -> String {
+    let grid = SingleGrid::random(seed);
+    let way = |choice: Choice| {
+        let at = |cell: &usize| {
+            // Beside each other where they share cells.
+            let aside = 0.14 * (choice as usize as f64 - 1.0);
+            [(cell % GRID_SIDE) as f64 + 0.5 + aside, (cell / GRID_SIDE) as f64 + 0.5 + aside]
         };
-        FieldMap {
-            title: "Three paths across a grid".into(),
-            caption: format!("Grid of seed {}; cells of one shade are of one type", self.seed),
-            quantity: "information of the cell's type".into(),
-            columns: GRID_SIDE,
-            cell_m: 1.0,
-            values: grid.type_of.iter().map(|of| grid.types[*of].information()).collect(),
-            ways: Choice::ALL.map(way).into(),
-        }
-        .svg()
+        Way { name: short(choice).into(), points: grid.best(paths, choice).iter().map(at).collect() }
+    };
+    FieldMap {
+        title: "Three paths across a grid".into(),
+        caption: format!("Grid of seed {seed}; cells of one shade are of one type"),
+        quantity: "information of the cell's type".into(),
+        columns: GRID_SIDE,
+        cell_m: 1.0,
+        values: grid.type_of.iter().map(|of| grid.types[*of].information()).collect(),
+        ways: Choice::ALL.map(way).into(),
     }
+    .svg()
+}
 
-    fn curves(&self, axis: &str, at: Vec<f64>, share: impl Fn(&Trip, f64) -> f64) -> String {
-        let line = |choice: Choice| Line {
-            name: short(choice).into(),
-            values: at
-                .iter()
-                .map(|at| Some(mean(&self.trips, |trips| share(&trips[choice as usize], *at)).value))
-                .collect(),
+impl Account {
+    fn curves(&self, axis: &str, at: Vec<f64>, share: impl Fn(&Progress, f64) -> f64) -> String {
+        let line = |choice: Choice| {
+            let progress = self.trips.iter().zip(&self.seeds).map(|(trips, seed)| {
+                Progress::new(&SingleGrid::random(*seed), &trips.choices[choice as usize])
+            });
+            let progress: Vec<Progress> = progress.collect();
+            let mean = |at: &f64| {
+                let shares: Vec<f64> = progress.iter().map(|progress| share(progress, *at)).collect();
+                Some(Spread::mean(&shares).value)
+            };
+            Line { name: short(choice).into(), values: at.iter().map(mean).collect() }
         };
         let chart =
             Chart { quantity: "share of all information".into(), lines: Choice::ALL.map(line).into() };
@@ -294,12 +304,12 @@ impl Account {
 
     fn over_cells(&self) -> String {
         let cells = (1..=GRID_SIDE * GRID_SIDE).map(|cells| cells as f64).collect();
-        self.curves("cells visited", cells, |trip, cells| trip.after(cells as usize))
+        self.curves("cells visited", cells, |progress, cells| progress.after(cells as usize))
     }
 
     fn over_time(&self) -> String {
         let times = (0..=40).map(f64::from).collect();
-        self.curves("true travel time", times, Trip::at)
+        self.curves("true travel time", times, Progress::at)
     }
 }
 

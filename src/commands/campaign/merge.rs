@@ -1,8 +1,8 @@
 //! `hopper campaign merge`: merges the shards of a campaign row by row.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use ::campaign::Shard;
+use ::campaign::{Plan, Shard, TrialPlan};
 use node::{Exit, Failure};
 
 use super::store::{self, Manifest, Rows, Store, Times};
@@ -19,18 +19,34 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Merges the shards.
+impl Args {
+    /// The first of the folders.
+    #[must_use]
+    pub fn first(&self) -> &Path {
+        &self.dirs[0]
+    }
+}
+
+/// Merges the shards of a campaign of missions.
+///
+/// # Errors
+/// As [`shards`].
+pub fn run(args: &Args) -> Result<Exit, Failure> {
+    shards::<Plan>(args)
+}
+
+/// Merges the shards of a campaign.
 ///
 /// # Errors
 /// Exit code 2 if a shard is missing, given twice, unfinished, or of another campaign.
-pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let mut parts =
-        args.dirs.iter().map(|dir| Ok((dir, store::manifest(dir)?))).collect::<Result<Vec<_>, Failure>>()?;
+pub fn shards<P: TrialPlan>(args: &Args) -> Result<Exit, Failure> {
+    let parts = args.dirs.iter().map(|dir| Ok((dir, store::manifest::<P>(dir)?)));
+    let mut parts = parts.collect::<Result<Vec<_>, Failure>>()?;
     parts.sort_by_key(|(_, manifest)| manifest.shard.number);
     check(&parts)?;
     let plan = parts[0].1.plan.clone();
     let trials = plan.trials();
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&plan.name));
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(plan.identity().name));
     let whole = Manifest { shard: Shard::WHOLE, plan };
     let mut store = Store::open(&out, &whole, false)?;
     let mut rows =
@@ -46,8 +62,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
                 manifest.shard
             )));
         };
-        let unknown = Times { trial, planning_s: f64::NAN, episode_s: f64::NAN };
-        let times = times[part].next().filter(|times| times.trial == trial).unwrap_or(unknown);
+        let times = times[part].next().filter(|times| times.trial == trial);
+        let times = times.unwrap_or_else(|| Times::unknown(trial));
         store.append(&row, &times)?;
     }
     store.flush()?;
@@ -55,17 +71,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn check(parts: &[(&PathBuf, Manifest)]) -> Result<(), Failure> {
+fn check<P: TrialPlan>(parts: &[(&PathBuf, Manifest<P>)]) -> Result<(), Failure> {
     let (first_dir, first) = &parts[0];
     for (dir, manifest) in parts {
         if manifest.plan != first.plan || manifest.shard.count != first.shard.count {
             return Err(Failure::usage(format!(
                 "need shards of one campaign, got {} (plan {}, shard {}) and {} (plan {}, shard {})",
                 first_dir.display(),
-                first.plan.hash,
+                first.plan.identity().hash,
                 first.shard,
                 dir.display(),
-                manifest.plan.hash,
+                manifest.plan.identity().hash,
                 manifest.shard
             )));
         }

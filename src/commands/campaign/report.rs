@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::regret::bounds;
 use super::store::{self, Manifest};
+use crate::files::write_into;
 use crate::stdout::print;
 
 /// Arguments of `hopper campaign report`.
@@ -16,45 +17,48 @@ use crate::stdout::print;
 pub struct Args {
     /// Folder of a campaign, finished or not.
     #[arg(value_name = "DIR")]
-    dir: PathBuf,
-    /// Compare every cell with published numbers; paper: Sakamoto & Kunii 2023.
+    pub dir: PathBuf,
+    /// Compare with published numbers; paper: that of the campaign's cells, Sakamoto & Kunii 2023, or of its study.
     #[arg(long, value_name = "WHAT")]
-    against: Option<Against>,
+    pub against: Option<Against>,
     /// Compare every cell with the cell of the same scenario, planner and weights in another campaign's folder.
     /// Prints a table and a verdict on each cell of the MDP.
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
-    beside: Option<PathBuf>,
+    pub beside: Option<PathBuf>,
     /// Score the readings of the paper's open points that the campaign compares by how likely they make the paper's
     /// numbers.
     #[arg(long, conflicts_with_all = ["against", "beside"])]
-    readings: bool,
+    pub readings: bool,
     /// Exit with code 3 if a verdict is not accepted.
     #[arg(long, requires = "beside")]
     accept: bool,
     /// Format of the report on standard output.
     #[arg(long, default_value_t)]
-    format: Form,
+    pub format: Form,
+    /// Also write the report in all formats into this folder; of a study, with its figures.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["beside", "readings"])]
+    pub out: Option<PathBuf>,
 }
 
 /// Published numbers to compare with.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum Against {
-    /// Sakamoto & Kunii 2023.
+pub enum Against {
+    /// The paper whose experiment the campaign repeats.
     Paper,
 }
 
 /// Format of a report.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq, Default)]
-enum Form {
+pub enum Form {
     /// Markdown tables.
     #[default]
     #[value(alias = "markdown")]
     Md,
-    /// One record a cell.
+    /// One record a cell; of a study against the paper, one a claim.
     Csv,
     /// One JSON object.
     Json,
-    /// A picture: the distribution of steps in each cell.
+    /// A picture: the distribution of steps in each cell; of a study, its first figure.
     Svg,
 }
 
@@ -105,26 +109,38 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         })?;
         return Ok(Exit::Done);
     }
-    let text = match args.format {
-        Form::Md => findings.markdown() + &Speed::of(&args.dir, &manifest).markdown(),
-        Form::Json => serde_json::to_string(&findings).map_err(Failure::run)? + "\n",
-        Form::Svg => report.distribution_svg(),
-        Form::Csv => {
-            let mut writer = csv::Writer::from_writer(Vec::new());
-            for record in findings.records() {
-                writer.write_record(record).map_err(Failure::run)?;
-            }
-            let bytes = writer.into_inner().map_err(Failure::run)?;
-            String::from_utf8(bytes).map_err(Failure::run)?
-        }
+    let text = |form: Form| {
+        Ok::<_, Failure>(match form {
+            Form::Md => findings.markdown() + &Speed::of(&args.dir, &manifest).markdown(),
+            Form::Json => serde_json::to_string(&findings).map_err(Failure::run)? + "\n",
+            Form::Svg => report.distribution_svg(),
+            Form::Csv => csv_text(findings.records())?,
+        })
     };
-    print(&text)?;
+    if let Some(dir) = &args.out {
+        let file = |form: Form| Ok((format!("report.{form}"), text(form)?));
+        let forms = [Form::Md, Form::Csv, Form::Json, Form::Svg];
+        write_into(dir, forms.into_iter().map(file).collect::<Result<Vec<(String, String)>, Failure>>()?)?;
+    }
+    print(&text(args.format)?)?;
     Ok(Exit::Done)
+}
+
+/// Records as CSV, the headings first.
+///
+/// # Errors
+/// None in practice: records of one length, in memory.
+pub fn csv_text(records: Vec<Vec<String>>) -> Result<String, Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        writer.write_record(record).map_err(Failure::run)?;
+    }
+    String::from_utf8(writer.into_inner().map_err(Failure::run)?).map_err(Failure::run)
 }
 
 /// The rows of a folder, folded.
 fn fold(dir: &Path) -> Result<(Manifest, Report), Failure> {
-    let manifest = store::manifest(dir)?;
+    let manifest = store::manifest::<::campaign::Plan>(dir)?;
     let mut report = Report::new(manifest.plan.clone());
     store::each_row(dir, &manifest, |row| {
         report.fold(&row);

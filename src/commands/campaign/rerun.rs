@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::campaign::Row;
+use ::campaign::Plan;
 use hopper_sim::shell::print_summary;
 use node::{Exit, Failure};
 use report::Format;
@@ -17,16 +17,16 @@ use lockstep::PlannerSchedule;
 pub struct Args {
     /// Folder of a campaign.
     #[arg(value_name = "DIR")]
-    dir: PathBuf,
+    pub dir: PathBuf,
     /// Number of the trial, as in its row.
     #[arg(long, value_name = "K")]
-    trial: u64,
-    /// Folder for journal, summary and picture [default: a new folder under out/].
+    pub trial: u64,
+    /// Folder for journal, summary and picture; of a study, for row and pictures [default: a new folder under out/].
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Form of the summary on standard output: text or json.
     #[arg(long, default_value_t)]
-    format: Format,
+    pub format: Format,
 }
 
 /// Flies the trial again and prints its summary.
@@ -34,8 +34,8 @@ pub struct Args {
 /// # Errors
 /// Exit code 2 if the folder does not hold the trial, 1 if the digest is not the row's.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let manifest = store::manifest(&args.dir)?;
-    let row = row(args, &manifest)?;
+    let manifest = store::manifest::<Plan>(&args.dir)?;
+    let row = store::row(&args.dir, &manifest, args.trial)?;
     let Some(trial) = manifest.plan.trial(row.trial) else {
         return Err(Failure::usage(format!("trial {} is not in the plan", row.trial)));
     };
@@ -58,20 +58,4 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         )));
     }
     Ok(Exit::Done)
-}
-
-fn row(args: &Args, manifest: &store::Manifest) -> Result<Row, Failure> {
-    let mut rows = store::Rows::open(&args.dir, manifest)?;
-    while let Some(row) = rows.next()? {
-        if row.trial == args.trial {
-            return Ok(row);
-        }
-    }
-    Err(Failure::usage(format!(
-        "--trial: need a trial that {} holds (shard {} of 0 to {}), got {}",
-        args.dir.display(),
-        manifest.shard,
-        manifest.plan.trials().saturating_sub(1),
-        args.trial
-    )))
 }

@@ -10,11 +10,12 @@
 
 use std::fs::{File, TryLockError};
 use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 pub use ::campaign::Manifest;
 use ::campaign::manifest::MANIFEST_BYTES_MAX;
-use ::campaign::{Row, Rows as Lines};
+use ::campaign::{Plan, Rows as Lines, TrialPlan, TrialRow, study};
 use hopper_sim::private_file::{self, FileError};
 use node::{Exit, Failure};
 use serde::{Deserialize, Serialize};
@@ -29,8 +30,6 @@ const TABLE: &str = "trials.csv";
 const TIMES: &str = "times.csv";
 const RUN: &str = "run.json";
 
-const TABLE_HEADINGS: &str = "trial,cell,repetition,seed,config,version,scenario,profile,planner,safety,\
-                              information,distance,outcome,steps,hops,treasures,coverage,digest\n";
 const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
 
 /// Wall-clock times of one trial.
@@ -38,15 +37,24 @@ const TIMES_HEADINGS: &str = "trial,planning_s,episode_s\n";
 pub struct Times {
     /// Number of the trial in the plan.
     pub trial: u64,
-    /// Time spent planning, seconds.
+    /// Time spent planning, seconds; not a number where it is not known, and in studies, which do not measure it.
     pub planning_s: f64,
     /// The whole episode, seconds.
     pub episode_s: f64,
 }
 
+impl Times {
+    /// Those of a trial of which they are not known.
+    #[must_use]
+    pub fn unknown(trial: u64) -> Self {
+        Self { trial, planning_s: f64::NAN, episode_s: f64::NAN }
+    }
+}
+
 /// The folder being written.
 #[derive(Debug)]
-pub struct Store {
+pub struct Store<P = Plan> {
+    plan: PhantomData<P>,
     dir: PathBuf,
     rows: BufWriter<File>,
     table: BufWriter<File>,
@@ -54,12 +62,12 @@ pub struct Store {
     done: u64,
 }
 
-impl Store {
+impl<P: TrialPlan> Store<P> {
     /// Opens `dir` for `manifest`: a new folder, or with `resume` one that holds the first of its rows.
     ///
     /// # Errors
     /// Exit code 2 if the folder holds another campaign, or trials and `resume` is not asked for.
-    pub fn open(dir: &Path, manifest: &Manifest, resume: bool) -> Result<Self, Failure> {
+    pub fn open(dir: &Path, manifest: &Manifest<P>, resume: bool) -> Result<Self, Failure> {
         std::fs::create_dir_all(dir)
             .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
         let rows = file(dir, ROWS)?;
@@ -71,7 +79,7 @@ impl Store {
             Err(TryLockError::Error(error)) => return Err(failed(&dir.join(ROWS), &error)),
         }
         if dir.join(PLAN).exists() {
-            let held = self::manifest(dir)?;
+            let held: Manifest<P> = self::manifest(dir)?;
             if held != *manifest {
                 return Err(Failure::usage(difference(dir, manifest, &held)));
             }
@@ -91,10 +99,11 @@ impl Store {
         cut(&rows, done)?;
         begin(&times, done, TIMES_HEADINGS)?;
         // The table says what the rows say, and only they have checksums: it is made anew.
-        begin(&table, 0, TABLE_HEADINGS)?;
+        begin(&table, 0, &(P::Row::headings().join(",") + "\n"))?;
         let mut table = BufWriter::new(table);
         each_row(dir, manifest, |row| record(&mut table, &row))?;
-        Ok(Self { dir: dir.into(), rows: BufWriter::new(rows), table, times: BufWriter::new(times), done })
+        let (rows, times) = (BufWriter::new(rows), BufWriter::new(times));
+        Ok(Self { plan: PhantomData, dir: dir.into(), rows, table, times, done })
     }
 
     /// Trials of the shard that the folder holds already.
@@ -107,7 +116,7 @@ impl Store {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn append(&mut self, row: &Row, times: &Times) -> Result<(), Failure> {
+    pub fn append(&mut self, row: &P::Row, times: &Times) -> Result<(), Failure> {
         self.rows.write_all(row.line().as_bytes())?;
         record(&mut self.table, row)?;
         record(&mut self.times, times)?;
@@ -139,20 +148,26 @@ impl Store {
 ///
 /// # Errors
 /// Exit code 2 if the folder is no campaign's, or its plan is not as it was written.
-pub fn manifest(dir: &Path) -> Result<Manifest, Failure> {
+pub fn manifest<P: TrialPlan>(dir: &Path) -> Result<Manifest<P>, Failure> {
     let path = dir.join(PLAN);
     let text = scenario::text::read(&path, MANIFEST_BYTES_MAX).map_err(Failure::usage)?;
     Manifest::parse(&text).map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
+}
+
+/// The study whose campaign `dir` holds; none if it holds another campaign, or nothing that can be read.
+#[must_use]
+pub fn study(dir: &Path) -> Option<String> {
+    study::named_in_manifest(&scenario::text::read(&dir.join(PLAN), MANIFEST_BYTES_MAX).ok()?)
 }
 
 /// Hands each row of `dir` to `tell`, in order, checked against the plan. Returns how many there are.
 ///
 /// # Errors
 /// If a row is damaged, out of order or of another campaign.
-pub fn each_row(
+pub fn each_row<P: TrialPlan>(
     dir: &Path,
-    manifest: &Manifest,
-    mut tell: impl FnMut(Row) -> Result<(), Failure>,
+    manifest: &Manifest<P>,
+    mut tell: impl FnMut(P::Row) -> Result<(), Failure>,
 ) -> Result<u64, Failure> {
     let mut rows = Rows::open(dir, manifest)?;
     while let Some(row) = rows.next()? {
@@ -163,17 +178,17 @@ pub fn each_row(
 
 /// The rows of a folder, one after another.
 #[derive(Debug)]
-pub struct Rows<'a> {
+pub struct Rows<'a, P = Plan> {
     path: PathBuf,
-    lines: Lines<'a, BufReader<File>>,
+    lines: Lines<'a, BufReader<File>, P>,
 }
 
-impl<'a> Rows<'a> {
+impl<'a, P: TrialPlan> Rows<'a, P> {
     /// Opens the rows of `dir`.
     ///
     /// # Errors
     /// If there are none.
-    pub fn open(dir: &Path, manifest: &'a Manifest) -> Result<Self, Failure> {
+    pub fn open(dir: &Path, manifest: &'a Manifest<P>) -> Result<Self, Failure> {
         let path = dir.join(ROWS);
         let file = File::open(&path).map_err(|error| failed(&path, &error))?;
         Ok(Self { path, lines: Lines::new(manifest, BufReader::new(file)) })
@@ -184,9 +199,28 @@ impl<'a> Rows<'a> {
     /// # Errors
     /// If it is damaged, out of order or of another campaign.
     #[allow(clippy::should_implement_trait, reason = "it fails")]
-    pub fn next(&mut self) -> Result<Option<Row>, Failure> {
+    pub fn next(&mut self) -> Result<Option<P::Row>, Failure> {
         self.lines.next().map_err(|error| Failure::usage(format!("{}: {error}", self.path.display())))
     }
+}
+
+/// Row `trial` of `dir`.
+///
+/// # Errors
+/// Exit code 2 if the folder does not hold it.
+pub fn row<P: TrialPlan>(dir: &Path, manifest: &Manifest<P>, trial: u64) -> Result<P::Row, Failure> {
+    let mut rows = Rows::open(dir, manifest)?;
+    while let Some(row) = rows.next()? {
+        if row.trial() == trial {
+            return Ok(row);
+        }
+    }
+    Err(Failure::usage(format!(
+        "--trial: need a trial that {} holds (shard {} of 0 to {}), got {trial}",
+        dir.display(),
+        manifest.shard,
+        manifest.plan.trials().saturating_sub(1),
+    )))
 }
 
 /// The times of a folder, one after another, as far as they go.
@@ -199,17 +233,22 @@ pub fn times(dir: &Path) -> Result<impl Iterator<Item = Times> + use<>, Failure>
     Ok(reader.into_deserialize().map_while(Result::ok))
 }
 
-fn difference(dir: &Path, need: &Manifest, held: &Manifest) -> String {
-    let pairs = [
-        ("shard", need.shard.to_string(), held.shard.to_string()),
-        ("name", need.plan.name.clone(), held.plan.name.clone()),
-        ("seed", need.plan.seed.to_string(), held.plan.seed.to_string()),
-        ("repetitions", need.plan.repetitions.to_string(), held.plan.repetitions.to_string()),
-        ("version", need.plan.version.clone(), held.plan.version.clone()),
-        ("plan", need.plan.hash.clone(), held.plan.hash.clone()),
-    ];
-    let odd = pairs.into_iter().find(|(_, need, held)| need != held);
-    let (field, need, held) = odd.unwrap_or(("cells", "this grid".into(), "another".into()));
+fn difference<P: TrialPlan>(dir: &Path, need: &Manifest<P>, held: &Manifest<P>) -> String {
+    let fields = |manifest: &Manifest<P>| {
+        let of = manifest.plan.identity();
+        [
+            ("shard", manifest.shard.to_string()),
+            ("name", of.name.into()),
+            ("seed", of.seed.to_string()),
+            ("repetitions", of.repetitions.to_string()),
+            ("version", of.version.into()),
+            ("plan", of.hash.into()),
+        ]
+    };
+    let mut pairs = fields(need).into_iter().zip(fields(held));
+    let odd = pairs.find(|(need, held)| need != held);
+    let ((field, need), (_, held)) =
+        odd.unwrap_or((("cells", "this grid".into()), ("cells", "another".into())));
     format!(
         "{} holds another campaign: {field}: need {need}, got {held}; name another folder with --out",
         dir.display()
@@ -267,6 +306,18 @@ fn record(out: &mut impl Write, value: &impl Serialize) -> Result<(), Failure> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
     writer.serialize(value).map_err(Failure::run)?;
     Ok(writer.flush()?)
+}
+
+/// The cells of `row` in `trials.csv`.
+///
+/// # Errors
+/// None in practice: numbers and text.
+pub fn record_of(row: &impl Serialize) -> Result<Vec<String>, Failure> {
+    let mut line = Vec::new();
+    record(&mut line, row)?;
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_slice());
+    let cells = reader.records().next().transpose().map_err(Failure::run)?.unwrap_or_default();
+    Ok(cells.iter().map(String::from).collect())
 }
 
 fn json(value: &impl Serialize) -> Result<String, Failure> {

@@ -10,7 +10,8 @@ use super::scale::{Ticks, range};
 use super::svg_writer::{Number, SvgWriter};
 
 const LEFT: f64 = 60.0;
-const TOP: f64 = 78.0;
+/// Upper edge of the shades' bar, and of the map.
+pub(super) const TOP: f64 = 78.0;
 const SIDE: f64 = 560.0;
 const BAR: f64 = 22.0;
 const FOOT: f64 = 70.0;
@@ -57,7 +58,7 @@ impl FieldMap {
         svg.heading(24.0, 58.0, 14.0, "fill=\"#555\"", &self.caption);
         let values = range(self.values.iter().copied().filter(|value| value.is_finite()))
             .unwrap_or(Range { min: 0.0, max: 1.0 });
-        self.shades(&mut svg, values, size, height);
+        shades(&mut svg, &self.values, self.columns, values, Place { left: LEFT, top: TOP, size });
         svg.outline(LEFT, TOP, width, height);
         self.axes(&mut svg, width, height);
         bar(&mut svg, values, LEFT + width + 24.0, height, &self.quantity);
@@ -80,31 +81,6 @@ impl FieldMap {
         svg.finish()
     }
 
-    /// A path for each shade, of rows of equal cells.
-    fn shades(&self, svg: &mut SvgWriter, values: Range, size: f64, height: f64) {
-        let shade = |value: f64| {
-            let level = (values.normalise(value) * SHADES as f64) as usize;
-            if value.is_finite() { level.min(SHADES - 1) } else { SHADES }
-        };
-        let mut paths = vec![String::new(); SHADES + 1];
-        for (row, line) in self.values.chunks(self.columns).enumerate() {
-            let y = TOP + height - size * (row + 1) as f64;
-            let mut column = 0;
-            while column < line.len() {
-                let level = shade(line[column]);
-                let run = line[column..].iter().take_while(|value| shade(**value) == level).count();
-                let (x, length) = (Number(LEFT + size * column as f64), Number(size * run as f64));
-                let _ = write!(paths[level], "M{x} {}h{length}v{}h-{length}z", Number(y), Number(size));
-                column += run;
-            }
-        }
-        for (level, path) in paths.iter().enumerate() {
-            let ink = if level == SHADES { BLOCKED.to_owned() } else { ink(level) };
-            // A stroke of the same colour closes the seams between rows.
-            svg.path(path, &format!("fill=\"{ink}\" stroke=\"{ink}\" stroke-width=\"0.3\""));
-        }
-    }
-
     fn axes(&self, svg: &mut SvgWriter, width: f64, height: f64) {
         let rows = self.values.len() / self.columns;
         let (across_m, up_m) = (self.columns as f64 * self.cell_m, rows as f64 * self.cell_m);
@@ -119,8 +95,46 @@ impl FieldMap {
     }
 }
 
+/// Where cells are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// Left edge of the map.
+    pub left: f64,
+    /// Its upper edge.
+    pub top: f64,
+    /// Side of a cell.
+    pub size: f64,
+}
+
+/// A path for each shade, of rows of equal cells; `cells` row by row from the south-western corner.
+pub(super) fn shades(svg: &mut SvgWriter, cells: &[f64], columns: usize, values: Range, place: Place) {
+    let Place { left, top, size } = place;
+    let bottom = top + size * (cells.len() / columns) as f64;
+    let shade = |value: f64| {
+        let level = (values.normalise(value) * SHADES as f64) as usize;
+        if value.is_finite() { level.min(SHADES - 1) } else { SHADES }
+    };
+    let mut paths = vec![String::new(); SHADES + 1];
+    for (row, line) in cells.chunks(columns).enumerate() {
+        let y = bottom - size * (row + 1) as f64;
+        let mut column = 0;
+        while column < line.len() {
+            let level = shade(line[column]);
+            let run = line[column..].iter().take_while(|value| shade(**value) == level).count();
+            let (x, length) = (Number(left + size * column as f64), Number(size * run as f64));
+            let _ = write!(paths[level], "M{x} {}h{length}v{}h-{length}z", Number(y), Number(size));
+            column += run;
+        }
+    }
+    for (level, path) in paths.iter().enumerate() {
+        let ink = if level == SHADES { BLOCKED.to_owned() } else { ink(level) };
+        // A stroke of the same colour closes the seams between rows.
+        svg.path(path, &format!("fill=\"{ink}\" stroke=\"{ink}\" stroke-width=\"0.3\""));
+    }
+}
+
 /// The shades with their values.
-fn bar(svg: &mut SvgWriter, values: Range, left: f64, height: f64, quantity: &str) {
+pub(super) fn bar(svg: &mut SvgWriter, values: Range, left: f64, height: f64, quantity: &str) {
     let step = height / SHADES as f64;
     for level in 0..SHADES {
         let y = TOP + height - step * (level + 1) as f64;

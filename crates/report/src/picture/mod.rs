@@ -11,10 +11,12 @@
 mod boxes;
 pub mod colour;
 mod curves;
+mod field_grid;
 mod field_map;
 mod frame;
 mod layer;
 mod legend;
+mod log_curves;
 mod mission;
 mod panels;
 mod paper;
@@ -29,8 +31,10 @@ mod tile_map;
 
 pub use boxes::{BoxOf, Boxes};
 pub use curves::{Chart, Curves, Line};
+pub use field_grid::{Field, FieldGrid};
 pub use field_map::{FieldMap, Way};
 pub use layer::Layer;
+pub use log_curves::{LogChart, LogCurves, PointLine};
 pub use mission::Picture;
 pub use panels::{Aim, Panel, Panels};
 pub use paper::COLUMN_MM;

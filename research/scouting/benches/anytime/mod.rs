@@ -1,5 +1,6 @@
 //! Cost over time beside OMPL's RRTstar and BITstar: research/scouting/benches/ompl.cpp, built and passed here by ompl.sh.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
@@ -69,10 +70,15 @@ fn ratio(ratios: Vec<f64>) -> String {
     if ratio.is_finite() { format!("{ratio:.0}") } else { "-".into() }
 }
 
-/// Tables for two maps.
-pub fn compare(ompl: &str) {
+/// Headings of the curve's file.
+const HEADINGS: &str = "side,planner,time_ms,above_percent\n";
+
+/// Tables for two maps. The curve, cost above `ett_exact` over time, is also written to the file `curve`, from which
+/// `hopper gallery` draws it.
+pub fn compare(ompl: &str, curve: &str) {
     let folder = std::env::temp_dir().join(format!("hopper-anytime-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
+    let mut lines = String::from(HEADINGS);
     let worlds = [
         ("200 × 200 cells", monte_carlo(10_001), Samples::MONTE_CARLO.rover),
         ("821 × 821 cells", LargeMap::new(1, 0.8).world(1), Samples::LARGE.rover),
@@ -82,8 +88,9 @@ pub fn compare(ompl: &str) {
         let map = folder.join("map.bin");
         write(&map, &costs, &trip);
         println!("\n## {name}\n");
-        table(ompl, &map, &costs, &trip, stated);
+        table(ompl, &map, &costs, &trip, stated, &mut lines);
     }
+    std::fs::write(curve, lines).unwrap();
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -98,7 +105,7 @@ fn own_curve(costs: &CostMap, trip: &Trip, seed: u64) -> Vec<(f64, f64)> {
     CURVE.iter().map(run).collect()
 }
 
-fn table(ompl: &str, map: &Path, costs: &CostMap, trip: &Trip, stated: usize) {
+fn table(ompl: &str, map: &Path, costs: &CostMap, trip: &Trip, stated: usize, curve: &mut String) {
     let mut exact_ms = Vec::new();
     let mut exact = f64::INFINITY;
     let mut ours: Vec<Vec<(f64, f64)>> = Vec::new();
@@ -110,15 +117,21 @@ fn table(ompl: &str, map: &Path, costs: &CostMap, trip: &Trip, stated: usize) {
     }
     println!("| planner | samples | [ms] | expected Sol | above `ett_exact` |");
     println!("|---|---|---|---|---|");
-    let line = |planner: &str, samples: String, ms: f64, sol: f64| {
-        println!("| {planner} | {samples} | {ms:.1} | {sol:.4} | {:.1} % |", 100.0 * (sol / exact - 1.0));
+    let side = costs.lattice().width();
+    // `after_ms` is when the planner had found it; of OMPL's the time that it was given.
+    let mut line = |planner: &str, samples: String, ms: f64, after_ms: f64, sol: f64| {
+        let above = 100.0 * (sol / exact - 1.0);
+        println!("| {planner} | {samples} | {ms:.1} | {sol:.4} | {above:.1} % |");
+        writeln!(curve, "{side},{planner},{after_ms:.1},{above:.1}").unwrap();
     };
-    line("`ett_exact`", String::new(), median(exact_ms.clone()), exact);
+    let exact_median_ms = median(exact_ms.clone());
+    line("ett_exact", String::new(), exact_median_ms, exact_median_ms, exact);
     for (at, samples) in CURVE.iter().enumerate() {
         let of = |pick: fn(&(f64, f64)) -> f64| median(ours.iter().map(|runs| pick(&runs[at])).collect());
-        line("`rrt_star_ett`", samples.to_string(), of(|run| run.0), of(|run| run.1));
+        let ms = of(|run| run.0);
+        line("rrt_star_ett", samples.to_string(), ms, ms, of(|run| run.1));
     }
-    for (which, name) in [(0, "OMPL RRTstar"), (1, "OMPL BITstar")] {
+    for (which, name) in [(0, "RRTstar"), (1, "BITstar")] {
         for given_ms in [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0] {
             let at: Vec<&Found> = curves
                 .iter()
@@ -128,7 +141,7 @@ fn table(ompl: &str, map: &Path, costs: &CostMap, trip: &Trip, stated: usize) {
                 let samples = median(at.iter().map(|found| found.samples as f64).collect());
                 let samples = if which == 0 { samples.to_string() } else { String::new() };
                 let ms = median(at.iter().map(|found| found.ms).collect());
-                line(name, samples, ms, median(at.iter().map(|found| found.cost).collect()));
+                line(name, samples, ms, given_ms, median(at.iter().map(|found| found.cost).collect()));
             }
         }
     }

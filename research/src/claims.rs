@@ -1,4 +1,4 @@
-//! Claims of the paper, each judged.
+//! Claims of papers, each judged.
 
 use ::scouting::Spread;
 use serde::Serialize;
@@ -23,18 +23,33 @@ impl Verdict {
         if holds { Self::Holds } else { Self::Fails }
     }
 
-    /// Whether the interval lies within `low` to `high`.
+    /// Whether all of the interval lies within `low` to `high`.
     pub fn within(spread: Spread, low: f64, high: f64) -> Self {
-        if spread.low >= low && spread.high <= high {
+        Self::of_interval((spread.low, spread.high), (low, high))
+    }
+
+    /// Whether the interval `ours` lies within `claimed`.
+    pub fn of_interval(ours: (f64, f64), claimed: (f64, f64)) -> Self {
+        if ours.0 >= claimed.0 && ours.1 <= claimed.1 {
             Self::Holds
-        } else if spread.high < low || spread.low > high {
+        } else if ours.1 < claimed.0 || ours.0 > claimed.1 {
             Self::Fails
         } else {
             Self::Open
         }
     }
 
-    fn words(self) -> &'static str {
+    /// The verdict on a claim that needs all of `verdicts`.
+    pub fn all(verdicts: impl IntoIterator<Item = Self>) -> Self {
+        verdicts.into_iter().fold(Self::Holds, |all, verdict| match (all, verdict) {
+            (Self::Fails, _) | (_, Self::Fails) => Self::Fails,
+            (Self::Open, _) | (_, Self::Open) => Self::Open,
+            _ => Self::Holds,
+        })
+    }
+
+    /// As reports have it.
+    pub fn words(self) -> &'static str {
         match self {
             Self::Holds => "holds",
             Self::Fails => "does not hold",
@@ -65,8 +80,18 @@ impl Claim {
         Self { claim: claim.into(), paper: paper.into(), holds_if: holds_if.into(), ours, verdict }
     }
 
+    /// Headings of its row.
+    pub const HEADINGS: [&'static str; 5] = ["claim", "paper", "holds if", "ours", "verdict"];
+
     /// The cells of its row.
     pub fn cells(&self) -> [String; 5] {
         [&self.claim, &self.paper, &self.holds_if, &self.ours, self.verdict.words()].map(ToString::to_string)
     }
+}
+
+/// The claims that were not borne out, in groups: those that do not hold, those that are open, those that cannot be had.
+pub fn not_borne_out(claims: &[Claim]) -> Vec<(Verdict, Vec<&Claim>)> {
+    let of = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).collect::<Vec<_>>();
+    let groups = [Verdict::Fails, Verdict::Open, Verdict::NotToBeHad].map(|verdict| (verdict, of(verdict)));
+    groups.into_iter().filter(|(_, claims)| !claims.is_empty()).collect()
 }
