@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use campaign::row::TrialResult;
-use campaign::{Campaign, Manifest, Plan, Report, Row, Rows, Shard};
+use campaign::{Campaign, Manifest, Plan, Report, Row, Rows, Shard, TrialPlan, TrialRow};
 use contract::{Digest, Status};
 
 use crate::told;
@@ -72,7 +72,7 @@ pub fn read(bytes: &[u8]) {
 /// Reads `campaign.json`; what is read is written to be read again, and a report of no rows can be made.
 pub fn read_checkpoint(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    match Manifest::parse(text) {
+    match Manifest::<Plan>::parse(text) {
         Err(error) => told(&error),
         Ok(manifest) => {
             let Manifest { shard, plan } = &manifest;
