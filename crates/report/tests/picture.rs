@@ -283,7 +283,7 @@ fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
 /// on both the routes that were announced and travelled, start, goal, and what the helicopter sees.
 #[test]
 fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
-    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10 });
+    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
     let brief = Brief { robots: 2, scout, ..brief(12) };
     let (terrain, map) = ground(&brief);
     let at = |x_m, y_m| Waypoint { x_m, y_m };
