@@ -345,7 +345,7 @@ fn several_robots_are_shown_on_the_page() {
 #[test]
 fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
     let (chromium, playwright, shots) = (chromium(), playwright(), shots());
-    let mission = Mission::new("layers-page");
+    let mut mission = Mission::new("layers-page");
     let words = ["--scenario", "rover-helicopter", "--seed", "3", "--record", "whole.mcap"];
     let (mut run, live) = page_of(&mission, &words);
     run.await_log("the page stays at ");
