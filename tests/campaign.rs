@@ -544,6 +544,8 @@ fn one_campaign_beside_another_is_accepted_or_not() {
 /// P-CAMPAIGNS: every campaign of the house can be flown.
 #[test]
 fn the_campaigns_of_the_house_are_sound() {
+    // Flies those of studies.
+    harness::program("hopper-research");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns");
     let dir = tempfile::tempdir().unwrap();
     let mut count = 0;

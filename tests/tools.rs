@@ -36,3 +36,32 @@ fn a_tool_gets_the_arguments_and_gives_its_exit_code() {
     assert_eq!(output.status.code(), Some(0));
     assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: hopper known"), "{output:?}");
 }
+
+/// P-STUDY-HANDED
+#[test]
+fn a_campaign_of_a_study_is_handed_to_the_program_that_flies_it() {
+    program("hopper-research");
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(
+        dir.path().join("c.toml"),
+        "name = \"tiny\"\nseed = 1\nrepetitions = 4\nstudy = \"p21-single\"\n",
+    )
+    .unwrap();
+    let campaign =
+        |words: &[&str]| hopper(&[&["campaign"], words].concat()).current_dir(dir.path()).output().unwrap();
+    let mut merged = vec!["merge"];
+    for shard in ["1/2", "2/2"] {
+        let output = campaign(&["run", "c.toml", "--shard", shard, "--out", &shard[..1]]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        merged.push(&shard[..1]);
+    }
+    assert_eq!(campaign(&[&merged[..], &["--out", "a"]].concat()).status.code(), Some(0));
+    let report = campaign(&["report", "a", "--against", "paper"]);
+    let text = String::from_utf8_lossy(&report.stdout);
+    assert!(text.contains("## What does not reproduce") && text.contains("cannot be had"), "{text}");
+    let again = campaign(&["rerun", "a", "--trial", "2", "--out", "r", "--format", "json"]);
+    let rows = std::fs::read_to_string(dir.path().join("a/trials.jsonl")).unwrap();
+    assert_eq!(String::from_utf8_lossy(&again.stdout).trim_end(), rows.lines().nth(2).unwrap());
+    let missing = campaign(&["rerun", "a", "--trial", "4"]);
+    assert_eq!(missing.status.code(), Some(2), "{}", stderr(&missing));
+}

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use campaign::row::TrialResult;
-use campaign::{Campaign, Manifest, Plan, Report, Row, Rows, Shard, TrialPlan, TrialRow};
+use campaign::{Campaign, Manifest, Plan, Report, Row, Rows, Shard, TrialPlan as _, TrialRow as _};
 use contract::{Digest, Status};
 
 use crate::told;
