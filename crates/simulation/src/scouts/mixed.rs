@@ -99,6 +99,11 @@ impl Mixed {
         self.required.has(robot)
     }
 
+    /// Whether a robot can still act.
+    pub fn is_any_active(&self) -> bool {
+        self.scouts.scouts.iter().any(|scout| scout.standing == Standing::Active)
+    }
+
     /// Whether a rover is still at work on ground that is not covered.
     pub fn is_covering(&self) -> bool {
         self.rovers.iter().any(|number| self.scouts.scouts[*number].standing == Standing::Active)
