@@ -583,7 +583,8 @@ impl Arbiter {
             Some(robots) => robots.fallback(&self.mission.terrain),
             None => {
                 let refusal = |robots: &RobotTeam, action| robots.refusal(&self.mission.terrain, action);
-                let may = |action| self.robots.as_ref().is_none_or(|robots| refusal(robots, action).is_none());
+                let may =
+                    |action| self.robots.as_ref().is_none_or(|robots| refusal(robots, action).is_none());
                 self.guard().fallback(self.goal(), self.policy(), may)
             }
         }

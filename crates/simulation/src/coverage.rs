@@ -55,8 +55,7 @@ const ACCOMPANIED: &[Missions] = &[Missions::Accompanied];
 const MIXED: &[Missions] = &[Missions::Mixed];
 const MEETING: &[Missions] = &[Missions::Rovers, Missions::Mixed];
 const FLYING: &[Missions] = &[Missions::Scouts, Missions::Accompanied, Missions::Mixed];
-const TEAMS: &[Missions] =
-    &[Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
+const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
 
 const fn sometimes(
     group: &'static str,

@@ -156,8 +156,7 @@ impl Rovers {
         self.actor = Some(number);
         if outcome.branch == Branch::Stranded {
             rover.standing = Standing::Stranded;
-            let (active, stranded) =
-                (self.cells_of(Standing::Active), self.cells_of(Standing::Stranded));
+            let (active, stranded) = (self.cells_of(Standing::Active), self.cells_of(Standing::Stranded));
             self.covered.close(mission, &active, &stranded);
         } else if let Action::Step(heading) = action {
             rover.at = Placement { cell: outcome.to, heading };

@@ -34,15 +34,17 @@ impl Checker {
             index.is_some_and(|index| self.expected.cells()[index].is_none_or(|ground| ground.passable))
         };
         let aim = |direction: &Direction| grid.hop(at, *direction);
-        let is_open = |direction: &Direction| {
-            !to_veto.has(Action::Hop(*direction)) && is_passable(aim(direction))
-        };
+        let is_open =
+            |direction: &Direction| !to_veto.has(Action::Hop(*direction)) && is_passable(aim(direction));
         let away = |direction: &Direction| {
             let aim = aim(direction);
             (aim.x - goal.x).pow(2) + (aim.y - goal.y).pow(2)
         };
         let nearest = Direction::ALL.into_iter().filter(is_open).min_by_key(away);
-        Some(nearest.map_or((Action::Hold, Origin::Hold), |direction| (Action::Hop(direction), Origin::Greedy)))
+        Some(
+            nearest
+                .map_or((Action::Hold, Origin::Hold), |direction| (Action::Hop(direction), Origin::Greedy)),
+        )
     }
 
     /// A planner is about to plan for the robot that is due.

@@ -9,7 +9,8 @@ impl World {
     pub(super) fn count_mixed(&mut self, record: &Record) {
         let mission = self.checker.mission();
         let Some(before) = self.checker.mixed() else { return };
-        let Some(robot) = mission.fleet.as_ref().and_then(|fleet| fleet.robots.get(usize::from(record.robot.0)))
+        let Some(robot) =
+            mission.fleet.as_ref().and_then(|fleet| fleet.robots.get(usize::from(record.robot.0)))
         else {
             return;
         };
@@ -26,13 +27,20 @@ impl World {
         }
         let is_treasure = mission.terrain.treasures.iter().position(|cell| *cell == outcome.to);
         let is_collected = is_treasure.is_some_and(|number| record.collected.0 >> number & 1 == 1);
-        names.extend((after.entered(record).is_some() && is_collected).then_some("rover_enters_an_empty_find"));
+        names.extend(
+            (after.entered(record).is_some() && is_collected).then_some("rover_enters_an_empty_find"),
+        );
         let was_active = before.standing(record.robot) == Some(Standing::Active);
-        let ended = after.standing(record.robot).filter(|standing| was_active && *standing != Standing::Active);
+        let ended =
+            after.standing(record.robot).filter(|standing| was_active && *standing != Standing::Active);
         let needed = after.needs(record.robot);
         names.extend(match (ended, robot.vehicle) {
-            (Some(Standing::Done), Vehicle::HopperTo { goal }) if outcome.to == goal => Some("hopper_arrives"),
-            (Some(Standing::Done), Vehicle::Driver { .. }) if *action == Action::Drive => Some("rover_arrives"),
+            (Some(Standing::Done), Vehicle::HopperTo { goal }) if outcome.to == goal => {
+                Some("hopper_arrives")
+            }
+            (Some(Standing::Done), Vehicle::Driver { .. }) if *action == Action::Drive => {
+                Some("rover_arrives")
+            }
             (Some(Standing::Done), _) if !needed && *action != Action::Done => Some("gives_up"),
             (Some(Standing::Stranded), Vehicle::HopperTo { .. }) if needed => Some("hopper_is_lost"),
             _ => None,

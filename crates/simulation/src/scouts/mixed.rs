@@ -286,8 +286,9 @@ impl Mixed {
         match (sensor, mission.terrain.ground(cell)) {
             (Sensor::Disc, Some(ground)) => disc(&mission.brief, Pose { cell, height_m: ground.height_m })
                 .for_each(|index| shown[index] = Shown::Truth),
-            (Sensor::Square { range_cells }, _) => square(&mission.brief, range_cells as i32, cell)
-                .for_each(|index| shown[index] = Shown::Truth),
+            (Sensor::Square { range_cells }, _) => {
+                square(&mission.brief, range_cells as i32, cell).for_each(|index| shown[index] = Shown::Truth)
+            }
             _ => {}
         }
     }
@@ -318,7 +319,9 @@ impl Mixed {
         let end = end.or(gives_up.then_some(Standing::Done)).filter(|_| scout.standing == Standing::Active);
         let standing = end.unwrap_or(scout.standing);
         let closes = matches!(scout.robot.vehicle, Vehicle::HopperTo { .. } | Vehicle::Driver { .. });
-        self.scouts.scouts[number].standing = standing;
+        let scout = &mut self.scouts.scouts[number];
+        // Who acts no more waits for nobody.
+        (scout.standing, scout.waits) = (standing, scout.waits && standing == Standing::Active);
         if closes && standing != Standing::Active {
             self.close(mission);
             self.retire(mission);

@@ -152,8 +152,7 @@ fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Ch
         let cell = chance.pick(&grid.iter().collect::<Vec<_>>());
         let (speed_mps, budget_m) =
             (chance.pick(&[0.2, 0.5, 5.0]), chance.pick(&[0.0, 2.5, 6.0, 15.0, 40.0]));
-        let vehicle =
-            Vehicle::Helicopter { start: Waypoint::middle_of(&grid, cell), speed_mps, budget_m };
+        let vehicle = Vehicle::Helicopter { start: Waypoint::middle_of(&grid, cell), speed_mps, budget_m };
         let radius_m = chance.pick(&[0.8, 1.5, 2.5]);
         // Now and then one that errs flies beside one that does not.
         let accuracy = accuracy.filter(|_| !chance.one_in(4));
@@ -194,7 +193,8 @@ fn terrain(seed: u64, grid: Grid, places: &Places, has_speeds: bool, chance: &mu
             let middle = Waypoint::middle_of(&grid, cell);
             let is_kept = ends.iter().any(|end| end.distance_m(middle) <= GOOD_M / 2.0);
             let region = region_at(&regions, middle).filter(|_| !is_kept);
-            region.map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior))
+            region
+                .map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior))
         };
         for (ground, cell) in cells.iter_mut().zip(grid.iter()) {
             let (speed, of_speeds) = of_cell(cell);
@@ -220,8 +220,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let robots: Vec<Robot> =
         kinds.iter().map(|kind| robot(*kind, &mut places, accuracy, &mut chance)).collect();
     let mut terrain = terrain(own_seed, grid, &places, has_speeds, &mut chance);
-    if let Some(accuracy) =
-        accuracy.filter(|_| robots.iter().any(|robot| robot.sensor.accuracy().is_some()))
+    if let Some(accuracy) = accuracy.filter(|_| robots.iter().any(|robot| robot.sensor.accuracy().is_some()))
     {
         read(&mut chance, accuracy, &mut terrain);
     }
@@ -234,10 +233,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         start: robots[0].start.cell,
         goal: places.goals.last().copied().unwrap_or(robots[0].start.cell),
         limits: Limits { steps_max: chance.between(8, 26), decision_budget_ns: 600_000_000 },
-        guard: Guard {
-            hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.06, 0.0]),
-            ..guard(seed, number)
-        },
+        guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.06, 0.0]), ..guard(seed, number) },
         cover: has(Kind::Rover).then(|| Cover {
             percent: chance.pick(&[2, 5, 10, 25, 100]),
             mode: chance.pick(&[CoverMode::Overlap, CoverMode::Overlap, CoverMode::Voronoi]),
@@ -252,8 +248,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         ..brief
     };
     let measures = brief.profile == Profile::Paper2023 || !has(Kind::Hopper);
-    brief.sensor.gradient =
-        if measures { GradientSource::Measured } else { GradientSource::SeenDifferences };
+    brief.sensor.gradient = if measures { GradientSource::Measured } else { GradientSource::SeenDifferences };
     (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[1.0, 2.0]), 0.4);
     brief.sensor.radius_min_m = grid.hop_distance_m();
     brief.sensor.radius_max_m = 4.0;
@@ -293,13 +288,18 @@ mod tests {
                 .filter(|robot| robot.vehicle.is_on_ground())
                 .map(|robot| robot.start.cell)
                 .collect();
-            assert!(starts.iter().all(|start| terrain.ground(*start).is_some_and(|ground| ground.is_drivable())));
+            assert!(
+                starts.iter().all(|start| terrain.ground(*start).is_some_and(|ground| ground.is_drivable()))
+            );
             let count = starts.len();
             starts.sort();
             starts.dedup();
             assert_eq!(starts.len(), count, "seed {seed}");
             let needed = brief.mixed.unwrap_or_else(|| panic!("seed {seed} is mixed")).required;
-            assert!(needed.0 != 0 && needed.iter().all(|robot| robots[usize::from(robot.0)].vehicle.is_on_ground()));
+            assert!(
+                needed.0 != 0
+                    && needed.iter().all(|robot| robots[usize::from(robot.0)].vehicle.is_on_ground())
+            );
         }
     }
 }
