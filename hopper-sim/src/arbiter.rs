@@ -581,7 +581,12 @@ impl Arbiter {
     fn fallback(&self) -> Fallback {
         match self.robots_not_hopping() {
             Some(robots) => robots.fallback(&self.mission.terrain),
-            None => self.guard().fallback(self.goal(), self.policy()),
+            None => {
+                let refusal = |robots: &RobotTeam, action| robots.refusal(&self.mission.terrain, action);
+                let may =
+                    |action| self.robots.as_ref().is_none_or(|robots| refusal(robots, action).is_none());
+                self.guard().fallback(self.goal(), self.policy(), may)
+            }
         }
     }
 

@@ -16,7 +16,7 @@
 //! been accepted, the arbiter executes, once for each deadline: the action of the last policy that the
 //! algorithm in command has published, if the guard lets it pass; else, greedily, the hop that the guard
 //! lets pass whose aim lies nearest to the goal, ties to the first of north, east, south, west; else it
-//! holds.
+//! holds. A hop is let pass only if no other robot is where it aims.
 
 use contract::{Action, Branch, Brief, Cell, Direction, GradientSource, Ground, Origin, Policy, Pose};
 use terrain::{Terrain, differences};
@@ -65,31 +65,31 @@ impl<'a> Guard<'a> {
         Some(self.hazard(action)).filter(|&hazard| hazard > self.brief.guard.hazard_max)
     }
 
-    /// What to do on the way to `goal` if nobody has said anything acceptable for too long.
+    /// What to do on the way to `goal` if nobody has said anything acceptable for too long; `may` tells of an action whether
+    /// other robots let it pass.
     #[must_use]
-    pub fn fallback(&self, goal: Cell, policy: Option<&Policy>) -> Fallback {
+    pub fn fallback(&self, goal: Cell, policy: Option<&Policy>, may: impl Fn(Action) -> bool) -> Fallback {
+        let may = |action| self.veto(action).is_none() && may(action);
         let index = self.brief.grid.index(self.pose.cell);
         let advised = policy.zip(index).and_then(|(policy, index)| policy.cells.get(index));
         // A policy holds where it knows nothing, so holding is no advice.
         let advised = advised.map(|cell| cell.action).filter(|action| *action != Action::Hold);
-        if let Some(action) = advised.filter(|&action| self.veto(action).is_none()) {
+        if let Some(action) = advised.filter(|&action| may(action)) {
             return Fallback { action, origin: Origin::Policy };
         }
-        match self.greedy(goal) {
+        match self.greedy(goal, may) {
             Some(direction) => Fallback { action: Action::Hop(direction), origin: Origin::Greedy },
             None => Fallback { action: Action::Hold, origin: Origin::Hold },
         }
     }
 
     /// The hop that is let pass whose aim lies nearest to the goal.
-    fn greedy(&self, goal: Cell) -> Option<Direction> {
+    fn greedy(&self, goal: Cell, may: impl Fn(Action) -> bool) -> Option<Direction> {
         let aim = |direction| self.brief.grid.hop(self.pose.cell, direction);
         let to_goal_cells = |direction: &Direction| aim(*direction).distance_cells(goal);
         Direction::ALL
             .into_iter()
-            .filter(|&direction| {
-                self.veto(Action::Hop(direction)).is_none() && !self.is_hazard(aim(direction))
-            })
+            .filter(|&direction| may(Action::Hop(direction)) && !self.is_hazard(aim(direction)))
             .min_by(|a, b| to_goal_cells(a).total_cmp(&to_goal_cells(b)))
     }
 

@@ -245,11 +245,14 @@ impl Observation {
         self.map.mark();
     }
 
-    /// A treasure is known from the moment its cell is revealed until the hopper lands on it.
+    /// A treasure is known from the moment its cell is revealed, once, until the hopper lands on it.
     fn treasures_after(&self, terrain: &Terrain, landed: Option<Cell>) -> Vec<Cell> {
         let grid = self.map.grid;
         let is_known = |cell: &&Cell| {
-            let revealed = || self.landing.iter().any(|&index| grid.index(**cell) == Some(index as usize));
+            let revealed = || {
+                let mut new = self.landing.iter().filter(|&&index| !self.known.has(index as usize));
+                new.any(|&index| grid.index(**cell) == Some(index as usize))
+            };
             Some(**cell) != landed && (self.treasures.contains(cell) || revealed())
         };
         // Those of the terrain are in index order.

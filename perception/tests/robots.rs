@@ -10,7 +10,7 @@ use contract::{
     RobotId, Route, RouteId, RoutePage, RunId, Scout, Sensor, Standing, State, Status, Team, Timing, Vehicle,
     Waypoint,
 };
-use perception::{Cartographer, Effect, Event};
+use perception::{Cartographer, Effect, Event, Observation};
 use scout_world::TrueGround;
 use terrain::Terrain;
 
@@ -546,4 +546,21 @@ fn the_end_of_a_mission_of_several_robots_is_reported_with_its_last_map_and_once
         let again = cartographer.on(Event::State(end), NOW);
         assert!(!again.iter().any(|effect| matches!(effect, Effect::Finished(_))), "{again:?}");
     }
+}
+
+/// P-MIXED-TREASURE: a treasure is found once, whoever comes by after it was collected.
+#[test]
+fn a_treasure_that_was_collected_is_none_to_the_rover_that_enters_its_cell() {
+    let world = scenario::load("coverage").unwrap().resolve().unwrap();
+    let at = Cell::new(1, 1);
+    let terrain = Terrain { treasures: vec![at], ..(*world.terrain).clone() };
+    let index = terrain.grid.index(at).unwrap();
+    let mut observation = Observation::unseen(&world.brief, RobotId(0));
+    let mut sense = |entered: &[Cell], landed, decision| {
+        observation.sense(&terrain, [index], entered, landed, Decision(decision));
+        observation.map().treasures().to_vec()
+    };
+    assert_eq!(sense(&[], None, 0), [at], "seen");
+    assert_eq!(sense(&[], Some(at), 1), [], "collected");
+    assert_eq!(sense(&[at], None, 2), [], "entered");
 }

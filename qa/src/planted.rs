@@ -2,7 +2,8 @@
 //!
 //! Every file of `qa/planted/` is one bug: a patch whose first line says in a sentence what is wrong. Those whose name
 //! begins with `rovers-` are to be found in missions of several rovers, those with `scouts-` in missions of a rover with
-//! helicopters, those with `accompanied-` in missions of a hopper with helicopters, the others in those of a hopper alone.
+//! helicopters, those with `accompanied-` in missions of a hopper with helicopters, those with `mixed-` in missions of robots of all kinds, the
+//! others in those of a hopper alone.
 //! The tracked files are copied to `target/planted/tree`, where one patch at a time is applied, the example `seeds` of the
 //! simulation is built and run, and the patch is reversed. No bug is ever in a tree that is shipped.
 
@@ -64,6 +65,7 @@ const HOPPER: &str = "hopper";
 const ROVERS: &str = "rovers";
 const SCOUTS: &str = "scouts";
 const ACCOMPANIED: &str = "accompanied";
+const MIXED: &str = "mixed";
 
 /// In whose missions the bug of that name is to be found.
 fn missions_of(name: &str) -> &'static str {
@@ -71,6 +73,7 @@ fn missions_of(name: &str) -> &'static str {
         Some(ROVERS) => ROVERS,
         Some(SCOUTS) => SCOUTS,
         Some(ACCOMPANIED) => ACCOMPANIED,
+        Some(MIXED) => MIXED,
         _ => HOPPER,
     }
 }

@@ -24,8 +24,8 @@ pub struct Args {
     /// Seeds to simulate, the last left out.
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
-    /// Whose missions: those of a hopper, of two or three rovers that cover ground, of a rover that helicopters scout for, or of a
-    /// hopper that they accompany.
+    /// Whose missions: those of a hopper, of two or three rovers that cover ground, of a rover that helicopters scout for, of a
+    /// hopper that they accompany, or of two to five robots of any kind.
     #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
     missions: Whose,
     /// Seeds at once [default: one a core].
@@ -44,6 +44,7 @@ enum Whose {
     Rovers,
     Scouts,
     Accompanied,
+    Mixed,
 }
 
 impl From<Whose> for Missions {
@@ -53,6 +54,7 @@ impl From<Whose> for Missions {
             Whose::Rovers => Missions::Rovers,
             Whose::Scouts => Missions::Scouts,
             Whose::Accompanied => Missions::Accompanied,
+            Whose::Mixed => Missions::Mixed,
         }
     }
 }

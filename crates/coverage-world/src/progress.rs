@@ -69,9 +69,11 @@ impl Progress {
     }
 
     /// A rover has failed. `active` are the cells of those that can still drive; `is_free` says where, the cells of failed
-    /// ones left out. What only the failed one could reach no longer counts where others may take over.
+    /// ones left out. What only the failed one could reach no longer counts where others may take over; if none is left, all
+    /// counts as before.
     pub fn strand(&mut self, active: impl IntoIterator<Item = Cell>, is_free: impl Fn(Cell) -> bool) {
-        if self.mode == CoverMode::Overlap {
+        let mut active = active.into_iter().peekable();
+        if self.mode == CoverMode::Overlap && active.peek().is_some() {
             let mut cells = reachable(&self.grid, active, is_free);
             for (counts, visited) in cells.iter_mut().zip(&self.visited) {
                 *counts |= visited;

@@ -118,6 +118,19 @@ fn in_voronoi_the_region_of_a_rover_that_fails_stays_uncovered() {
     }
 }
 
+/// P-STRANDED: whoever fails last leaves the rest of the ground uncovered, since nobody takes over.
+#[test]
+fn a_team_of_which_nobody_is_left_has_not_covered_its_ground() {
+    for rovers in [1, 3] {
+        let world = world(6, 0.0, 1);
+        let faults = (0..rovers).map(|robot| Fault { robot, action: 2 + robot as u64 }).collect();
+        let setup = Setup { faults, ..setup(&world, Algorithm::Spiral, CoverMode::Overlap, rovers, 1) };
+        let outcome = Mission::run(&world, &setup).unwrap();
+        assert!(!outcome.covered, "{rovers} rovers");
+        assert_eq!(outcome.reachable, 36, "{rovers} rovers");
+    }
+}
+
 #[test]
 fn setups_that_cannot_be_executed_are_refused() {
     let world = World::new(Grid::new(3, 1, 1.0, 1).unwrap(), vec![false, false, true]).unwrap();

@@ -1,8 +1,8 @@
 //! Simulates seeds on two threads and prints the first promise that does not hold: the whole of the fault simulation
 //! without shared memory, quick to build from a changed tree.
 //!
-//! `cargo run --release -p simulation --example seeds -- 0..5000`, with `rovers`, `scouts` or `accompanied` behind it those of several
-//! robots
+//! `cargo run --release -p simulation --example seeds -- 0..5000`, with `rovers`, `scouts`, `accompanied` or `mixed` behind it those of
+//! several robots
 //!
 //! The last line is for programs too: `seed N breaks: PROMISE: DETAIL` with exit code 1, or anything with exit code 0; with
 //! exit code 3 no promise was broken, but a rare event never came up that should have.
@@ -28,8 +28,12 @@ fn main() -> ExitCode {
     };
     let asked = |word: &str| std::env::args().skip(2).any(|given| given == word);
     let traced = asked("--trace");
-    let several =
-        [("rovers", Missions::Rovers), ("scouts", Missions::Scouts), ("accompanied", Missions::Accompanied)];
+    let several = [
+        ("rovers", Missions::Rovers),
+        ("scouts", Missions::Scouts),
+        ("accompanied", Missions::Accompanied),
+        ("mixed", Missions::Mixed),
+    ];
     let missions =
         several.into_iter().find(|(word, _)| asked(word)).map_or(Missions::Hopper, |(_, whose)| whose);
     let (next, failing) = (AtomicU64::new(from), AtomicU64::new(u64::MAX));

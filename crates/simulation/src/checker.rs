@@ -5,6 +5,7 @@
 
 mod commands;
 mod maps;
+mod own_way;
 mod pace;
 mod routes;
 
@@ -332,6 +333,12 @@ impl Checker {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
         let hops = self.mission.brief.is_of_hopper() && record.robot == RobotId(0);
+        let goes_to_own_goal = self.is_turn_of_own_way();
+        self.require(
+            !(goes_to_own_goal && record.origin == Origin::Policy),
+            "no policy is followed where hoppers have goals of their own",
+            || format!("decision {} followed one", record.decision),
+        );
         if record.origin == Origin::Policy && hops {
             // The decision after that which reached the last goal.
             let visits = self.records.last().map_or(0, |last| last.visits);
@@ -368,9 +375,11 @@ impl Checker {
         if let Some(robots) = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper()) {
             return robots.blocked(&self.mission);
         }
+        let mixed = self.mixed().and_then(|mixed| Some((mixed.own_way()?, mixed.blocked(&self.mission))));
+        let (from, blocked) = mixed.map_or((from, Vetoed::NONE), |([.., at], blocked)| (at, blocked));
         let hazard_max = self.mission.brief.guard.hazard_max;
         let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
-        hazards.fold(Vetoed::NONE, Vetoed::with)
+        hazards.fold(blocked, Vetoed::with)
     }
 
     /// The guard did its duty at the decision of `record`, and no more.
@@ -397,9 +406,10 @@ impl Checker {
             format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
         });
         let robots = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper());
-        let Some(need) = robots.map(Robots::fallback) else { return };
+        let along = robots.map(|robots| robots.fallback(&self.mission));
+        let Some(need) = along.or_else(|| self.greedy_on_own_way()) else { return };
         let got = (record.action, record.origin);
-        self.require(got == need, "at the deadline a robot goes on along its route, or holds", || {
+        self.require(got == need, "at the deadline a robot goes on along its way, or holds", || {
             format!("decision {} was {got:?}, needs {need:?}", record.decision)
         });
     }

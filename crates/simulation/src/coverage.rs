@@ -46,13 +46,16 @@ pub struct Sometimes {
     pub seeds: u64,
 }
 
-const ALL: &[Missions] = &[Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied];
+const ALL: &[Missions] =
+    &[Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
 const HOPPER: &[Missions] = &[Missions::Hopper];
 const ROVERS: &[Missions] = &[Missions::Rovers];
 const SCOUTS: &[Missions] = &[Missions::Scouts];
 const ACCOMPANIED: &[Missions] = &[Missions::Accompanied];
-const FLYING: &[Missions] = &[Missions::Scouts, Missions::Accompanied];
-const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts, Missions::Accompanied];
+const MIXED: &[Missions] = &[Missions::Mixed];
+const MEETING: &[Missions] = &[Missions::Rovers, Missions::Mixed];
+const FLYING: &[Missions] = &[Missions::Scouts, Missions::Accompanied, Missions::Mixed];
+const TEAMS: &[Missions] = &[Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
 
 const fn sometimes(
     group: &'static str,
@@ -84,7 +87,7 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("rovers", "another_leads", ROVERS, 500),
     sometimes("rovers", "two_led_by_one", ROVERS, 500),
     sometimes("refusal", "not_due", TEAMS, 500),
-    sometimes("refusal", "occupied", ROVERS, 2_000),
+    sometimes("refusal", "occupied", MEETING, 2_000),
     sometimes("refusal", "unknown_route", FLYING, 500),
     sometimes("refusal", "beyond_budget", SCOUTS, 5_000),
     sometimes("refusal", "vetoed", FLYING, 500),
@@ -108,6 +111,17 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("scouts", "treasure_spotted", ACCOMPANIED, 500),
     sometimes("scouts", "hopper_out", ACCOMPANIED, 500),
     sometimes("scouts", "prior_of_two_lives", SCOUTS, 2_000),
+    sometimes("fallback", "greedy", MIXED, 500),
+    sometimes("mixed", "hop_stops_before_another", MIXED, 500),
+    sometimes("mixed", "hop_stops_on_its_way", MIXED, 2_000),
+    sometimes("mixed", "rover_enters_an_empty_find", MIXED, 2_000),
+    sometimes("mixed", "hopper_arrives", MIXED, 500),
+    sometimes("mixed", "rover_arrives", MIXED, 500),
+    sometimes("mixed", "gives_up", MIXED, 500),
+    sometimes("mixed", "hopper_is_lost", MIXED, 500),
+    sometimes("mixed", "goes_on_without_one", MIXED, 500),
+    sometimes("mixed", "closed_to_rovers", MIXED, 500),
+    sometimes("mixed", "ends_while_others_act", MIXED, 500),
 ];
 
 impl Coverage {

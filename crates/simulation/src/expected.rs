@@ -59,13 +59,21 @@ impl Expected {
     /// Rovers have entered cells, from each of which those up to so many columns and rows away are seen.
     pub fn enter(&mut self, brief: &Brief, terrain: &Terrain, views: &[(i32, Cell)]) {
         for (range, at) in views {
-            for (index, cell) in cells_of(brief).enumerate() {
-                self.seen[index] |= (cell.x - at.x).abs() <= *range && (cell.y - at.y).abs() <= *range;
-            }
-            self.visits[index_of(brief, *at)] += 1;
+            square(brief, *range, *at).for_each(|index| self.seen[index] = true);
+            self.visit(brief, *at);
         }
         self.cells =
             self.seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
+    }
+
+    /// A rover that covers ground has entered a cell.
+    pub fn visit(&mut self, brief: &Brief, at: Cell) {
+        self.visits[index_of(brief, at)] += 1;
+    }
+
+    /// A hopper has landed on a cell: a treasure there is collected.
+    pub fn collect(&mut self, at: Cell) {
+        self.treasures.retain(|cell| *cell != at);
     }
 
     /// This is what robots have shown on their way, in index order.
@@ -84,30 +92,16 @@ impl Expected {
 
     /// The robot has landed at `pose`.
     pub fn land(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose) {
-        let (grid, sensor) = (brief.grid, brief.sensor);
-        let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
-            .max(sensor.radius_min_m)
-            .min(sensor.radius_max_m)
-            .max(f64::from(grid.hop_cells) * grid.cell_size_m);
-        let is_in_view = |cell: Cell| {
-            let (x_m, y_m) = (
-                f64::from(cell.x - pose.cell.x) * grid.cell_size_m,
-                f64::from(cell.y - pose.cell.y) * grid.cell_size_m,
-            );
-            is_inside(brief, pose.cell) && x_m * x_m + y_m * y_m <= radius_m * radius_m * (1.0 + 1e-12)
-        };
-        let mut in_view = 0;
-        for (index, cell) in cells_of(brief).enumerate() {
-            if is_in_view(cell) {
-                in_view += 1;
-                if !self.seen[index] && terrain.treasures.contains(&cell) {
-                    self.treasures.push(cell);
-                }
-                self.seen[index] = true;
+        let in_view: Vec<usize> = disc(brief, pose).collect();
+        for &index in &in_view {
+            let cell = brief.grid.cell(index);
+            if !self.seen[index] && terrain.treasures.contains(&cell) {
+                self.treasures.push(cell);
             }
+            self.seen[index] = true;
         }
-        self.disc_cells.push(in_view);
-        self.treasures.retain(|cell| *cell != pose.cell);
+        self.disc_cells.push(in_view.len());
+        self.collect(pose.cell);
         self.treasures.sort_by_key(|cell| (cell.y, cell.x));
         self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
     }
@@ -118,8 +112,12 @@ impl Expected {
             let at = Cell::new(cell.x + x, cell.y + y);
             let index = is_inside(brief, at).then(|| index_of(brief, at))?;
             let truth = terrain.cells[index];
-            let of_reading =
-                Ground { speed: None, passable: truth.reading != Some(DriveSpeed::Zero), ..truth };
+            // Where robots of all kinds are, passable ground is that of the hoppers.
+            let passable = match brief.mixed {
+                Some(_) => truth.passable,
+                None => truth.reading != Some(DriveSpeed::Zero),
+            };
+            let of_reading = Ground { speed: None, passable, ..truth };
             let told = if self.doubtful[index] { of_reading } else { Ground { reading: None, ..truth } };
             self.seen[index].then_some(told)
         };
@@ -161,7 +159,31 @@ impl Expected {
     }
 }
 
-fn cells_of(brief: &Brief) -> impl Iterator<Item = Cell> {
+/// Indices of the cells that a hopper sees from `pose`.
+pub(crate) fn disc(brief: &Brief, pose: Pose) -> impl Iterator<Item = usize> + use<> {
+    let (grid, sensor) = (brief.grid, brief.sensor);
+    let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
+        .max(sensor.radius_min_m)
+        .min(sensor.radius_max_m)
+        .max(f64::from(grid.hop_cells) * grid.cell_size_m);
+    let is_here = is_inside(brief, pose.cell);
+    let is_in_view = move |cell: Cell| {
+        let (x_m, y_m) = (
+            f64::from(cell.x - pose.cell.x) * grid.cell_size_m,
+            f64::from(cell.y - pose.cell.y) * grid.cell_size_m,
+        );
+        is_here && x_m * x_m + y_m * y_m <= radius_m * radius_m * (1.0 + 1e-12)
+    };
+    cells_of(brief).enumerate().filter(move |(_, cell)| is_in_view(*cell)).map(|(index, _)| index)
+}
+
+/// Indices of the cells up to `range` columns and rows from `at`.
+pub(crate) fn square(brief: &Brief, range: i32, at: Cell) -> impl Iterator<Item = usize> + use<> {
+    let is_in_view = move |cell: Cell| (cell.x - at.x).abs() <= range && (cell.y - at.y).abs() <= range;
+    cells_of(brief).enumerate().filter(move |(_, cell)| is_in_view(*cell)).map(|(index, _)| index)
+}
+
+fn cells_of(brief: &Brief) -> impl Iterator<Item = Cell> + use<> {
     let (width, height) = (brief.grid.width as i32, brief.grid.height as i32);
     (0..height).flat_map(move |y| (0..width).map(move |x| Cell::new(x, y)))
 }

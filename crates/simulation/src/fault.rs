@@ -279,7 +279,7 @@ impl Forgery {
         let count = match missions {
             Missions::Hopper => 9,
             Missions::Rovers => 12,
-            Missions::Scouts | Missions::Accompanied => Self::ALL.len(),
+            Missions::Scouts | Missions::Accompanied | Missions::Mixed => Self::ALL.len(),
         };
         &Self::ALL[..count]
     }

@@ -18,6 +18,7 @@
 pub mod chance;
 pub mod checker;
 pub mod coverage;
+mod covered;
 pub mod disk;
 mod expected;
 pub mod fault;

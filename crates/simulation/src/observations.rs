@@ -19,6 +19,7 @@ use crate::stream::Stream;
 use crate::world::MS;
 use crate::world::World;
 
+mod mixed;
 mod scouts;
 
 impl World {
@@ -28,6 +29,7 @@ impl World {
         let Some(record) = hopper_sim::journal::record_of(&frame) else { return };
         self.count_rovers(&record);
         self.count_scouts(&record);
+        self.count_mixed(&record);
         self.checker.executed(&record);
         let treasures = self.checker.treasures_known();
         self.checker.committed(&record);

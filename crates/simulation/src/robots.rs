@@ -10,6 +10,7 @@ use terrain::Terrain;
 use crate::expected::Expected;
 use crate::rovers::Rovers;
 use crate::scouts::Scouts;
+use crate::scouts::mixed::Mixed;
 
 /// The robots after some decisions.
 #[derive(Clone, Debug)]
@@ -18,20 +19,34 @@ pub(crate) enum Robots {
     Rovers(Rovers),
     /// A rover drives to a goal, or a hopper hops, and helicopters look ahead for it.
     Scouts(Box<Scouts>),
+    /// Each has a task of its own.
+    Mixed(Box<Mixed>),
 }
 
 impl Robots {
     /// Before the first decision; `None` if the mission is that of a hopper that is alone.
     pub fn begin(mission: &Mission) -> Option<Self> {
+        if let Some(mixed) = Mixed::begin(mission) {
+            return Some(Self::Mixed(Box::new(mixed)));
+        }
         let scouts = Scouts::begin(mission).map(|scouts| Self::Scouts(Box::new(scouts)));
         scouts.or_else(|| Rovers::begin(mission).map(Self::Rovers))
     }
 
-    /// Those of a mission with helicopters.
+    /// Those of a mission in which each has a task of its own.
+    pub fn mixed(&self) -> Option<&Mixed> {
+        match self {
+            Self::Mixed(mixed) => Some(mixed),
+            Self::Rovers(_) | Self::Scouts(_) => None,
+        }
+    }
+
+    /// Those of a mission in which robots go from point to point.
     pub fn scouts(&self) -> Option<&Scouts> {
         match self {
             Self::Rovers(_) => None,
             Self::Scouts(scouts) => Some(scouts),
+            Self::Mixed(mixed) => Some(mixed.scouts()),
         }
     }
 
@@ -40,6 +55,7 @@ impl Robots {
         match self {
             Self::Rovers(_) => None,
             Self::Scouts(scouts) => Some(scouts),
+            Self::Mixed(mixed) => Some(mixed.scouts_mut()),
         }
     }
 
@@ -48,6 +64,7 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.due(),
             Self::Scouts(scouts) => scouts.due(),
+            Self::Mixed(mixed) => mixed.scouts().due(),
         }
     }
 
@@ -55,14 +72,16 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.leader(robot),
             Self::Scouts(scouts) => scouts.leader(robot),
+            Self::Mixed(mixed) => mixed.leader(robot),
         }
     }
 
-    /// What the guard should veto of the robot that is due.
+    /// What the guard should veto of the robot that is due; of a hopper, only that others are where it would go.
     pub fn blocked(&self, mission: &Mission) -> Vetoed {
         match self {
             Self::Rovers(rovers) => rovers.blocked(mission),
             Self::Scouts(scouts) => scouts.blocked(),
+            Self::Mixed(mixed) => mixed.blocked(mission),
         }
     }
 
@@ -71,14 +90,16 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.blocked_step(mission),
             Self::Scouts(scouts) => scouts.blocked().has(Action::Drive).then_some(Action::Drive),
+            Self::Mixed(mixed) => mixed.blocked_action(mission),
         }
     }
 
     /// What is done at the deadline.
-    pub fn fallback(&self) -> (Action, Origin) {
+    pub fn fallback(&self, mission: &Mission) -> (Action, Origin) {
         match self {
             Self::Rovers(_) => (Action::Hold, Origin::Hold),
             Self::Scouts(scouts) => scouts.fallback(),
+            Self::Mixed(mixed) => mixed.fallback(mission),
         }
     }
 
@@ -87,6 +108,7 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.execute(mission, action),
             Self::Scouts(scouts) => scouts.execute(mission, before, action),
+            Self::Mixed(mixed) => mixed.execute(mission, before, action),
         }
     }
 
@@ -95,6 +117,7 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.committed(mission, record),
             Self::Scouts(scouts) => scouts.committed(record),
+            Self::Mixed(mixed) => mixed.committed(mission, record),
         }
     }
 
@@ -107,6 +130,10 @@ impl Robots {
                 if let Some(start) = scouts.hopper_start(terrain) {
                     expected.land(brief, terrain, start);
                 }
+            }
+            Self::Mixed(mixed) => {
+                mixed.rover_starts().for_each(|cell| expected.visit(brief, cell));
+                expected.reveal(brief, terrain, mixed.scouts().shown());
             }
         }
     }
@@ -124,6 +151,13 @@ impl Robots {
                 expected.land(brief, terrain, record.pose)
             }
             Self::Scouts(scouts) => expected.reveal(brief, terrain, scouts.shown()),
+            Self::Mixed(mixed) => {
+                mixed.entered(record).into_iter().for_each(|cell| expected.visit(brief, cell));
+                expected.reveal(brief, terrain, mixed.scouts().shown());
+                if mixed.scouts().is_hopper(record.robot) {
+                    expected.collect(record.pose.cell);
+                }
+            }
         }
     }
 
@@ -132,6 +166,7 @@ impl Robots {
         match self {
             Self::Rovers(rovers) => rovers.team(run, decision, digest),
             Self::Scouts(scouts) => scouts.team(run, decision, digest),
+            Self::Mixed(mixed) => mixed.team(run, decision, digest),
         }
     }
 }

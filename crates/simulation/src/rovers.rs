@@ -2,11 +2,13 @@
 //! cover, by code that shares nothing with the product's.
 
 use contract::{
-    Action, Branch, Cell, Cover, CoverMode, Decision, Digest, Direction, Flight, Leader, Outcome, Placement,
-    Pose, Record, Robot, RobotId, RunId, Sensor, Standing, Status, Team, Vehicle, Vetoed,
+    Action, Branch, Cell, Decision, Digest, Direction, Flight, Leader, Outcome, Placement, Pose, Record,
+    Robot, RobotId, RunId, Sensor, Standing, Status, Team, Vehicle, Vetoed,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
+
+use crate::covered::{Covered, index, is_free};
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -20,19 +22,14 @@ struct Rover {
     leader: Leader,
     last: Option<Decision>,
     fails_at: Option<u64>,
-    /// Cells that it was the first to enter.
-    first_visits: usize,
 }
 
 /// The rovers of a mission after some decisions.
 #[derive(Clone, Debug)]
 pub(crate) struct Rovers {
-    cover: Cover,
     actions_max: u64,
     rovers: Vec<Rover>,
-    visited: Vec<bool>,
-    /// Of the ground that all rovers share: the cells that count.
-    shared: Vec<bool>,
+    covered: Covered,
     actor: Option<usize>,
 }
 
@@ -53,25 +50,16 @@ impl Rovers {
             leader: Leader::default(),
             last: None,
             fails_at: fails_at(number),
-            first_visits: 0,
         };
+        let starts = fleet.robots.iter().map(|robot| robot.start.cell).collect();
         let mut rovers = Self {
-            cover: mission.brief.cover?,
             actions_max: mission.brief.limits.steps_max,
             rovers: fleet.robots.iter().enumerate().map(rover).collect(),
-            visited: vec![false; mission.brief.grid.cells()],
-            shared: Vec::new(),
+            covered: Covered::begin(mission, starts)?,
             actor: None,
         };
-        let starts: Vec<Cell> = rovers.starts().collect();
-        rovers.shared = flood(mission, &starts, |_| true);
-        (0..starts.len()).for_each(|number| rovers.visit(mission, number));
         rovers.retire(mission);
         Some(rovers)
-    }
-
-    fn starts(&self) -> impl Iterator<Item = Cell> + '_ {
-        self.rovers.iter().map(|rover| rover.robot.start.cell)
     }
 
     /// Who acts next; once nobody does, who acted last.
@@ -90,18 +78,12 @@ impl Rovers {
     }
 
     pub fn status(&self, mission: &Mission) -> Status {
-        let all_covered = (0..self.rovers.len()).all(|number| self.has_covered(mission, number));
         match self.next() {
-            _ if all_covered => Status::Goal,
+            _ if self.covered.is_all_covered(mission) => Status::Goal,
             None => Status::Lost,
             Some(due) if self.rovers[due].actions >= self.actions_max => Status::Deadlock,
             Some(_) => Status::Underway,
         }
-    }
-
-    /// Cells visited by anybody.
-    pub fn visits(&self) -> u64 {
-        self.visited.iter().filter(|visited| **visited).count() as u64
     }
 
     /// What each rover sees from where it stands: the range in cells, and the cell.
@@ -142,28 +124,16 @@ impl Rovers {
         let due = self.next()?;
         let rover = &self.rovers[due];
         let from = rover.at.cell;
-        let height_m = |cell: Cell| mission.terrain.cells[index(mission, cell)].height_m;
-        let still = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
-        let outcome = if rover.fails_at == Some(rover.actions + 1) {
-            Outcome { branch: Branch::Stranded, from, to: from, flight: still }
-        } else if let Action::Step(_) = action {
-            let to = beside(from, action);
-            let (range_m, rise_m) = (mission.brief.grid.cell_size_m, height_m(to) - height_m(from));
-            let Vehicle::Rover { speed_mps } = rover.robot.vehicle else { return None };
-            let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
-            let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
-            Outcome { branch: Branch::Intended, from, to, flight }
-        } else {
-            Outcome { branch: Branch::Held, from, to: from, flight: still }
-        };
+        let fails = rover.fails_at == Some(rover.actions + 1);
+        let outcome = outcome(mission, &rover.robot, from, action, fails)?;
         let mut after = self.clone();
         after.act(mission, due, action, &outcome);
         let execution = Execution {
             outcome,
-            pose: Pose { cell: outcome.to, height_m: height_m(outcome.to) },
+            pose: Pose { cell: outcome.to, height_m: height_m(mission, outcome.to) },
             collected: contract::Collected::default(),
             steps: after.rovers.iter().map(|rover| rover.actions).max().unwrap_or_default(),
-            visits: after.visits(),
+            visits: after.covered.visits(),
             status: after.status(mission),
         };
         Some((RobotId(due as u16), execution))
@@ -186,58 +156,26 @@ impl Rovers {
         self.actor = Some(number);
         if outcome.branch == Branch::Stranded {
             rover.standing = Standing::Stranded;
-            self.share_anew(mission);
+            let (active, stranded) = (self.cells_of(Standing::Active), self.cells_of(Standing::Stranded));
+            self.covered.close(mission, &active, &stranded);
         } else if let Action::Step(heading) = action {
             rover.at = Placement { cell: outcome.to, heading };
-            self.visit(mission, number);
+            self.covered.visit(mission, number, outcome.to);
         }
         self.retire(mission);
     }
 
-    /// Without the one that failed: what the others can still reach counts, and what has been visited.
-    fn share_anew(&mut self, mission: &Mission) {
-        let cells_of = |standing: Standing| {
-            let those = self.rovers.iter().filter(move |rover| rover.standing == standing);
-            those.map(|rover| rover.at.cell).collect::<Vec<_>>()
-        };
-        let (active, stranded) = (cells_of(Standing::Active), cells_of(Standing::Stranded));
-        let reached = flood(mission, &active, |cell| !stranded.contains(&cell));
-        self.shared =
-            reached.iter().zip(&self.visited).map(|(reached, visited)| *reached || *visited).collect();
-    }
-
-    fn visit(&mut self, mission: &Mission, number: usize) {
-        let rover = &mut self.rovers[number];
-        let visited = &mut self.visited[index(mission, rover.at.cell)];
-        rover.first_visits += usize::from(!*visited);
-        *visited = true;
+    fn cells_of(&self, standing: Standing) -> Vec<Cell> {
+        let those = self.rovers.iter().filter(|rover| rover.standing == standing);
+        those.map(|rover| rover.at.cell).collect()
     }
 
     fn retire(&mut self, mission: &Mission) {
-        for number in 0..self.rovers.len() {
-            if self.rovers[number].standing == Standing::Active && self.has_covered(mission, number) {
-                self.rovers[number].standing = Standing::Done;
+        for (number, rover) in self.rovers.iter_mut().enumerate() {
+            if rover.standing == Standing::Active && self.covered.has_covered(mission, number) {
+                rover.standing = Standing::Done;
             }
         }
-    }
-
-    /// Whether a rover has nothing left to cover: of the shared ground, or of its own region.
-    fn has_covered(&self, mission: &Mission, number: usize) -> bool {
-        let (counts, visited) = match self.cover.mode {
-            CoverMode::Overlap => (self.shared.clone(), self.visits() as usize),
-            CoverMode::Voronoi => {
-                let start = self.rovers[number].robot.start.cell;
-                let own = |cell: Cell| {
-                    let away = |start: Cell| (start.x - cell.x).pow(2) + (start.y - cell.y).pow(2);
-                    let nearest =
-                        self.starts().enumerate().min_by_key(|(other, start)| (away(*start), *other));
-                    nearest.is_some_and(|(nearest, _)| nearest == number)
-                };
-                (flood(mission, &[start], own), self.rovers[number].first_visits)
-            }
-        };
-        let cells = counts.into_iter().filter(|counts| *counts).count();
-        100 * visited >= self.cover.percent as usize * cells
     }
 
     /// The message about all rovers as of the state of `decision` with `digest`.
@@ -264,7 +202,8 @@ fn view(robot: &Robot, cell: Cell) -> (i32, Cell) {
     }
 }
 
-fn beside(cell: Cell, action: Action) -> Cell {
+/// The cell to which a step leads.
+pub(crate) fn beside(cell: Cell, action: Action) -> Cell {
     match action {
         Action::Step(Direction::North) => Cell::new(cell.x, cell.y + 1),
         Action::Step(Direction::East) => Cell::new(cell.x + 1, cell.y),
@@ -274,26 +213,30 @@ fn beside(cell: Cell, action: Action) -> Cell {
     }
 }
 
-fn index(mission: &Mission, cell: Cell) -> usize {
-    (cell.y * mission.brief.grid.width as i32 + cell.x) as usize
-}
-
-fn is_free(mission: &Mission, cell: Cell) -> bool {
-    let grid = mission.brief.grid;
-    let inside = (0..grid.width as i32).contains(&cell.x) && (0..grid.height as i32).contains(&cell.y);
-    inside && mission.terrain.cells[index(mission, cell)].passable
-}
-
-/// Cells that can be reached by steps from any of `from`, over cells that are free and `open`.
-fn flood(mission: &Mission, from: &[Cell], open: impl Fn(Cell) -> bool) -> Vec<bool> {
-    let mut reached = vec![false; mission.brief.grid.cells()];
-    let mut left: Vec<Cell> = from.to_vec();
-    while let Some(cell) = left.pop() {
-        if !is_free(mission, cell) || !open(cell) || reached[index(mission, cell)] {
-            continue;
-        }
-        reached[index(mission, cell)] = true;
-        left.extend([(0, 1), (1, 0), (0, -1), (-1, 0)].map(|(dx, dy)| Cell::new(cell.x + dx, cell.y + dy)));
+/// What `action` of a rover on `from` comes to, which fails at it if `fails`.
+pub(crate) fn outcome(
+    mission: &Mission,
+    robot: &Robot,
+    from: Cell,
+    action: Action,
+    fails: bool,
+) -> Option<Outcome> {
+    let still = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
+    if fails {
+        return Some(Outcome { branch: Branch::Stranded, from, to: from, flight: still });
     }
-    reached
+    let Action::Step(_) = action else {
+        return Some(Outcome { branch: Branch::Held, from, to: from, flight: still });
+    };
+    let to = beside(from, action);
+    let range_m = mission.brief.grid.cell_size_m;
+    let rise_m = height_m(mission, to) - height_m(mission, from);
+    let Vehicle::Rover { speed_mps } = robot.vehicle else { return None };
+    let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
+    let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
+    Some(Outcome { branch: Branch::Intended, from, to, flight })
+}
+
+fn height_m(mission: &Mission, cell: Cell) -> f64 {
+    mission.terrain.cells[index(mission, cell)].height_m
 }

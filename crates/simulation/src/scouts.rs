@@ -21,6 +21,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
 
+pub(crate) mod mixed;
+
 const SECOND_NS: u64 = 1_000_000_000;
 
 /// The longest that a rover drives in a stage which is not the last, in Sol.
@@ -177,7 +179,7 @@ impl Scouts {
     /// Whether that robot is a hopper.
     pub fn is_hopper(&self, robot: RobotId) -> bool {
         let scout = self.scouts.get(usize::from(robot.0));
-        scout.is_some_and(|scout| scout.robot.vehicle == Vehicle::Hopper)
+        scout.is_some_and(|scout| scout.robot.vehicle.hops())
     }
 
     /// Where the hopper begins, if there is one.
@@ -450,20 +452,26 @@ impl Scouts {
         if number >= self.scouts.len() {
             return;
         }
-        if let Action::Announce(id) = record.action
-            && let Some(points) = self.points(number, id).map(<[Waypoint]>::to_vec)
-        {
-            self.routes.push((id, points));
-        }
+        self.note(record);
         if self.is_hopper(record.robot) {
             self.hop(number, &record.outcome);
         } else {
             self.act(number, record.decision, record.action);
         }
+    }
+
+    /// Takes note of who has commanded the robot of `record`, and of the route that it announces.
+    fn note(&mut self, record: &Record) {
+        let number = usize::from(record.robot.0);
+        if let Action::Announce(id) = record.action
+            && let Some(points) = self.points(number, id).map(<[Waypoint]>::to_vec)
+        {
+            self.routes.push((id, points));
+        }
         (self.scouts[number].leader, self.scouts[number].last) = (record.leader, Some(record.decision));
     }
 
-    /// The hopper's action has come to `outcome`, which was compared.
+    /// The action of a robot that goes from cell to cell has come to `outcome`, which was compared.
     fn hop(&mut self, number: usize, outcome: &Outcome) {
         self.actor = Some(number);
         let scout = &mut self.scouts[number];
@@ -575,7 +583,7 @@ impl Scouts {
             standing: scout.standing,
             leader: scout.leader,
             last: scout.last,
-            travel: (scout.robot.vehicle != Vehicle::Hopper).then(|| scout.travel()),
+            travel: scout.robot.vehicle.start().map(|_| scout.travel()),
         };
         let members = self.scouts.iter().map(member).collect();
         let actor = self.actor.map(|actor| RobotId(actor as u16));

@@ -15,6 +15,7 @@ use terrain::Terrain;
 use crate::chance::Chance;
 
 mod accompanied;
+mod mixed;
 mod scouts;
 
 /// What every small world has in common with the paper's hard ground.
@@ -36,6 +37,8 @@ pub enum Missions {
     Scouts,
     /// Those of a hopper, and one or two helicopters that look ahead for it.
     Accompanied,
+    /// Those of two to five robots of any kind, each with a task of its own.
+    Mixed,
 }
 
 /// A planner process: its algorithm, and the robots that it commands.
@@ -105,7 +108,7 @@ impl Setup {
             records: watch.one_in(4),
             sync: chance.one_in(2),
             page_records: chance.pick(&[1, 2, 5, contract::limits::PAST_PAGE_RECORDS]),
-            page_cells: watch.pick(&[2, 4, 8, 16, 512]) * if missions == Missions::Scouts { 8 } else { 1 },
+            page_cells: watch.pick(&[2, 4, 8, 16, 512]) * missions.page_factor(),
             stay: chance.one_in(2),
             uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
             patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
@@ -133,6 +136,7 @@ impl Missions {
             Missions::Rovers => rover_mission(seed, number),
             Missions::Scouts => scouts::mission(seed, number),
             Missions::Accompanied => accompanied::mission(seed, number),
+            Missions::Mixed => mixed::mission(seed, number),
         }
     }
 
@@ -147,6 +151,10 @@ impl Missions {
             }
             Missions::Accompanied if chance.one_in(2) => planner::AHEAD_ALGORITHMS[0],
             Missions::Accompanied => chance.pick(&HOPPER_PLANNERS),
+            Missions::Mixed => {
+                let whose = [Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied];
+                return chance.pick(&whose).algorithm(chance);
+            }
         };
         name.parse().expect("the names of algorithms are names")
     }
@@ -155,16 +163,22 @@ impl Missions {
     pub(crate) fn robots(self, seed: u64) -> u16 {
         match self {
             Missions::Hopper => 1,
+            Missions::Mixed => mixed::robots(seed),
             Missions::Rovers | Missions::Scouts | Missions::Accompanied => {
                 Chance::new(seed, "robots").between(2, 3) as u16
             }
         }
     }
 
+    /// How many times larger pages of the map are, which many small ones of a larger map would keep from coming whole.
+    fn page_factor(self) -> usize {
+        if [Missions::Scouts, Missions::Mixed].contains(&self) { 8 } else { 1 }
+    }
+
     /// A pace that is not the fastest.
     fn pace(self, chance: &mut Chance) -> Pace {
         // A drive of 10 m takes one to five hours.
-        if self == Missions::Scouts && chance.one_in(2) {
+        if [Missions::Scouts, Missions::Mixed].contains(&self) && chance.one_in(2) {
             return Pace::Times(chance.pick(&[100_000.0, 1_000_000.0]));
         }
         Pace::Hertz(chance.pick(&[40.0, 150.0]))
@@ -175,6 +189,7 @@ impl Missions {
         match self {
             Missions::Scouts => return scouts::seat(seed, chance),
             Missions::Accompanied => return accompanied::seat(seed, chance),
+            Missions::Mixed => return mixed::seat(seed, chance),
             Missions::Hopper | Missions::Rovers => {}
         }
         let planner = self.algorithm(chance);
@@ -190,6 +205,7 @@ impl Missions {
         match self {
             Missions::Scouts => return scouts::planners(seed, chance),
             Missions::Accompanied => return accompanied::planners(seed, chance),
+            Missions::Mixed => return mixed::planners(seed, chance),
             Missions::Hopper | Missions::Rovers => {}
         }
         let count = self.robots(seed);
@@ -267,7 +283,7 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
     };
     let (start, goal) = (corner(&mut chance, false), corner(&mut chance, true));
     let heights = heights(&mut Chance::new(seed ^ number.rotate_left(32), "heights"), grid);
-    let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, [start, goal])).collect();
+    let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, &[start, goal])).collect();
     let treasures =
         grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
     let brief = brief_of(&mut chance, 1, grid);
@@ -342,7 +358,7 @@ fn guard(seed: u64, number: u64) -> Guard {
     }
 }
 
-fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: [Cell; 2]) -> Ground {
+fn ground(chance: &mut Chance, grid: Grid, heights: &[f64], cell: Cell, kept: &[Cell]) -> Ground {
     let height = |dx: i32, dy: i32| {
         let neighbour = grid.index(Cell::new(cell.x + dx, cell.y + dy)).or(grid.index(cell));
         heights[neighbour.expect("a cell of the grid")]

@@ -92,7 +92,7 @@ impl Stream {
         let is_used = |stream: &Stream| match missions {
             Missions::Hopper => !of_routes.contains(stream) && *stream != teams,
             Missions::Rovers => !of_routes.contains(stream),
-            Missions::Scouts => true,
+            Missions::Scouts | Missions::Mixed => true,
             Missions::Accompanied => !of_prior.contains(stream),
         };
         (0..STREAMS.len() as u8).map(Stream).filter(is_used).collect()

@@ -93,7 +93,7 @@ impl CoverTeam {
             (Vehicle::Rover { .. }, Action::Step(direction)) => {
                 let to = beside(entry.at.cell, direction);
                 let vetoed = Refusal::Vetoed { action, need: 0.0, got: 1.0 };
-                match roster.on_ground(to) {
+                match roster.other_on_ground(robot, to) {
                     Some(robot) => Some(Refusal::Occupied { action, cell: to, robot }),
                     None => (!is_free(terrain, to)).then_some(vetoed),
                 }

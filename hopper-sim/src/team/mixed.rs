@@ -13,7 +13,7 @@
 
 use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, Flight, Grid, Leader, Outcome, Pose, Record, Refusal,
-    RobotId, RobotSet, Standing, State, Status, Vehicle,
+    RobotId, RobotSet, Sensor, SensorParameters, Standing, State, Status, Vehicle,
 };
 use terrain::Terrain;
 
@@ -29,6 +29,8 @@ use crate::dynamics::{Execution, outcome_of_hop};
 #[derive(Clone, Debug)]
 pub struct MixedTeam {
     grid: Grid,
+    /// How far hoppers see.
+    sensor: SensorParameters,
     required: RobotSet,
     ways: Ways,
     /// Those that cover ground, if there are any.
@@ -65,8 +67,9 @@ impl MixedTeam {
         };
         let required = brief.mixed.map_or(RobotSet::ALL, |mixed| mixed.required);
         let cover = brief.cover.map(|_| CoverTeam::new(roster, brief, terrain));
-        let mut team = Self { grid: brief.grid, required, ways, cover };
+        let mut team = Self { grid: brief.grid, sensor: brief.sensor, required, ways, cover };
         for robot in (0..roster.count()).map(RobotId) {
+            team.look_around(roster, terrain, robot);
             team.end_if_over(roster, terrain, robot);
         }
         team
@@ -154,7 +157,7 @@ impl MixedTeam {
             _ => {
                 let Action::Hop(direction) = action else { return None };
                 let cell = self.grid.hop(entry.at.cell, direction);
-                roster.on_ground(cell).map(|robot| Refusal::Occupied { action, cell, robot })
+                roster.other_on_ground(robot, cell).map(|robot| Refusal::Occupied { action, cell, robot })
             }
         }
     }
@@ -188,6 +191,7 @@ impl MixedTeam {
                 outcome
             }
         };
+        self.look_around(roster, terrain, robot);
         self.end_if_over(roster, terrain, robot);
         self.execution(roster, terrain, outcome, collected)
     }
@@ -226,7 +230,7 @@ impl MixedTeam {
             return Outcome { branch: Branch::Stranded, from, to: from, flight: Flight::default() };
         }
         let outcome = outcome_of_hop(mission, robot, decision, from, action);
-        let is_free = |cell: &Cell| roster.on_ground(*cell).is_none_or(|other| other == robot);
+        let is_free = |cell: &Cell| roster.other_on_ground(robot, *cell).is_none();
         Outcome { to: back_to(outcome).find(is_free).unwrap_or(from), ..outcome }
     }
 
@@ -244,7 +248,27 @@ impl MixedTeam {
             (Vehicle::Helicopter { .. }, Ways::Flights(flights), _) => flights.recall_flight(roster, record),
             _ => take_hop(roster, (robot, decision, leader), outcome),
         }
+        self.look_around(roster, terrain, robot);
         self.end_if_over(roster, terrain, robot);
+    }
+
+    /// What a robot sees that goes from cell to cell planners of drives know by the map, and so the guard of drives knows it.
+    fn look_around(&mut self, roster: &Roster, terrain: &Terrain, robot: RobotId) {
+        let (Ways::Uncertain(scout), entry) = (&mut self.ways, roster.entry(robot)) else { return };
+        let (grid, at) = (self.grid, entry.at.cell);
+        let (is_disc, reach_cells) = match (entry.robot.sensor, terrain.ground(at)) {
+            (Sensor::Disc, Some(ground)) => (true, self.sensor.reach_cells(&grid, ground.height_m)),
+            (Sensor::Square { range_cells }, Some(_)) => (false, f64::from(range_cells)),
+            _ => return,
+        };
+        let clip = |at: i32, side: u32| {
+            let reach = reach_cells as i32;
+            at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
+        };
+        let columns = clip(at.x, grid.width);
+        let cells = clip(at.y, grid.height).flat_map(|y| columns.clone().map(move |x| Cell::new(x, y)));
+        let seen = cells.filter(|cell| !is_disc || cell.distance_cells(at) <= reach_cells);
+        scout.show(seen.filter_map(|cell| grid.index(cell)));
     }
 
     /// Whoever is at its goal is done; so is a robot that the mission does not need once it has used up its actions. A hopper

@@ -99,13 +99,13 @@ impl Roster {
         (0..).map(RobotId).zip(&self.entries)
     }
 
-    /// The robot that takes up `cell`, if one does.
+    /// A robot other than `robot` that takes up `cell`, if one does.
     #[must_use]
-    pub fn on_ground(&self, cell: Cell) -> Option<RobotId> {
-        let mut entries = self.entries();
-        entries
-            .find(|(_, other)| other.at.cell == cell && other.robot.vehicle.is_on_ground())
-            .map(|(robot, _)| robot)
+    pub fn other_on_ground(&self, robot: RobotId, cell: Cell) -> Option<RobotId> {
+        let others = self.entries().filter(|(other, _)| *other != robot);
+        let mut there =
+            others.filter(|(_, entry)| entry.at.cell == cell && entry.robot.vehicle.is_on_ground());
+        there.next().map(|(other, _)| other)
     }
 
     /// Who commands `robot`.

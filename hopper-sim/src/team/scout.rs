@@ -151,7 +151,7 @@ impl ScoutTeam {
                 Some(to) => {
                     let (need, got) = (self.hazard_max, self.hazard(travel.at, to));
                     let cell = self.cell(to);
-                    match roster.on_ground(cell).filter(|other| *other != robot) {
+                    match roster.other_on_ground(robot, cell) {
                         Some(robot) => Some(Refusal::Occupied { action, cell, robot }),
                         None => (got > need).then_some(Refusal::Vetoed { action, need, got }),
                     }
@@ -271,6 +271,11 @@ impl ScoutTeam {
             self.travels.rejoin(roster, robot);
         }
         arrival.outcome
+    }
+
+    /// Takes note of cells that a robot which goes from cell to cell has seen.
+    pub fn show(&mut self, cells: impl Iterator<Item = usize>) {
+        cells.for_each(|cell| self.sights[cell] = Sight::Seen);
     }
 
     /// Takes note of what a robot sees of these cells.

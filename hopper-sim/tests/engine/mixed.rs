@@ -1,8 +1,8 @@
 //! Robots of any kind with tasks of their own: where they may go, when they are done, and how the mission stands.
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Command, Direction, Incarnation, MonotonicNs, Pace, Record,
-    Refusal, RobotId, Route, RunId, Standing, State, Status, Team, Term, Waypoint,
+    Action, Announcement, Branch, Brief, Cell, Command, Direction, DriveSpeed, Incarnation, MonotonicNs,
+    Origin, Pace, Record, Refusal, RobotId, Route, RunId, Standing, State, Status, Team, Term, Waypoint,
 };
 use hopper_sim::{Arbiter, Effect, Event, Mission};
 use scenario::{ResolvedScenario, Scenario};
@@ -274,4 +274,58 @@ fn a_robot_that_has_stopped_for_good_closes_the_way_of_rovers() {
         (Status::Goal, 3),
         "cells 0 to 2 are all there is"
     );
+}
+
+/// P-MIXED-LOST: where no rover is left, ground that is not covered stays so.
+#[test]
+fn rovers_of_which_none_is_left_are_lost() {
+    let fault = |robot: u16| format!("[[faults]]\nrobot = {robot}\naction = 1\n");
+    let world = world(&[&rover(0, 0, ""), &rover(7, 5, ""), &fault(0), &fault(1)]);
+    let mut host = Host::new(&world, 1);
+    assert_eq!(host.send(0, Action::Hold), None);
+    assert_eq!((host.standing(0), host.state().status), (Standing::Stranded, Status::Underway));
+    assert_eq!(host.send(1, Action::Hold), None);
+    assert_eq!((host.standing(1), host.state().status), (Standing::Stranded, Status::Lost));
+}
+
+/// P-MIXED-FALLBACK: at a deadline no hopper hops to where another robot is.
+#[test]
+fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
+    let text = GROUND.replace("hazard_max = 1.0", "hazard_max = 1.0\ndeadline_s = 0.1");
+    let text = format!("{text}{HOPPER}{}", rover(3, 2, ""));
+    let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
+    let brief = Brief { run: RunId(1), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: world.fleet.clone() };
+    let mut arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1));
+    arbiter.on(Event::Tick, MonotonicNs(1));
+    let effects = arbiter.on(Event::Tick, MonotonicNs(200_000_000));
+    let record = effects.iter().find_map(|effect| match effect {
+        Effect::Append(record) => Some(record),
+        _ => None,
+    });
+    // East is nearest to the goal, and taken; north and south are as near as each other.
+    let (record, north) = (record.unwrap(), Action::Hop(Direction::North));
+    assert_eq!((record.robot, record.origin, record.action), (RobotId(0), Origin::Greedy, north));
+}
+
+/// P-MIXED-SEEN: what a hopper sees of a drive the guard knows, as all planners do.
+#[test]
+fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
+    let mut vetoed = [0; 2];
+    for seed in 0..40 {
+        let mobility = format!("[truth.mobility]\nseed = {seed}\nspeeds = [0.5, 0.0, 0.0, 0.5]\n");
+        let text = GROUND.replace("[truth.mobility]\nspeeds = [0.0, 0.0, 0.0, 1.0]\n", &mobility);
+        let text = text.replace("hazard_max = 1.0", "hazard_max = 0.01");
+        let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\n";
+        let world = Scenario::parse(&format!("{text}{driver}{HOPPER}"), "test").unwrap().resolve().unwrap();
+        let mut host = Host::new(&world, 1);
+        assert_eq!(host.announce(0, &[[2.5, 0.5], [2.5, 1.5]]), None);
+        assert_eq!(host.send(1, Action::Hold), None);
+        let speed = |y| world.terrain.ground(Cell::new(2, y)).unwrap().speed;
+        let is_trap = [0, 1].into_iter().any(|y| speed(y) == Some(DriveSpeed::Zero));
+        let refusal = host.send(0, Action::Drive);
+        assert_eq!(matches!(refusal, Some(Refusal::Vetoed { .. })), is_trap, "ground {seed}: {refusal:?}");
+        vetoed[usize::from(is_trap)] += 1;
+    }
+    assert!(vetoed.iter().all(|&count| count > 2), "{vetoed:?}");
 }

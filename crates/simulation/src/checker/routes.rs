@@ -113,11 +113,17 @@ impl Checker {
                 format!("at decision {} they are {:?}, need {need:?}", state.decision, situation.team)
             });
         }
+        if is_now {
+            self.plans_own_way(situation);
+        }
         if self.mission.brief.scout.is_none() {
             return;
         }
         let prior = situation.scouting.map(|scouting| scouting.prior);
-        let right = prior.is_some_and(|prior| {
+        // Who plans only for robots that go from cell to cell does not know it.
+        let due = situation.team.and_then(|team| team.member(team.due));
+        let needs_none = self.mission.brief.mixed.is_some() && due.is_some_and(|due| due.travel.is_none());
+        let right = prior.map_or(needs_none, |prior| {
             prior.run == state.run
                 && prior.cells.len() == self.mission.terrain.prior.len()
                 && prior.cells.iter().enumerate().all(|(index, cell)| self.is_prior(index, cell))

@@ -14,6 +14,9 @@ impl World {
             return;
         }
         let Some(robot) = fleet.robots.get(usize::from(record.robot.0)) else { return };
+        if matches!(robot.vehicle, Vehicle::Rover { .. } | Vehicle::HopperTo { .. }) {
+            return;
+        }
         if robot.vehicle == Vehicle::Hopper {
             if record.outcome.branch == Branch::Stranded {
                 self.coverage.count("scouts", "hopper_out");

@@ -12,17 +12,17 @@ use super::{Missions, Seat, brief_of, guard};
 use crate::chance::Chance;
 
 /// Distance from start and goal up to which the ground is good for certain, metres.
-const GOOD_M: f64 = 1.5;
+pub(super) const GOOD_M: f64 = 1.5;
 
 /// Speed of all ground that is certain where missions have several stages: a stage then is 50 m long.
 const LONG_SPEED: DriveSpeed = DriveSpeed::Slow;
 
 /// Ground with one prior and one true speed.
-struct Region {
+pub(super) struct Region {
     middle: Waypoint,
     radius_m: f64,
-    prior: SpeedPrior,
-    speed: DriveSpeed,
+    pub prior: SpeedPrior,
+    pub speed: DriveSpeed,
 }
 
 /// The number of the rover; the other robots are helicopters.
@@ -138,7 +138,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
 }
 
 /// Adds what a camera that is right so often reads of each cell.
-fn read(chance: &mut Chance, accuracy: f64, terrain: &mut Terrain) {
+pub(super) fn read(chance: &mut Chance, accuracy: f64, terrain: &mut Terrain) {
     for ground in &mut terrain.cells {
         let is_right = chance.unit() < accuracy;
         let others: Vec<DriveSpeed> =
@@ -150,24 +150,16 @@ fn read(chance: &mut Chance, accuracy: f64, terrain: &mut Terrain) {
 /// Ground of that speed with discs that may be faster, slower or a trap, none of them around a point of `kept`.
 fn terrain(chance: &mut Chance, grid: Grid, good: DriveSpeed, kept: [Waypoint; 2]) -> Terrain {
     let regions: Vec<Region> = (0..chance.between(2, 6)).map(|_| region(chance, grid)).collect();
-    let certain = |speed: DriveSpeed| {
-        let mut probabilities = [0.0; 4];
-        probabilities[speed as usize] = 1.0;
-        SpeedPrior::new(probabilities).expect("a certainty adds up")
-    };
-    let region_at = |middle: Waypoint| {
-        let is_kept = kept.iter().any(|point| point.distance_m(middle) <= GOOD_M);
-        let within = |region: &&Region| region.middle.distance_m(middle) <= region.radius_m;
-        regions.iter().find(within).filter(|_| !is_kept)
-    };
+    let is_kept = |middle: Waypoint| kept.iter().any(|point| point.distance_m(middle) <= GOOD_M);
     let relief_m = chance.pick(&[0.0, 0.5]);
     let mut heights = chance.clone();
     let (cells, prior) = grid
         .iter()
         .map(|cell| {
             let middle = Waypoint { x_m: f64::from(cell.x) + 0.5, y_m: f64::from(cell.y) + 0.5 };
-            let (speed, prior) =
-                region_at(middle).map_or((good, certain(good)), |region| (region.speed, region.prior));
+            let (speed, prior) = region_at(&regions, middle)
+                .filter(|_| !is_kept(middle))
+                .map_or((good, certain(good)), |region| (region.speed, region.prior));
             let height_m = relief_m * heights.unit();
             (Ground { speed: Some(speed), height_m, ..Ground::FLAT }, prior)
         })
@@ -175,7 +167,19 @@ fn terrain(chance: &mut Chance, grid: Grid, good: DriveSpeed, kept: [Waypoint; 2
     Terrain { grid, cells, treasures: Vec::new(), prior }
 }
 
-fn region(chance: &mut Chance, grid: Grid) -> Region {
+/// The prior of ground of that speed for certain.
+pub(super) fn certain(speed: DriveSpeed) -> SpeedPrior {
+    let mut probabilities = [0.0; 4];
+    probabilities[speed as usize] = 1.0;
+    SpeedPrior::new(probabilities).expect("a certainty adds up")
+}
+
+/// The first region in which a point lies.
+pub(super) fn region_at(regions: &[Region], at: Waypoint) -> Option<&Region> {
+    regions.iter().find(|region| region.middle.distance_m(at) <= region.radius_m)
+}
+
+pub(super) fn region(chance: &mut Chance, grid: Grid) -> Region {
     let middle =
         Waypoint { x_m: f64::from(grid.width) * chance.unit(), y_m: f64::from(grid.height) * chance.unit() };
     let probabilities = match chance.below(4) {

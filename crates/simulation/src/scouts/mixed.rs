@@ -1,0 +1,412 @@
+//! Robots of all kinds as they should be, each with a task of its own: what is of such missions alone. How robots go from point
+//! to point is asked of [`super`], and what covering comes to of [`crate::covered`]; where a hop leads is drawn here.
+
+use contract::{
+    Action, Branch, Cell, Collected, Decision, Digest, Direction, Flight, Leader, Origin, Outcome, Pose,
+    Record, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team, Vehicle, Vetoed,
+};
+use hopper_sim::Mission;
+use hopper_sim::dynamics::Execution;
+use motion::{Domain, Draw};
+
+use super::{Scouts, TOLERANCE_M, point};
+use crate::covered::{Covered, is_free};
+use crate::expected::{Shown, disc, square};
+use crate::rovers::{self, beside};
+
+/// The robots of a mission after some decisions.
+#[derive(Clone, Debug)]
+pub(crate) struct Mixed {
+    /// All robots; of those that go from cell to cell only what all have.
+    scouts: Scouts,
+    required: RobotSet,
+    /// Where each robot faces.
+    headings: Vec<Direction>,
+    /// The robots that cover ground.
+    rovers: Vec<usize>,
+    covered: Option<Covered>,
+}
+
+/// How the task of a robot stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Task {
+    Open,
+    Done,
+    Failed(Status),
+}
+
+impl Mixed {
+    /// Before the first decision; `None` unless each robot has a task of its own.
+    pub fn begin(mission: &Mission) -> Option<Self> {
+        let required = mission.brief.mixed?.required;
+        let scouts = Scouts::begin(mission)?;
+        let robots = || scouts.scouts.iter().map(|scout| scout.robot).enumerate();
+        let rovers: Vec<usize> = robots()
+            .filter(|(_, robot)| matches!(robot.vehicle, Vehicle::Rover { .. }))
+            .map(|(number, _)| number)
+            .collect();
+        let starts = rovers.iter().map(|number| scouts.scouts[*number].cell).collect();
+        let mut mixed = Self {
+            required,
+            headings: robots().map(|(_, robot)| robot.start.heading).collect(),
+            covered: Covered::begin(mission, starts).filter(|_| !rovers.is_empty()),
+            rovers,
+            scouts,
+        };
+        let count = mixed.headings.len();
+        (0..count).for_each(|number| mixed.look_around(mission, number));
+        mixed.retire(mission);
+        (0..count).for_each(|number| mixed.end_if_over(mission, number));
+        Some(mixed)
+    }
+
+    /// What all robots have, and those that go from point to point.
+    pub fn scouts(&self) -> &Scouts {
+        &self.scouts
+    }
+
+    /// As [`Mixed::scouts`].
+    pub fn scouts_mut(&mut self) -> &mut Scouts {
+        &mut self.scouts
+    }
+
+    /// Where the rovers begin that cover ground: each start is a visit.
+    pub fn rover_starts(&self) -> impl Iterator<Item = Cell> {
+        self.rovers.iter().map(|number| self.scouts.scouts[*number].robot.start.cell)
+    }
+
+    /// The cell that a rover which covers ground has entered by `record`.
+    pub fn entered(&self, record: &Record) -> Option<Cell> {
+        let is_rover = self.rovers.contains(&usize::from(record.robot.0));
+        let has_moved = record.outcome.branch == Branch::Intended && matches!(record.action, Action::Step(_));
+        (is_rover && has_moved).then_some(record.outcome.to)
+    }
+
+    /// Start, goal and place of the hopper that is due.
+    pub fn own_way(&self) -> Option<[Cell; 3]> {
+        let scout = &self.scouts.scouts[self.scouts.next()?];
+        let Vehicle::HopperTo { goal } = scout.robot.vehicle else { return None };
+        Some([scout.robot.start.cell, goal, scout.cell])
+    }
+
+    /// How a robot stands.
+    pub fn standing(&self, robot: RobotId) -> Option<Standing> {
+        self.scouts.scouts.get(usize::from(robot.0)).map(|scout| scout.standing)
+    }
+
+    /// Whether the mission needs the task of a robot.
+    pub fn needs(&self, robot: RobotId) -> bool {
+        self.required.has(robot)
+    }
+
+    /// Whether a robot can still act.
+    pub fn is_any_active(&self) -> bool {
+        self.scouts.scouts.iter().any(|scout| scout.standing == Standing::Active)
+    }
+
+    /// Whether a rover is still at work on ground that is not covered.
+    pub fn is_covering(&self) -> bool {
+        self.rovers.iter().any(|number| self.scouts.scouts[*number].standing == Standing::Active)
+    }
+
+    /// Whether a robot on the ground other than `number` is on a cell.
+    fn is_occupied(&self, number: usize, cell: Cell) -> bool {
+        let mut scouts = self.scouts.scouts.iter().enumerate();
+        scouts.any(|(other, scout)| {
+            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
+            other != number && !flies && scout.cell == cell
+        })
+    }
+
+    /// What the robot that is due must not do: whatever ends where another is, a step to no ground to stand on, and a drive that
+    /// may be a trap. What is dangerous to a hopper is not among it.
+    pub fn blocked(&self, mission: &Mission) -> Vetoed {
+        let Some(due) = self.scouts.next() else { return Vetoed::NONE };
+        let scout = &self.scouts.scouts[due];
+        let is_blocked = |action: &Action| match (action, scout.robot.vehicle) {
+            (Action::Hop(direction), Vehicle::HopperTo { .. }) => {
+                self.is_occupied(due, mission.brief.grid.hop(scout.cell, *direction))
+            }
+            (Action::Step(_), Vehicle::Rover { .. }) => {
+                let to = beside(scout.cell, *action);
+                !is_free(mission, to) || self.is_occupied(due, to)
+            }
+            (Action::Drive, Vehicle::Driver { .. }) => {
+                let is_taken = |to| self.is_occupied(due, self.scouts.cell(to));
+                self.scouts.blocked() != Vetoed::NONE || scout.next().is_some_and(is_taken)
+            }
+            _ => false,
+        };
+        Action::ALL.into_iter().filter(is_blocked).fold(Vetoed::NONE, Vetoed::with)
+    }
+
+    /// One of them, that to another robot if there is one.
+    pub fn blocked_action(&self, mission: &Mission) -> Option<Action> {
+        let due = self.scouts.next()?;
+        let blocked = self.blocked(mission);
+        let leads_to_another = |action: &Action| match action {
+            Action::Step(_) => self.is_occupied(due, beside(self.scouts.scouts[due].cell, *action)),
+            _ => true,
+        };
+        Action::ALL.into_iter().filter(|action| blocked.has(*action)).max_by_key(leads_to_another)
+    }
+
+    /// What is done at the deadline, unless a hopper is due: on along the route if that may be, or nothing.
+    pub fn fallback(&self, mission: &Mission) -> (Action, Origin) {
+        let along = self.scouts.next().and_then(|due| match self.scouts.scouts[due].robot.vehicle {
+            Vehicle::Driver { .. } => Some((due, Action::Drive)),
+            Vehicle::Helicopter { .. } => Some((due, Action::Fly)),
+            _ => None,
+        });
+        let along = along.filter(|(due, action)| self.may(mission, *due, *action));
+        along.map_or((Action::Hold, Origin::Hold), |(_, action)| (action, Origin::Policy))
+    }
+
+    /// Whether the robot that is due may do that.
+    fn may(&self, mission: &Mission, due: usize, action: Action) -> bool {
+        let is_of_kind = match self.scouts.scouts[due].robot.vehicle {
+            Vehicle::HopperTo { .. } => matches!(action, Action::Hold | Action::Hop(_)),
+            Vehicle::Rover { .. } => matches!(action, Action::Hold | Action::Step(_)),
+            _ => self.scouts.may(due, action),
+        };
+        is_of_kind && !self.blocked(mission).has(action)
+    }
+
+    /// How the due robot's `action` comes out; `None` if it must be refused.
+    pub fn execute(&self, mission: &Mission, before: &State, action: Action) -> Option<(RobotId, Execution)> {
+        let due = self.scouts.next()?;
+        if !self.may(mission, due, action) {
+            return None;
+        }
+        let outcome = self.outcome(mission, due, before.decision, action)?;
+        let mut after = self.clone();
+        after.take(mission, due, before.decision, action, &outcome);
+        let ground = |cell| mission.terrain.ground(cell);
+        let height_m = ground(outcome.to).or(ground(outcome.from)).map_or(0.0, |ground| ground.height_m);
+        let hops = self.scouts.is_hopper(RobotId(due as u16));
+        let found = mission.terrain.treasures.iter().position(|cell| hops && *cell == outcome.to);
+        let execution = Execution {
+            outcome,
+            pose: Pose { cell: outcome.to, height_m },
+            collected: Collected(before.collected.0 | found.map_or(0, |number| 1 << number)),
+            steps: after.scouts.scouts.iter().map(|scout| scout.actions).max().unwrap_or_default(),
+            visits: after.covered.as_ref().map_or(0, Covered::visits),
+            status: after.status(mission),
+        };
+        Some((RobotId(due as u16), execution))
+    }
+
+    fn outcome(
+        &self,
+        mission: &Mission,
+        number: usize,
+        decision: Decision,
+        action: Action,
+    ) -> Option<Outcome> {
+        let scout = &self.scouts.scouts[number];
+        let fails = scout.fails_at == Some(scout.actions + 1);
+        match scout.robot.vehicle {
+            Vehicle::HopperTo { .. } => Some(self.hop(mission, number, decision, action)),
+            Vehicle::Rover { .. } => rovers::outcome(mission, &scout.robot, scout.cell, action, fails),
+            _ => Some(self.scouts.arrival(number, action).outcome),
+        }
+    }
+
+    /// A hop, drawn for this robot and decision: it ends on the last cell of its way that no other robot is on.
+    fn hop(&self, mission: &Mission, number: usize, decision: Decision, action: Action) -> Outcome {
+        let scout = &self.scouts.scouts[number];
+        let from = scout.cell;
+        let stays = |branch| Outcome { branch, from, to: from, flight: Flight::default() };
+        if scout.fails_at == Some(scout.actions + 1) {
+            return stays(Branch::Stranded);
+        }
+        let (Action::Hop(direction), Some(ground)) = (action, mission.terrain.ground(from)) else {
+            return stays(Branch::Held);
+        };
+        let Mission { brief, terrain, seed, .. } = mission;
+        let uniform = Draw::new(*seed, Domain::Motion, RobotId(number as u16), decision).uniform();
+        let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
+        let aim = terrain.ground(brief.grid.hop(from, direction));
+        let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
+        let end = motion::landing(&brief.grid, from, direction, branch);
+        let (mut to, mut over) = (from, from);
+        while over != end {
+            over = Cell::new(over.x + (end.x - over.x).signum(), over.y + (end.y - over.y).signum());
+            if !self.is_occupied(number, over) {
+                to = over;
+            }
+        }
+        Outcome { branch, from, to, flight: motion::flight(&brief.motion, &brief.grid, ground.soil, rise_m) }
+    }
+
+    /// A record was committed.
+    pub fn committed(&mut self, mission: &Mission, record: &Record) {
+        let number = usize::from(record.robot.0);
+        if number >= self.headings.len() {
+            return;
+        }
+        self.scouts.note(record);
+        self.take(mission, number, record.decision, record.action, &record.outcome);
+    }
+
+    /// The action of a robot has come to `outcome`.
+    fn take(
+        &mut self,
+        mission: &Mission,
+        number: usize,
+        decision: Decision,
+        action: Action,
+        outcome: &Outcome,
+    ) {
+        let rover = self.rovers.iter().position(|rover| *rover == number);
+        if rover.is_some() || self.scouts.is_hopper(RobotId(number as u16)) {
+            self.scouts.hop(number, outcome);
+        } else {
+            self.scouts.act(number, decision, action);
+        }
+        let is_stranded = outcome.branch == Branch::Stranded;
+        if let (Some(rover), Action::Step(heading), false) = (rover, action, is_stranded) {
+            self.headings[number] = heading;
+            if let Some(covered) = &mut self.covered {
+                covered.visit(mission, rover, outcome.to);
+            }
+        }
+        if rover.is_some() && is_stranded {
+            self.close(mission);
+        }
+        self.look_around(mission, number);
+        self.retire(mission);
+        self.end_if_over(mission, number);
+    }
+
+    /// What a robot that goes from cell to cell sees where it is.
+    fn look_around(&mut self, mission: &Mission, number: usize) {
+        let Scouts { scouts, shown, .. } = &mut self.scouts;
+        let (sensor, cell) = (scouts[number].robot.sensor, scouts[number].cell);
+        match (sensor, mission.terrain.ground(cell)) {
+            (Sensor::Disc, Some(ground)) => disc(&mission.brief, Pose { cell, height_m: ground.height_m })
+                .for_each(|index| shown[index] = Shown::Truth),
+            (Sensor::Square { range_cells }, _) => {
+                square(&mission.brief, range_cells as i32, cell).for_each(|index| shown[index] = Shown::Truth)
+            }
+            _ => {}
+        }
+    }
+
+    /// Rovers that have nothing left to cover are done.
+    fn retire(&mut self, mission: &Mission) {
+        let Some(covered) = &self.covered else { return };
+        for (rover, number) in self.rovers.iter().enumerate() {
+            let scout = &mut self.scouts.scouts[*number];
+            if scout.standing == Standing::Active && covered.has_covered(mission, rover) {
+                scout.standing = Standing::Done;
+            }
+        }
+    }
+
+    /// What becomes of a robot where it is now, and of the ground that it closes if that is for good.
+    fn end_if_over(&mut self, mission: &Mission, number: usize) {
+        let scout = &self.scouts.scouts[number];
+        let is_spent = scout.actions >= self.scouts.actions_max;
+        let gives_up = is_spent && !self.required.has(RobotId(number as u16));
+        let end = match scout.robot.vehicle {
+            Vehicle::HopperTo { goal } => match mission.terrain.ground(scout.cell) {
+                Some(ground) if ground.passable => (scout.cell == goal).then_some(Standing::Done),
+                _ => Some(Standing::Stranded),
+            },
+            _ => self.has_arrived(number).then_some(Standing::Done),
+        };
+        let end = end.or(gives_up.then_some(Standing::Done)).filter(|_| scout.standing == Standing::Active);
+        let standing = end.unwrap_or(scout.standing);
+        let closes = matches!(scout.robot.vehicle, Vehicle::HopperTo { .. } | Vehicle::Driver { .. });
+        let scout = &mut self.scouts.scouts[number];
+        // Who acts no more waits for nobody.
+        (scout.standing, scout.waits) = (standing, scout.waits && standing == Standing::Active);
+        if closes && standing != Standing::Active {
+            self.close(mission);
+            self.retire(mission);
+        }
+    }
+
+    /// A robot on the ground stays where it is for good.
+    fn close(&mut self, mission: &Mission) {
+        let scouts = &self.scouts.scouts;
+        let active = self.rovers.iter().map(|number| &scouts[*number]);
+        let active: Vec<Cell> =
+            active.filter(|scout| scout.standing == Standing::Active).map(|scout| scout.cell).collect();
+        let closed = scouts.iter().filter(|scout| match scout.robot.vehicle {
+            Vehicle::Helicopter { .. } => false,
+            Vehicle::Rover { .. } => scout.standing == Standing::Stranded,
+            _ => scout.standing != Standing::Active,
+        });
+        let closed: Vec<Cell> = closed.map(|scout| scout.cell).collect();
+        if let Some(covered) = &mut self.covered {
+            covered.close(mission, &active, &closed);
+        }
+    }
+
+    /// Whether a rover is within reach of its goal and has no further point to go to.
+    fn has_arrived(&self, number: usize) -> bool {
+        let scout = &self.scouts.scouts[number];
+        let Vehicle::Driver { goal, goal_radius_m, .. } = scout.robot.vehicle else { return false };
+        let away_m = point(scout.at).distance_m(point(goal));
+        away_m <= goal_radius_m + TOLERANCE_M && scout.next().is_none()
+    }
+
+    /// How the mission stands: by the tasks of the robots that it needs.
+    pub fn status(&self, mission: &Mission) -> Status {
+        let needed = (0..self.headings.len()).filter(|number| self.required.has(RobotId(*number as u16)));
+        let tasks: Vec<Task> = needed.map(|number| self.task(mission, number)).collect();
+        let failed = tasks.iter().find_map(|task| match task {
+            Task::Failed(status) => Some(*status),
+            _ => None,
+        });
+        let can_go_on = self.scouts.next().is_some_and(|due| {
+            let is_spent = self.scouts.scouts[due].actions >= self.scouts.actions_max;
+            !is_spent || !self.required.has(RobotId(due as u16))
+        });
+        match failed {
+            Some(status) => status,
+            None if tasks.iter().all(|task| *task == Task::Done) => Status::Goal,
+            None if can_go_on => Status::Underway,
+            None => Status::Deadlock,
+        }
+    }
+
+    fn task(&self, mission: &Mission, number: usize) -> Task {
+        let scout = &self.scouts.scouts[number];
+        match scout.robot.vehicle {
+            Vehicle::Rover { .. } => match &self.covered {
+                Some(covered) if covered.is_all_covered(mission) => Task::Done,
+                _ if self.is_covering() => Task::Open,
+                _ => Task::Failed(Status::Lost),
+            },
+            Vehicle::HopperTo { goal } => match scout.standing {
+                _ if mission.terrain.ground(scout.cell).is_none() => Task::Failed(Status::LeftMap),
+                Standing::Stranded => Task::Failed(Status::Lost),
+                _ if scout.cell == goal => Task::Done,
+                _ => Task::Open,
+            },
+            _ => match scout.standing {
+                Standing::Stranded => Task::Failed(Status::Lost),
+                Standing::Done if !self.has_arrived(number) => Task::Failed(Status::Deadlock),
+                Standing::Done => Task::Done,
+                Standing::Active => Task::Open,
+            },
+        }
+    }
+
+    /// Who commands a robot.
+    pub fn leader(&self, robot: RobotId) -> Leader {
+        self.scouts.leader(robot)
+    }
+
+    /// The message about all robots as of the state of `decision` with `digest`.
+    pub fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
+        let mut team = self.scouts.team(run, decision, digest);
+        for (member, heading) in team.members.iter_mut().zip(&self.headings) {
+            member.at.heading = *heading;
+        }
+        team
+    }
+}
