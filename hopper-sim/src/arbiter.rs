@@ -272,16 +272,17 @@ impl Arbiter {
     /// If the host reports an append that it was not asked for.
     // Long: an arm for each event.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
-        // Most events ask for nothing; these two for one effect or two, and room for four would be slow to get.
+        // Most events ask for nothing; these two for one effect as a rule, and room for four would be slow to get.
         let mut effects = match event {
-            Event::Command(_) | Event::Appended => Vec::with_capacity(2),
+            Event::Command(_) | Event::Appended => Vec::with_capacity(1),
             _ => Vec::new(),
         };
         match event {
-            Event::Command(command) => match self.answer(command, now) {
+            Event::Command(Ok(ref command)) => match self.answer(command, now) {
                 Ok(record) => effects.push(self.commit(record)),
                 Err(refusal) => self.refuse(refusal, now, &mut effects),
             },
+            Event::Command(Err(refusal)) => self.refuse(refusal, now, &mut effects),
             Event::Announcement(announcement) => {
                 if let Err(refusal) = announcement.and_then(|announcement| self.offer(announcement)) {
                     self.refuse(refusal, now, &mut effects);
@@ -442,12 +443,11 @@ impl Arbiter {
     }
 
     /// The record that a command leads to, or why it leads nowhere; the bid that it then amounts to is kept.
-    fn answer(&mut self, command: Result<Command, Refusal>, now: MonotonicNs) -> Result<Record, Refusal> {
-        let command = command?;
-        match self.admit(&command, now) {
-            Ok(leader) => Ok(self.execute(&command, leader, now)),
+    fn answer(&mut self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
+        match self.admit(command, now) {
+            Ok(leader) => Ok(self.execute(command, leader, now)),
             Err(refusal) => {
-                self.keep_bid(self.bid_of(&command, &refusal, now), now);
+                self.keep_bid(self.bid_of(command, &refusal, now), now);
                 Err(refusal)
             }
         }

@@ -117,7 +117,7 @@ impl Watcher {
             Event::State(state) => return self.state(state, now),
             Event::Team(team) => {
                 let mission = self.mission.as_mut().filter(|mission| mission.brief.run == team.run);
-                mission.into_iter().for_each(|mission| mission.robots.clone_from(&team.members));
+                mission.into_iter().for_each(|mission| mission.robots = team.members.to_vec());
             }
             Event::Map(map) => self.map(&map),
             Event::Heartbeat(beat) => self.heartbeat(beat, now),

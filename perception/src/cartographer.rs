@@ -138,16 +138,21 @@ impl Cartographer {
                 self.terrain = Some((run, terrain));
                 self.gathering = TruthGathering::default();
             }
-            Event::State(state) => {
+            // By reference: a state is large, and copied once.
+            Event::State(ref state) => {
                 let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
                 if state.robot.0 >= robots
                     || self.state.as_ref().is_some_and(|known| state.is_older_than(known))
                 {
                     return Vec::new();
                 }
-                self.state = Some(state);
+                self.state = Some(*state);
             }
-            Event::Team(team) => self.team(&team),
+            Event::Team(team) => {
+                if !self.team(&team) {
+                    return Vec::new();
+                }
+            }
             Event::Past(page) => return self.past(&page, now),
             Event::Route(page) => {
                 if !self.tracks.routes().page(page) {
@@ -307,11 +312,13 @@ impl Cartographer {
         }
     }
 
-    /// The robots of a run never change, though their team is published again and again.
-    fn team(&mut self, team: &Team) {
-        if self.robots.as_ref().is_none_or(|(run, _)| *run != team.run) {
+    /// Whether the robots are news: those of a run never change, though their team is published again and again.
+    fn team(&mut self, team: &Team) -> bool {
+        let is_news = self.robots.as_ref().is_none_or(|(run, _)| *run != team.run);
+        if is_news {
             self.robots = Some((team.run, team.members.iter().map(|member| member.robot).collect()));
         }
+        is_news
     }
 
     /// Whether the robots of the brief's run are known, if it needs any.
@@ -377,10 +384,15 @@ impl Cartographer {
         let decision = Decision(self.folded);
         match &self.robots {
             Some((_, robots)) if !brief.is_of_hopper() => {
-                let starts: Vec<_> = robots.iter().map(|robot| (robot.sensor, robot.start.cell)).collect();
-                let moved = robots.get(usize::from(robot.0)).filter(|_| has_moved);
-                let moved: Vec<_> = moved.iter().map(|robot| (robot.sensor, pose.cell)).collect();
-                observation.enter(terrain, if self.folded == 0 { &starts } else { &moved }, decision);
+                if self.folded == 0 {
+                    let starts: Vec<_> =
+                        robots.iter().map(|robot| (robot.sensor, robot.start.cell)).collect();
+                    observation.enter(terrain, &starts, decision);
+                } else {
+                    let moved = robots.get(usize::from(robot.0)).filter(|_| has_moved);
+                    let moved = moved.map(|robot| (robot.sensor, pose.cell));
+                    observation.enter(terrain, moved.as_slice(), decision);
+                }
             }
             _ => observation.fold(brief, terrain, pose, decision),
         }
@@ -474,7 +486,10 @@ impl Cartographer {
     }
 
     fn advance(&mut self, now: MonotonicNs) -> Vec<Effect> {
-        let Some(state) = self.state.filter(|_| self.current()) else { return Vec::new() };
+        if !self.current() {
+            return Vec::new();
+        }
+        let Some(state) = self.state else { return Vec::new() };
         // A start that was folded for a later state has no digest yet, and this state may be its own.
         let is_start_without_digest = self.timeline == Timeline::default() && state.decision == Decision(0);
         if self.folded > 0 && (self.timeline.is_contradicted_by(&state) || is_start_without_digest) {

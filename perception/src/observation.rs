@@ -145,21 +145,15 @@ impl Observation {
         self.landing.sort_unstable();
         self.landing.dedup();
         self.landing.iter().for_each(|&index| self.doubtful.remove(index as usize));
-        let visits: Vec<(usize, u16)> =
-            entered.iter().map(|&index| (index, self.map.visits(index).saturating_add(1))).collect();
-        self.reveal(terrain, landed, &visits, decision);
+        self.reveal(terrain, landed, &entered, decision);
     }
 
     /// Folds in the cells of the landing, which were unknown or doubtful, or are visited; the hopper, if one has landed, is on
     /// `landed`.
-    fn reveal(
-        &mut self,
-        terrain: &Terrain,
-        landed: Option<Cell>,
-        visits: &[(usize, u16)],
-        decision: Decision,
-    ) {
-        let visits = |index| visits.iter().find(|(entered, _)| *entered == index).map(|(_, visits)| *visits);
+    fn reveal(&mut self, terrain: &Terrain, landed: Option<Cell>, entered: &[usize], decision: Decision) {
+        let counted = |index, visits: u16| {
+            if entered.contains(&index) { visits.saturating_add(1) } else { visits }
+        };
         let grid = self.map.grid;
         self.links.clear();
         self.seen.clear();
@@ -167,7 +161,9 @@ impl Observation {
         let treasures = self.treasures_after(terrain, landed);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
         match self.gradient {
-            GradientSource::Measured => self.learn(terrain, |ground, index| (ground, visits(index))),
+            GradientSource::Measured => {
+                self.learn(terrain, |ground, index, visits| (ground, counted(index, visits)));
+            }
             GradientSource::SeenDifferences => {
                 self.add_rim();
                 let known = std::mem::take(&mut self.known);
@@ -175,9 +171,9 @@ impl Observation {
                     let index = grid.index(cell).filter(|&index| known.has(index))?;
                     Some(terrain.cells[index].height_m)
                 };
-                self.learn(terrain, |ground, index| {
+                self.learn(terrain, |ground, index, visits| {
                     let gradient = differences(grid.cell(index), grid.cell_size_m, height);
-                    (Ground { gradient, ..ground }, visits(index))
+                    (Ground { gradient, ..ground }, counted(index, visits))
                 });
                 self.known = known;
             }
@@ -207,14 +203,9 @@ impl Observation {
         self.landing.sort_unstable();
         self.landing.dedup();
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
-        let visits: Vec<(usize, u16)> = entered
-            .iter()
-            .filter_map(|(_, cell)| grid.index(*cell))
-            .map(|index| (index, self.map.visits(index).saturating_add(1)))
-            .collect();
-        self.learn(terrain, |ground, index| {
-            let visits = visits.iter().find(|(entered, _)| *entered == index);
-            (ground, visits.map(|(_, visits)| *visits))
+        self.learn(terrain, |ground, index, visits| {
+            let is_entered = entered.iter().any(|(_, cell)| grid.index(*cell) == Some(index));
+            (ground, if is_entered { visits.saturating_add(1) } else { visits })
         });
         self.close_landing(decision);
     }
@@ -276,15 +267,14 @@ impl Observation {
 
     /// Writes the landing's cells down as `told` makes them of what sensors show, with their visits if these change, and takes note
     /// of the chain of patches. What turns out to be no news is left out of the landing.
-    fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize) -> (Ground, Option<u16>)) {
+    fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize, u16) -> (Ground, u16)) {
         let Self { map, patch_cells, doubtful, landing, links, seen, passable_by_speed, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
             let is_doubtful = || doubtful.has(index as usize);
             let shown = shown(&terrain.cells[index as usize], *passable_by_speed, is_doubtful);
-            let (ground, visits) = told(shown, index as usize);
-            let visits = visits.unwrap_or_else(|| map.visits(index as usize));
+            let (ground, visits) = told(shown, index as usize, map.visits(index as usize));
             let news = map.learn_visited(index as usize, ground, visits);
             changed += usize::from(news);
             if news && changed.is_multiple_of(*patch_cells) {

@@ -463,7 +463,7 @@ fn a_team_that_is_too_small_is_not_that_of_the_brief() {
     let mission = Mission::rovers();
     let mut cartographer = Cartographer::new(RobotId(0));
     let mut team = mission.team();
-    team.members.pop();
+    team.members = team.members[1..].into();
     for event in [
         Event::Brief(mission.brief),
         Event::Terrain(RUN, mission.terrain.clone()),
@@ -479,7 +479,7 @@ fn the_robots_of_a_run_stay_as_they_were_first_told() {
     let mission = Mission::rovers();
     let mut cartographer = mission.ready();
     let mut team = mission.team();
-    team.members.reverse();
+    Arc::make_mut(&mut team.members).reverse();
     cartographer.on(Event::Team(team), NOW);
     mission.tell(&mut cartographer, mission.state(0));
     mission.tell(&mut cartographer, mission.state(1));

@@ -201,12 +201,19 @@ impl Pilot {
 
     /// Takes note of `event` at `now` and says what is to be done.
     pub fn on(&mut self, event: Event, now: MonotonicNs) -> Vec<Effect> {
-        let mut effects = Vec::new();
+        // Most events ask for nothing; these two for one effect as a rule.
+        let mut effects = match event {
+            Event::Patch(_) | Event::Planned(..) => Vec::with_capacity(1),
+            _ => Vec::new(),
+        };
         let leg_may_change = match &event {
             Event::Brief(_) => true,
             Event::State(state) => {
                 let known = self.state.as_ref();
-                known.is_none_or(|known| (known.run, known.visits) != (state.run, state.visits))
+                let is_patrol = self.brief.as_ref().is_some_and(|brief| brief.patrol.is_some());
+                let is_same =
+                    |known: &State| known.run == state.run && (known.visits == state.visits || !is_patrol);
+                !known.is_some_and(is_same)
             }
             _ => false,
         };
@@ -218,7 +225,8 @@ impl Pilot {
                     self.note_leaders(now, &mut effects);
                 }
             }
-            Event::State(state) => self.state(state, now, &mut effects),
+            // By reference, here as elsewhere: a state is large, and copied once.
+            Event::State(ref state) => self.state(state, now, &mut effects),
             Event::Team(team) => {
                 self.team = Some(team);
                 self.note_leaders(now, &mut effects);
@@ -244,7 +252,9 @@ impl Pilot {
             let known = self.brief.as_ref().zip(self.state.as_ref());
             self.leg = known.map(|(brief, state)| brief.leg(state.visits));
         }
-        self.own = self.own_way();
+        if self.brief.as_ref().is_some_and(|brief| brief.mixed.is_some()) {
+            self.own = self.own_way();
+        }
         self.gather(now, &mut effects);
         self.plan(now, &mut effects);
         effects
@@ -464,20 +474,20 @@ impl Pilot {
         self.map.begin(&brief);
     }
 
-    fn state(&mut self, mut state: State, now: MonotonicNs, effects: &mut Vec<Effect>) {
+    fn state(&mut self, state: &State, now: MonotonicNs, effects: &mut Vec<Effect>) {
         let known = self.state.as_ref().filter(|known| known.run == state.run);
         let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
         if state.robot.0 >= robots || known.is_some_and(|known| state.is_older_than(known)) {
             return;
         }
-        if known.is_some_and(|known| Timeline::through(known).is_contradicted_by(&state)) {
+        if known.is_some_and(|known| Timeline::through(known).is_contradicted_by(state)) {
             // The map may hold cells that were seen on hops which never were.
             self.map.begin_anew();
         }
         let same = known.filter(|known| (known.decision, known.digest) == (state.decision, state.digest));
         // A veto stands, though an older copy of the state or another life of hopper-sim may not tell of it.
-        state.vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
-        self.state = Some(state);
+        let vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
+        self.state = Some(State { vetoed, ..*state });
         self.note_leaders(now, effects);
         if state.status.is_over()
             && !self.finished
@@ -512,15 +522,10 @@ impl Pilot {
         now.since_ns(heard.max(view.leader_since)) > limit_ns
     }
 
-    fn planned_for(&self) -> Option<Due> {
-        self.planned.as_ref().map(|planned| planned.due)
-    }
-
     /// Asks for a plan if one is due.
     fn plan(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        if self.planning.is_none()
-            && self.planned_for().is_some_and(|planned| Some(planned) == self.state.as_ref().map(due))
-        {
+        let planned = self.planned.as_ref().zip(self.state.as_ref());
+        if self.planning.is_none() && planned.is_some_and(|(planned, state)| is_for(&planned.due, state)) {
             return;
         }
         let Some(due) = self.situation().map(|situation| due(situation.state)) else {
@@ -528,7 +533,8 @@ impl Pilot {
             self.planning = None;
             return;
         };
-        if self.planned_for() == Some(due) || self.planning == Some(due) || self.term(now).is_none() {
+        let is_planned = self.planned.as_ref().is_some_and(|planned| planned.due == due);
+        if is_planned || self.planning == Some(due) || self.term(now).is_none() {
             return;
         }
         self.planning = Some(due);
@@ -595,11 +601,11 @@ impl Pilot {
     }
 
     fn resend(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
-        let Some(Planned { due: planned, sent, .. }) = self.planned else { return };
-        if now.since_ns(sent) < RESEND_NS {
+        let Some(planned) = self.planned.as_ref().filter(|planned| now.since_ns(planned.sent) >= RESEND_NS)
+        else {
             return;
-        }
-        if self.situation().is_some_and(|situation| due(situation.state) == planned) {
+        };
+        if self.situation().is_some_and(|situation| is_for(&planned.due, situation.state)) {
             self.send(now, effects);
         }
     }
@@ -614,4 +620,9 @@ fn fits(situation: &Situation<'_>, action: Action) -> bool {
 
 fn due(state: &State) -> Due {
     (state.run, state.decision, state.digest, state.vetoed)
+}
+
+/// Whether it is `state` that `due` tells of. Asked at every event: nothing is copied.
+fn is_for((run, decision, digest, vetoed): &Due, state: &State) -> bool {
+    (run, decision, digest, vetoed) == (&state.run, &state.decision, &state.digest, &state.vetoed)
 }

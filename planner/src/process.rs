@@ -200,15 +200,15 @@ impl<P: Ports> PlannerProcess<P> {
                 }
             }
             Effect::Plan => return Ok(self.plan(ports).await),
-            Effect::Send(command) => {
+            Effect::Send(ref command) => {
                 let (run, decision) = (command.run, command.decision);
                 // hopper-sim obeys nobody whom it has not heard.
                 self.membership.beat(self.pilot.seen(), ports.now())?;
-                self.announce(&command)?;
+                self.announce(command)?;
                 if let Some((_, commands)) =
                     self.commands.iter_mut().find(|(robot, _)| *robot == command.robot)
                 {
-                    commands.publish(command)?;
+                    commands.publish(*command)?;
                 }
                 ports.pass("planner.sent").await;
                 self.publish_policy(run, decision);
@@ -371,13 +371,13 @@ impl PolicySent {
 
 /// A message about the map as the pilot hears it; a malformed one is logged, and counted there.
 fn event<T>(message: Result<T, Refusal>, event: impl Fn(T) -> Event) -> Event {
-    message.map_or_else(
-        |refusal| {
+    match message {
+        Ok(message) => event(message),
+        Err(refusal) => {
             log_refusal(&refusal);
             Event::Refused(refusal)
-        },
-        event,
-    )
+        }
+    }
 }
 
 /// Adds what an event asks for: most ask for nothing, and most that do come alone, so that their list is taken as it is.

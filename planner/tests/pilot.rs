@@ -270,7 +270,7 @@ fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_kno
         digest: Digest::default(),
         due: RobotId(0),
         actor: None,
-        members: vec![member(None), member(Some(route.id()))],
+        members: [member(None), member(Some(route.id()))].into(),
     };
     let mut pilot = uninformed(false);
     let prior = PriorRequest { run: RUN, from: 0 };
@@ -368,7 +368,7 @@ fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
         travel: None,
     };
     let (decision, due) = (Decision(3), RobotId(1));
-    let team = Team { run: RUN, decision, digest, due, actor: None, members: vec![member; 2] };
+    let team = Team { run: RUN, decision, digest, due, actor: None, members: [member; 2].into() };
     let robots = contract::RobotSet(0).with(due);
     let mut pilot = Pilot::new(PilotConfig { robots, ..config(false) });
     let now = at(9 * SILENCE_NS);

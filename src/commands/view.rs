@@ -166,9 +166,8 @@ impl<'a> Replay<'a> {
         self.sensed.record(record, routes);
         let committed = record.timing.committed;
         self.last = record.state_after(self.brief.run, committed, committed);
-        if let Some(member) =
-            self.team.as_mut().and_then(|team| team.members.get_mut(usize::from(record.robot.0)))
-        {
+        let members = self.team.as_mut().map(|team| Arc::make_mut(&mut team.members));
+        if let Some(member) = members.and_then(|members| members.get_mut(usize::from(record.robot.0))) {
             member.at.cell = record.pose.cell;
             member.leader = record.leader;
             member.last = Some(record.decision);

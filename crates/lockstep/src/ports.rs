@@ -183,7 +183,7 @@ impl Ports for DirectPorts<'_> {
 
 impl<M: Message> process::Reader<M> for Reader<M> {
     fn receive(&mut self) -> Option<Result<M, Refusal>> {
-        self.0.borrow_mut().pop_front().map(Ok)
+        Some(Ok(self.0.borrow_mut().pop_front()?))
     }
 
     fn depth(&self) -> usize {
@@ -192,9 +192,9 @@ impl<M: Message> process::Reader<M> for Reader<M> {
 
     fn newest(&mut self) -> Option<Result<M, Refusal>> {
         let mut queue = self.0.borrow_mut();
-        let newest = queue.pop_back();
+        let newest = queue.pop_back()?;
         queue.clear();
-        newest.map(Ok)
+        Some(Ok(newest))
     }
 }
 

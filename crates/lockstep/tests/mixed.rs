@@ -78,7 +78,7 @@ fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
         arbiter.recall(&records[..count]);
         let team = arbiter.team().unwrap();
         assert_eq!(team.due, records[count].robot, "after {count} decisions");
-        for (robot, member) in (0..).map(RobotId).zip(&team.members) {
+        for (robot, member) in (0..).map(RobotId).zip(team.members.iter()) {
             let own = records[..count].iter().rfind(|record| record.robot == robot);
             let expected = own.map_or(starts[usize::from(robot.0)], |record| record.outcome.to);
             assert_eq!(member.at.cell, expected, "robot {robot} after {count} decisions");

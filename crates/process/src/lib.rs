@@ -86,7 +86,13 @@ pub fn block_on<T>(future: impl Future<Output = T>) -> T {
 /// The message, or nothing with a log line on why it was refused.
 #[inline]
 pub fn accept<T>(message: Option<Result<T, Refusal>>) -> Option<T> {
-    message?.inspect_err(log_refusal).ok()
+    match message? {
+        Ok(message) => Some(message),
+        Err(refusal) => {
+            log_refusal(&refusal);
+            None
+        }
+    }
 }
 
 /// Kinds of refusals that are counted apart; the others are counted together.

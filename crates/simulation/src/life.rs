@@ -116,7 +116,7 @@ impl Life {
             let Leader { term, incarnation, .. } = member.leader;
             (member.leader, *known.entry((team.run, RobotId(robot), term, incarnation)).or_insert(now))
         };
-        let leaders = (0..).zip(&team.members).map(since).collect();
+        let leaders = (0..).zip(team.members.iter()).map(since).collect();
         self.team_seen.replace(Some((team.run, team.decision, leaders)));
     }
 

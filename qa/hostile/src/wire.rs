@@ -381,7 +381,7 @@ pub fn teams() -> Vec<Vec<u8>> {
         digest: state.digest,
         due: RobotId(1),
         actor: Some(ROBOT),
-        members: vec![member(1), member(2)],
+        members: [member(1), member(2)].into(),
     };
     let members: Vec<MemberV5> = team.members.iter().map(MemberV5::from).collect();
     vec![bytes_of(&TeamHeaderV1::from(&team), &members)]

@@ -100,6 +100,7 @@ impl ObservedMap {
     /// Whether everything seen up to `state` is in the map, and nothing else: the digest tells apart states of the same
     /// decision on different pasts.
     #[must_use]
+    #[inline]
     pub fn is_of(&self, state: &State) -> bool {
         self.run == state.run && self.through == Some(state.decision) && self.digest == state.digest
     }

@@ -73,6 +73,7 @@ impl Replica {
 
     /// The whole map; `None` while some of it may be missing.
     #[must_use]
+    #[inline]
     pub fn map(&self) -> Option<&ObservedMap> {
         self.map.as_ref().filter(|_| self.pursuit.is_none())
     }

@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -320,15 +322,17 @@ pub struct Team {
     pub due: RobotId,
     /// The robot that took the last decision; `None` at decision 0.
     pub actor: Option<RobotId>,
-    /// In the order of the robots' numbers, 1 to [`crate::limits::ROBOTS_MAX`].
-    pub members: Vec<Member>,
+    /// In the order of the robots' numbers, 1 to [`crate::limits::ROBOTS_MAX`]. Shared: a team is published at every decision, and
+    /// copied for each reader.
+    pub members: Arc<[Member]>,
 }
 
 impl Team {
     /// Whether it tells of the same moment as `state`.
     #[must_use]
+    #[inline]
     pub fn is_of(&self, state: &State) -> bool {
-        (self.run, self.decision, self.digest) == (state.run, state.decision, state.digest)
+        (&self.decision, &self.run, &self.digest) == (&state.decision, &state.run, &state.digest)
     }
 
     /// The robot of that number, if the mission has it.

@@ -303,6 +303,7 @@ mod tests {
     use super::*;
     use crate::message::Payload;
     use crate::{Cell, Incarnation, Leader, RunId, Term};
+    use std::sync::Arc;
 
     fn team(robots: u16) -> Team {
         let member = |number: u16| Member {
@@ -351,12 +352,13 @@ mod tests {
                 Sensor::Camera { radius_m: 25.0 },
             ),
         ];
-        for (member, (vehicle, sensor)) in team.members.iter_mut().zip(robots) {
+        let members = Arc::make_mut(&mut team.members);
+        for (member, (vehicle, sensor)) in members.iter_mut().zip(robots) {
             (member.robot.vehicle, member.robot.sensor, member.travel) = (vehicle, sensor, Some(travel));
         }
-        team.members[1].travel = Some(Travel::from_start(at(0.3)));
-        (team.members[3].robot.vehicle, team.members[3].robot.sensor) = (Vehicle::Hopper, Sensor::Disc);
-        team.members[2].robot.vehicle = Vehicle::HopperTo { goal: Cell::new(8, 9) };
+        members[1].travel = Some(Travel::from_start(at(0.3)));
+        (members[3].robot.vehicle, members[3].robot.sensor) = (Vehicle::Hopper, Sensor::Disc);
+        members[2].robot.vehicle = Vehicle::HopperTo { goal: Cell::new(8, 9) };
         team
     }
 
@@ -378,7 +380,8 @@ mod tests {
         }
         let mut scouted = scouted();
         assert_eq!(there_and_back(&scouted, |_, _| {}).unwrap(), scouted);
-        scouted.members[1].robot.sensor = Sensor::ErringCamera { radius_m: 25.0, accuracy: 0.97 };
+        Arc::make_mut(&mut scouted.members)[1].robot.sensor =
+            Sensor::ErringCamera { radius_m: 25.0, accuracy: 0.97 };
         assert_eq!(there_and_back(&scouted, |_, _| {}).unwrap(), scouted);
         let first = Team { actor: None, ..team(3) };
         assert_eq!(there_and_back(&first, |_, _| {}).unwrap(), first);

@@ -89,7 +89,7 @@ impl Views {
     /// All robots at one moment, published before the state of that moment.
     pub fn team(&mut self, team: &Team, map: Option<&ObservedMap>) {
         let Some(brief) = self.brief else { return };
-        for (number, member) in (0..).map(RobotId).zip(&team.members) {
+        for (number, member) in (0..).map(RobotId).zip(team.members.iter()) {
             let cell = middle(&brief, member.at.cell, 0.0);
             let at = member.travel.as_ref().map_or(cell, |travel| at(travel.at));
             let known = self.places.get(&number).map_or(0.0, |place| place.z);
@@ -214,7 +214,7 @@ impl Views {
         if brief.is_of_hopper() {
             return vec![middle(brief, brief.goal_after(self.visits), 0.0)];
         }
-        let members = self.team.iter().flat_map(|team| &team.members);
+        let members = self.team.iter().flat_map(|team| team.members.iter());
         members
             .filter_map(|member| match member.robot.vehicle {
                 Vehicle::Driver { goal, .. } => Some(at(goal)),
