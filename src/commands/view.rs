@@ -189,7 +189,8 @@ impl<'a> Replay<'a> {
     /// A stage has ended: the rover is where it was halted, and the helicopters that still act are with it, without a route.
     fn gather_helicopters(&mut self, record: &Record) {
         let at = Waypoint::middle_of(&self.brief.grid, record.pose.cell);
-        for member in self.team.iter_mut().flat_map(|team| &mut team.members) {
+        let members = self.team.as_mut().map(|team| Arc::make_mut(&mut team.members));
+        for member in members.into_iter().flatten() {
             let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
             if flies && member.standing == Standing::Active && member.travel.is_some() {
                 member.at.cell = record.pose.cell;

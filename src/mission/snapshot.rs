@@ -53,7 +53,7 @@ impl Snapshot {
         announced: &[Route],
         planner: &str,
     ) -> Self {
-        let members = sensed.team().map_or_else(Vec::new, |team| team.members.clone());
+        let members = sensed.team().map_or_else(Vec::new, |team| team.members.to_vec());
         let (state, map) = (*sensed.state(), sensed.map().clone());
         Self {
             hops: state.decision.0 as usize,

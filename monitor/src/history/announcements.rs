@@ -58,7 +58,7 @@ impl Announcements {
 
     /// Notes what routes the robots follow.
     pub(super) fn team(&mut self, team: &Team) {
-        for (robot, member) in (0..).map(RobotId).zip(&team.members) {
+        for (robot, member) in (0..).map(RobotId).zip(team.members.iter()) {
             let travel = member.travel.as_ref();
             if let Some((decision, id)) = travel.and_then(|travel| travel.announced.zip(travel.route)) {
                 self.want(decision, robot, id);

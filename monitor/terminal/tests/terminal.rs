@@ -179,7 +179,8 @@ fn scouting() -> History {
     let members =
         vec![member(driver, Sensor::Track, "rrt_star_ett"), member(helicopter, camera, "rrt_star_it")];
     let (decision, digest) = (Decision(2), page.records[1].digest);
-    let team = Team { run, decision, digest, due: RobotId(1), actor: Some(RobotId(1)), members };
+    let team =
+        Team { run, decision, digest, due: RobotId(1), actor: Some(RobotId(1)), members: members.into() };
     history.on(Input::Team(&team), NOW);
     watcher.on(Event::Team(team), NOW);
     // Columns of 4: impassable, risky, slow, fast.

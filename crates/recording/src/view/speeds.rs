@@ -86,7 +86,7 @@ mod tests {
             digest: Digest::default(),
             due: RobotId(0),
             actor: None,
-            members: Vec::new(),
+            members: [].into(),
         };
         let drawn = Speeds::new(&prior, &team);
         for (quantity, east_m, ramp, shares) in [

@@ -1,6 +1,8 @@
 //! Robots of all kinds as they should be, each with a task of its own: what is of such missions alone. How robots go from point
 //! to point is asked of [`super`], and what covering comes to of [`crate::covered`]; where a hop leads is drawn here.
 
+use std::sync::Arc;
+
 use contract::{
     Action, Branch, Cell, Collected, Decision, Digest, Direction, Flight, Leader, Origin, Outcome, Pose,
     Record, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team, Vehicle, Vetoed,
@@ -404,7 +406,8 @@ impl Mixed {
     /// The message about all robots as of the state of `decision` with `digest`.
     pub fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
         let mut team = self.scouts.team(run, decision, digest);
-        for (member, heading) in team.members.iter_mut().zip(&self.headings) {
+        let members = Arc::make_mut(&mut team.members);
+        for (member, heading) in members.iter_mut().zip(&self.headings) {
             member.at.heading = *heading;
         }
         team
