@@ -159,12 +159,29 @@ fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no
     came_up(Missions::Accompanied, &campaign, expected);
 }
 
+/// P-SIMULATED-MIXED.
+#[test]
+fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal_out() {
+    let campaign = sweep(Missions::Mixed, 0..1000, |_| ());
+    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let mut expected: Vec<(&str, &str)> =
+        Forgery::of(Missions::Mixed).iter().map(|forgery| ("forged", forgery.as_str())).collect();
+    // A life that nobody has heard of is rarer than a thousand seeds.
+    let reasons = simulation::REASONS.into_iter().filter(|reason| *reason != "unknown_life");
+    expected.extend(reasons.map(|reason| ("refusal", reason)));
+    expected.extend(["goal", "deadlock", "lost", "left_map"].map(|end| ("ended", end)));
+    expected.extend(["policy", "greedy", "hold"].map(|origin| ("fallback", origin)));
+    expected.extend(
+        ["prior_asked", "routes_asked"].into_iter().flat_map(|way| [(way, "sent"), (way, "answered")]),
+    );
+    came_up(Missions::Mixed, &campaign, expected);
+}
+
 /// P-SIMULATED-TWICE.
 #[test]
 fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
-    for (missions, seed) in
-        [Missions::Hopper, Missions::Scouts].into_iter().flat_map(|of| (0..10).map(move |seed| (of, seed)))
-    {
+    let whose = [Missions::Hopper, Missions::Scouts, Missions::Mixed];
+    for (missions, seed) in whose.into_iter().flat_map(|of| (0..10).map(move |seed| (of, seed))) {
         let plan = Plan::of(missions, seed);
         let [one, two] = [(); 2].map(|()| simulate(&plan, true));
         assert_eq!(one.trace, two.trace, "seed {seed}");
@@ -197,7 +214,16 @@ fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
 #[test]
 fn the_checker_computes_map_and_digest_without_the_products_code() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/simulation/src/");
-    for file in ["checker.rs", "expected.rs", "reservation.rs", "rovers.rs", "scouts.rs"] {
+    for file in [
+        "checker.rs",
+        "checker/own_way.rs",
+        "covered.rs",
+        "expected.rs",
+        "reservation.rs",
+        "rovers.rs",
+        "scouts.rs",
+        "scouts/mixed.rs",
+    ] {
         let source = std::fs::read_to_string(format!("{folder}{file}")).unwrap();
         for of_the_product in [
             "perception::",
@@ -216,6 +242,9 @@ fn the_checker_computes_map_and_digest_without_the_products_code() {
             ".id()",
             ".length_m()",
             "is_under_way",
+            "outcome_of_hop",
+            "is_drivable",
+            "coverage_world",
         ] {
             assert!(!source.contains(of_the_product), "{file} uses {of_the_product}");
         }
