@@ -365,6 +365,7 @@ fn patch_of(map: &contract::ObservedMap) -> MapPatch {
 
 /// P-WEB-SPEEDS: the frames tell of every cell the expected speed and the spread that planners count with, under the prior, a
 /// reading of a camera that errs, and a speed that was seen; and all routes that were announced.
+// Long: every kind of frame is read.
 #[test]
 fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() {
     for accuracy in ["", "accuracy = 0.9"] {

@@ -50,6 +50,7 @@ fn in_three_stages(mission: &Mission) -> std::path::PathBuf {
     let scenario = include_str!("../scenarios/rover-helicopter.toml");
     let path = mission.path("stages.toml");
     let scenario = scenario.replace("seed = 1", "seed = 124").replace("\"scout\"", "\"scout\"\nstages = 3");
+    let scenario = scenario.replace("rrt_star_it", "scout_route");
     std::fs::write(&path, scenario).unwrap();
     path
 }

@@ -281,6 +281,7 @@ fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
 
 /// P-SPEED-PICTURE: over uncertain ground there are two plots, of the expected speed and of its spread, each with its scale, and
 /// on both the routes that were announced and travelled, start, goal, and what the helicopter sees.
+// Long: a mission, and all that its picture shows.
 #[test]
 fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
     let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });

@@ -314,6 +314,7 @@ impl Scenario {
     }
 
     /// The brief; its scenario hash is filled in by the caller.
+    // Long: every field of the brief.
     fn brief_on(&mut self, terrain: &Terrain, fleet: Option<&Fleet>) -> Result<Brief, ScenarioError> {
         let datum_m = self.datum_m();
         let (start, goal) = self.ends(fleet)?;

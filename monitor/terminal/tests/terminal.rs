@@ -143,6 +143,7 @@ fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now(
 }
 
 /// A rover and a helicopter some way along: the flight was announced, one leg of it flown, and half of the map read or seen.
+// Long: every message of such a mission.
 fn scouting() -> History {
     let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
     let brief = contract::Brief { robots: 2, scout, ..brief(SIDE) };
