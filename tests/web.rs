@@ -362,8 +362,11 @@ fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
         let (_view, url) = past_page_of(&mission, past);
         let seen = look(&url, name);
         assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}");
-        for what in ["layers", "legends", "colours", "before", "readout"] {
+        for what in ["layers", "colours", "before", "readout"] {
             assert_eq!(seen[what], live[what], "{past}: {what}");
+        }
+        for layer in ["speed", "spread"] {
+            assert_eq!(seen["legends"][layer], live["legends"][layer], "{past}: legend of {layer}");
         }
     }
     let seen = &live;
