@@ -363,55 +363,73 @@ fn patch_of(map: &contract::ObservedMap) -> MapPatch {
     }
 }
 
-/// P-WEB-SPEEDS: the frames tell of every cell the expected speed and the spread that planners count with, under the prior, a
-/// reading of a camera that errs, and a speed that was seen; and all routes that were announced.
-// Long: every kind of frame is read.
-#[test]
-fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() {
-    for accuracy in ["", "accuracy = 0.9"] {
-        let scouted = scouted(accuracy);
-        let history = scouted.history();
-        let frames = drain(&history, &mut Cursor::default());
-        let value = |frame: &Frame| serde_json::from_str::<Value>(&frame.data).unwrap();
-        let (mut rows, mut codes, mut routes) = (Vec::new(), Vec::new(), Vec::new());
-        let mut observed = vec![0_usize; scouted.map.grid.cells()];
-        for frame in &frames {
-            let data = value(frame);
+/// What frames tell of expected speeds and routes.
+#[derive(Default)]
+struct Told {
+    /// The distinct distributions, and the number of each cell's.
+    rows: Vec<Value>,
+    codes: Vec<usize>,
+    /// What was observed of each cell: 0 nothing, 1 to 4 a speed, 5 to 8 a reading.
+    observed: Vec<usize>,
+    routes: Vec<Value>,
+}
+
+impl Told {
+    fn by(frames: &[Frame], cells: usize) -> Self {
+        let mut told = Self { observed: vec![0; cells], ..Self::default() };
+        for frame in frames {
+            let data: Value = serde_json::from_str(&frame.data).unwrap();
             let list = |name: &str| data[name].as_array().unwrap().clone();
+            let numbers =
+                |name: &str| list(name).iter().map(|number| number.as_i64().unwrap()).collect::<Vec<_>>();
             match frame.event {
                 "speeds" => {
-                    assert_eq!(data["from"], codes.len());
-                    rows.extend(list("rows"));
-                    for run in list("runs").chunks(2) {
-                        codes.resize(
-                            codes.len() + run[1].as_u64().unwrap() as usize,
-                            run[0].as_u64().unwrap() as usize,
-                        );
+                    assert_eq!(data["from"], told.codes.len());
+                    told.rows.extend(list("rows"));
+                    for run in numbers("runs").chunks(2) {
+                        told.codes.resize(told.codes.len() + run[1] as usize, run[0] as usize);
                     }
                 }
                 "cells" => {
                     let mut index = 0;
-                    for (step, code) in list("i").iter().zip(list("v")) {
-                        index += step.as_i64().unwrap();
-                        observed[index as usize] = code.as_u64().unwrap() as usize;
+                    for (step, code) in numbers("i").into_iter().zip(numbers("v")) {
+                        index += step;
+                        told.observed[index as usize] = code as usize;
                     }
                 }
-                "routes" => routes.push(data),
+                "routes" => told.routes.push(data),
                 _ => {}
             }
         }
-        assert_eq!(codes.len(), scouted.map.grid.cells());
+        told
+    }
+
+    /// Expected speed and spread of a cell, m/Sol.
+    fn speed(&self, index: usize) -> [f64; 2] {
+        // What readings do not change is told once.
+        let row = self.rows[self.codes[index]].as_array().unwrap();
+        let number = |n: usize| row[n % row.len()].as_f64().unwrap();
+        match self.observed[index] {
+            0 => [number(0), number(1)],
+            speed @ 1..=4 => [[0.0, 50.0, 150.0, 200.0][speed - 1], 0.0],
+            reading => [number(2 * (reading - 4)), number(2 * (reading - 4) + 1)],
+        }
+    }
+}
+
+/// P-WEB-SPEEDS: the frames tell of every cell the expected speed and the spread that planners count with, under the prior, a
+/// reading of a camera that errs, and a speed that was seen; and all routes that were announced.
+#[test]
+fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() {
+    for accuracy in ["", "accuracy = 0.9"] {
+        let scouted = scouted(accuracy);
+        let frames = drain(&scouted.history(), &mut Cursor::default());
+        let told = Told::by(&frames, scouted.map.grid.cells());
+        assert_eq!(told.codes.len(), scouted.map.grid.cells());
         let camera = helicopter::Sensor::with_accuracy(0.9).unwrap();
+        let camera = Some(&camera).filter(|_| !accuracy.is_empty());
         let mut kinds = std::collections::BTreeSet::new();
         for (index, prior) in scouted.mission.terrain.prior.iter().enumerate() {
-            // What readings do not change is told once.
-            let row = rows[codes[index]].as_array().unwrap();
-            let number = |n: usize| row[n % row.len()].as_f64().unwrap();
-            let told = match observed[index] {
-                0 => [number(0), number(1)],
-                speed @ 1..=4 => [[0.0, 50.0, 150.0, 200.0][speed - 1], 0.0],
-                reading => [number(2 * (reading - 4)), number(2 * (reading - 4) + 1)],
-            };
             let ground = scouted.map.cells()[index];
             let speed = |speed: contract::DriveSpeed| rover::Speed::ALL[speed as usize];
             let sighting = helicopter::Sighting {
@@ -420,24 +438,21 @@ fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() 
             };
             kinds.insert((sighting.speed.is_some(), sighting.reading.is_some()));
             let prior = rover::SpeedDistribution::as_given(prior.probabilities()).unwrap();
-            let camera = Some(&camera).filter(|_| !accuracy.is_empty());
             let belief = sighting.belief(prior, camera);
             // Told with one decimal.
-            for (told, need) in told.into_iter().zip([belief.mean_m_per_sol(), belief.sd_m_per_sol()]) {
+            let need = [belief.mean_m_per_sol(), belief.sd_m_per_sol()];
+            for (told, need) in told.speed(index).into_iter().zip(need) {
                 assert!((told - need).abs() <= 0.0501, "cell {index}: told {told}, need {need}");
             }
         }
         assert!(kinds.contains(&(false, false)) && kinds.contains(&(true, false)), "{kinds:?}");
         assert_eq!(kinds.contains(&(false, true)), !accuracy.is_empty(), "{kinds:?}");
-        let announced: Vec<u64> = scouted
-            .records
-            .iter()
-            .filter(|record| matches!(record.action, Action::Announce(_)))
-            .map(|record| record.decision.0)
-            .collect();
-        let told: Vec<u64> = routes.iter().map(|route| route["decision"].as_u64().unwrap()).collect();
-        assert_eq!(told, announced);
-        let points: usize = routes.iter().map(|route| route["points"].as_array().unwrap().len()).sum();
+        let announces = |record: &&Record| matches!(record.action, Action::Announce(_));
+        let announced: Vec<u64> =
+            scouted.records.iter().filter(announces).map(|record| record.decision.0).collect();
+        let decisions = told.routes.iter().map(|route| route["decision"].as_u64().unwrap());
+        assert_eq!(decisions.collect::<Vec<_>>(), announced);
+        let points: usize = told.routes.iter().map(|route| route["points"].as_array().unwrap().len()).sum();
         assert_eq!(points, scouted.routes.iter().map(|route| route.waypoints().len()).sum::<usize>());
     }
 }

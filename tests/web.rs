@@ -362,7 +362,7 @@ fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
         let (_view, url) = past_page_of(&mission, past);
         let seen = look(&url, name);
         assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}");
-        for what in ["layers", "colours", "before", "readout"] {
+        for what in ["layers", "share", "colours", "before", "readout"] {
             assert_eq!(seen[what], live[what], "{past}: {what}");
         }
         for layer in ["speed", "spread"] {
@@ -378,6 +378,7 @@ fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
         (&seen["layers"], &seen["first"], &seen["around"]),
         (&layers, &"speed".into(), &"speed".into())
     );
+    assert_ne!(seen["share"], "0 %", "what was seen is on the page, however quick the mission was");
     assert_eq!(seen["chosen"], "spread", "the arrow keys choose too");
     assert_eq!(seen["legends"]["speed"], "0 200 m/Sol expected");
     assert_eq!(seen["legends"]["spread"], "0 100 m/Sol standard deviation");

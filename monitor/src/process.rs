@@ -153,16 +153,16 @@ impl<P: Ports, D: Display> Monitor<P, D> {
         Ok(())
     }
 
-    /// Whether page and terminal have what they show of uncertain ground and routes.
-    fn is_shown_whole(&self) -> bool {
-        self.view.as_ref().is_none_or(View::is_whole)
+    /// Whether page and terminal have what they show of uncertain ground, routes, and the ground that was seen.
+    fn is_shown_whole(&self, now: MonotonicNs) -> bool {
+        self.view.as_ref().is_none_or(|view| view.is_whole(now))
     }
 
     /// What the heartbeat acknowledges. The end of the mission is acknowledged only once the record of every decision
     /// is in the file, and prior and routes are on the page, so that hopper-sim stays to be asked.
     fn acknowledged(&mut self, now: MonotonicNs) -> (RunId, Decision, Status) {
         let (run, decision, status) = self.watcher.seen();
-        let is_whole = self.is_shown_whole()
+        let is_whole = self.is_shown_whole(now)
             && self.observers.iter().all(|observer| observer.is_whole_until(run, decision));
         let nobody_to_ask = || !self.watcher.peer_table().has(Role::HopperSim, now);
         if is_whole || (self.over.is_some() || status.is_over()) && nobody_to_ask() {
@@ -200,7 +200,8 @@ impl<P: Ports, D: Display> Process<P> for Monitor<P, D> {
         }
         let seen = self.acknowledged(ports.now());
         let turn = self.membership.close_turn(ports, seen, self.watcher.waits_for())?;
-        let look_ns = if self.past.is_waiting() || !self.is_shown_whole() { TICK_NS } else { PERIOD_NS };
+        let look_ns =
+            if self.past.is_waiting() || !self.is_shown_whole(ports.now()) { TICK_NS } else { PERIOD_NS };
         let observe_ns = self.observers.iter().map(|observer| observer.period_ns()).min();
         Ok(match turn {
             Turn::Sleep(_) => Turn::Sleep(observe_ns.map_or(look_ns, |period_ns| period_ns.min(look_ns))),

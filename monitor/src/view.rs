@@ -21,6 +21,9 @@ const POLICY_CELL_NS: u64 = 10_000;
 /// Pause before a place among the policy's readers, or those who ask for prior and routes, is tried for again, nanoseconds.
 const PLACE_NS: u64 = 2_000_000_000;
 
+/// How long the end of a mission waits for the map of its end, nanoseconds: perception may be gone.
+const LAST_MAP_NS: u64 = 1_000_000_000;
+
 /// Something that shows the history: a page, a terminal.
 pub trait Screen {
     /// Whether somebody looks at the policy.
@@ -61,6 +64,8 @@ pub struct View<P: Ports> {
     routes: Option<RoutePorts<P>>,
     /// When opening them is to be tried again; `None` before the first try.
     routes_due: Option<MonotonicNs>,
+    /// Since when the map of the mission's end is waited for.
+    map_awaited: Option<MonotonicNs>,
 }
 
 /// Asks for what planners of routes know.
@@ -110,6 +115,7 @@ impl<P: Ports> View<P> {
             policy_full: false,
             routes: None,
             routes_due: None,
+            map_awaited: None,
         })
     }
 
@@ -134,9 +140,10 @@ impl<P: Ports> View<P> {
         }
     }
 
-    /// Whether it needs no more from hopper-sim: it has the prior and the routes, or cannot have them.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.routes.is_none() || !self.history().lacks_pages()
+    /// Whether it needs no more from others: it has the prior, the routes and the map of the end, or cannot have them.
+    pub(crate) fn is_whole(&self, now: MonotonicNs) -> bool {
+        let waits = self.map_awaited.is_some_and(|since| now.since_ns(since) <= LAST_MAP_NS);
+        !waits && (self.routes.is_none() || !self.history().lacks_pages())
     }
 
     /// Adds to the history what came, and asks perception for what is missing.
@@ -160,7 +167,9 @@ impl<P: Ports> View<P> {
         let (prior, route) = (early.prior.map(Input::Prior), early.route.as_ref().map(Input::Route));
         let late = [page, pacing, prior, route, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
+        let lacks_map = history.lacks_last_map();
         drop(history);
+        self.map_awaited = lacks_map.then(|| self.map_awaited.unwrap_or_else(|| ports.now()));
         if let Some(request) = request {
             self.snapshots.request(request).map_err(Into::into)?;
         }

@@ -132,9 +132,16 @@ impl<P: Ports> Process<P> for Perception<P> {
             self.carry_out(effect, ports).await.map_err(Into::into)?;
         }
         // After the patches: a page never covers a landing that is not published.
-        let cartographer = &self.cartographer;
-        for refusal in self.snapshots.serve(|request| cartographer.page(request)).map_err(Into::into)? {
+        let (cartographer, mut is_asked) = (&self.cartographer, false);
+        let page = |request: &MapRequest| {
+            is_asked = true;
+            cartographer.page(request)
+        };
+        for refusal in self.snapshots.serve(page).map_err(Into::into)? {
             log_refusal(&refusal);
+        }
+        if is_asked {
+            self.membership.stay_a_moment(ports.now());
         }
         self.maps.idle();
         self.membership.close_turn(ports, self.cartographer.seen(), self.cartographer.waits_for())

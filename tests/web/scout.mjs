@@ -31,6 +31,8 @@ try {
   await page.waitForFunction(() => !document.querySelector(".route-key").hidden);
   await page.waitForTimeout(500);
   seen.layers = await page.locator("#layer option").allInnerTexts();
+  const figure = (name) => page.locator("#figures div", { hasText: name }).locator("dd").innerText();
+  seen.share = (await figure("seen")).replace(/\s+/g, " ");
   seen.first = await page.locator("#layer").inputValue();
   seen.legends = {};
   seen.colours = {};

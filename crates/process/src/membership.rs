@@ -10,6 +10,9 @@ use crate::{Builds, Failure, Patience, Ports, Reader, TICK_NS, Turn, Writer};
 /// A peer that has seen the end of the mission goes on beating this long, so that hopper-sim hears it.
 const FAREWELL_NS: u64 = 120_000_000;
 
+/// A process that is still asked for something after the end stays no longer than this.
+const STAY_MAX_NS: u64 = 2_000_000_000;
+
 /// How long a process waits and whether it stays.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terms {
@@ -31,6 +34,8 @@ pub struct Membership<P: Ports> {
     stay: bool,
     joined: MonotonicNs,
     ended: Option<MonotonicNs>,
+    /// When it was asked for something last, after the end.
+    asked: Option<MonotonicNs>,
 }
 
 impl<P: Ports> Membership<P> {
@@ -62,6 +67,7 @@ impl<P: Ports> Membership<P> {
             stay: terms.stay,
             joined: ports.now(),
             ended: None,
+            asked: None,
         })
     }
 
@@ -103,6 +109,14 @@ impl<P: Ports> Membership<P> {
     pub fn mission_ended(&mut self, status: Status, now: MonotonicNs) {
         tracing::info!("the mission is over: {status}");
         self.ended = Some(now);
+    }
+
+    /// Somebody still asks this process for something: once the mission has ended, it stays as long again, for
+    /// [`STAY_MAX_NS`] at most.
+    pub fn stay_a_moment(&mut self, now: MonotonicNs) {
+        if self.ended.is_some_and(|ended| now.since_ns(ended) < STAY_MAX_NS) {
+            self.asked = Some(now);
+        }
     }
 
     /// Beats if the last heartbeat is [`BEAT_PERIOD_NS`] old, or if the run or its status has changed.
@@ -150,7 +164,8 @@ impl<P: Ports> Membership<P> {
             && now.since_ns(self.joined) > SILENCE_NS
             && !self.peer_table.has(Role::HopperSim, now);
         self.wait_for(lacks.or(silent.then_some("hopper-sim: it is silent; holding")), ports)?;
-        let farewell = self.ended.is_some_and(|ended| now.since_ns(ended) >= FAREWELL_NS);
+        let since = self.ended.map(|ended| self.asked.map_or(ended, |asked| asked.max(ended)));
+        let farewell = since.is_some_and(|since| now.since_ns(since) >= FAREWELL_NS);
         Ok(if farewell && !self.stay { Turn::Leave(crate::Exit::Done) } else { Turn::Sleep(TICK_NS) })
     }
 }

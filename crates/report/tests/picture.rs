@@ -279,59 +279,76 @@ fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
     assert!(!texts.contains(&"visited, darker the more often"));
 }
 
+/// A rover and a helicopter that have gone their announced routes, on ground half of which was seen.
+struct Scouted {
+    brief: Brief,
+    terrain: Vec<Ground>,
+    map: ObservedMap,
+    route: Vec<Record>,
+    announced: [Route; 2],
+    members: [Member; 2],
+    speeds: Vec<[f64; 2]>,
+}
+
+impl Scouted {
+    fn new() -> Self {
+        let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
+        let brief = Brief { robots: 2, scout, ..brief(12) };
+        let (terrain, map) = ground(&brief);
+        let at = |x_m, y_m| Waypoint { x_m, y_m };
+        let way = |to| Route::new(vec![at(1.5, 1.5), to]).unwrap();
+        let announced = [way(at(10.4, 10.6)), way(at(6.5, 2.5))];
+        let [drive, flight] = [0, 1].map(|route| Action::Announce(announced[route].id()));
+        let steps = [drive, flight, Action::Fly, Action::Drive].map(|action| (action, Branch::Intended));
+        let mut route = records(&brief, &steps, 4);
+        for (record, (robot, to)) in
+            route.iter_mut().zip([(0, (1, 1)), (1, (1, 1)), (1, (6, 2)), (0, (10, 10))])
+        {
+            record.robot = RobotId(robot);
+            (record.outcome.from, record.outcome.to) = (Cell::new(1, 1), Cell::new(to.0, to.1));
+        }
+        let start = Placement { cell: Cell::new(1, 1), heading: Direction::North };
+        let member = |vehicle, sensor| Member {
+            robot: Robot { vehicle, sensor, start },
+            at: start,
+            ready_at_ns: 0,
+            standing: Standing::Active,
+            leader: Leader::default(),
+            last: None,
+            travel: None,
+        };
+        let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(10.4, 10.6), goal_radius_m: 3.0 };
+        let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
+        let members = [member(driver, Sensor::Track), member(helicopter, Sensor::Camera { radius_m: 3.0 })];
+        let speed = |seen: &Option<Ground>| if seen.is_some() { [200.0, 0.0] } else { [100.0, 100.0] };
+        let speeds = map.cells().iter().map(speed).collect();
+        Self { brief, terrain, map, route, announced, members, speeds }
+    }
+
+    fn picture(&self) -> Picture<'_> {
+        Picture {
+            brief: &self.brief,
+            terrain: &self.terrain,
+            treasures: &[],
+            map: &self.map,
+            policy: None,
+            route: &self.route,
+            outcome: Status::Goal.into(),
+            sensing_radius_m: None,
+            speeds: &self.speeds,
+            members: &self.members,
+            announced: &self.announced,
+        }
+    }
+}
+
 /// P-SPEED-PICTURE: over uncertain ground there are two plots, of the expected speed and of its spread, each with its scale, and
 /// on both the routes that were announced and travelled, start, goal, and what the helicopter sees.
-// Long: a mission, and all that its picture shows.
 #[test]
 fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
-    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
-    let brief = Brief { robots: 2, scout, ..brief(12) };
-    let (terrain, map) = ground(&brief);
-    let at = |x_m, y_m| Waypoint { x_m, y_m };
-    let routes = [
-        Route::new(vec![at(1.5, 1.5), at(10.4, 10.6)]).unwrap(),
-        Route::new(vec![at(1.5, 1.5), at(6.5, 2.5)]).unwrap(),
-    ];
-    let steps =
-        [Action::Announce(routes[0].id()), Action::Announce(routes[1].id()), Action::Fly, Action::Drive];
-    let mut route = records(&brief, &steps.map(|action| (action, Branch::Intended)), 4);
-    for (record, (robot, to)) in
-        route.iter_mut().zip([(0, None), (1, None), (1, Some((6, 2))), (0, Some((10, 10)))])
-    {
-        record.robot = RobotId(robot);
-        record.outcome.from = Cell::new(1, 1);
-        record.outcome.to = to.map_or(Cell::new(1, 1), |(x, y)| Cell::new(x, y));
-    }
-    let start = Placement { cell: Cell::new(1, 1), heading: Direction::North };
-    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(10.4, 10.6), goal_radius_m: 3.0 };
-    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
-    let member = |vehicle, sensor| Member {
-        robot: Robot { vehicle, sensor, start },
-        at: start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        leader: Leader::default(),
-        last: None,
-        travel: None,
-    };
-    let members = [member(driver, Sensor::Track), member(helicopter, Sensor::Camera { radius_m: 3.0 })];
-    let seen = |index: usize| map.cells()[index].is_some();
-    let speeds: Vec<[f64; 2]> = (0..brief.grid.cells())
-        .map(|index| if seen(index) { [200.0, 0.0] } else { [100.0, 100.0] })
-        .collect();
-    let picture = Picture {
-        brief: &brief,
-        terrain: &terrain,
-        treasures: &[],
-        map: &map,
-        policy: None,
-        route: &route,
-        outcome: Status::Goal.into(),
-        sensing_radius_m: None,
-        speeds: &speeds,
-        members: &members,
-        announced: &routes,
-    };
+    use report::picture::colour::{SPEEDS, SPREADS, ramp};
+    let scouted = Scouted::new();
+    let picture = scouted.picture();
     let drawn = picture.svg().unwrap();
     let read = Document::parse(&drawn).unwrap();
     let texts: Vec<&str> =
@@ -351,34 +368,19 @@ fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_rou
     ] {
         assert!(texts.contains(&word), "{word}: {texts:?}");
     }
-    // Four lines, each with rims, on both plots; a ring of three cells around the helicopter.
     assert_eq!(drawn.matches("stroke-dasharray=\"7 7\"").count(), 4, "two announced routes on two plots");
-    let pitch = 520.0 / 12.0;
-    assert_eq!(
-        drawn.matches(&format!("r=\"{}\" fill=\"none\"", 3.0 * pitch)).count(),
-        4,
-        "two rings, rimmed"
-    );
-    let sure = |layer: &[[u8; 3]], share: f64| {
-        let [r, g, b] = report::picture::colour::ramp(layer, share);
-        format!("#{r:02x}{g:02x}{b:02x}")
-    };
+    // A ring of three cells around the helicopter, with a rim, on both plots, which are 520 units wide.
+    let ring = format!("r=\"{}\" fill=\"none\"", 3.0 * 520.0 / 12.0);
+    assert_eq!(drawn.matches(&ring).count(), 4, "{ring}");
     // Forty shades: the middles of the last, of the one from 100 to 105 m/Sol, of the first.
-    use report::picture::colour::{SPEEDS, SPREADS};
-    for colour in [
-        sure(&SPEEDS, 39.5 / 40.0),
-        sure(&SPEEDS, 20.5 / 40.0),
-        sure(&SPREADS, 0.5 / 40.0),
-        sure(&SPREADS, 39.5 / 40.0),
-    ] {
-        assert!(
-            drawn.matches(&format!("fill=\"{colour}\"")).count() >= 2,
-            "on the plot and in its scale: {colour}"
-        );
+    for (colours, shade) in [(&SPEEDS[..], 39.5), (&SPEEDS, 20.5), (&SPREADS, 0.5), (&SPREADS, 39.5)] {
+        let [r, g, b] = ramp(colours, shade / 40.0);
+        let fill = format!("fill=\"#{r:02x}{g:02x}{b:02x}\"");
+        assert!(drawn.matches(&fill).count() >= 2, "on the plot and in its scale: {fill}");
     }
     let paper = picture.svg_in(PictureStyle::Paper).unwrap();
     assert!(paper.contains("expected speed (m/Sol)") && !paper.contains("height above datum"), "one plot");
-    let short = Picture { speeds: &speeds[1..], ..picture };
+    let short = Picture { speeds: &scouted.speeds[1..], ..picture };
     assert_eq!(short.svg(), Err(ReportError::Cells { layer: "speeds", need: 144, got: 143 }));
 }
 

@@ -163,6 +163,12 @@ impl History {
         self.run.as_ref().is_some_and(lacks)
     }
 
+    /// Whether the mission is over and the map of its end is not there.
+    #[must_use]
+    pub fn lacks_last_map(&self) -> bool {
+        self.run.as_ref().is_some_and(RunHistory::lacks_last_map)
+    }
+
     /// Replaces the progress report.
     pub fn set_progress(&mut self, progress: Progress) {
         self.progress = (self.progress.0 + 1, Some(progress));
@@ -385,12 +391,19 @@ impl RunHistory {
         self.allowed(request, now)
     }
 
-    /// The request, unless the map became complete a moment ago.
+    /// Whether the mission is over and the map of its end is not there.
+    fn lacks_last_map(&self) -> bool {
+        let is_there = |state: &State| self.replica.map().is_some_and(|map| map.is_of(state));
+        self.state.as_ref().is_some_and(|state| state.status.is_over() && !is_there(state))
+    }
+
+    /// The request, unless the map became complete a moment ago. At the end of the mission there is no time to wait.
     fn allowed(&mut self, request: Option<MapRequest>, now: MonotonicNs) -> Option<MapRequest> {
         let (was_whole, since) = self.whole;
         let is_whole = self.replica.map().is_some();
         self.whole = (is_whole, if is_whole && !was_whole { Some(now) } else { since });
-        request.filter(|_| self.whole.1.is_none_or(|since| now.since_ns(since) >= SNAPSHOT_PERIOD_NS))
+        let is_late = self.whole.1.is_none_or(|since| now.since_ns(since) >= SNAPSHOT_PERIOD_NS);
+        request.filter(|_| is_late || self.lacks_last_map())
     }
 
     /// Adds newly seen cells once the hops they were seen from are known.

@@ -142,8 +142,55 @@ fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now(
     assert_eq!(settings, ViewSettings::default(), "now is as far as it goes");
 }
 
-/// A rover and a helicopter some way along: the flight was announced, one leg of it flown, and half of the map read or seen.
-// Long: every message of such a mission.
+/// A rover and a helicopter whose camera errs, after the helicopter's first two decisions.
+fn robots(brief: &contract::Brief, digest: contract::Digest) -> Team {
+    let at = |x_m, y_m| Waypoint { x_m, y_m };
+    let start = Placement { cell: brief.start, heading: Direction::North };
+    let member = |vehicle, sensor, planner| Member {
+        robot: Robot { vehicle, sensor, start },
+        at: start,
+        ready_at_ns: 0,
+        standing: Standing::Active,
+        leader: Leader { planner: name(planner), ..Leader::default() },
+        last: None,
+        travel: None,
+    };
+    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(13.5, 12.5), goal_radius_m: 3.0 };
+    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
+    let camera = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.8 };
+    let members =
+        [member(driver, Sensor::Track, "rrt_star_ett"), member(helicopter, camera, "rrt_star_it")].into();
+    Team { run: brief.run, decision: Decision(2), digest, due: RobotId(1), actor: Some(RobotId(1)), members }
+}
+
+/// The southern half of the map, read as fast ground.
+fn half_read(brief: &contract::Brief, digest: contract::Digest) -> MapPatch {
+    let (run, grid) = (brief.run, brief.grid);
+    let mut map = ObservedMap::unseen(run, ROBOT, grid);
+    let before = map.observation();
+    let ground = contract::Ground { reading: Some(DriveSpeed::Fast), ..contract::Ground::FLAT };
+    let cells: Vec<SeenCell> =
+        (0..grid.cells() as u32 / 2).map(|index| SeenCell { index, visits: 0, ground }).collect();
+    cells.iter().for_each(|cell| _ = map.learn(cell.index as usize, cell.ground));
+    MapPatch {
+        run,
+        robot: ROBOT,
+        through: Decision(2),
+        digest,
+        more: 0,
+        sequence: 1,
+        before,
+        after: map.observation(),
+        sensed: NOW,
+        published: NOW,
+        grid,
+        seen_cells: map.seen_cells() as u32,
+        treasures: Vec::new(),
+        cells,
+    }
+}
+
+/// A rover and a helicopter some way along: the flight was announced, one leg of it flown, and half of the map read.
 fn scouting() -> History {
     let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
     let brief = contract::Brief { robots: 2, scout, ..brief(SIDE) };
@@ -160,28 +207,11 @@ fn scouting() -> History {
         record.leader.planner = name("rrt_star_it");
     }
     records[1].outcome.to = Cell::new(6, 4);
-    let (run, grid) = (brief.run, brief.grid);
+    let (run, grid, digest) = (brief.run, brief.grid, records[1].digest);
     let page = PastPage { run, robot: ROBOT, from: Decision(0), records };
     history.on(Input::Past(&page), NOW);
-    watcher.on(Event::Past(page.clone()), NOW);
-    let start = Placement { cell: brief.start, heading: Direction::North };
-    let member = |vehicle, sensor, planner| Member {
-        robot: Robot { vehicle, sensor, start },
-        at: start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        leader: Leader { planner: name(planner), ..Leader::default() },
-        last: None,
-        travel: None,
-    };
-    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(13.5, 12.5), goal_radius_m: 3.0 };
-    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
-    let camera = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.8 };
-    let members =
-        vec![member(driver, Sensor::Track, "rrt_star_ett"), member(helicopter, camera, "rrt_star_it")];
-    let (decision, digest) = (Decision(2), page.records[1].digest);
-    let team =
-        Team { run, decision, digest, due: RobotId(1), actor: Some(RobotId(1)), members: members.into() };
+    watcher.on(Event::Past(page), NOW);
+    let team = robots(&brief, digest);
     history.on(Input::Team(&team), NOW);
     watcher.on(Event::Team(team), NOW);
     // Columns of 4: impassable, risky, slow, fast.
@@ -191,31 +221,7 @@ fn scouting() -> History {
     assert!(history.wanted(NOW).prior.is_some());
     history.on(Input::Prior(PriorPage { run, grid, from: 0, cells }), NOW);
     history.on(Input::Route(&RoutePage { run, route }), NOW);
-    let mut map = ObservedMap::unseen(run, ROBOT, grid);
-    let seen: Vec<SeenCell> = (0..grid.cells() / 2)
-        .map(|index| {
-            let ground = contract::Ground { reading: Some(DriveSpeed::Fast), ..contract::Ground::FLAT };
-            SeenCell { index: index as u32, visits: 0, ground }
-        })
-        .collect();
-    seen.iter().for_each(|cell| _ = map.learn(cell.index as usize, cell.ground));
-    let patch = MapPatch {
-        run,
-        robot: ROBOT,
-        through: decision,
-        digest,
-        more: 0,
-        sequence: 1,
-        before: ObservedMap::unseen(run, ROBOT, grid).observation(),
-        after: map.observation(),
-        sensed: NOW,
-        published: NOW,
-        grid,
-        seen_cells: map.seen_cells() as u32,
-        treasures: Vec::new(),
-        cells: seen,
-    };
-    assert_eq!(history.on(Input::Patch(patch), NOW), None);
+    assert_eq!(history.on(Input::Patch(half_read(&brief, digest)), NOW), None);
     history.on(Input::Tick, NOW);
     history.set_progress(watcher.progress(NOW).unwrap());
     history
