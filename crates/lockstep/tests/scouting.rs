@@ -372,7 +372,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(records.len(), 46);
     assert_eq!(
         flown.state.digest.to_string(),
-        "cdf3a97d12b8a725147ed9f6a8b6fb49268e8d2b1459c9abe97799740d00561d"
+        "9faf94dc6fdbe4c8b3b98b5db4ed0c2793146140d647f3cd9dd65e9ed1874372"
     );
 }
 

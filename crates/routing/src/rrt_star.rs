@@ -90,6 +90,8 @@ fn search(costs: &CostMap, trip: &Trip, settings: &RrtStar, seed: u64) -> Option
     let best = arrived.into_iter().min_by(|a, b| tree.node(*a).cost.total_cmp(&tree.node(*b).cost))?;
     let mut points = tree.way(best);
     random_shortcuts(costs, &mut points, settings.shortcuts, &mut Stream::new(seed, "shortcuts"));
+    // A node counts as arrived wherever it lies in the disc; what the route drives on within it leads nowhere.
+    trip.goal.cut(&mut points);
     Some(Route::new(costs, points))
 }
 
@@ -288,7 +290,8 @@ mod tests {
         let (map, trip) = walled();
         let route = rrt_star_ett(&map, &trip, 1200, 7).unwrap();
         assert_eq!(route.points[0], trip.start);
-        assert!(trip.goal.distance_m(*route.points.last().unwrap()) < 1e-9);
+        let end_m = route.points.last().unwrap().distance_m(trip.goal.at);
+        assert!((end_m - trip.goal.radius_m).abs() < 1e-9, "it ends where it reaches the goal: {end_m}");
         let shortest_m = trip.start.distance_m(Point::new(28.0, 32.0))
             + 4.0
             + trip.goal.distance_m(Point::new(32.0, 32.0));
