@@ -7,7 +7,7 @@ use ::report::{Format, table};
 use hopper::commands::campaign::report::{Form as Asked, csv_text};
 use hopper::commands::campaign::store::{self, Times};
 use hopper::commands::campaign::trials::{self, Flight};
-use hopper::commands::campaign::{Command, fly, merge, report, rerun};
+use hopper::commands::campaign::{Command, fly, merge, report, rerun, run_args};
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure, Node};
@@ -16,6 +16,7 @@ use serde_json::Value;
 use crate::claims::Claim;
 use crate::form::Form;
 use crate::report::{Report as _, in_form, results};
+use crate::reported::Reported;
 use crate::studies::coverage::Coverage;
 use crate::studies::large::Large;
 use crate::studies::monte_carlo::MonteCarlo;
@@ -42,7 +43,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     }
 }
 
-fn of_study<S: Flown>(command: &Command) -> Result<Exit, Failure> {
+fn of_study<S: Reported>(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::List(_) => hopper::commands::campaign::run(command),
         Command::Run(args) => fly_study::<S>(args),
@@ -70,7 +71,7 @@ impl<S: Flown> Flight for Trials<S> {
     }
 }
 
-fn fly_study<S: Flown>(args: &fly::Args) -> Result<Exit, Failure> {
+fn fly_study<S: Flown>(args: &run_args::Args) -> Result<Exit, Failure> {
     let (text, origin) = (fly::text(&args.file)?, args.file.display().to_string());
     let file = StudyFile::<S>::parse(&text, &origin).map_err(|error| fly::refused(&args.file, &error))?;
     let plan = file.plan(&version());
@@ -78,7 +79,7 @@ fn fly_study<S: Flown>(args: &fly::Args) -> Result<Exit, Failure> {
 }
 
 /// Flies one trial again, compares its row, and draws it.
-fn rerun_study<S: Flown>(args: &rerun::Args) -> Result<Exit, Failure> {
+fn rerun_study<S: Reported>(args: &rerun::Args) -> Result<Exit, Failure> {
     let manifest: Manifest<StudyPlan<S>> = store::manifest(&args.dir)?;
     let row = store::row(&args.dir, &manifest, args.trial)?;
     let plan = &manifest.plan;
@@ -114,7 +115,7 @@ fn written<S: Study>(row: &StudyRow<S>) -> Result<String, Failure> {
     Ok(table(["field", "value"], &lines.collect::<Vec<_>>()))
 }
 
-fn report_study<S: Flown>(args: &report::Args) -> Result<Exit, Failure> {
+fn report_study<S: Reported>(args: &report::Args) -> Result<Exit, Failure> {
     if args.beside.is_some() || args.readings {
         let study = S::NAME;
         return Err(Failure::usage(format!(

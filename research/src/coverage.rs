@@ -11,8 +11,9 @@ use ::campaign::Study as _;
 use node::{Exit, Failure};
 
 use crate::report::Publication;
-use crate::studies::coverage::Coverage;
-use crate::studies::{Flown as _, fly_all, plan};
+use crate::reported::Reported;
+use crate::studies::coverage::{Asked, CASES, Coverage};
+use crate::studies::{FlownWorld, fly_all, plan};
 
 /// Arguments of `hopper coverage`.
 #[derive(clap::Args, Clone, Debug)]
@@ -36,4 +37,17 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let worlds = fly_all(&plan(args.settings, args.seed, args.runs))?;
     args.publication.publish(&args.settings.report(args.seed, &worlds))
+}
+
+impl Reported for Coverage {
+    type Report = tables::Report;
+
+    fn pictures(&self, (): &(), case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
+        let Asked { case, percents } = CASES[case];
+        Ok(vec![("visits.svg".into(), figures::visits(case, percents, seed)?)])
+    }
+
+    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> tables::Report {
+        tables::Report::new(seed, worlds)
+    }
 }

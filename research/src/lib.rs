@@ -7,6 +7,7 @@ mod form;
 pub mod gallery;
 pub mod known;
 pub mod report;
+pub mod reported;
 pub mod scouting;
 pub mod studies;
 

@@ -14,8 +14,6 @@ use ::campaign::{Study, StudyPlan};
 use node::Failure;
 use rayon::prelude::*;
 
-use crate::report::Report;
-
 pub use team::Planner;
 
 /// Version of what decides the rows of studies: that of `hopper`, and a hash of the sources that only studies use.
@@ -23,13 +21,10 @@ pub fn version() -> String {
     format!("{}.{}", hopper::commands::campaign::store::VERSION, env!("RESEARCH_SOURCES"))
 }
 
-/// A study that this program can fly and report.
+/// A study that this program can fly.
 pub trait Flown: Study<Outcome: Send> + Send + Sync + 'static {
     /// What all trials share.
     type Ground: Send + Sync + 'static;
-
-    /// What it reports.
-    type Report: Report;
 
     /// Makes what all trials share.
     fn ground(&self) -> Self::Ground;
@@ -39,20 +34,6 @@ pub trait Flown: Study<Outcome: Send> + Send + Sync + 'static {
     /// # Errors
     /// If the world cannot be made, or the mission does not end.
     fn fly(&self, ground: &Self::Ground, case: usize, seed: u64) -> Result<Self::Outcome, Failure>;
-
-    /// Pictures of one trial: names of files and SVG documents.
-    ///
-    /// # Errors
-    /// As [`Flown::fly`].
-    fn pictures(
-        &self,
-        ground: &Self::Ground,
-        case: usize,
-        seed: u64,
-    ) -> Result<Vec<(String, String)>, Failure>;
-
-    /// What the worlds come to; at least [`Study::WORLDS_MIN`] of them, in a campaign of seed `seed`.
-    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Self::Report;
 }
 
 /// All cases of a study on one world.

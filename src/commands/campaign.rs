@@ -9,6 +9,7 @@ mod progress;
 mod regret;
 pub mod report;
 pub mod rerun;
+pub mod run_args;
 pub mod store;
 pub mod trials;
 
@@ -27,7 +28,7 @@ pub enum Command {
     /// List the built-in campaigns, a line each.
     List(List),
     /// Fly a campaign, or a shard of one, one row a trial.
-    Run(fly::Args),
+    Run(run_args::Args),
     /// Merge the shards of a campaign.
     Merge(merge::Args),
     /// Report the results of a campaign, cell by cell.

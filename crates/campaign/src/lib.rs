@@ -26,6 +26,7 @@ pub mod file;
 pub mod manifest;
 pub mod markdown;
 mod markdown_report;
+mod missions;
 mod notation;
 pub mod paper;
 pub mod paper_comparison;

@@ -7,12 +7,13 @@ use node::Failure;
 use super::Figure;
 use crate::claims::Claim;
 use crate::report::Report;
+use crate::reported::Reported;
 use crate::scouting::scale;
 use crate::studies::coverage::Coverage;
 use crate::studies::large::Large;
 use crate::studies::monte_carlo::MonteCarlo;
 use crate::studies::single::Single;
-use crate::studies::{Flown, fly_all, version};
+use crate::studies::{fly_all, version};
 
 /// Seed of the worlds of Figs 18 and 19.
 const SEED: u64 = 1;
@@ -190,7 +191,7 @@ pub fn coverage() -> Result<Vec<Figure>, Failure> {
 }
 
 /// Flies a built-in campaign, and takes some of its figures.
-fn figures<S: Flown>(campaign: &'static str, all: &[Shown]) -> Result<Vec<Figure>, Failure> {
+fn figures<S: Reported>(campaign: &'static str, all: &[Shown]) -> Result<Vec<Figure>, Failure> {
     let built_in = BUILT_IN.into_iter().find(|(name, _)| *name == campaign).expect("a built-in campaign");
     let plan = StudyFile::<S>::parse(built_in.1, campaign).map_err(Failure::usage)?.plan(&version());
     let report = plan.settings.report(plan.seed, &fly_all(&plan)?);

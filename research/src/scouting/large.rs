@@ -11,6 +11,7 @@ use super::{FOLSOM, figures};
 use crate::claims::{Claim, Verdict};
 use crate::form::{Form, table};
 use crate::report::{Publication, Report, number, percent};
+use crate::reported::Reported;
 use crate::studies::large::{AT_M, HELICOPTERS, Large};
 use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
 
@@ -266,5 +267,17 @@ impl Account {
             }],
         }
         .svg()
+    }
+}
+
+impl Reported for Large {
+    type Report = Account;
+
+    fn pictures(&self, ground: &LargeMap, _case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
+        Ok(vec![("fig-7.svg".into(), ways(*self, ground, seed))])
+    }
+
+    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
+        Account::new(*self, seed, worlds)
     }
 }

@@ -11,8 +11,9 @@ use super::{FOLSOM, figures};
 use crate::claims::{Claim, Verdict};
 use crate::form::Form;
 use crate::report::{Publication, Report, percent};
+use crate::reported::Reported;
 use crate::studies::monte_carlo::MonteCarlo;
-use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
+use crate::studies::{FlownWorld, fly_all, plan};
 
 /// Arguments of the Monte Carlo study.
 #[derive(clap::Args, Clone, Debug)]
@@ -190,4 +191,16 @@ fn judge(arms: &Arms) -> Vec<Claim> {
             safe_medians.iter().chain([&naive.median_sol]).all(|median| informed.median_sol < *median),
         ),
     ]
+}
+
+impl Reported for MonteCarlo {
+    type Report = Account;
+
+    fn pictures(&self, (): &(), _case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
+        Ok(vec![("fig-13.svg".into(), region(*self, seed))])
+    }
+
+    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
+        Account::new(*self, seed, worlds)
+    }
 }

@@ -9,6 +9,7 @@ use super::FOLSOM;
 use crate::claims::{Claim, Verdict};
 use crate::form::{Form, table};
 use crate::report::{Publication, Report, cells_of, headings_of, number, percent};
+use crate::reported::Reported;
 use crate::studies::single::{Single, Trip, Trips};
 use crate::studies::{Flown as _, FlownWorld, fly_all, plan};
 
@@ -319,5 +320,22 @@ fn short(choice: Choice) -> &'static str {
         Choice::Utility => "utility",
         Choice::ExpectedTime => "expected time",
         Choice::Likeliest => "max P(T)",
+    }
+}
+
+impl Reported for Single {
+    type Report = Account;
+
+    fn pictures(
+        &self,
+        paths: &Vec<Vec<usize>>,
+        _case: usize,
+        seed: u64,
+    ) -> Result<Vec<(String, String)>, Failure> {
+        Ok(vec![("fig-5.svg".into(), grid_with_paths(seed, paths))])
+    }
+
+    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
+        Account::new(seed, worlds)
     }
 }

@@ -9,10 +9,8 @@ use coverage_world::{Mission, Setup, World};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 
+use super::Flown;
 use super::case::{Case, Ground, PAPER};
-use super::{Flown, FlownWorld};
-use crate::coverage::figures::visits;
-use crate::coverage::tables::Report;
 
 /// Shares of coverage, in percent, of which some case tells how long the path to them is.
 pub const PERCENTS: [u32; 7] = [90, 95, 96, 97, 98, 99, 100];
@@ -196,7 +194,6 @@ pub fn mission(
 
 impl Flown for Coverage {
     type Ground = ();
-    type Report = Report;
 
     fn ground(&self) {}
 
@@ -221,14 +218,5 @@ impl Flown for Coverage {
             }
         }
         Ok(Steps { steps })
-    }
-
-    fn pictures(&self, (): &(), case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
-        let Asked { case, percents } = CASES[case];
-        Ok(vec![("visits.svg".into(), visits(case, percents, seed)?)])
-    }
-
-    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Report {
-        Report::new(seed, worlds)
     }
 }

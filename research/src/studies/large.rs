@@ -7,12 +7,11 @@ use ::scouting::{Arm, Ending, LargeMap, Outcome, Samples, Setup, World, spread_s
 use node::Failure;
 use serde::{Deserialize, Serialize};
 
+use super::Flown;
 use super::team::{
     Planner, STAGES_MAX, all_arms, check_ending, check_probability, check_stages, headings_of_endings,
     probability,
 };
-use super::{Flown, FlownWorld};
-use crate::scouting::large::{Account, ways};
 
 /// Metres of flight at which the spread shown is read.
 pub const AT_M: [f64; 16] = [
@@ -104,7 +103,6 @@ impl Study for Large {
 
 impl Flown for Large {
     type Ground = LargeMap;
-    type Report = Account;
 
     fn ground(&self) -> LargeMap {
         LargeMap::new(self.map, self.good)
@@ -118,13 +116,5 @@ impl Flown for Large {
             shown.try_into().expect("a sum for each of the metres")
         });
         Ok(Truth { arms: outcomes.each_ref().map(Ending::from), shown })
-    }
-
-    fn pictures(&self, ground: &LargeMap, _case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
-        Ok(vec![("fig-7.svg".into(), ways(*self, ground, seed))])
-    }
-
-    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
-        Account::new(*self, seed, worlds)
     }
 }

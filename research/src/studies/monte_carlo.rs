@@ -7,12 +7,11 @@ use ::scouting::{Arm, Ending, Outcome, Samples, Setup, monte_carlo};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 
+use super::Flown;
 use super::team::{
     Planner, STAGES_MAX, all_arms, check_ending, check_probability, check_stages, headings_of_endings,
     probability,
 };
-use super::{Flown, FlownWorld};
-use crate::scouting::monte_carlo::{Account, region};
 
 /// Settings: who drives, what the helicopter sees with and how often it flies, in all arms.
 #[derive(clap::Args, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,19 +81,10 @@ impl Study for MonteCarlo {
 
 impl Flown for MonteCarlo {
     type Ground = ();
-    type Report = Account;
 
     fn ground(&self) {}
 
     fn fly(&self, (): &(), _case: usize, seed: u64) -> Result<Endings, Failure> {
         Ok(Endings { arms: self.outcomes(seed).each_ref().map(Ending::from) })
-    }
-
-    fn pictures(&self, (): &(), _case: usize, seed: u64) -> Result<Vec<(String, String)>, Failure> {
-        Ok(vec![("fig-13.svg".into(), region(*self, seed))])
-    }
-
-    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
-        Account::new(*self, seed, worlds)
     }
 }

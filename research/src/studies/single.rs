@@ -7,8 +7,7 @@ use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 
-use super::{Flown, FlownWorld};
-use crate::scouting::single::{Account, grid_with_paths};
+use super::Flown;
 
 /// Cells whose information counts as early.
 pub const EARLY: usize = 5;
@@ -118,7 +117,6 @@ impl Study for Single {
 impl Flown for Single {
     /// All simple paths from corner to corner.
     type Ground = Vec<Vec<usize>>;
-    type Report = Account;
 
     fn ground(&self) -> Vec<Vec<usize>> {
         simple_paths()
@@ -127,18 +125,5 @@ impl Flown for Single {
     fn fly(&self, paths: &Vec<Vec<usize>>, _case: usize, seed: u64) -> Result<Trips, Failure> {
         let grid = SingleGrid::random(seed);
         Ok(Trips { choices: Choice::ALL.map(|choice| Trip::new(&grid, paths, choice)) })
-    }
-
-    fn pictures(
-        &self,
-        paths: &Vec<Vec<usize>>,
-        _case: usize,
-        seed: u64,
-    ) -> Result<Vec<(String, String)>, Failure> {
-        Ok(vec![("fig-5.svg".into(), grid_with_paths(seed, paths))])
-    }
-
-    fn report(&self, seed: u64, worlds: &[FlownWorld<Self>]) -> Account {
-        Account::new(seed, worlds)
     }
 }

@@ -1,42 +1,19 @@
 //! `hopper campaign run`: flies every trial of a shard, missions in lockstep, and writes the rows in order.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ::campaign::row::TrialResult;
-use ::campaign::{BUILT_IN, Campaign, Plan, Row, Shard, Trial, paper};
+use ::campaign::{BUILT_IN, Campaign, Plan, Row, Trial, paper};
 use contract::{Action, Brief, Name, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node};
-use report::Format;
 use scenario::ResolvedScenario;
 use scenario::text::{self, TEXT_BYTES_MAX};
 
+use super::run_args::Args;
 use super::store::{self, Times};
 use super::trials;
 use lockstep::PlannerSchedule;
-
-/// Arguments of `hopper campaign run`.
-#[derive(clap::Args, Clone, Debug)]
-pub struct Args {
-    /// The campaign: a TOML file, or the name of a built-in one; see `hopper campaign list`.
-    #[arg(value_name = "NAME|FILE")]
-    pub file: PathBuf,
-    /// Threads to fly on [default: one per core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
-    pub(super) jobs: Option<u16>,
-    /// Fly the I-th of N equal parts only, I from 1 to N.
-    #[arg(long, value_name = "I/N", default_value = "1/1")]
-    pub(super) shard: Shard,
-    /// Continue where an earlier run into the same folder ended.
-    #[arg(long)]
-    pub(super) resume: bool,
-    /// Folder for the rows [default: out/NAME, or out/NAME-I-of-N for a shard].
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: Option<PathBuf>,
-    /// Format of the summary on standard output: text or json.
-    #[arg(long, default_value_t)]
-    pub(super) format: Format,
-}
 
 /// Flies a campaign of missions; exit code 130 if interrupted, with all rows kept that were complete up to then.
 ///

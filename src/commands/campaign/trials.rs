@@ -10,8 +10,8 @@ use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
 use serde::Serialize;
 
-use super::fly::Args;
 use super::progress::Progress;
+use super::run_args::Args;
 use super::store::{Manifest, Store, Times};
 use crate::stdout::print;
 
