@@ -167,7 +167,7 @@ fn parts(worlds: &[World]) {
 fn passage(points: &[Point]) -> Option<usize> {
     const MIDDLE_M: f64 = 100.0;
     let crosses = |pair: &&[Point]| (pair[0].x_m < MIDDLE_M) != (pair[1].x_m < MIDDLE_M);
-    let pair = points.windows(2).filter(crosses).next_back()?;
+    let pair = points.windows(2).rfind(crosses)?;
     let share = (MIDDLE_M - pair[0].x_m) / (pair[1].x_m - pair[0].x_m);
     let y_m = pair[0].y_m + share * (pair[1].y_m - pair[0].y_m);
     Some([62.5, 137.5].iter().filter(|disc_m| y_m > **disc_m).count())
