@@ -111,8 +111,8 @@ impl<P: Ports> Membership<P> {
         self.ended = Some(now);
     }
 
-    /// Somebody still asks this process for something: once the mission has ended, it stays as long again, for
-    /// [`STAY_MAX_NS`] at most.
+    /// Somebody still asks this process for something: once the mission has ended, it stays as long again, for two
+    /// seconds at most.
     pub fn stay_a_moment(&mut self, now: MonotonicNs) {
         if self.ended.is_some_and(|ended| now.since_ns(ended) < STAY_MAX_NS) {
             self.asked = Some(now);
