@@ -574,7 +574,7 @@ impl Arbiter {
     /// The guard where the hopper stands.
     fn guard(&self) -> Guard<'_> {
         let pose = self.own_way().map_or(self.state.pose, |(pose, _)| pose);
-        Guard::new(&self.mission.brief, &self.mission.terrain, pose)
+        Guard::new(&self.mission.brief, &self.mission.terrain, self.due(), pose)
     }
 
     /// What is done at the deadline.

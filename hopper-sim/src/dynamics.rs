@@ -76,14 +76,15 @@ pub fn outcome_of_hop(
     match action {
         Action::Hop(direction) => {
             let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
-            let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
+            let law = brief.motion_of(robot);
+            let branch = motion::transition(law, ground, direction).branch(uniform);
             let target = terrain.ground(brief.grid.hop(from, direction));
             let rise_m = target.map_or(0.0, |target| target.height_m - ground.height_m);
             Outcome {
                 branch,
                 from,
                 to: motion::landing(&brief.grid, from, direction, branch),
-                flight: motion::flight(&brief.motion, &brief.grid, ground.soil, rise_m),
+                flight: motion::flight(law, &brief.grid, ground.soil, rise_m),
             }
         }
         // The arbiter refuses all others: a hopper cannot drive.

@@ -18,7 +18,9 @@
 //! lets pass whose aim lies nearest to the goal, ties to the first of north, east, south, west; else it
 //! holds. A hop is let pass only if no other robot is where it aims.
 
-use contract::{Action, Branch, Brief, Cell, Direction, GradientSource, Ground, Origin, Policy, Pose};
+use contract::{
+    Action, Branch, Brief, Cell, Direction, GradientSource, Ground, Origin, Policy, Pose, RobotId,
+};
 use terrain::{Terrain, differences};
 
 /// The guard at one pose.
@@ -26,6 +28,7 @@ use terrain::{Terrain, differences};
 pub struct Guard<'a> {
     brief: &'a Brief,
     terrain: &'a Terrain,
+    robot: RobotId,
     pose: Pose,
 }
 
@@ -39,19 +42,19 @@ pub struct Fallback {
 }
 
 impl<'a> Guard<'a> {
-    /// The guard of a hopper at `pose`. Of `terrain` it reads what the sensor sees from there.
+    /// The guard of the hopper `robot` at `pose`. Of `terrain` it reads what the sensor sees from there.
     #[must_use]
-    pub fn new(brief: &'a Brief, terrain: &'a Terrain, pose: Pose) -> Self {
-        Self { brief, terrain, pose }
+    pub fn new(brief: &'a Brief, terrain: &'a Terrain, robot: RobotId, pose: Pose) -> Self {
+        Self { brief, terrain, robot, pose }
     }
 
     /// The probability that `action` ends off the map or on ground that is seen to be impassable.
     #[must_use]
     pub fn hazard(&self, action: Action) -> f64 {
         let Action::Hop(direction) = action else { return 0.0 };
-        let Brief { motion, grid, .. } = self.brief;
+        let grid = &self.brief.grid;
         let Some(departure) = self.departure() else { return 0.0 };
-        let scatter = motion::transition(motion, &departure, direction);
+        let scatter = motion::transition(self.brief.motion_of(self.robot), &departure, direction);
         [Branch::Intended, Branch::Left, Branch::Right]
             .into_iter()
             .filter(|&branch| self.is_hazard(motion::landing(grid, self.pose.cell, direction, branch)))
@@ -100,17 +103,17 @@ impl<'a> Guard<'a> {
 
     /// The ground of `cell`, if the sensor sees it from here.
     fn seen(&self, cell: Cell) -> Option<&'a Ground> {
-        let reach_cells = self.brief.sensor.reach_cells(&self.brief.grid, self.pose.height_m);
+        let reach_cells = self.brief.sensor_of(self.robot).reach_cells(&self.brief.grid, self.pose.height_m);
         self.terrain.ground(cell).filter(|_| cell.distance_cells(self.pose.cell) <= reach_cells)
     }
 
     /// The ground under the hopper as the observed map has it: its neighbours are seen, so the gradient is
     /// the map's whatever else has been seen before.
     fn departure(&self) -> Option<Ground> {
-        let Brief { sensor, grid, .. } = self.brief;
+        let grid = &self.brief.grid;
         let here = *self.seen(self.pose.cell)?;
         let height_m = |cell| self.seen(cell).map(|ground| ground.height_m);
-        let gradient = match sensor.gradient {
+        let gradient = match self.brief.sensor_of(self.robot).gradient {
             GradientSource::Measured => here.gradient,
             GradientSource::SeenDifferences => differences(self.pose.cell, grid.cell_size_m, height_m),
         };

@@ -417,7 +417,9 @@ impl Cartographer {
         let seen = self.tracks.begin(brief, terrain, robots);
         if brief.mixed.is_some() {
             let starts = robots.iter().map(|robot| (robot.sensor, robot.start.cell));
-            let around = starts.clone().flat_map(|(sensor, cell)| around(brief, terrain, sensor, cell));
+            let numbered = (0..).map(RobotId).zip(starts.clone());
+            let around =
+                numbered.flat_map(|(robot, (sensor, cell))| around(brief, terrain, (robot, sensor), cell));
             let entered: Vec<Cell> =
                 starts.filter(|(sensor, _)| counts_visits(*sensor)).map(|(_, cell)| cell).collect();
             observation.sense(terrain, seen.into_iter().chain(around), &entered, None, Decision(0));
@@ -447,7 +449,7 @@ impl Cartographer {
             let moved = record.outcome.from != record.outcome.to && counts_visits(sensor);
             let entered = if moved { &[here][..] } else { &[] };
             let landed = (sensor == Sensor::Disc).then_some(here);
-            let seen = around(brief, terrain, sensor, here);
+            let seen = around(brief, terrain, (record.robot, sensor), here);
             observation.sense(terrain, seen, entered, landed, record.decision.next());
         } else if self.tracks.is_hopper(record.robot) {
             observation.fold(brief, terrain, record.pose, record.decision.next());

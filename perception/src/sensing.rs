@@ -1,6 +1,6 @@
 //! Which cells a sensor sees: the closed disc of [`SensorParameters::reach_cells`], or a square of cells.
 
-use contract::{Brief, Cell, Grid, Pose, Sensor, SensorParameters};
+use contract::{Brief, Cell, Grid, Pose, RobotId, Sensor, SensorParameters};
 use terrain::Terrain;
 
 /// The cells of `grid` whose centres lie within the closed disc around `pose`, in index order. A pose
@@ -30,14 +30,19 @@ pub fn square(grid: Grid, sensor: Sensor, centre: Cell) -> impl Iterator<Item = 
     rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
 }
 
-/// Indices of the cells that a robot sees from `cell`, whatever it sees on its way there.
-pub fn around(brief: &Brief, terrain: &Terrain, sensor: Sensor, cell: Cell) -> Vec<usize> {
+/// Indices of the cells that `robot`, which has `sensor`, sees from `cell`, whatever it sees on its way there.
+pub fn around(
+    brief: &Brief,
+    terrain: &Terrain,
+    (robot, sensor): (RobotId, Sensor),
+    cell: Cell,
+) -> Vec<usize> {
     let grid = brief.grid;
     let index = |cell: Cell| grid.index(cell);
     match sensor {
         Sensor::Disc => {
             let height_m = terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
-            disc(grid, &brief.sensor, Pose { cell, height_m }).filter_map(index).collect()
+            disc(grid, brief.sensor_of(robot), Pose { cell, height_m }).filter_map(index).collect()
         }
         Sensor::Square { .. } => square(grid, sensor, cell).filter_map(index).collect(),
         Sensor::Track | Sensor::Camera { .. } | Sensor::ErringCamera { .. } => Vec::new(),

@@ -271,7 +271,10 @@ impl Pilot {
         let cell = member.at.cell;
         let pose = Pose { cell, height_m: map.ground(cell)?.height_m };
         let start = member.robot.start.cell;
-        Some(OwnWay { brief: Brief { start, goal, ..*brief }, state: State { pose, ..*state } })
+        Some(OwnWay {
+            brief: Brief { start, goal, ..brief.for_hopper(team.due) },
+            state: State { pose, ..*state },
+        })
     }
 
     /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.

@@ -211,7 +211,7 @@ impl Ground {
         let vetoed = |index: usize| {
             let cell = brief.grid.cell(index);
             let pose = Pose { cell, height_m: terrain.cells[index].height_m };
-            let guard = Guard::new(brief, terrain, pose);
+            let guard = Guard::new(brief, terrain, hopper_sim::ROBOT, pose);
             let hops = Direction::ALL.map(Action::Hop).into_iter();
             hops.filter(|&hop| guard.veto(hop).is_some()).fold(Vetoed::NONE, Vetoed::with)
         };

@@ -55,6 +55,7 @@ pub use mission::brief::{
     Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
     SoilMotion, Weights,
 };
+pub use mission::design::{Design, Designs};
 pub use mission::pace::Pace;
 pub use mission::patrol::Patrol;
 pub use mission::reading::{DistanceNorm, Reading};

@@ -43,6 +43,9 @@ pub const SAMPLES_MAX: u32 = 1_000_000;
 /// Most robots of a mission.
 pub const ROBOTS_MAX: usize = 16;
 
+/// Most designs of hoppers in a mission, beside that of the brief.
+pub const DESIGNS_MAX: usize = 4;
+
 /// Most treasures of a scenario.
 pub const TREASURES_MAX: usize = 16;
 

@@ -171,3 +171,32 @@ fn sixteen_robots_fly_and_a_fault_of_one_that_is_not_needed_ends_its_part_only()
     let standing = |robot: usize| arbiter.team().unwrap().members[robot].standing;
     assert_eq!((standing(6), standing(15)), (Standing::Stranded, Standing::Done));
 }
+
+/// P-MIXED-DESIGN: a hopper sees as far as its own sensor reaches, and its planner reckons with its own law.
+#[test]
+fn a_hopper_sees_as_far_as_its_own_sensor_and_plans_by_its_own_law() {
+    let ground = "[truth.terrain.obstacles]\nwidth_cells = 20\nheight_cells = 20\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
+        [[truth.sand.rectangles]]\nx = [5, 6]\ny = [14, 16]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n";
+    let hopper = |y: i32, more: &str| {
+        format!(
+            "[[robots]]\nvehicle = \"hopper\"\nstart = [4, {y}]\ngoal = [7, {y}]\nplanner = \"astar\"\n{more}\n"
+        )
+    };
+    let further = "sensor = { gain = 4.0 }";
+    let world = resolved(&format!("{ground}{}{}", hopper(4, ""), hopper(15, further)));
+    let (flown, _) = fly(&world, 1, &own_planners(&world));
+    let is_seen = |x: i32, y: i32| flown.map.ground(Cell::new(x, y)).is_some();
+    assert!(is_seen(4, 2) && !is_seen(1, 4), "2 m, as [robot.sensor] says");
+    assert!(is_seen(0, 15) && is_seen(4, 19), "4 m, by its own sensor");
+    // Sand in the way: by the law of [robot] it is worth going around; to whom sand is as good as rock it is not.
+    let crosses = |more: &str| {
+        let world = resolved(&format!("{ground}{}", hopper(15, &format!("{further}\n{more}"))));
+        let (_, records) = fly(&world, 1, &own_planners(&world));
+        records[0].action == Action::Hop(contract::Direction::East)
+            && records.iter().any(|record| record.outcome.to.x == 5 && record.outcome.to.y == 15)
+    };
+    let firm = "{ intended = 1.0, stuck = 0.0, sideways = 0.0, flights = 1 }";
+    let bottomless = "{ intended = 0.01, stuck = 0.99, sideways = 0.0, flights = 2 }";
+    assert!(crosses(&format!("hard = {firm}\nsand = {firm}")));
+    assert!(!crosses(&format!("hard = {firm}\nsand = {bottomless}")));
+}

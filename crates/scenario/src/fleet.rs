@@ -9,7 +9,7 @@ use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::Terrain;
 
-use crate::{Scenario, ScenarioError};
+use crate::{Scatter, Scenario, ScenarioError};
 
 /// All robots, and how they will fail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,6 +76,33 @@ pub struct RobotRules {
     /// Planner that `hopper run` starts for it, unless told otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planner: Option<String>,
+    /// Launch angle of a hopper in a mixed mission, degrees; by default that of `[robot]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub launch_angle_deg: Option<f64>,
+    /// Scatter from hard ground of a hopper in a mixed mission; by default that of `[robot]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hard: Option<Scatter>,
+    /// Scatter from sand of a hopper in a mixed mission; by default that of `[robot]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sand: Option<Scatter>,
+    /// How far a hopper in a mixed mission sees; by default as far as `[robot.sensor]` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<OwnSensor>,
+}
+
+/// How far one hopper of several sees. What is left out is that of `[robot.sensor]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct OwnSensor {
+    /// Metres of radius per metre of height.
+    pub gain: Option<f64>,
+    /// Height above the datum that is added, metres.
+    pub offset_m: Option<f64>,
+    /// Smallest radius, metres; not below one hop.
+    pub radius_min_m: Option<f64>,
+    /// Largest radius, metres.
+    pub radius_max_m: Option<f64>,
 }
 
 /// The kind of a robot's body.
@@ -94,7 +121,7 @@ pub enum VehicleKind {
 
 impl VehicleKind {
     /// As written in a scenario.
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             VehicleKind::Rover => "rover",
             VehicleKind::Helicopter => "helicopter",

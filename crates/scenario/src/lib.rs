@@ -38,7 +38,7 @@ pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to};
-pub use fleet::{Fault, Fleet, RobotRules, VehicleKind};
+pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
     MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges, Surveyed,

@@ -1,7 +1,7 @@
 //! `[[robots]]` of missions of kind `mixed`: robots of any kind, each with a start and a task of its own.
 
 use contract::limits::ROBOTS_MAX;
-use contract::{Cell, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint};
+use contract::{Cell, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint};
 use terrain::Terrain;
 
 use crate::fleet::refuse;
@@ -37,6 +37,19 @@ impl Scenario {
         robots.map(|(robot, _)| robot).fold(RobotSet(0), RobotSet::with)
     }
 
+    /// The designs of hoppers that hop or see otherwise than `common`, checked, with what is left out filled in. No radius may be
+    /// below `hop_m`, the length of a hop.
+    pub(crate) fn designs(&mut self, common: Design, hop_m: f64) -> Result<Designs, ScenarioError> {
+        let given = self.robots.iter_mut().enumerate();
+        let given: Vec<_> =
+            given.map(|(number, rules)| rules.design(number, common, hop_m)).collect::<Result<_, _>>()?;
+        Designs::new(given).ok_or_else(|| ScenarioError::Value {
+            field: "robots",
+            need: "hoppers of at most 4 designs beside that of [robot]",
+            got: "more".into(),
+        })
+    }
+
     /// Refuses what only robots of a mixed mission have.
     pub(crate) fn check_unmixed(&self) -> Result<(), ScenarioError> {
         for (number, rules) in self.robots.iter().enumerate() {
@@ -47,11 +60,57 @@ impl Scenario {
             };
             return refuse("robots.goal, required", "mission.kind = \"mixed\", for either", got);
         }
-        Ok(())
+        let mut given = self.robots.iter().map(RobotRules::given_design).enumerate();
+        match given.find_map(|(number, given)| Some((number, given?))) {
+            None => Ok(()),
+            Some((number, given)) => {
+                let need = "mission.kind = \"mixed\" for launch_angle_deg, hard, sand and sensor, which are else those of [robot]";
+                refuse("robots", need, format!("{given} of robot {number}"))
+            }
+        }
     }
 }
 
 impl RobotRules {
+    /// Which field is given, if one is, of those by which hoppers differ.
+    fn given_design(&self) -> Option<&'static str> {
+        let given = [
+            ("launch_angle_deg", self.launch_angle_deg.is_some()),
+            ("hard", self.hard.is_some()),
+            ("sand", self.sand.is_some()),
+            ("sensor", self.sensor.is_some()),
+        ];
+        given.into_iter().find_map(|(field, is_given)| is_given.then_some(field))
+    }
+
+    /// How this hopper hops and sees, if it is another way than `common`.
+    fn design(&mut self, number: usize, common: Design, hop_m: f64) -> Result<Option<Design>, ScenarioError> {
+        let Some(given) = self.given_design() else { return Ok(None) };
+        if self.vehicle != VehicleKind::Hopper {
+            let got = format!("{given} of robot {number}, a {}", self.vehicle.name());
+            return refuse("robots", "vehicle = \"hopper\" for launch_angle_deg, hard, sand and sensor", got);
+        }
+        let Design { mut motion, mut sensor } = common;
+        if let Some(launch_angle_deg) = self.launch_angle_deg {
+            motion.launch_angle_rad = launch_angle_deg.to_radians();
+        }
+        motion.hard = self.hard.map_or(motion.hard, Into::into);
+        motion.sand = self.sand.map_or(motion.sand, Into::into);
+        if let Some(own) = &mut self.sensor {
+            sensor.gain = *own.gain.get_or_insert(sensor.gain);
+            sensor.offset_m = *own.offset_m.get_or_insert(sensor.offset_m);
+            sensor.radius_min_m = *own.radius_min_m.get_or_insert(sensor.radius_min_m);
+            sensor.radius_max_m = *own.radius_max_m.get_or_insert(sensor.radius_max_m);
+            if sensor.radius_min_m.is_nan() || sensor.radius_min_m < hop_m * (1.0 - 1e-9) {
+                let got = format!("{} m for robot {number} with hops of {hop_m} m", sensor.radius_min_m);
+                let need = "at least one hop, so that the hopper sees where it may land";
+                return refuse("robots.sensor.radius_min_m", need, got);
+            }
+        }
+        let design = Design { motion, sensor };
+        Ok((design != common).then_some(design))
+    }
+
     /// The robot of these rules in a mixed mission, with the defaults of a helicopter filled in.
     fn mixed(&mut self, number: usize, terrain: &Terrain) -> Result<Robot, ScenarioError> {
         let cell = place("robots.start", number, self.start, terrain)?;

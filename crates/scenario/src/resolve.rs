@@ -6,8 +6,8 @@ use std::sync::Arc;
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
 use contract::wire::{BriefV9, GroundV2};
 use contract::{
-    Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, Mixed, MotionParameters, Name, Payoff,
-    Priors, Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
+    Brief, Cell, Design, DriveSpeed, GradientSource, Grid, Ground, Limits, Mixed, MotionParameters, Name,
+    Payoff, Priors, Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
 };
 use helicopter::Sensor;
 use rover::Speed;
@@ -21,7 +21,7 @@ use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
 use crate::{
-    Fleet, MissionBrief, Passages, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
+    Fleet, MissionBrief, Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
 };
 
 /// Most rectangles of sand: every cell is tested against each.
@@ -319,8 +319,14 @@ impl Scenario {
         let datum_m = self.datum_m();
         let (start, goal) = self.ends(fleet)?;
         let planner_seed = self.planner_seed();
-        let (mixed, required) = (self.mission.is_mixed(), self.required());
-        let Self { brief: mission, robot, limits, guard, mission: rules, .. } = self;
+        let common = self.design();
+        let mixed = if self.mission.is_mixed() {
+            let designs = self.designs(common, terrain.grid.hop_distance_m())?;
+            Some(Mixed { required: self.required(), designs })
+        } else {
+            None
+        };
+        let Self { brief: mission, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
         in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
@@ -328,8 +334,6 @@ impl Scenario {
             Surveyed::Given([min, max]) => Range { min, max },
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
-        let sensor = &robot.sensor;
-        let has_hoppers = !rules.is_cover() && !rules.is_scout();
         let covers = has(fleet, |vehicle| matches!(vehicle, Vehicle::Rover { .. }));
         let drives = has(fleet, |vehicle| matches!(vehicle, Vehicle::Driver { .. }));
         let flies = has(fleet, |vehicle| matches!(vehicle, Vehicle::Helicopter { .. }));
@@ -363,20 +367,8 @@ impl Scenario {
                 // Counted once they are checked.
                 treasures: 0,
             },
-            motion: MotionParameters {
-                hard: robot.hard.into(),
-                sand: robot.sand.into(),
-                slope_limit_rad: robot.slope_limit_deg.to_radians(),
-                launch_angle_rad: robot.launch_angle_deg.to_radians(),
-                gravity_mps2: robot.gravity_mps2,
-            },
-            sensor: SensorParameters {
-                gain: sensor.gain,
-                offset_m: sensor.offset_m,
-                radius_min_m: sensor.radius_min_m.unwrap_or_default(),
-                radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: sensor.gradient.filter(|_| has_hoppers).unwrap_or(GradientSource::Measured),
-            },
+            motion: common.motion,
+            sensor: common.sensor,
             limits: Limits {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
                 decision_budget_ns: (budget_ms * 1e6).round() as u64,
@@ -385,8 +377,30 @@ impl Scenario {
             reading: mission.reading.resolve(mission.profile)?,
             cover,
             scout: rules.resolve_scout(drives, flies, planner_seed)?,
-            mixed: mixed.then_some(Mixed { required }),
+            mixed,
         })
+    }
+
+    /// How hoppers hop and see by `[robot]`.
+    fn design(&self) -> Design {
+        let Robot { hard, sand, slope_limit_deg, launch_angle_deg, gravity_mps2, sensor, .. } = self.robot;
+        let has_hoppers = !self.mission.is_cover() && !self.mission.is_scout();
+        Design {
+            motion: MotionParameters {
+                hard: hard.into(),
+                sand: sand.into(),
+                slope_limit_rad: slope_limit_deg.to_radians(),
+                launch_angle_rad: launch_angle_deg.to_radians(),
+                gravity_mps2,
+            },
+            sensor: SensorParameters {
+                gain: sensor.gain,
+                offset_m: sensor.offset_m,
+                radius_min_m: sensor.radius_min_m.unwrap_or_default(),
+                radius_max_m: sensor.radius_max_m.unwrap_or_default(),
+                gradient: sensor.gradient.filter(|_| has_hoppers).unwrap_or(GradientSource::Measured),
+            },
+        }
     }
 
     /// Start and goal of the hopper, with helicopters or without. Where rovers cover ground the first one's start stands for both; where a rover drives

@@ -21,7 +21,7 @@ use hopper_sim::{Arbiter, Mission};
 use report::Tally;
 use serde::Serialize;
 
-use crate::expected::{Expected, first_digest, next_digest};
+use crate::expected::{Expected, design, first_digest, next_digest};
 use crate::life::Life;
 use crate::reservation::Reservations;
 use crate::robots::Robots;
@@ -356,12 +356,13 @@ impl Checker {
     }
 
     /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
-    /// map alone: what anybody could know who has seen what the hopper has.
+    /// map alone: what anybody could know who has seen what the hopper that is due has.
     fn hazard(&self, from: Cell, action: Action) -> f64 {
         let brief = &self.mission.brief;
         let known = |cell: Cell| self.expected.cells()[brief.grid.index(cell)?].as_ref();
         let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
-        let scatter = motion::transition(&brief.motion, ground, direction);
+        let due = self.mixed().and_then(|mixed| mixed.due()).unwrap_or(RobotId(0));
+        let scatter = motion::transition(&design(brief, due).motion, ground, direction);
         let ruins = |branch: &Branch| {
             let to = motion::landing(&brief.grid, from, direction, *branch);
             !brief.grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)

@@ -1,7 +1,9 @@
 //! The map and the digest as they should be, computed by code that shares nothing with the product's: what a sensor sees,
 //! what gradients follow from it, the fingerprint of a map, and the digest chain.
 
-use contract::{Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Soil};
+use contract::{
+    Brief, Cell, Design, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, RobotId, Soil,
+};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
@@ -92,7 +94,7 @@ impl Expected {
 
     /// The robot has landed at `pose`.
     pub fn land(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose) {
-        let in_view: Vec<usize> = disc(brief, pose).collect();
+        let in_view: Vec<usize> = disc(brief, RobotId(0), pose).collect();
         for &index in &in_view {
             let cell = brief.grid.cell(index);
             if !self.seen[index] && terrain.treasures.contains(&cell) {
@@ -159,9 +161,15 @@ impl Expected {
     }
 }
 
-/// Indices of the cells that a hopper sees from `pose`.
-pub(crate) fn disc(brief: &Brief, pose: Pose) -> impl Iterator<Item = usize> + use<> {
-    let (grid, sensor) = (brief.grid, brief.sensor);
+/// How the hopper `robot` hops and sees.
+pub(crate) fn design(brief: &Brief, robot: RobotId) -> Design {
+    let own = brief.mixed.and_then(|mixed| mixed.designs.of(robot).copied());
+    own.unwrap_or(Design { motion: brief.motion, sensor: brief.sensor })
+}
+
+/// Indices of the cells that the hopper `robot` sees from `pose`.
+pub(crate) fn disc(brief: &Brief, robot: RobotId, pose: Pose) -> impl Iterator<Item = usize> + use<> {
+    let (grid, Design { sensor, .. }) = (brief.grid, design(brief, robot));
     let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
         .max(sensor.radius_min_m)
         .min(sensor.radius_max_m)

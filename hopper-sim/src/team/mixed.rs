@@ -12,8 +12,8 @@
 //! fail end their own part only. All steps are counted as actions of a robot.
 
 use contract::{
-    Action, Branch, Brief, Cell, Collected, Decision, Flight, Grid, Leader, Outcome, Pose, Record, Refusal,
-    RobotId, RobotSet, Sensor, SensorParameters, Standing, State, Status, Vehicle,
+    Action, Branch, Brief, Cell, Collected, Decision, Flight, Leader, Outcome, Pose, Record, Refusal,
+    RobotId, RobotSet, Sensor, Standing, State, Status, Vehicle,
 };
 use terrain::Terrain;
 
@@ -28,9 +28,7 @@ use crate::dynamics::{Execution, outcome_of_hop};
 /// All robots of a mission, by what they do.
 #[derive(Clone, Debug)]
 pub struct MixedTeam {
-    grid: Grid,
-    /// How far hoppers see.
-    sensor: SensorParameters,
+    brief: Brief,
     required: RobotSet,
     ways: Ways,
     /// Those that cover ground, if there are any.
@@ -67,7 +65,7 @@ impl MixedTeam {
         };
         let required = brief.mixed.map_or(RobotSet::ALL, |mixed| mixed.required);
         let cover = brief.cover.map(|_| CoverTeam::new(roster, brief, terrain));
-        let mut team = Self { grid: brief.grid, sensor: brief.sensor, required, ways, cover };
+        let mut team = Self { brief: *brief, required, ways, cover };
         for robot in (0..roster.count()).map(RobotId) {
             team.look_around(roster, terrain, robot);
             team.end_if_over(roster, terrain, robot);
@@ -119,7 +117,7 @@ impl MixedTeam {
     /// How the task of `robot` stands.
     fn part(&self, roster: &Roster, robot: RobotId) -> Part {
         let entry = roster.entry(robot);
-        let is_on_map = self.grid.contains(entry.at.cell);
+        let is_on_map = self.brief.grid.contains(entry.at.cell);
         match (entry.robot.vehicle, entry.standing, &self.cover) {
             (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_covered() => Part::Done,
             (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_at_work(roster) => Part::Open,
@@ -156,7 +154,7 @@ impl MixedTeam {
             (Vehicle::Helicopter { .. }, Ways::Flights(flights), _) => flights.refusal(roster, robot, action),
             _ => {
                 let Action::Hop(direction) = action else { return None };
-                let cell = self.grid.hop(entry.at.cell, direction);
+                let cell = self.brief.grid.hop(entry.at.cell, direction);
                 roster.other_on_ground(robot, cell).map(|robot| Refusal::Occupied { action, cell, robot })
             }
         }
@@ -255,9 +253,11 @@ impl MixedTeam {
     /// What a robot sees that goes from cell to cell planners of drives know by the map, and so the guard of drives knows it.
     fn look_around(&mut self, roster: &Roster, terrain: &Terrain, robot: RobotId) {
         let (Ways::Uncertain(scout), entry) = (&mut self.ways, roster.entry(robot)) else { return };
-        let (grid, at) = (self.grid, entry.at.cell);
+        let (grid, at) = (self.brief.grid, entry.at.cell);
         let (is_disc, reach_cells) = match (entry.robot.sensor, terrain.ground(at)) {
-            (Sensor::Disc, Some(ground)) => (true, self.sensor.reach_cells(&grid, ground.height_m)),
+            (Sensor::Disc, Some(ground)) => {
+                (true, self.brief.sensor_of(robot).reach_cells(&grid, ground.height_m))
+            }
             (Sensor::Square { range_cells }, Some(_)) => (false, f64::from(range_cells)),
             _ => return,
         };

@@ -32,7 +32,8 @@ fn host(mission: Mission) -> Host {
 
 fn hazards(mission: &Mission, cell: Cell) -> [f64; 5] {
     let pose = Pose { cell, height_m: mission.terrain.ground(cell).unwrap().height_m };
-    let hazard = |action| Guard::new(&mission.brief, &mission.terrain, pose).hazard(action);
+    let hazard =
+        |action| Guard::new(&mission.brief, &mission.terrain, hopper_sim::ROBOT, pose).hazard(action);
     [0, 1, 2, 3, 4].map(|code| hazard(Action::from_code(code).unwrap()))
 }
 

@@ -1,5 +1,6 @@
 //! Robots of any kind with tasks of their own: where they may go, when they are done, and how the mission stands.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use contract::{
@@ -331,5 +332,39 @@ fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
         let refusal = host.send(0, Action::Drive);
         let is_vetoed = matches!(refusal, Some(Refusal::Vetoed { .. }));
         assert_eq!(is_vetoed, speed == DriveSpeed::Zero, "{speed:?}: {refusal:?}");
+    }
+}
+
+/// P-MIXED-DESIGN: a hopper hops by its own law, and its guard judges by that.
+#[test]
+fn each_hopper_hops_by_its_own_law_and_is_guarded_by_it() {
+    let hopper = |y: i32, more: &str| {
+        format!("[[robots]]\nvehicle = \"hopper\"\nstart = [0, {y}]\ngoal = [7, {y}]\n{more}\n")
+    };
+    let hard = |intended: f64, stuck: f64, sideways: f64| {
+        format!(
+            "hard = {{ intended = {intended:?}, stuck = {stuck:?}, sideways = {sideways:?}, flights = 1 }}"
+        )
+    };
+    let robots = [hopper(1, ""), hopper(3, &hard(0.0, 1.0, 0.0)), hopper(5, &hard(1.0, 0.0, 0.0))];
+    let laws = world(&robots.each_ref().map(String::as_str));
+    let mut branches = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
+    for seed in 0..100 {
+        let mut host = Host::new(&laws, seed);
+        for (robot, seen) in (0..).zip(&mut branches) {
+            assert_eq!(host.send(robot, EAST), None);
+            seen.insert(host.last().outcome.branch);
+        }
+    }
+    let only = |branch| BTreeSet::from([branch]);
+    assert_eq!(branches[0], BTreeSet::from([Branch::Intended, Branch::Left, Branch::Right]));
+    assert_eq!([&branches[1], &branches[2]], [&only(Branch::Stayed), &only(Branch::Intended)]);
+    // On the western rim a slip of a hop to the north leaves the map, with a probability of 0.05 by the law of [robot].
+    let text = GROUND.replace("hazard_max = 1.0", "hazard_max = 0.04");
+    let north = Action::Hop(Direction::North);
+    for (robots, is_vetoed) in [(hopper(1, ""), true), (hopper(1, &hard(0.98, 0.0, 0.01)), false)] {
+        let world = Scenario::parse(&format!("{text}{robots}"), "test").unwrap().resolve().unwrap();
+        let refusal = Host::new(&world, 1).send(0, north);
+        assert_eq!(matches!(refusal, Some(Refusal::Vetoed { .. })), is_vetoed, "{refusal:?}");
     }
 }

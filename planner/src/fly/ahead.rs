@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use contract::{
-    Action, Brief, Cell, Direction, Grid, Member, Name, Pose, Route, State, Task, Vehicle, Waypoint,
+    Action, Brief, Cell, Direction, Grid, Member, Name, Pose, RobotId, Route, State, Task, Vehicle, Waypoint,
 };
 
 use super::ward;
@@ -37,13 +37,18 @@ struct Ready {
 }
 
 impl LookAhead {
-    fn begin(&mut self, situation: &Situation<'_>, hopper: &Member, ready: &Ready) -> Plan {
+    fn begin(
+        &mut self,
+        situation: &Situation<'_>,
+        (robot, hopper): (RobotId, &Member),
+        ready: &Ready,
+    ) -> Plan {
         // To the hopper the mission is its own way.
         let goal = match hopper.robot.vehicle {
             Vehicle::HopperTo { goal } => goal,
             _ => situation.brief.goal,
         };
-        let brief = &Brief { goal, ..*situation.brief };
+        let brief = &Brief { goal, ..situation.brief.for_hopper(robot) };
         let state =
             &State { pose: Pose { cell: hopper.at.cell, ..situation.state.pose }, ..*situation.state };
         let map = situation.map;

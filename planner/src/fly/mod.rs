@@ -6,7 +6,7 @@
 
 pub mod ahead;
 
-use contract::{Action, Member, Name, Route, Standing, Task, Team, Vehicle};
+use contract::{Action, Member, Name, RobotId, Route, Standing, Task, Team, Vehicle};
 use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
 use rover::Point;
 
@@ -57,7 +57,7 @@ impl Fly {
         let Flight { budget_m, view_m, trip, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
-                let rest = ward(turn.team, is_driver).and_then(|driver| turn.rest_of(driver));
+                let rest = ward(turn.team, is_driver).and_then(|(_, driver)| turn.rest_of(driver));
                 let along = |mut points: Vec<Point>| {
                     // A rover that waits for nobody may have driven on.
                     points[0] = start;
@@ -79,7 +79,7 @@ impl Fly {
     /// What to do before a flight is announced.
     fn begin(&mut self, turn: &Turn<'_>, trip: Trip) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
-        let driver = ward(turn.team, is_driver);
+        let driver = ward(turn.team, is_driver).map(|(_, driver)| driver);
         let is_first = driver.is_some_and(|driver| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
             return idle(turn.pass());
@@ -105,10 +105,12 @@ impl Fly {
 
 /// The robot that the helicopter which decides looks ahead for, among those that `wants` names and that still act: the first
 /// helicopter for the first of them, the second for the second, and from the last on again for the first.
-fn ward(team: &Team, wants: impl Fn(&Vehicle) -> bool) -> Option<&Member> {
+fn ward(team: &Team, wants: impl Fn(&Vehicle) -> bool) -> Option<(RobotId, &Member)> {
     let wards = || {
-        let acts = |member: &&Member| member.standing == Standing::Active && wants(&member.robot.vehicle);
-        team.members.iter().filter(acts)
+        let acts = |(_, member): &(RobotId, &Member)| {
+            member.standing == Standing::Active && wants(&member.robot.vehicle)
+        };
+        (0..).map(RobotId).zip(team.members.iter()).filter(acts)
     };
     let before = team.members.iter().take(team.due.0.into());
     let number = before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
@@ -142,7 +144,7 @@ impl Planner for Fly {
         if !matches!(turn.me.robot.vehicle, Vehicle::Helicopter { .. }) {
             return hold;
         }
-        let driver = ward(turn.team, is_driver);
+        let driver = ward(turn.team, is_driver).map(|(_, driver)| driver);
         let trip = match driver.map(|driver| (driver.robot.vehicle, driver.travel)) {
             Some((Vehicle::Driver { goal, goal_radius_m, .. }, Some(travel))) => {
                 Trip { start: point(travel.at), goal: Goal { at: point(goal), radius_m: goal_radius_m } }

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cell, Cover, Grid, Mixed, Name, Patrol, Reading, RunId, Scout, Task};
+use crate::{Cell, Cover, Design, Grid, Mixed, Name, Patrol, Reading, RobotId, RunId, Scout, Task};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -239,9 +239,9 @@ pub struct Brief {
     pub payoff: Payoff,
     /// What an orbiter has measured of the whole map beforehand.
     pub priors: Priors,
-    /// How far a hop goes, and how it slips and drifts by soil.
+    /// How far a hop goes, and how it slips and drifts by soil; [`Brief::motion_of`] has that of each hopper.
     pub motion: MotionParameters,
-    /// How far the hopper sees from a height.
+    /// How far a hopper sees from a height; [`Brief::sensor_of`] has that of each.
     pub sensor: SensorParameters,
     /// Steps of the mission, and time for a decision.
     pub limits: Limits,
@@ -258,7 +258,8 @@ pub struct Brief {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scout: Option<Scout>,
     /// Which robots decide the mission, if each has a task of its own. Then `cover` is what those rovers cover that have no goal,
-    /// `scout` is given if a rover drives to a goal, and motion, sensor and payoff are those of all hoppers.
+    /// `scout` is given if a rover drives to a goal, motion and sensor are those of hoppers without a design of their own, and the
+    /// payoff is that of all hoppers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mixed: Option<Mixed>,
 }
@@ -293,6 +294,28 @@ impl Brief {
     #[must_use]
     pub fn has_routes(&self) -> bool {
         self.mixed.is_some() || self.cover.is_none() && self.has_team()
+    }
+
+    fn design_of(&self, robot: RobotId) -> Option<&Design> {
+        self.mixed.as_ref().and_then(|mixed| mixed.designs.of(robot))
+    }
+
+    /// How the hopper `robot` hops.
+    #[must_use]
+    pub fn motion_of(&self, robot: RobotId) -> &MotionParameters {
+        self.design_of(robot).map_or(&self.motion, |design| &design.motion)
+    }
+
+    /// How far the hopper `robot` sees.
+    #[must_use]
+    pub fn sensor_of(&self, robot: RobotId) -> &SensorParameters {
+        self.design_of(robot).map_or(&self.sensor, |design| &design.sensor)
+    }
+
+    /// The brief as it is for the hopper `robot`: with its own motion and sensor.
+    #[must_use]
+    pub fn for_hopper(&self, robot: RobotId) -> Brief {
+        Brief { motion: *self.motion_of(robot), sensor: *self.sensor_of(robot), ..*self }
     }
 
     /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in

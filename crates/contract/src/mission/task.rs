@@ -3,10 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::RobotSet;
+use crate::{Designs, RobotSet};
 
 /// What a mission is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
     /// A hopper goes from a start to a goal.
     Reach,
@@ -24,11 +24,13 @@ pub enum Task {
 
 /// A mission of robots of any kind, each with a start and a task of its own: a hopper with a goal hops there, a rover with a
 /// goal drives there over uncertain ground, rovers without one cover ground, helicopters look ahead.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mixed {
     /// The robots whose tasks decide the mission: it reaches its goal once they are all done, and fails once one of them
     /// cannot be done any more. At least one.
     pub required: RobotSet,
+    /// Hoppers that hop or see otherwise than the brief says.
+    pub designs: Designs,
 }
 
 /// What planners of routes are given beside the robots: the seed of their random numbers, and how many samples they draw.

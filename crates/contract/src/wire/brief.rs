@@ -10,13 +10,14 @@ use super::{
     run_to_wire, tag,
 };
 use crate::limits::{
-    BUDGET_MAX_NS, DECISIONS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX, TREASURES_MAX,
+    BUDGET_MAX_NS, DECISIONS_MAX, DESIGNS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX,
+    TREASURES_MAX,
 };
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, Cover, CoverMode, DistanceNorm, GradientSource, Guard, Limits, Mixed, MotionParameters,
-    Name, Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, RobotSet, Scout, SensorParameters,
-    SoilMotion, Weights,
+    Brief, Cell, Cover, CoverMode, Design, Designs, DistanceNorm, GradientSource, Guard, Limits, Mixed,
+    MotionParameters, Name, Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, RobotSet, Scout,
+    SensorParameters, SoilMotion, Weights,
 };
 
 /// Scatter of hops on one soil.
@@ -32,6 +33,27 @@ pub struct SoilMotionV1 {
     /// Flights per intended hop, 1 or 2.
     pub flights: u32,
     pub reserved: u32,
+}
+
+/// How some hoppers hop and see. Slope limit, gravity and gradient source are those of the brief.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DesignV1 {
+    /// The robots that are of this design, one bit each; 0 for an unused one, whose other fields are 0 too.
+    pub robots: u32,
+    pub reserved: u32,
+    /// Scatter on hard ground.
+    pub hard: SoilMotionV1,
+    /// Scatter on sand.
+    pub sand: SoilMotionV1,
+    /// Launch angle, radians.
+    pub launch_angle_rad: f64,
+    /// Sensor gain, m/m.
+    pub sensor_gain: f64,
+    /// Sensor offset, metres.
+    pub sensor_offset_m: f64,
+    /// Sensing radius, metres, smallest first.
+    pub sensor_radius_m: [f64; 2],
 }
 
 #[repr(C)]
@@ -129,10 +151,13 @@ pub struct BriefV9 {
     pub required: u32,
     /// Stages after the first.
     pub further_stages: u32,
+    /// Designs of hoppers that hop or see otherwise; the rest zero.
+    pub designs: [DesignV1; DESIGNS_MAX],
 }
 
 const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<BriefV9>() == 584);
+const _: () = assert!(size_of::<DesignV1>() == 112);
+const _: () = assert!(size_of::<BriefV9>() == 584 + 448);
 
 impl Wire for BriefV9 {
     const NAME: &'static str = "hop.Brief.v9";
@@ -228,6 +253,7 @@ impl From<&Brief> for BriefV9 {
             helicopter_samples: brief.scout.map_or(0, |scout| scout.helicopter_samples),
             required: brief.mixed.map_or(0, |mixed| mixed.required.0.into()),
             further_stages: brief.scout.map_or(0, |scout| scout.stages.saturating_sub(1)),
+            designs: designs_to_wire(brief),
         }
     }
 }
@@ -255,6 +281,7 @@ impl TryFrom<&BriefV9> for Brief {
         if patrol.is_some_and(|patrol| patrol.goal(0) != goal) {
             return Err(Refusal::malformed("brief.goal", "the patrol's first", goal));
         }
+        let Design { motion, sensor } = design_from_wire(wire, &own_design(wire))?;
         let robots =
             u16::try_from(wire.robots).ok().filter(|robots| (1..=ROBOTS_MAX).contains(&usize::from(*robots)));
         Ok(Self {
@@ -286,29 +313,8 @@ impl TryFrom<&BriefV9> for Brief {
                 height_m: range("brief.priors.height_m", wire.height_range_m)?,
                 treasures: treasures_from_wire(wire.treasures)?,
             },
-            motion: MotionParameters {
-                hard: (&wire.hard).try_into()?,
-                sand: (&wire.sand).try_into()?,
-                slope_limit_rad: float("brief.slope_limit_rad", wire.slope_limit_rad, 0.01, 1.57)?,
-                launch_angle_rad: float("brief.launch_angle_rad", wire.launch_angle_rad, 0.01, 1.56)?,
-                gravity_mps2: float("brief.gravity_mps2", wire.gravity_mps2, 1.0e-4, 100.0)?,
-            },
-            sensor: SensorParameters {
-                gain: float("brief.sensor.gain", wire.sensor_gain, 0.0, 1.0e6)?,
-                offset_m: length("brief.sensor.offset_m", wire.sensor_offset_m)?,
-                radius_min_m: float("brief.sensor.radius_min_m", wire.sensor_radius_m[0], 0.0, LENGTH_MAX_M)?,
-                radius_max_m: float(
-                    "brief.sensor.radius_max_m",
-                    wire.sensor_radius_m[1],
-                    wire.sensor_radius_m[0],
-                    LENGTH_MAX_M,
-                )?,
-                gradient: tag("brief.gradient_source", wire.gradient_source, |code| match code {
-                    1 => Some(GradientSource::Measured),
-                    2 => Some(GradientSource::SeenDifferences),
-                    _ => None,
-                })?,
-            },
+            motion,
+            sensor,
             limits: Limits {
                 steps_max: if (1..=DECISIONS_MAX).contains(&wire.steps_max) {
                     wire.steps_max
@@ -421,7 +427,12 @@ fn scout_from_wire(wire: &BriefV9) -> Result<Option<Scout>, Refusal> {
 
 fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
     if wire.required == 0 {
-        return Ok(None);
+        return if wire.designs.iter().all(|design| design.robots == 0) {
+            Ok(None)
+        } else {
+            let need = "none but where robots have tasks of their own";
+            Err(Refusal::malformed("brief.designs", need, wire.designs[0].robots))
+        };
     }
     if wire.goal_count > 0 {
         return Err(Refusal::malformed(
@@ -434,7 +445,90 @@ fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
     let required = u16::try_from(wire.required).ok().map(RobotSet).filter(|set| set.0 & !all.0 == 0);
     let refuse =
         || Refusal::malformed("brief.required", &format!("robots of the mission, {all}"), wire.required);
-    Ok(Some(Mixed { required: required.ok_or_else(refuse)? }))
+    Ok(Some(Mixed { required: required.ok_or_else(refuse)?, designs: designs_from_wire(wire)? }))
+}
+
+/// The design that most hoppers have, as one of many.
+fn own_design(wire: &BriefV9) -> DesignV1 {
+    DesignV1 {
+        robots: 0,
+        reserved: 0,
+        hard: wire.hard,
+        sand: wire.sand,
+        launch_angle_rad: wire.launch_angle_rad,
+        sensor_gain: wire.sensor_gain,
+        sensor_offset_m: wire.sensor_offset_m,
+        sensor_radius_m: wire.sensor_radius_m,
+    }
+}
+
+fn design_from_wire(brief: &BriefV9, wire: &DesignV1) -> Result<Design, Refusal> {
+    let [min_m, max_m] = wire.sensor_radius_m;
+    Ok(Design {
+        motion: MotionParameters {
+            hard: (&wire.hard).try_into()?,
+            sand: (&wire.sand).try_into()?,
+            slope_limit_rad: float("brief.slope_limit_rad", brief.slope_limit_rad, 0.01, 1.57)?,
+            launch_angle_rad: float("brief.launch_angle_rad", wire.launch_angle_rad, 0.01, 1.56)?,
+            gravity_mps2: float("brief.gravity_mps2", brief.gravity_mps2, 1.0e-4, 100.0)?,
+        },
+        sensor: SensorParameters {
+            gain: float("brief.sensor.gain", wire.sensor_gain, 0.0, 1.0e6)?,
+            offset_m: length("brief.sensor.offset_m", wire.sensor_offset_m)?,
+            radius_min_m: float("brief.sensor.radius_min_m", min_m, 0.0, LENGTH_MAX_M)?,
+            radius_max_m: float("brief.sensor.radius_max_m", max_m, min_m, LENGTH_MAX_M)?,
+            gradient: tag("brief.gradient_source", brief.gradient_source, |code| match code {
+                1 => Some(GradientSource::Measured),
+                2 => Some(GradientSource::SeenDifferences),
+                _ => None,
+            })?,
+        },
+    })
+}
+
+fn designs_from_wire(wire: &BriefV9) -> Result<Designs, Refusal> {
+    let mut of = [None; ROBOTS_MAX];
+    let all = RobotSet::ALL.of(u16::try_from(wire.robots).unwrap_or(u16::MAX));
+    for design in wire.designs.iter().filter(|design| design.robots != 0) {
+        let parsed = design_from_wire(wire, design)?;
+        let robots = u16::try_from(design.robots).ok().map(RobotSet).filter(|set| set.0 & !all.0 == 0);
+        let refuse = || {
+            let need = format!("robots of the mission, {all}, each once");
+            Refusal::malformed("brief.designs", &need, design.robots)
+        };
+        for robot in robots.ok_or_else(refuse)?.iter() {
+            if of[usize::from(robot.0)].replace(parsed).is_some() {
+                return Err(refuse());
+            }
+        }
+    }
+    Designs::new(of).ok_or_else(|| {
+        let need = format!("at most {DESIGNS_MAX} different ones");
+        Refusal::malformed("brief.designs", &need, "more")
+    })
+}
+
+fn designs_to_wire(brief: &Brief) -> [DesignV1; DESIGNS_MAX] {
+    let mut designs = [DesignV1::zeroed(); DESIGNS_MAX];
+    let Some(mixed) = &brief.mixed else { return designs };
+    for robot in RobotSet::first(brief.robots).iter() {
+        let Some(Design { motion, sensor }) = mixed.designs.of(robot) else { continue };
+        let wire = DesignV1 {
+            robots: 0,
+            reserved: 0,
+            hard: (&motion.hard).into(),
+            sand: (&motion.sand).into(),
+            launch_angle_rad: motion.launch_angle_rad,
+            sensor_gain: sensor.gain,
+            sensor_offset_m: sensor.offset_m,
+            sensor_radius_m: [sensor.radius_min_m, sensor.radius_max_m],
+        };
+        let same = |known: &&mut DesignV1| known.robots == 0 || DesignV1 { robots: 0, ..**known } == wire;
+        if let Some(place) = designs.iter_mut().find(same) {
+            *place = DesignV1 { robots: place.robots | 1 << robot.0, ..wire };
+        }
+    }
+    designs
 }
 
 fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {

@@ -43,6 +43,26 @@ fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
     assert_eq!((again.hash, &again.fleet, again.brief), (world.hash, &world.fleet, world.brief));
 }
 
+/// P-MIXED-DESIGN: hoppers may hop and see otherwise than `[robot]` says, each for itself; what is left out is as there.
+#[test]
+fn hoppers_have_designs_of_their_own() {
+    let hopper = "start = [60, 62]\ngoal = [140, 66]";
+    let own = "launch_angle_deg = 60.0\nsand = { intended = 0.6, stuck = 0.2, sideways = 0.1, flights = 1 }\nsensor = { offset_m = 3.0 }";
+    let text = EXPEDITION.replacen(hopper, &format!("{hopper}\n{own}"), 1);
+    let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
+    let brief = world.brief;
+    let (motion, sensor) = (brief.motion_of(RobotId(2)), brief.sensor_of(RobotId(2)));
+    assert_eq!((motion.launch_angle_rad, motion.hard), (60.0_f64.to_radians(), brief.motion.hard));
+    assert_eq!((motion.sand.stuck, motion.sand.flights), (0.2, 1));
+    assert_eq!((sensor.offset_m, sensor.gain), (3.0, brief.sensor.gain));
+    assert_eq!(brief.sensor_of(RobotId(3)).gain, 4.0, "as the scenario has it");
+    assert_eq!(brief.motion_of(RobotId(3)), &brief.motion);
+    let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, again.brief), (world.hash, world.brief));
+    let other = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
+    assert_ne!(other.hash, world.hash, "a mission of other hoppers is another mission");
+}
+
 /// P-MIXED-SCENARIO.
 // Long: a row for each error.
 #[test]
@@ -80,6 +100,22 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
             "start = [8, 60]\nrequired = true\nspeed_mps",
             "robots.required: need false for a helicopter",
         ),
+        (
+            "sensor = { gain = 4.0 }",
+            "sensor = { radius_min_m = 0.5 }",
+            "robots.sensor.radius_min_m: need at least one hop, so that the hopper sees where it may land, got 0.5 m for robot 3",
+        ),
+        ("sensor = { gain = 4.0 }", "sensor = { gradient = \"measured\" }", "unknown field `gradient`"),
+        (
+            "sensor = { gain = 4.0 }",
+            "hard = { intended = 0.9, stuck = 0.9, sideways = 0.0, flights = 1 }",
+            "motion.sum",
+        ),
+        (
+            "start = [10, 100]",
+            "start = [10, 100]\nsensor = { gain = 4.0 }",
+            "robots: need vehicle = \"hopper\" for launch_angle_deg, hard, sand and sensor, got sensor of robot 5, a rover",
+        ),
         ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0"),
         (
             "profile = \"hopper\"",
@@ -100,6 +136,13 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
     let hills = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
         [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n";
     let robot = |text: &str| format!("[[robots]]\nvehicle = {text}\n");
+    let designs: String = (0..5)
+        .map(|row| {
+            robot(&format!(
+                "\"hopper\"\nstart = [0, {row}]\ngoal = [5, {row}]\nsensor = {{ gain = {row}.5 }}"
+            ))
+        })
+        .collect();
     let many: String =
         (0..17).map(|robot| format!("[[robots]]\nstart = [{}, {}]\n", robot % 9, robot / 9)).collect();
     for (robots, need) in [
@@ -115,6 +158,7 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
             robot("\"helicopter\"\nstart = [1, 1]\naccuracy = 0.9"),
             "robots.accuracy: need none on ground without speeds",
         ),
+        (designs, "robots: need hoppers of at most 4 designs beside that of [robot], got more"),
         (many, "robots: need 1 to 16 of them, each with a start, got 17"),
         (String::new(), "robots: need 1 to 16 of them, each with a start, got 0"),
     ] {

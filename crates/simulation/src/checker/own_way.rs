@@ -1,9 +1,10 @@
 //! The ways of hoppers that have goals of their own.
 
-use contract::{Action, Cell, Direction, Origin};
+use contract::{Action, Cell, Design, Direction, Origin, RobotId};
 use planner::Situation;
 
 use super::Checker;
+use crate::expected::design;
 use crate::robots::Robots;
 use crate::scouts::mixed::Mixed;
 
@@ -52,7 +53,9 @@ impl Checker {
         let Some([start, goal, at]) = self.own_way() else { return };
         let (brief, state) = (situation.brief, situation.state);
         let height_m = self.mission.terrain.ground(at).map(|ground| ground.height_m);
+        let due = self.mixed().and_then(Mixed::due).unwrap_or(RobotId(0));
         let is_own = (brief.start, brief.goal) == (start, goal)
+            && design(&self.mission.brief, due) == (Design { motion: brief.motion, sensor: brief.sensor })
             && state.pose.cell == at
             && Some(state.pose.height_m) == height_m;
         self.require(is_own, "a hopper's planner is given its own way", || {

@@ -13,7 +13,7 @@ use motion::{Domain, Draw};
 
 use super::{Scouts, TOLERANCE_M, point};
 use crate::covered::{Covered, is_free};
-use crate::expected::{Shown, disc, square};
+use crate::expected::{Shown, design, disc, square};
 use crate::rovers::{self, beside};
 
 /// The robots of a mission after some decisions.
@@ -89,6 +89,11 @@ impl Mixed {
         let scout = &self.scouts.scouts[self.scouts.next()?];
         let Vehicle::HopperTo { goal } = scout.robot.vehicle else { return None };
         Some([scout.robot.start.cell, goal, scout.cell])
+    }
+
+    /// The robot that is due.
+    pub fn due(&self) -> Option<RobotId> {
+        self.scouts.next().map(|number| RobotId(number as u16))
     }
 
     /// How a robot stands.
@@ -227,7 +232,8 @@ impl Mixed {
         };
         let Mission { brief, terrain, seed, .. } = mission;
         let uniform = Draw::new(*seed, Domain::Motion, RobotId(number as u16), decision).uniform();
-        let branch = motion::transition(&brief.motion, ground, direction).branch(uniform);
+        let law = design(brief, RobotId(number as u16)).motion;
+        let branch = motion::transition(&law, ground, direction).branch(uniform);
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
         let end = motion::landing(&brief.grid, from, direction, branch);
@@ -238,7 +244,7 @@ impl Mixed {
                 to = over;
             }
         }
-        Outcome { branch, from, to, flight: motion::flight(&brief.motion, &brief.grid, ground.soil, rise_m) }
+        Outcome { branch, from, to, flight: motion::flight(&law, &brief.grid, ground.soil, rise_m) }
     }
 
     /// A record was committed.
@@ -286,8 +292,11 @@ impl Mixed {
         let Scouts { scouts, shown, .. } = &mut self.scouts;
         let (sensor, cell) = (scouts[number].robot.sensor, scouts[number].cell);
         match (sensor, mission.terrain.ground(cell)) {
-            (Sensor::Disc, Some(ground)) => disc(&mission.brief, Pose { cell, height_m: ground.height_m })
-                .for_each(|index| shown[index] = Shown::Truth),
+            (Sensor::Disc, Some(ground)) => {
+                let pose = Pose { cell, height_m: ground.height_m };
+                disc(&mission.brief, RobotId(number as u16), pose)
+                    .for_each(|index| shown[index] = Shown::Truth);
+            }
             (Sensor::Square { range_cells }, _) => {
                 square(&mission.brief, range_cells as i32, cell).for_each(|index| shown[index] = Shown::Truth)
             }

@@ -1,9 +1,10 @@
 //! Robots of all kinds on a small map, each with a task of its own.
 
-use contract::limits::TREASURES_MAX;
+use contract::limits::{DESIGNS_MAX, TREASURES_MAX};
 use contract::{
-    Brief, Cell, Cover, CoverMode, Direction, DriveSpeed, GradientSource, Grid, Guard, Limits, Placement,
-    Profile, Robot, RobotId, RobotSet, Scout, Sensor, SpeedPrior, Vehicle, Waypoint,
+    Brief, Cell, Cover, CoverMode, Design, Designs, Direction, DriveSpeed, GradientSource, Grid, Guard,
+    Limits, MotionParameters, Placement, Profile, Robot, RobotId, RobotSet, Scout, Sensor, SensorParameters,
+    SoilMotion, SpeedPrior, Vehicle, Waypoint,
 };
 use hopper_sim::Mission;
 use scenario::{Fault, Fleet};
@@ -244,9 +245,9 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
             helicopter_samples: chance.between(10, 40) as u32,
             stages: 1,
         }),
-        mixed: Some(contract::Mixed { required: required(&kinds, &mut chance) }),
         ..brief
     };
+    let required = required(&kinds, &mut chance);
     let measures = brief.profile == Profile::Paper2023 || !has(Kind::Hopper);
     brief.sensor.gradient = if measures { GradientSource::Measured } else { GradientSource::SeenDifferences };
     (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[1.0, 2.0]), 0.4);
@@ -254,7 +255,43 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     brief.sensor.radius_max_m = 4.0;
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
     brief.priors.treasures = terrain.treasures.len() as u32;
+    let designs = designs(&kinds, &brief, &mut chance);
+    brief.mixed = Some(contract::Mixed { required, designs });
     Mission { brief, terrain: terrain.into(), seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+}
+
+/// How hoppers hop and see: some of them more carefully than the others, or further.
+fn designs(kinds: &[Kind], brief: &Brief, chance: &mut Chance) -> Designs {
+    let Brief { motion, sensor, .. } = *brief;
+    let mut other = |kind: &Kind| {
+        let differs = *kind == Kind::Hopper && chance.one_in(2);
+        differs.then(|| {
+            let soil = |soil: SoilMotion, stuck| SoilMotion {
+                intended: soil.intended - stuck,
+                stuck: soil.stuck + stuck,
+                ..soil
+            };
+            let stuck = chance.pick(&[0.0, 0.2]);
+            Design {
+                motion: MotionParameters {
+                    hard: soil(motion.hard, stuck),
+                    sand: soil(motion.sand, stuck),
+                    launch_angle_rad: chance.pick(&[motion.launch_angle_rad, 1.2]),
+                    ..motion
+                },
+                sensor: SensorParameters { gain: chance.pick(&[0.0, sensor.gain, 4.0]), ..sensor },
+            }
+        })
+    };
+    let mut known: Vec<Design> = Vec::new();
+    Designs::new(kinds.iter().map(|kind| {
+        let own = other(kind)?;
+        if !known.contains(&own) && known.len() < DESIGNS_MAX {
+            known.push(own);
+        }
+        known.contains(&own).then_some(own)
+    }))
+    .expect("no more designs than a mission may have")
 }
 
 /// Most robots on the ground, one of them at least.

@@ -1,0 +1,101 @@
+//! How hoppers differ that have one mission: how each hops, and how far it sees.
+
+use serde::{Deserialize, Serialize};
+
+use crate::limits::{DESIGNS_MAX, ROBOTS_MAX};
+use crate::{MotionParameters, RobotId, SensorParameters};
+
+/// How a hopper hops and sees. The length of a hop is not part of it, since it makes the lattice of the mission; slope limit,
+/// gravity and the source of gradients are those of all hoppers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Design {
+    /// How its hops slip and drift by soil, and how steeply it takes off.
+    pub motion: MotionParameters,
+    /// How far it sees from a height.
+    pub sensor: SensorParameters,
+}
+
+/// Which hoppers of a mission are of another design than that of the brief: at most [`DESIGNS_MAX`] others.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Designs {
+    /// For each robot 0 for the design of the brief, or a number from 1.
+    of: [u8; ROBOTS_MAX],
+    designs: [Option<Design>; DESIGNS_MAX],
+}
+
+impl Designs {
+    /// The designs of the robots, in their order, where they are others than the brief's. `None` if there are too many robots,
+    /// or too many designs.
+    #[must_use]
+    pub fn new(robots: impl IntoIterator<Item = Option<Design>>) -> Option<Self> {
+        let mut all = Self::default();
+        for (robot, design) in robots.into_iter().enumerate() {
+            let of = all.of.get_mut(robot)?;
+            let Some(design) = design else { continue };
+            let place = all.designs.iter().position(|known| known.is_none_or(|known| known == design))?;
+            all.designs[place] = Some(design);
+            *of = place as u8 + 1;
+        }
+        Some(all)
+    }
+
+    /// The design of `robot`, if it is another than the brief's.
+    #[must_use]
+    pub fn of(&self, robot: RobotId) -> Option<&Design> {
+        let number = *self.of.get(usize::from(robot.0))?;
+        self.designs.get(usize::from(number).checked_sub(1)?)?.as_ref()
+    }
+
+    /// Whether all hoppers are of the brief's design.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.designs[0].is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GradientSource, SoilMotion};
+
+    fn design(gain: f64) -> Design {
+        let soil = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, flights: 1 };
+        Design {
+            motion: MotionParameters {
+                hard: soil,
+                sand: soil,
+                slope_limit_rad: 0.5,
+                launch_angle_rad: 0.8,
+                gravity_mps2: 3.72,
+            },
+            sensor: SensorParameters {
+                gain,
+                offset_m: 1.0,
+                radius_min_m: 1.0,
+                radius_max_m: 9.0,
+                gradient: GradientSource::Measured,
+            },
+        }
+    }
+
+    #[test]
+    fn equal_designs_are_kept_once_and_each_robot_has_its_own() {
+        let given = [None, Some(design(1.0)), Some(design(2.0)), None, Some(design(1.0))];
+        let designs = Designs::new(given).unwrap();
+        for (robot, design) in (0..).zip(given) {
+            assert_eq!(designs.of(RobotId(robot)).copied(), design, "robot {robot}");
+        }
+        assert_eq!(designs.of(RobotId(5)), None);
+        assert_eq!(designs.of(RobotId(u16::MAX)), None);
+        assert!(!designs.is_empty());
+        assert!(Designs::new([None; ROBOTS_MAX]).unwrap().is_empty());
+    }
+
+    #[test]
+    fn more_designs_or_robots_than_a_mission_may_have_are_none() {
+        let different = |count: usize| (0..count).map(|number| Some(design(number as f64)));
+        assert!(Designs::new(different(DESIGNS_MAX)).is_some());
+        assert!(Designs::new(different(DESIGNS_MAX + 1)).is_none());
+        assert!(Designs::new([Some(design(1.0)); ROBOTS_MAX + 1]).is_none());
+    }
+}
