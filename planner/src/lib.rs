@@ -31,6 +31,7 @@
 
 pub mod algorithm;
 mod assignment;
+mod closed;
 pub mod conformance;
 pub mod cover;
 pub mod drive;

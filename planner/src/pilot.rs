@@ -17,6 +17,7 @@ use contract::{
     Vetoed,
 };
 
+use crate::closed::{ClosedMap, stopped};
 use crate::plan::Scouting;
 use crate::{Plan, PlanStatus, Situation};
 
@@ -148,6 +149,8 @@ pub struct Pilot {
     leg: Option<Brief>,
     /// What the hopper that is due plans for, if it has a goal of its own.
     own: Option<OwnWay>,
+    /// The map that it is given, if robots stand on it for good.
+    closed: Option<ClosedMap>,
     state: Option<State>,
     /// The robots as last told of; those of the present state only if [`Team::is_of`] says so.
     team: Option<Team>,
@@ -184,6 +187,7 @@ impl Pilot {
             brief: None,
             leg: None,
             own: None,
+            closed: None,
             state: None,
             team: None,
             map: Replica::new(RobotId(0)),
@@ -254,6 +258,7 @@ impl Pilot {
         }
         if self.brief.as_ref().is_some_and(|brief| brief.mixed.is_some()) {
             self.own = self.own_way();
+            self.close();
         }
         self.gather(now, &mut effects);
         self.plan(now, &mut effects);
@@ -275,6 +280,22 @@ impl Pilot {
             brief: Brief { start, goal, ..brief.for_hopper(team.due) },
             state: State { pose, ..*state },
         })
+    }
+
+    /// Makes the cells impassable where robots stand for good, for the hopper that is due if it is one of those commanded here.
+    fn close(&mut self) {
+        let team = self.own.and(self.team.as_ref()).filter(|team| self.config.robots.has(team.due));
+        let (Some(team), Some(map)) = (team, self.map.map()) else { return };
+        let mut closed: Vec<usize> =
+            stopped(team, &map.grid).filter_map(|cell| map.grid.index(cell)).collect();
+        closed.sort_unstable();
+        closed.dedup();
+        let known = self.closed.take();
+        self.closed = match known {
+            _ if closed.is_empty() => None,
+            Some(known) if known.is_of(map, &closed) => Some(known),
+            known => Some(ClosedMap::of(known, map, closed)),
+        };
     }
 
     /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.
@@ -330,10 +351,12 @@ impl Pilot {
                 };
                 let scouting = if self.needs_scouting() { Some(self.scouting()?) } else { None };
                 let hops = |team: &Team| team.member(team.due).is_some_and(|due| due.robot.vehicle.hops());
-                let (brief, state) = match (&self.own, brief.mixed.is_some() && team.is_some_and(hops)) {
-                    (Some(own), true) => (&own.brief, &own.state),
+                let (brief, state, map) = match (&self.own, brief.mixed.is_some() && team.is_some_and(hops)) {
+                    (Some(own), true) => {
+                        (&own.brief, &own.state, self.closed.as_ref().map_or(map, ClosedMap::map))
+                    }
                     (None, true) => return None,
-                    (_, false) => (brief, state),
+                    (_, false) => (brief, state, map),
                 };
                 is_mine.then_some(Situation { brief, map, state, team, scouting })
             }
@@ -553,7 +576,7 @@ impl Pilot {
         effects: &mut Vec<Effect>,
     ) {
         let asked = self.planning.take();
-        let Some(situation) = self.situation() else { return };
+        let (Some(situation), Some(map)) = (self.situation(), self.map.map()) else { return };
         let (due, vetoed) = (due(situation.state), situation.state.vetoed);
         if asked != Some(due) {
             return;
@@ -569,7 +592,8 @@ impl Pilot {
             } else {
                 plan.action
             },
-            observation: situation.map.observation(),
+            // Of the map as it is, whatever the planner was given.
+            observation: map.observation(),
             planner: self.config.planner,
             incarnation: self.config.incarnation,
             pid: self.config.pid,

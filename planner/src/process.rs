@@ -137,7 +137,7 @@ impl<P: Ports> PlannerProcess<P> {
             append(&mut effects, self.pilot.on(Event::State(state), ports.now()));
         }
         // After the state, so that it is no older.
-        if let Some(team) = accept(self.teams.newest()) {
+        if let Some(team) = accept(self.teams.newest()).filter(|team| self.can_plan_for_robots(team)) {
             append(&mut effects, self.pilot.on(Event::Team(team), ports.now()));
         }
         self.receive_map(&mut effects, ports).await;
@@ -307,18 +307,45 @@ impl<P: Ports> PlannerProcess<P> {
             let (need, got) = (need.join(", "), self.planner.name());
             format!("scenario {scenario} needs one of the planners {need}, got {got}")
         };
+        self.refuse(error);
+        false
+    }
+
+    /// Whether the algorithm can plan for the robots that are to be commanded, where each has a task of its own. Otherwise the log
+    /// says so once, and the robots are as good as not heard of.
+    fn can_plan_for_robots(&mut self, team: &Team) -> bool {
+        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.mixed.is_some()) else { return true };
+        let tasks = |robot| brief.tasks_of(team.member(robot).map(|member| member.robot.vehicle));
+        let planner = &self.planner;
+        let unsuited = self.commands.iter().map(|(robot, _)| *robot).find_map(|robot| {
+            let tasks = tasks(robot);
+            let is_suited = tasks.iter().any(|task| planner.suits(*task));
+            (!is_suited).then_some((robot, tasks))
+        });
+        let Some((robot, tasks)) = unsuited else { return true };
+        let need: Vec<&str> = tasks.into_iter().flat_map(of_task).collect();
+        self.refuse(format!(
+            "robot {robot} of scenario {} needs one of the planners {}, got {}",
+            brief.scenario,
+            need.join(", "),
+            planner.name()
+        ));
+        false
+    }
+
+    /// Notes why nothing can be planned, and logs it unless that was the last reason.
+    fn refuse(&mut self, error: String) {
         if self.unfit.as_ref() != Some(&error) {
             tracing::warn!("{error}; waiting for another mission");
         }
         self.unfit = Some(error);
-        false
     }
 
     /// What is missing, if anything.
     fn lacks(&self) -> Option<&'static str> {
-        match (&self.unfit, self.pilot.known_brief()) {
-            (Some(_), None) => Some("hopper-sim: a mission that this planner can plan for"),
-            _ => self.pilot.waits_for(),
+        match &self.unfit {
+            Some(_) => Some("hopper-sim: a mission that this planner can plan for"),
+            None => self.pilot.waits_for(),
         }
     }
 

@@ -3,11 +3,15 @@
 
 use std::sync::Arc;
 
-use contract::{Action, DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint};
+use contract::{
+    Action, Cell, DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint,
+};
 use helicopter::{Sensor, Sighting};
 use routing::stage_seed;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
+use crate::closed::{goals, stopped};
+use crate::names::AHEAD_ALGORITHMS;
 use crate::plan::{Scouting, Situation};
 
 /// A situation of a robot that goes from point to point, taken apart.
@@ -33,13 +37,32 @@ impl<'a> Turn<'a> {
 
     /// What is known of the speeds; `None` if prior and map are of different ground.
     pub fn belief(&self) -> Option<Belief> {
+        self.belief_with(&[])
+    }
+
+    /// What the rover that decides knows, to which the cells are closed where other robots stand for good, the goals of hoppers,
+    /// and `occupied`.
+    pub fn belief_among_others(&self, occupied: Option<Cell>) -> Option<Belief> {
+        let grid = self.map.grid;
+        let closed = stopped(self.team, &grid).chain(goals(self.team)).chain(occupied);
+        let mut closed: Vec<usize> =
+            closed.filter(|cell| *cell != self.me.at.cell).filter_map(|cell| grid.index(cell)).collect();
+        closed.sort_unstable();
+        self.belief_with(&closed)
+    }
+
+    /// What is known of the speeds, with no way through the `closed` cells, whose indices are in order.
+    fn belief_with(&self, closed: &[usize]) -> Option<Belief> {
         let grid = self.map.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
         let mut accuracies = self.team.members.iter().filter_map(|member| member.robot.sensor.accuracy());
         let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
-        let cells = self.scouting.prior.cells.iter().zip(self.map.cells());
+        let cells = self.scouting.prior.cells.iter().zip(self.map.cells()).enumerate();
         let speed = |speed: DriveSpeed| Speed::ALL[speed as usize];
-        let speeds = cells.map(|(prior, seen)| {
+        let speeds = cells.map(|(index, (prior, seen))| {
+            if closed.binary_search(&index).is_ok() {
+                return Some(SpeedDistribution::certain(Speed::Zero));
+            }
             let sighting = Sighting {
                 speed: seen.and_then(|ground| ground.speed).map(speed),
                 reading: seen.and_then(|ground| ground.reading).map(speed),
@@ -100,12 +123,13 @@ impl<'a> Turn<'a> {
             .map(|(_, member)| member)
     }
 
-    /// Whether a helicopter is still to fly, or about to announce a flight.
+    /// Whether a helicopter is still to fly, or about to announce a flight. Those that look ahead for hoppers do not count.
     pub fn is_scouted(&self) -> bool {
         let scouts = |member: &&Member| {
             let travel = member.travel.filter(|travel| travel.route.is_none() || travel.is_under_way());
             let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
-            flies && member.standing == Standing::Active && travel.is_some()
+            let is_for_hoppers = AHEAD_ALGORITHMS.contains(&member.leader.planner.as_str());
+            flies && member.standing == Standing::Active && travel.is_some() && !is_for_hoppers
         };
         self.others().any(|member| scouts(&member))
     }

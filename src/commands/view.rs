@@ -125,6 +125,12 @@ fn travel(member: &mut Member, record: &Record, routes: &[Route]) {
         Action::Drive if record.outcome.branch == Branch::Halted => {
             (travel.moved, travel.halted) = (Some(record.decision), Some(record.decision));
             travel.halts += 1;
+            // Along the leg by the length that was driven: exact on level ground.
+            let next = points(travel).and_then(|points| points.get(travel.reached as usize + 1).copied());
+            let Some(to) = next else { return };
+            let share = (record.outcome.flight.range_m / travel.at.distance_m(to)).min(1.0);
+            let along = |from: f64, to: f64| from + share * (to - from);
+            travel.at = Waypoint { x_m: along(travel.at.x_m, to.x_m), y_m: along(travel.at.y_m, to.y_m) };
         }
         _ => {}
     }

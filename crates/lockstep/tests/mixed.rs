@@ -46,11 +46,11 @@ fn robots_of(records: &[Record]) -> BTreeSet<u16> {
 fn the_built_in_scenario_keeps_its_digest() {
     let world = resolved(EXPEDITION);
     let (flown, records) = fly(&world, 1, &own_planners(&world));
-    assert_eq!((flown.state.status, records.len()), (Status::Goal, 578));
+    assert_eq!((flown.state.status, records.len()), (Status::Goal, 594));
     assert_eq!(robots_of(&records).len(), 6, "every robot acts");
     assert_eq!(
         flown.state.digest.to_string(),
-        "12ef672e13d941e6b6cfc4643720bb169a517ee0b8b0ee7226a842b9a0c0a0c3"
+        "9d8a8d37142b6837fd4bf2d0b14b79c5aa1558ee7984c4720790402c9d36a3e8"
     );
 }
 
@@ -111,7 +111,6 @@ fn a_hoppers_planner_is_swapped_alone() {
 /// P-MIXED-COLLIDE: robots on the ground never share a cell, whatever kinds they are of, and hops that stray stop before others.
 #[test]
 fn robots_of_all_kinds_on_a_small_ground_never_share_a_cell() {
-    let robot = |text: &str| format!("[[robots]]\nvehicle = {text}\n");
     let ground = "[truth.terrain.random_hills]\nwidth_cells = 12\nheight_cells = 10\ncell_size_m = 1.0\nseed = 4\nhills = 8\n\
         sigma_m = [2.0, 3.0]\namplitude_m = [0.05, 0.2]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
         [limits]\nsteps_max = 400\n";
@@ -199,4 +198,139 @@ fn a_hopper_sees_as_far_as_its_own_sensor_and_plans_by_its_own_law() {
     let bottomless = "{ intended = 0.01, stuck = 0.99, sideways = 0.0, flights = 2 }";
     assert!(crosses(&format!("hard = {firm}\nsand = {firm}")));
     assert!(!crosses(&format!("hard = {firm}\nsand = {bottomless}")));
+}
+
+const FLAT: &str = "[truth.terrain.obstacles]\nwidth_cells = 10\nheight_cells = 10\ncell_size_m = 1.0\npercent = 0.0\nseed = 1\n\
+    [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 300\n";
+
+/// Ground of uncertain speed, 200 m on a side.
+const WIDE: &str = "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
+    [limits]\nsteps_max = 300\n[guard]\nhazard_max = 0.25\n";
+
+fn robot(text: &str) -> String {
+    format!("[[robots]]\nvehicle = {text}\n")
+}
+
+/// Level ground on which a hop goes where it was meant to with that probability, and else to one side.
+fn law(intended: f64) -> String {
+    let sideways = (1.0 - intended) / 2.0;
+    format!(
+        "[robot.hard]\nintended = {intended:?}\nstuck = 0.0\nsideways = {sideways:?}\nflights = 1\n[mission]"
+    )
+}
+
+fn fails(robot: usize) -> String {
+    format!("[[faults]]\nrobot = {robot}\naction = 1\n")
+}
+
+/// P-MIXED-ROUND: robots that stand in the way for good are passed by, and nobody waits for who will not come.
+#[test]
+fn whoever_stands_in_the_way_is_passed_by() {
+    let stopped =
+        |x: i32, y: i32| robot(&format!("\"hopper\"\nstart = [{x}, {y}]\ngoal = [{y}, 9]\nrequired = false"));
+    let hopper = |planner: &str| {
+        let way = "\"hopper\"\nstart = [0, 5]\ngoal = [9, 5]\nplanner = ";
+        let straight = FLAT.replace("[mission]", &law(1.0));
+        [
+            straight.as_str(),
+            &robot(&format!("{way}{planner:?}")),
+            &stopped(4, 5),
+            &stopped(4, 6),
+            &stopped(4, 4),
+        ]
+        .concat()
+            + &[1, 2, 3].map(fails).concat()
+    };
+    let driver = |y: i32, planner: &str| {
+        robot(&format!("\"rover\"\nstart = [8, {y}]\ngoal = [20, {y}]\nplanner = {planner:?}"))
+    };
+    let beside = |planner: &str| [WIDE, &driver(60, planner), &driver(61, planner)].concat();
+    let stranded = |planner: &str| {
+        let hopper = "\"hopper\"\nstart = [17, 60]\ngoal = [17, 70]\nrequired = false";
+        [WIDE, &driver(60, planner), &robot(hopper), &fails(1)].concat()
+    };
+    let covering = robot("\"rover\"\nstart = [9, 1]\nheading = \"south\"\nplanner = \"spiral\"");
+    let far = "\"rover\"\nstart = [8, 60]\ngoal = [192, 150]\nplanner = \"rrt_star_ett\"";
+    let slow = "\"helicopter\"\nstart = [8, 60]\nspeed_mps = 0.1\nplanner = \"rrt_star_it\"";
+    let around = "\"rover\"\nstart = [10, 100]\nrequired = false";
+    let idle = "\"hopper\"\nstart = [60, 62]\ngoal = [60, 63]\nplanner = \"hold\"\nrequired = false";
+    let ahead = "\"helicopter\"\nstart = [60, 70]\nspeed_mps = 5.0\nplanner = \"scout_ahead\"";
+    let missions = [
+        ("a wall of hoppers, mdp", hopper("mdp")),
+        ("a wall of hoppers, astar", hopper("astar")),
+        ("a wall of hoppers, dstar_lite", hopper("dstar_lite")),
+        ("neighbouring goals, rrt_star_ett", beside("rrt_star_ett")),
+        ("neighbouring goals, ett_exact", beside("ett_exact")),
+        ("neighbouring goals, rrt_star", beside("rrt_star")),
+        ("a hopper on the way, rrt_star_ett", stranded("rrt_star_ett")),
+        ("a hopper on the way, ett_exact", stranded("ett_exact")),
+        (
+            "a rover that would be done on the goal of a hopper",
+            [FLAT, &covering, &robot("\"hopper\"\nstart = [0, 9]\ngoal = [8, 1]")]
+                .concat()
+                .replace("\"mixed\"", "\"mixed\"\npercent = 2"),
+        ),
+        (
+            "a helicopter that looks ahead for a hopper",
+            [WIDE, &robot(far), &robot(idle), &robot(ahead)].concat(),
+        ),
+        (
+            "a rover that waits while another covers ground",
+            [WIDE, &robot(slow), &robot(far), &robot(around)].concat(),
+        ),
+    ];
+    for (what, text) in missions {
+        let world = resolved(&text);
+        let (flown, records) = fly(&world, 1, &own_planners(&world));
+        assert_eq!(flown.state.status, Status::Goal, "{what}: {} decisions", records.len());
+    }
+}
+
+/// P-MIXED-LATTICE: hoppers land whole hops from where they began, whoever is in their way.
+#[test]
+fn a_hopper_that_was_stopped_is_still_whole_hops_away_from_its_goal() {
+    let ground = FLAT.replace("[mission]", "[robot]\nhop_distance_m = 2.0\n[mission]");
+    let hopper = |start: [i32; 2], goal: [i32; 2]| {
+        robot(&format!("\"hopper\"\nstart = {start:?}\ngoal = {goal:?}\nplanner = \"astar\""))
+    };
+    let text = [&ground, &hopper([0, 0], [8, 8]), &hopper([2, 0], [6, 8]), &hopper([0, 2], [8, 6])];
+    let world = resolved(&text.map(String::as_str).concat());
+    let mut stopped = 0;
+    for seed in 0..60 {
+        let (_, records) = fly(&world, seed, &own_planners(&world));
+        let stays_on_map = |record: &&Record| world.brief.grid.contains(record.outcome.to);
+        for record in records.iter().filter(stays_on_map) {
+            let (from, to) = (record.outcome.from, record.outcome.to);
+            assert_eq!(((to.x - from.x) % 2, (to.y - from.y) % 2), (0, 0), "seed {seed}: {from} to {to}");
+            let strays = matches!(record.outcome.branch, Branch::Left | Branch::Right);
+            stopped += usize::from(strays && from == to);
+        }
+    }
+    assert!(stopped > 0, "a hop strayed onto another robot");
+}
+
+/// P-MIXED-LOST: a hopper that has left the map is in nobody's way there.
+#[test]
+fn who_has_left_the_map_takes_up_no_cell() {
+    let hopper = |x: i32| {
+        robot(&format!(
+            "\"hopper\"\nstart = [{x}, 0]\ngoal = [{}, 0]\nplanner = \"greedy\"\nrequired = false",
+            x + 7
+        ))
+    };
+    let waiting = robot("\"hopper\"\nstart = [9, 9]\ngoal = [9, 8]\nplanner = \"hold\"");
+    let text = [FLAT, "[guard]\nhazard_max = 1.0\n", &hopper(1), &hopper(0), &waiting].concat();
+    let world = resolved(&text.replace("[mission]", &law(0.2)));
+    let mut left = BTreeSet::new();
+    for seed in 0..40 {
+        let (_, records) = fly(&world, seed, &own_planners(&world));
+        let grid = world.brief.grid;
+        let gone: Vec<Cell> =
+            records.iter().map(|record| record.outcome.to).filter(|cell| !grid.contains(*cell)).collect();
+        left.insert(gone.len());
+        if let [first, second] = gone[..] {
+            left.insert(if first == second { 99 } else { 2 });
+        }
+    }
+    assert!(left.contains(&99), "two hoppers left the map at one place: {left:?}");
 }

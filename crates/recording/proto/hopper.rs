@@ -122,6 +122,31 @@ pub struct Brief {
     /// after the first
     #[prost(uint32, tag = "46")]
     pub further_stages: u32,
+    /// robots that decide a mission of robots of all kinds, one bit each; 0 for another mission
+    #[prost(uint32, tag = "47")]
+    pub required: u32,
+    /// of hoppers that hop or see otherwise
+    #[prost(message, repeated, tag = "48")]
+    pub designs: ::prost::alloc::vec::Vec<Design>,
+}
+/// How some hoppers hop and see.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Design {
+    /// one bit each
+    #[prost(uint32, tag = "1")]
+    pub robots: u32,
+    #[prost(message, optional, tag = "2")]
+    pub hard: ::core::option::Option<SoilMotion>,
+    #[prost(message, optional, tag = "3")]
+    pub sand: ::core::option::Option<SoilMotion>,
+    #[prost(double, tag = "4")]
+    pub launch_angle_rad: f64,
+    #[prost(double, tag = "5")]
+    pub sensor_gain: f64,
+    #[prost(double, tag = "6")]
+    pub sensor_offset_m: f64,
+    #[prost(double, repeated, tag = "7")]
+    pub sensor_radius_m: ::prost::alloc::vec::Vec<f64>,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {

@@ -146,11 +146,14 @@ impl fmt::Display for ScenarioCheck {
             ),
         )?;
         if let Some(fleet) = self.fleet.as_ref().filter(|_| !brief.is_of_hopper()) {
-            let task = match (self.brief.cover, self.brief.scout) {
-                (Some(cover), _) => cover_in_words(cover),
-                (None, Some(scout)) => scout_in_words(&scout),
-                (None, None) => "none".into(),
-            };
+            let cover = self.brief.cover.map(cover_in_words);
+            let scout = self.brief.scout.as_ref().map(scout_in_words);
+            let mixed = self.brief.mixed.map(|mixed| {
+                let needed = mixed.required.of(brief.robots);
+                format!("tasks of their own, of which those of the robots {needed} are needed")
+            });
+            let parts: Vec<String> = [mixed, cover, scout].into_iter().flatten().collect();
+            let task = parts.join("; ");
             self.write_fleet(&task, fleet, f)?;
             return self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"));
         }

@@ -1,7 +1,9 @@
 //! `[[robots]]` of missions of kind `mixed`: robots of any kind, each with a start and a task of its own.
 
 use contract::limits::ROBOTS_MAX;
-use contract::{Cell, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint};
+use contract::{
+    Cell, CoverMode, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint,
+};
 use terrain::Terrain;
 
 use crate::fleet::refuse;
@@ -22,12 +24,32 @@ impl Scenario {
         let starts = (0..robots.len()).filter(|number| is_grounded(*number));
         check_distinct("robots.start", starts.map(|number| (number, self.robots[number].start)))?;
         check_distinct("robots.goal", (0..robots.len()).map(|number| (number, self.robots[number].goal)))?;
+        self.check_goals_are_open(&robots)?;
+        if self.mission.mode == Some(CoverMode::Voronoi) {
+            let need =
+                "overlap: a region would stay uncovered for good where its rover, or the way to it, is lost";
+            return refuse("mission.mode", need, "voronoi".into());
+        }
         self.check_faults()?;
         self.check_accuracies(&robots)?;
         if self.required() == RobotSet(0) {
             return refuse("robots.required", "at least one robot that the mission needs", "none".into());
         }
         Ok(Fleet { robots, faults: self.faults.clone() })
+    }
+
+    /// Refuses a rover that begins on the goal of a hopper and may never leave it.
+    fn check_goals_are_open(&self, robots: &[Robot]) -> Result<(), ScenarioError> {
+        for (number, robot) in robots.iter().enumerate() {
+            let is_goal = |other: &Robot| other.vehicle == Vehicle::HopperTo { goal: robot.start.cell };
+            let covers = matches!(robot.vehicle, Vehicle::Rover { .. });
+            if let Some(hopper) = robots.iter().position(is_goal).filter(|_| covers) {
+                let need = "another cell for a rover that covers ground than the goal of a hopper";
+                let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
+                return refuse("robots.start", need, got);
+            }
+        }
+        Ok(())
     }
 
     /// The robots whose tasks a mixed mission needs to be done.

@@ -60,7 +60,7 @@ impl Scenario {
         if brief.is_of_hopper() {
             check_cells(&brief, &terrain, &shaped.relief)?;
         }
-        terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
+        terrain.treasures = resolved.treasures_on(&brief, fleet.as_ref(), &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         // The wire messages check every bound that applies to scenarios too.
         brief = Brief::try_from(&BriefV9::from(&brief)).map_err(ScenarioError::Brief)?;
@@ -108,6 +108,9 @@ impl Scenario {
     fn shape(&mut self) -> Result<Shaped, ScenarioError> {
         let hop_distance_m = self.robot.hop_distance_m;
         in_range("robot.hop_distance_m", hop_distance_m, 1e-3..=1e6, "0.001 to 1e6 m")?;
+        // Rovers alone go from cell to cell, however long a hop would be.
+        let has_hoppers = !self.mission.is_cover() && !self.mission.is_scout();
+        let hops_m = has_hoppers.then_some(hop_distance_m);
         match &mut self.truth.terrain {
             TerrainSource::Gaussians(source) => {
                 let grid = grid(source.width_cells, source.height_cells, source.cell_size_m, hop_distance_m)?;
@@ -127,8 +130,8 @@ impl Scenario {
                 }
                 Ok(Shaped::generated(Relief::of_gaussians_within(grid, &hills, reach_sigma)))
             }
-            TerrainSource::Obstacles(source) => source.shape(),
-            TerrainSource::Passages(source) => source.shape(),
+            TerrainSource::Obstacles(source) => source.shape(hops_m),
+            TerrainSource::Passages(source) => source.shape(hops_m),
             TerrainSource::ElevationFile(source) => {
                 let path = source.file.clone();
                 source.read(self.elevation.as_deref(), hop_distance_m).map_err(|error| match error {
@@ -183,11 +186,24 @@ impl Scenario {
         })
     }
 
-    /// The treasures in index order, checked: each cell once, on passable ground of the hop lattice, neither
-    /// start nor goal.
-    fn treasures_on(&mut self, brief: &Brief, terrain: &Terrain) -> Result<Vec<Cell>, ScenarioError> {
+    /// The treasures in index order, checked: each cell once, on passable ground of the lattice of a hopper, neither start nor goal of
+    /// any.
+    fn treasures_on(
+        &mut self,
+        brief: &Brief,
+        fleet: Option<&Fleet>,
+        terrain: &Terrain,
+    ) -> Result<Vec<Cell>, ScenarioError> {
         let refuse = |need, got: String| Err(ScenarioError::Value { field: "truth.treasures", need, got });
         let grid = &brief.grid;
+        let of_hopper = |robot: &contract::Robot| match robot.vehicle {
+            Vehicle::HopperTo { goal } => Some([robot.start.cell, goal]),
+            _ => None,
+        };
+        let ways: Vec<[Cell; 2]> = match fleet.filter(|_| brief.mixed.is_some()) {
+            Some(fleet) => fleet.robots.iter().filter_map(of_hopper).collect(),
+            None => vec![[brief.start, brief.goal]],
+        };
         let given = &mut self.truth.treasures;
         if given.len() > TREASURES_MAX {
             return refuse("at most 16 cells", given.len().to_string());
@@ -201,16 +217,15 @@ impl Scenario {
             let Some(ground) = terrain.ground(cell) else {
                 return refuse("cells on the map", cell.to_string());
             };
-            let is_goal =
-                cell == brief.goal || brief.patrol.is_some_and(|patrol| patrol.goals().contains(&cell));
-            if cell == brief.start || is_goal {
+            let is_end = ways.iter().any(|way| way.contains(&cell));
+            if is_end || brief.patrol.is_some_and(|patrol| patrol.goals().contains(&cell)) {
                 return refuse("cells other than start and goal", cell.to_string());
             }
             if !ground.passable {
                 return refuse("passable ground", cell.to_string());
             }
-            if !grid.on_same_lattice(cell, brief.goal) {
-                return refuse("cells whole hops away from the goal", cell.to_string());
+            if !ways.iter().any(|way| grid.on_same_lattice(cell, way[1])) {
+                return refuse("cells whole hops away from the goal of a hopper", cell.to_string());
             }
         }
         Ok(cells)

@@ -78,8 +78,9 @@ impl RandomHills {
 
 impl Obstacles {
     /// Obstacles are cells without ground.
-    pub fn shape(&self) -> Result<Shaped, ScenarioError> {
-        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, self.cell_size_m)?;
+    pub fn shape(&self, hop_distance_m: Option<f64>) -> Result<Shaped, ScenarioError> {
+        let hop_distance_m = hop_distance_m.unwrap_or(self.cell_size_m);
+        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, hop_distance_m)?;
         let world = World::random(grid, self.percent, self.seed)?;
         let ground = |cell| world.is_free(cell).then_some((0.0, [0.0; 2]));
         Ok(Shaped::generated(Relief { grid, cells: grid.iter().map(ground).collect() }))
@@ -88,9 +89,9 @@ impl Obstacles {
 
 impl Passages {
     /// Level ground; what it is like is written into the terrain later.
-    pub fn shape(&self) -> Result<Shaped, ScenarioError> {
+    pub fn shape(&self, hop_distance_m: Option<f64>) -> Result<Shaped, ScenarioError> {
         let lattice = scout_world::monte_carlo(self.seed).prior.surface().lattice();
-        let grid = grid(lattice.width() as u32, lattice.height() as u32, 1.0, 1.0)?;
+        let grid = grid(lattice.width() as u32, lattice.height() as u32, 1.0, hop_distance_m.unwrap_or(1.0))?;
         let level = vec![Some((0.0, [0.0; 2])); grid.cells()];
         Ok(Shaped::generated(Relief { grid, cells: level }))
     }

@@ -14,17 +14,21 @@ pub(crate) struct Covered {
     visited: Vec<bool>,
     /// Of the ground that all rovers share: the cells that count.
     shared: Vec<bool>,
+    /// Cells that no rover shall enter, though it could.
+    kept: Vec<Cell>,
 }
 
 impl Covered {
-    /// Before the first action of rovers that start at `starts`; `None` in a mission that has nothing to cover.
-    pub fn begin(mission: &Mission, starts: Vec<Cell>) -> Option<Self> {
+    /// Before the first action of rovers that start at `starts` and keep off the cells `kept`; `None` in a mission that has nothing to
+    /// cover.
+    pub fn begin(mission: &Mission, starts: Vec<Cell>, kept: Vec<Cell>) -> Option<Self> {
         let mut covered = Self {
             cover: mission.brief.cover?,
             first_visits: vec![0; starts.len()],
             visited: vec![false; mission.brief.grid.cells()],
-            shared: flood(mission, &starts, |_| true),
+            shared: flood(mission, &starts, |cell| !kept.contains(&cell)),
             starts,
+            kept,
         };
         for rover in 0..covered.starts.len() {
             covered.visit(mission, rover, covered.starts[rover]);
@@ -50,7 +54,7 @@ impl Covered {
         if active.is_empty() {
             return;
         }
-        let reached = flood(mission, active, |cell| !closed.contains(&cell));
+        let reached = flood(mission, active, |cell| !closed.contains(&cell) && !self.kept.contains(&cell));
         self.shared =
             reached.iter().zip(&self.visited).map(|(reached, visited)| *reached || *visited).collect();
     }

@@ -55,7 +55,7 @@ impl Rovers {
         let mut rovers = Self {
             actions_max: mission.brief.limits.steps_max,
             rovers: fleet.robots.iter().enumerate().map(rover).collect(),
-            covered: Covered::begin(mission, starts)?,
+            covered: Covered::begin(mission, starts, Vec::new())?,
             actor: None,
         };
         rovers.retire(mission);

@@ -52,6 +52,8 @@ struct Scout {
     clock_ns: u64,
     waits: bool,
     actions: u64,
+    /// Actions by which it waited for others, which the limit does not count.
+    waited: u64,
     standing: Standing,
     leader: Leader,
     last: Option<Decision>,
@@ -144,6 +146,7 @@ impl Scouts {
                 clock_ns: 0,
                 waits: false,
                 actions: 0,
+                waited: 0,
                 standing: Standing::Active,
                 leader: Leader::default(),
                 last: None,
@@ -274,7 +277,8 @@ impl Scouts {
                 Standing::Active => {}
             }
         }
-        let can_go_on = self.next().is_some_and(|due| self.scouts[due].actions < self.actions_max);
+        let acts = |due: usize| self.scouts[due].actions - self.scouts[due].waited;
+        let can_go_on = self.next().is_some_and(|due| acts(due) < self.actions_max);
         if can_go_on { Status::Underway } else { Status::Deadlock }
     }
 
@@ -515,7 +519,7 @@ impl Scouts {
         } else {
             match action {
                 Action::Wait => {
-                    scout.waits = true;
+                    (scout.waits, scout.waited) = (true, scout.waited + 1);
                     return;
                 }
                 Action::Done => {

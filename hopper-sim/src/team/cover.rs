@@ -22,6 +22,8 @@ pub struct CoverTeam {
     progress: Progress,
     /// Those that cover ground, in the order of their numbers, by which `progress` knows them.
     rovers: Vec<RobotId>,
+    /// Where hoppers go, whom no rover shall be in the way: closed to rovers, and no ground to cover.
+    goals: Vec<Cell>,
 }
 
 impl CoverTeam {
@@ -38,11 +40,13 @@ impl CoverTeam {
             .map(|(robot, entry)| (robot, entry.at.cell))
             .unzip();
         let Cover { percent, mode } = brief.cover.unwrap_or(Cover { percent: 100, mode: CoverMode::Overlap });
-        let mut progress = Progress::new(brief.grid, |cell| is_free(terrain, cell), &starts, mode, percent);
+        let goals: Vec<Cell> = roster.entries().filter_map(|(_, entry)| goal_of_hopper(entry)).collect();
+        let is_open = |cell| is_free(terrain, cell) && !goals.contains(&cell);
+        let mut progress = Progress::new(brief.grid, is_open, &starts, mode, percent);
         for (robot, start) in starts.iter().enumerate() {
             progress.visit(robot, *start);
         }
-        let team = Self { progress, rovers };
+        let team = Self { progress, rovers, goals };
         team.end_those_done(roster);
         team
     }
@@ -95,7 +99,7 @@ impl CoverTeam {
                 let vetoed = Refusal::Vetoed { action, need: 0.0, got: 1.0 };
                 match roster.other_on_ground(robot, to) {
                     Some(robot) => Some(Refusal::Occupied { action, cell: to, robot }),
-                    None => (!is_free(terrain, to)).then_some(vetoed),
+                    None => (!is_free(terrain, to) || self.goals.contains(&to)).then_some(vetoed),
                 }
             }
             _ => Some(Refusal::malformed("command.action", "a step or hold: the robot is a rover", action)),
@@ -166,8 +170,8 @@ impl CoverTeam {
                 entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. })
             }
         };
-        let closed: Vec<Cell> =
-            roster.entries().filter(|(_, entry)| stays(entry)).map(|(_, entry)| entry.at.cell).collect();
+        let stopped = roster.entries().filter(|(_, entry)| stays(entry)).map(|(_, entry)| entry.at.cell);
+        let closed: Vec<Cell> = stopped.chain(self.goals.iter().copied()).collect();
         let is_open = |cell| is_free(terrain, cell) && !closed.contains(&cell);
         let active = self.rovers.iter().map(|robot| roster.entry(*robot));
         let active = active.filter(|entry| entry.standing == Standing::Active).map(|entry| entry.at.cell);
@@ -195,9 +199,9 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
     let entry = roster.entry(robot);
     let from = entry.at.cell;
     let speed_mps = match entry.robot.vehicle {
-        Vehicle::Rover { speed_mps } | Vehicle::Helicopter { speed_mps, .. } => speed_mps,
+        Vehicle::Rover { speed_mps } => speed_mps,
         // No others cover ground.
-        Vehicle::Driver { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => 1.0,
+        _ => 1.0,
     };
     let stays = |branch| {
         let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
@@ -215,6 +219,12 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
         }
         _ => stays(Branch::Held),
     }
+}
+
+/// Where a hopper goes that has a goal of its own.
+fn goal_of_hopper(entry: &Entry) -> Option<Cell> {
+    let Vehicle::HopperTo { goal } = entry.robot.vehicle else { return None };
+    Some(goal)
 }
 
 /// Whether a ground robot can stand on `cell`.

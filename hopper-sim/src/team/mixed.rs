@@ -3,8 +3,8 @@
 //! Each robot acts as in the missions of its kind: a hopper as one that has helicopters ([`super::hop`]), a rover with a goal
 //! and its helicopters as on uncertain ground ([`super::scout`]), rovers without a goal as where ground is covered
 //! ([`super::cover`]). Robots on the ground never share a cell. A step, a hop, or a drive that aims at an occupied one is
-//! refused by name; a hop that strays onto one stops on the last free cell of its way. The end of a drive on which a rover gets
-//! stuck is exempt, since nobody chose it.
+//! refused by name; a hop that would stray onto one ends where it began, so that all landings are whole hops apart. The end of a
+//! drive on which a rover gets stuck is exempt, since nobody chose it. Rovers that cover ground keep off the goals of hoppers.
 //!
 //! A robot is done once its task is: a hopper on its goal, a rover within reach of its own, all rovers that cover ground once
 //! it is covered. Then it stays where it is. The mission reaches its goal once all robots are done that the scenario requires,
@@ -155,7 +155,7 @@ impl MixedTeam {
             _ => {
                 let Action::Hop(direction) = action else { return None };
                 let cell = self.brief.grid.hop(entry.at.cell, direction);
-                roster.other_on_ground(robot, cell).map(|robot| Refusal::Occupied { action, cell, robot })
+                self.occupant(roster, robot, cell).map(|robot| Refusal::Occupied { action, cell, robot })
             }
         }
     }
@@ -228,8 +228,15 @@ impl MixedTeam {
             return Outcome { branch: Branch::Stranded, from, to: from, flight: Flight::default() };
         }
         let outcome = outcome_of_hop(mission, robot, decision, from, action);
-        let is_free = |cell: &Cell| roster.other_on_ground(robot, *cell).is_none();
-        Outcome { to: back_to(outcome).find(is_free).unwrap_or(from), ..outcome }
+        match self.occupant(roster, robot, outcome.to) {
+            Some(_) => Outcome { to: from, ..outcome },
+            None => outcome,
+        }
+    }
+
+    /// Another robot that takes up `cell` of the map.
+    fn occupant(&self, roster: &Roster, robot: RobotId, cell: Cell) -> Option<RobotId> {
+        roster.other_on_ground(robot, cell).filter(|_| self.brief.grid.contains(cell))
     }
 
     /// Takes note of a decision of an earlier life, whose route, if it announced one, is recalled already.
@@ -300,12 +307,4 @@ impl MixedTeam {
         let cell = roster.entry(robot).at.cell;
         Pose { cell, height_m: terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
     }
-}
-
-/// The cells of a hop from where it ends back to the last one before where it began. Hops go along a row or a column.
-fn back_to(outcome: Outcome) -> impl Iterator<Item = Cell> {
-    let Outcome { from, to, .. } = outcome;
-    let (dx, dy) = (to.x - from.x, to.y - from.y);
-    let length = dx.abs().max(dy.abs());
-    (1..=length).rev().map(move |way| Cell::new(from.x + dx.signum() * way, from.y + dy.signum() * way))
 }

@@ -30,6 +30,8 @@ pub struct Entry {
     /// The last decision that was its turn.
     last: Option<Decision>,
     actions: u64,
+    /// Those of them by which it waited for others.
+    waits: u64,
     /// The number of the action, from 1, at which it fails.
     fails_at: Option<u64>,
 }
@@ -59,6 +61,7 @@ impl Roster {
             leader: Leader::default(),
             last: None,
             actions: 0,
+            waits: 0,
             fails_at: fleet
                 .faults
                 .iter()
@@ -127,10 +130,11 @@ impl Roster {
         self.entry(robot).actions
     }
 
-    /// Whether `robot` has used up its actions.
+    /// Whether `robot` has used up its actions. To wait for others uses up none.
     #[must_use]
     pub fn is_spent(&self, robot: RobotId) -> bool {
-        self.entry(robot).actions >= self.actions_max
+        let entry = self.entry(robot);
+        entry.actions - entry.waits >= self.actions_max
     }
 
     /// Actions of the robot that has acted most.
@@ -162,6 +166,7 @@ impl Roster {
         let entry = self.entry_mut(robot);
         (entry.last, entry.leader) = (Some(decision), leader);
         entry.actions += 1;
+        entry.waits += u64::from(turn == Turn::Waits);
     }
 
     /// Puts `robot` elsewhere.

@@ -4,7 +4,7 @@
 //! one map, so a process that commands several of them keeps one [`Cover`].
 
 use contract::{
-    Action, Cover as Share, Grid, Member, Name, ObservedMap, RunId, Standing, Task, Team, Vehicle,
+    Action, Cover as Share, Grid, Member, Name, ObservedMap, Placement, RunId, Standing, Task, Team, Vehicle,
 };
 use coverage::{Algorithm, Knowledge, Rover, TeamMap};
 
@@ -87,8 +87,8 @@ impl Planner for Cover {
     }
 }
 
-/// The rovers that cover ground, in the order of their numbers, and behind them all other robots on the map's ground, which
-/// stand in the way as a stranded rover does. Those have no region: ties go to the first rover, whose start they share.
+/// The rovers that cover ground, in the order of their numbers, and behind them what stands in the way as a stranded rover does:
+/// all other robots on the map's ground, and the goals of hoppers. Those have no region: ties go to the first rover, whose start they share.
 fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + 'a {
     let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
     let first = team.members.iter().find(is_rover).map(|member| member.robot.start);
@@ -100,10 +100,13 @@ fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + '
     let is_other = move |member: &&Member| {
         !is_rover(member) && member.robot.vehicle.is_on_ground() && grid.contains(member.at.cell)
     };
-    let others = team.members.iter().filter(is_other);
-    rovers.chain(
-        others.filter_map(move |member| Some(Rover { start: first?, pose: member.at, stranded: true })),
-    )
+    let others = team.members.iter().filter(is_other).map(|member| member.at);
+    let goals = team.members.iter().filter_map(|member| match member.robot.vehicle {
+        Vehicle::HopperTo { goal } => Some(Placement { cell: goal, ..member.at }),
+        _ => None,
+    });
+    let in_the_way = others.chain(goals);
+    rovers.chain(in_the_way.filter_map(move |pose| Some(Rover { start: first?, pose, stranded: true })))
 }
 
 /// Writes one cell of the observed map into `map`.

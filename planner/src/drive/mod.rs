@@ -4,12 +4,13 @@
 //! the old route and the new one under what is known then, drives, and stays on it. If hopper-sim ends the drive because
 //! the time of the stage is used up, what is left of the route takes the place of the old one: the rover waits, plans again
 //! and drives on. What comes next follows from the team alone: from what has halted the rover, and who has moved since its route
-//! was announced. So a planner that was restarted, or takes over from another, goes on where the one before it was.
+//! was announced. Where another robot stands in the way, for good or when its turn comes, the rover announces a route around it. So a planner that was restarted, or takes over from another, goes on where the one before it was.
 
-use contract::{Action, Name, Route, Task, Travel, Vehicle};
+use contract::{Action, Name, Route, Standing, Task, Travel, Vehicle, Waypoint};
 use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
 use rover::{Belief, Caution};
 
+use crate::closed::occupant;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::uncertain::{Turn, announcement, point};
@@ -77,7 +78,7 @@ impl Drive {
         if old.is_some() && !is_news {
             return Plan::at_once(Action::Drive, PlanStatus::Solved);
         }
-        let Some(belief) = turn.belief() else { return idle(Action::Hold) };
+        let Some(belief) = turn.belief_among_others(None) else { return idle(Action::Hold) };
         // Another seed than before: the same samples would give the same tree where nothing is new.
         let seed = if is_news { !turn.seed() } else { turn.seed() };
         let again = self.route(turn, &belief, trip, seed);
@@ -99,6 +100,29 @@ impl Drive {
             Plan::at_once(Action::Drive, PlanStatus::Solved)
         } else {
             self.announce(&cheapest)
+        }
+    }
+}
+
+impl Drive {
+    /// To drive on, which is `plan`; or around a robot that stands where the rover would drive to: for good, or so that the drive
+    /// has been refused.
+    fn pass_by(&mut self, turn: &Turn<'_>, trip: &Trip, situation: &Situation<'_>, plan: Plan) -> Plan {
+        let grid = &turn.map.grid;
+        let next = turn.rest_of(turn.me).and_then(|rest| rest.get(1).copied());
+        let to = next.map(|at| Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid));
+        let Some((to, other)) = to.and_then(|to| Some((to, occupant(turn.team, grid, to)?))) else {
+            return plan;
+        };
+        let is_gone_soon = other.standing == Standing::Active;
+        if is_gone_soon && !situation.state.vetoed.has(Action::Drive) {
+            return plan;
+        }
+        let belief = turn.belief_among_others(Some(to));
+        match belief.and_then(|belief| self.route(turn, &belief, trip, !turn.seed())) {
+            Some(route) => self.announce(&route),
+            None if is_gone_soon => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+            None => Plan::at_once(Action::Done, PlanStatus::Infeasible),
         }
     }
 }
@@ -134,6 +158,8 @@ impl Planner for Drive {
             // The route has ended elsewhere than at the goal.
             Plan::at_once(Action::Done, PlanStatus::Infeasible)
         };
+        let plan =
+            if plan.action == Action::Drive { self.pass_by(&turn, &trip, situation, plan) } else { plan };
         // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
         // is no reason not to announce a route.
         if situation.state.vetoed.has(plan.action) { hold } else { plan }

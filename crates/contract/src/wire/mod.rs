@@ -26,7 +26,7 @@ mod state;
 mod team;
 mod truth;
 
-pub use brief::{BriefV9, SoilMotionV1};
+pub use brief::{BriefV9, DesignV1, SoilMotionV1};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV2;

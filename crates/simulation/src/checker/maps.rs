@@ -1,6 +1,8 @@
 //! What is seen, mapped and planned on.
 
-use contract::{Cell, Decision, Digest, MapPage, MapPatch, PastPage, RunId, SeenCell};
+use contract::{
+    Cell, Decision, Digest, Ground, MapPage, MapPatch, Member, PastPage, RunId, SeenCell, Standing, Vehicle,
+};
 use planner::Situation;
 
 use super::Checker;
@@ -73,14 +75,20 @@ impl Checker {
     /// A planner is about to plan for `situation`.
     pub fn plans(&mut self, situation: &Situation<'_>) {
         let state = situation.state;
-        let covered = self.prints.get(&state.digest) == Some(&situation.map.observation())
+        // A hopper's planner takes the cells for impassable where other robots stand for good.
+        let closed = closed(situation);
+        let is_own = self.prints.get(&state.digest) == Some(&situation.map.observation());
+        let covered = (is_own || !closed.is_empty())
             && situation.map.through == Some(state.decision)
             && situation.brief.run == state.run;
         self.require(covered, "nobody decides before the map covers the decision", || {
             format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
         });
         let is_right = self.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
-            cells == situation.map.cells() && treasures == situation.map.treasures()
+            let cells = cells.iter().enumerate().map(|(index, cell)| {
+                cell.map(|ground| Ground { passable: ground.passable && !closed.contains(&index), ..ground })
+            });
+            cells.eq(situation.map.cells().iter().copied()) && treasures == situation.map.treasures()
         });
         self.require(is_right, "every plan is made on the map of its own past", || {
             format!("at decision {} a cell or a treasure of the map is another", state.decision)
@@ -105,4 +113,19 @@ impl Checker {
     pub(crate) fn treasures_known(&self) -> usize {
         self.expected.treasures().len()
     }
+}
+
+/// Indices of the cells where robots other than the hopper that is due stand for good, if that has a goal of its own.
+fn closed(situation: &Situation<'_>) -> Vec<usize> {
+    let Some(team) = situation.team else { return Vec::new() };
+    let due = usize::from(team.due.0);
+    let has_own = |member: &Member| matches!(member.robot.vehicle, Vehicle::HopperTo { .. });
+    if !team.members.get(due).is_some_and(has_own) {
+        return Vec::new();
+    }
+    let others = team.members.iter().enumerate().filter(|(number, _)| *number != due);
+    let stopped = others.filter(|(_, other)| {
+        other.standing != Standing::Active && !matches!(other.robot.vehicle, Vehicle::Helicopter { .. })
+    });
+    stopped.filter_map(|(_, other)| situation.brief.grid.index(other.at.cell)).collect()
 }

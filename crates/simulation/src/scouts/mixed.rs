@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use contract::{
     Action, Branch, Cell, Collected, Decision, Digest, Direction, Flight, Leader, Origin, Outcome, Pose,
-    Record, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team, Vehicle, Vetoed,
+    Record, Robot, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team, Vehicle, Vetoed,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
@@ -51,7 +51,8 @@ impl Mixed {
         let mut mixed = Self {
             required,
             headings: robots().map(|(_, robot)| robot.start.heading).collect(),
-            covered: Covered::begin(mission, starts).filter(|_| !rovers.is_empty()),
+            covered: Covered::begin(mission, starts, goals_of_hoppers(mission))
+                .filter(|_| !rovers.is_empty()),
             rovers,
             scouts,
         };
@@ -117,12 +118,12 @@ impl Mixed {
     }
 
     /// Whether a robot on the ground other than `number` is on a cell.
-    fn is_occupied(&self, number: usize, cell: Cell) -> bool {
+    fn is_occupied(&self, mission: &Mission, number: usize, cell: Cell) -> bool {
         let mut scouts = self.scouts.scouts.iter().enumerate();
         scouts.any(|(other, scout)| {
             let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
             other != number && !flies && scout.cell == cell
-        })
+        }) && mission.terrain.ground(cell).is_some()
     }
 
     /// What the robot that is due must not do: whatever ends where another is, a step to no ground to stand on, and a drive that
@@ -132,14 +133,15 @@ impl Mixed {
         let scout = &self.scouts.scouts[due];
         let is_blocked = |action: &Action| match (action, scout.robot.vehicle) {
             (Action::Hop(direction), Vehicle::HopperTo { .. }) => {
-                self.is_occupied(due, mission.brief.grid.hop(scout.cell, *direction))
+                self.is_occupied(mission, due, mission.brief.grid.hop(scout.cell, *direction))
             }
             (Action::Step(_), Vehicle::Rover { .. }) => {
                 let to = beside(scout.cell, *action);
-                !is_free(mission, to) || self.is_occupied(due, to)
+                let is_kept = goals_of_hoppers(mission).contains(&to);
+                !is_free(mission, to) || is_kept || self.is_occupied(mission, due, to)
             }
             (Action::Drive, Vehicle::Driver { .. }) => {
-                let is_taken = |to| self.is_occupied(due, self.scouts.cell(to));
+                let is_taken = |to| self.is_occupied(mission, due, self.scouts.cell(to));
                 self.scouts.blocked() != Vetoed::NONE || scout.next().is_some_and(is_taken)
             }
             _ => false,
@@ -152,7 +154,7 @@ impl Mixed {
         let due = self.scouts.next()?;
         let blocked = self.blocked(mission);
         let leads_to_another = |action: &Action| match action {
-            Action::Step(_) => self.is_occupied(due, beside(self.scouts.scouts[due].cell, *action)),
+            Action::Step(_) => self.is_occupied(mission, due, beside(self.scouts.scouts[due].cell, *action)),
             _ => true,
         };
         Action::ALL.into_iter().filter(|action| blocked.has(*action)).max_by_key(leads_to_another)
@@ -219,7 +221,7 @@ impl Mixed {
         }
     }
 
-    /// A hop, drawn for this robot and decision: it ends on the last cell of its way that no other robot is on.
+    /// A hop, drawn for this robot and decision: it ends where it began if another robot is where it would end.
     fn hop(&self, mission: &Mission, number: usize, decision: Decision, action: Action) -> Outcome {
         let scout = &self.scouts.scouts[number];
         let from = scout.cell;
@@ -237,13 +239,7 @@ impl Mixed {
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
         let end = motion::landing(&brief.grid, from, direction, branch);
-        let (mut to, mut over) = (from, from);
-        while over != end {
-            over = Cell::new(over.x + (end.x - over.x).signum(), over.y + (end.y - over.y).signum());
-            if !self.is_occupied(number, over) {
-                to = over;
-            }
-        }
+        let to = if self.is_occupied(mission, number, end) { from } else { end };
         Outcome { branch, from, to, flight: motion::flight(&law, &brief.grid, ground.soil, rise_m) }
     }
 
@@ -318,7 +314,7 @@ impl Mixed {
     /// What becomes of a robot where it is now, and of the ground that it closes if that is for good.
     fn end_if_over(&mut self, mission: &Mission, number: usize) {
         let scout = &self.scouts.scouts[number];
-        let is_spent = scout.actions >= self.scouts.actions_max;
+        let is_spent = scout.actions - scout.waited >= self.scouts.actions_max;
         let gives_up = is_spent && !self.required.has(RobotId(number as u16));
         let end = match scout.robot.vehicle {
             Vehicle::HopperTo { goal } => match mission.terrain.ground(scout.cell) {
@@ -373,7 +369,8 @@ impl Mixed {
             _ => None,
         });
         let can_go_on = self.scouts.next().is_some_and(|due| {
-            let is_spent = self.scouts.scouts[due].actions >= self.scouts.actions_max;
+            let scout = &self.scouts.scouts[due];
+            let is_spent = scout.actions - scout.waited >= self.scouts.actions_max;
             !is_spent || !self.required.has(RobotId(due as u16))
         });
         match failed {
@@ -421,4 +418,14 @@ impl Mixed {
         }
         team
     }
+}
+
+/// Where hoppers go, which rovers that cover ground keep off.
+fn goals_of_hoppers(mission: &Mission) -> Vec<Cell> {
+    let robots = mission.fleet.iter().flat_map(|fleet| &fleet.robots);
+    let goal = |robot: &Robot| match robot.vehicle {
+        Vehicle::HopperTo { goal } => Some(goal),
+        _ => None,
+    };
+    robots.filter_map(goal).collect()
 }

@@ -235,10 +235,8 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         goal: places.goals.last().copied().unwrap_or(robots[0].start.cell),
         limits: Limits { steps_max: chance.between(8, 26), decision_budget_ns: 600_000_000 },
         guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.06, 0.0]), ..guard(seed, number) },
-        cover: has(Kind::Rover).then(|| Cover {
-            percent: chance.pick(&[2, 5, 10, 25, 100]),
-            mode: chance.pick(&[CoverMode::Overlap, CoverMode::Overlap, CoverMode::Voronoi]),
-        }),
+        cover: has(Kind::Rover)
+            .then(|| Cover { percent: chance.pick(&[2, 5, 10, 25, 100]), mode: CoverMode::Overlap }),
         scout: has(Kind::Driver).then(|| Scout {
             seed: chance.bits(),
             rover_samples: chance.between(10, 40) as u32,
