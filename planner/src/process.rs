@@ -11,7 +11,8 @@ use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
 };
 
-use crate::names::of_task;
+use crate::algorithm;
+use crate::names::{of_task, suited};
 use crate::pilot::{Effect, Event, Pilot, PilotConfig};
 use crate::{Budget, Planner, Pulse};
 
@@ -314,21 +315,21 @@ impl<P: Ports> PlannerProcess<P> {
     /// Whether the algorithm can plan for the robots that are to be commanded, where each has a task of its own. Otherwise the log
     /// says so once, and the robots are as good as not heard of.
     fn can_plan_for_robots(&mut self, team: &Team) -> bool {
-        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.mixed.is_some()) else { return true };
-        let tasks = |robot| brief.tasks_of(team.member(robot).map(|member| member.robot.vehicle));
-        let planner = &self.planner;
+        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.run == team.run) else { return true };
+        let name = self.planner.name();
+        let is_own = algorithm(name.as_str()).is_err();
         let unsuited = self.commands.iter().map(|(robot, _)| *robot).find_map(|robot| {
-            let tasks = tasks(robot);
-            let is_suited = tasks.iter().any(|task| planner.suits(*task));
-            (!is_suited).then_some((robot, tasks))
+            let vehicle = Some(team.member(robot)?.robot.vehicle);
+            let need = suited(brief, vehicle);
+            let suits = brief.tasks_of(vehicle).into_iter().any(|task| self.planner.suits(task));
+            (!need.contains(&name.as_str()) && !(is_own && suits)).then_some((robot, need))
         });
-        let Some((robot, tasks)) = unsuited else { return true };
-        let need: Vec<&str> = tasks.into_iter().flat_map(of_task).collect();
+        let Some((robot, need)) = unsuited else { return true };
         self.refuse(format!(
             "robot {robot} of scenario {} needs one of the planners {}, got {}",
             brief.scenario,
             need.join(", "),
-            planner.name()
+            name
         ));
         false
     }

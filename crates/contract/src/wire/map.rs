@@ -341,7 +341,7 @@ slice_payload!(MapPatch => MapPatchV2, SeenCellV3, cells, patch_from_wire);
 /// scenarios can.
 impl Message for MapPatch {
     const SERVICE: PublishSubscribe = PublishSubscribe {
-        max_subscribers: 16,
+        max_subscribers: 40,
         history: 0,
         buffer: 16,
         event: true,
@@ -360,7 +360,7 @@ impl Request for MapRequest {
     const SERVICE: RequestResponse = RequestResponse {
         name: "hop/rN/snapshot",
         server: Role::Perception,
-        max_clients: 16,
+        max_clients: 24,
         page: MAP_PAGE_CELLS,
     };
 }

@@ -1,12 +1,14 @@
 //! One decision as far as its timing is concerned.
 
-use contract::{Decision, Leader, Origin, Record, State, Timing};
+use contract::{Decision, Leader, Origin, Record, RobotId, State, Timing};
 
 /// The timing of one executed decision, and what may explain it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecisionTiming {
     /// Number of the decision, from 0.
     pub decision: Decision,
+    /// Whose decision it is.
+    pub robot: RobotId,
     /// Planner and term that the decision was made in.
     pub leader: Leader,
     /// Who chose the action: a planner or the guard's fallback.
@@ -25,6 +27,7 @@ impl From<&Record> for DecisionTiming {
     fn from(record: &Record) -> Self {
         Self {
             decision: record.decision,
+            robot: record.robot,
             leader: record.leader,
             origin: record.origin,
             vetoes: record.vetoed.count(),
@@ -41,6 +44,7 @@ impl DecisionTiming {
     pub fn before(state: &State) -> Option<Self> {
         Some(Self {
             decision: Decision(state.decision.0.checked_sub(1)?),
+            robot: state.robot,
             leader: state.leader,
             origin: state.last_origin,
             vetoes: state.last_vetoed.count(),

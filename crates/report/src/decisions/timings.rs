@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::{Name, Stage, Term};
+use contract::{Name, RobotId, Stage, Term};
 use hdrhistogram::Histogram;
 
 use super::cause::{Timeline, causes};
@@ -76,15 +76,15 @@ impl DecisionTimings {
         let times = |ns: &dyn Fn(&DecisionTiming) -> u64| StageTimes::of(self.decisions.iter().map(ns));
         let mut explained = BTreeMap::<String, (u64, u64)>::new();
         let mut told = Vec::with_capacity(self.decisions.len());
-        let mut before = None;
+        // Of each robot: its planner is another than that of the robot before it.
+        let mut before: BTreeMap<RobotId, &DecisionTiming> = BTreeMap::new();
         for timed in &self.decisions {
-            let causes = causes(timed, before, &self.timeline);
+            let causes = causes(timed, before.insert(timed.robot, timed), &self.timeline);
             for cause in &causes {
                 let count = explained.entry(cause.to_string()).or_default();
                 *count = (count.0 + 1, count.1 + u64::from(is_miss(timed)));
             }
             told.push((timed, causes));
-            before = Some(timed);
         }
         // The sort is stable: of two equally long decisions the earlier comes first.
         told.sort_by_key(|(timed, _)| std::cmp::Reverse(timed.timing.total_ns()));
@@ -163,6 +163,7 @@ mod tests {
     fn timed(decision: u64, landed_us: u64, plan_us: u64, life: u64, planner: &str) -> DecisionTiming {
         let moments = [0, 1, 2, 3, 4, 4 + plan_us, 7 + plan_us, 10 + plan_us];
         DecisionTiming {
+            robot: RobotId(0),
             decision: Decision(decision),
             leader: Leader {
                 term: Term(life),

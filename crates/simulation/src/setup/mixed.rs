@@ -103,13 +103,15 @@ struct Places {
     crowd: [i32; 2],
     starts: Vec<Cell>,
     goals: Vec<Cell>,
+    /// Where rovers begin that cover ground, which is nobody's goal.
+    covered: Vec<Cell>,
 }
 
 impl Places {
     fn new(grid: Grid, chance: &mut Chance) -> Self {
         let sides = [grid.width as i32, grid.height as i32];
         let crowd = if chance.one_in(2) { sides.map(|side| side.min(CROWD_CELLS)) } else { sides };
-        Self { grid, crowd, starts: Vec::new(), goals: Vec::new() }
+        Self { grid, crowd, starts: Vec::new(), goals: Vec::new(), covered: Vec::new() }
     }
 
     /// A cell on which no other begins.
@@ -124,6 +126,17 @@ impl Places {
         start
     }
 
+    /// The same, which is nobody's goal either.
+    fn start_to_cover(&mut self, chance: &mut Chance) -> Cell {
+        loop {
+            let start = self.start(chance);
+            if !self.goals.contains(&start) {
+                self.covered.push(start);
+                return start;
+            }
+        }
+    }
+
     /// A cell some hops of `hop_cells` from `start` which is no other's goal.
     fn goal(&mut self, chance: &mut Chance, start: Cell, hop_cells: i32) -> Cell {
         let hops = |cell: &Cell| ((cell.x - start.x).abs() + (cell.y - start.y).abs()) / hop_cells;
@@ -133,7 +146,8 @@ impl Places {
         let free: Vec<Cell> = self
             .grid
             .iter()
-            .filter(|cell| is_on_lattice(cell) && is_in_reach(cell) && !self.goals.contains(cell))
+            .filter(|cell| is_on_lattice(cell) && is_in_reach(cell))
+            .filter(|cell| !self.goals.contains(cell) && !self.covered.contains(cell))
             .collect();
         let goal = chance.pick(&free);
         self.goals.push(goal);
@@ -160,7 +174,7 @@ fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Ch
         let erring = accuracy.map(|accuracy| Sensor::ErringCamera { radius_m, accuracy });
         return of(vehicle, erring.unwrap_or(Sensor::Camera { radius_m }), cell);
     }
-    let cell = places.start(chance);
+    let cell = if kind == Kind::Rover { places.start_to_cover(chance) } else { places.start(chance) };
     match kind {
         Kind::Hopper => {
             let goal = places.goal(chance, cell, grid.hop_cells as i32);

@@ -98,6 +98,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
     let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+    if flown.brief.robots > 1 {
+        return Err(Failure::usage(format!(
+            "{}: to decide anew needs the mission of a hopper alone, got one of {} robots; hopper journal verify flies all of its \
+             decisions anew",
+            path.display(),
+            flown.brief.robots
+        )));
+    }
     let first = flown.records.values().next().map(|record| record.leader.planner.to_string());
     let name = args.planner.clone().or(first).unwrap_or_else(|| "mdp".into());
     let replay = replay(&recording, &flown, &name, args)
