@@ -10,12 +10,14 @@ const PLANNERS: [&str; 6] = ["rrt_star_ett", "scout_value", "mdp", "astar", "sco
 #[test]
 fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let mut mission = Mission::new("mixed");
-    let output = mission.fly(&SCENARIO);
+    let output = mission.fly(&[&SCENARIO[..], &["--record", "whole.mcap"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let summary = json(&output);
     assert_eq!(summary["digest"], lockstep(&SCENARIO)["digest"], "{}", stderr(&output));
     mission.assert_as_lockstep("out/journal");
     let picture = std::fs::read_to_string(mission.path("out/mission.svg")).unwrap();
+    let read = mission.hopper(&["bag", "info", "whole.mcap", "--format", "json"]).output().unwrap();
+    assert_eq!(read.status.code(), Some(0), "the recording can be read: {}", stderr(&read));
     for robot in 0..6 {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }
@@ -48,7 +50,10 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     mission.await_decisions(170);
     let mut greedy = mission.start("planner", &["--robot", "3", "--algorithm", "greedy", "--takeover"]);
     greedy.await_log("in command");
+    let mut unsuited = mission.start("planner", &["--robot", "5", "--algorithm", "mdp", "--takeover"]);
+    unsuited.await_log("robot 5 of scenario expedition needs one of the planners");
     assert_eq!(sim.code(), 0, "{}", sim.log());
+    unsuited.kill();
     for process in planners.iter_mut().chain([&mut perception, &mut greedy]) {
         assert_eq!(process.code(), 0, "{}", process.log());
     }
@@ -61,4 +66,20 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
         assert!(led.contains(&(robot, term, planner.into())), "{led:?}");
     }
     mission.assert_as_lockstep("journal");
+}
+
+/// P-MIXED-CREW: sixteen robots fly with a planner process each.
+#[test]
+fn sixteen_robots_fly_with_a_planner_process_each() {
+    let mut mission = Mission::new("sixteen");
+    let ground = "[truth.terrain.obstacles]\nwidth_cells = 16\nheight_cells = 16\ncell_size_m = 1.0\npercent = 0.0\nseed = 1\n\
+        [mission]\nkind = \"mixed\"\npercent = 20\n[brief]\nprofile = \"hopper\"\n";
+    let robot = |number: i32| format!("[[robots]]\nstart = [{}, {}]\n", number % 4 * 3, number / 4 * 3);
+    let hopper = "[[robots]]\nvehicle = \"hopper\"\nstart = [15, 15]\ngoal = [12, 15]\nrequired = false\n";
+    let rovers: String = (0..15).map(robot).collect();
+    std::fs::write(mission.path("sixteen.toml"), [ground, &rovers, hopper].concat()).unwrap();
+    let output = mission.fly(&["--scenario", "sixteen.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    mission.assert_as_lockstep("out/journal");
+    mission.assert_nothing_left();
 }

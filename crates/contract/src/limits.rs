@@ -87,4 +87,4 @@ pub const CHANGES_KEPT: usize = 1 << 16;
 pub const MARKS_KEPT: usize = 1024;
 
 /// Most processes, live or not yet cleaned up, on one service.
-pub const NODES_MAX: usize = 24;
+pub const NODES_MAX: usize = 48;
