@@ -322,7 +322,8 @@ impl<P: Ports> PlannerProcess<P> {
             let vehicle = Some(team.member(robot)?.robot.vehicle);
             let need = suited(brief, vehicle);
             let suits = brief.tasks_of(vehicle).into_iter().any(|task| self.planner.suits(task));
-            (!need.contains(&name.as_str()) && !(is_own && suits)).then_some((robot, need))
+            let is_suited = need.contains(&name.as_str()) || is_own && suits;
+            (!is_suited).then_some((robot, need))
         });
         let Some((robot, need)) = unsuited else { return true };
         self.refuse(format!(

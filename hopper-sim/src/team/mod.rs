@@ -43,7 +43,7 @@ enum Task {
     /// A hopper goes its way, and helicopters look ahead for it.
     Hop(HopTeam),
     /// Each robot has a task of its own.
-    Mixed(MixedTeam),
+    Mixed(Box<MixedTeam>),
 }
 
 impl RobotTeam {
@@ -55,7 +55,7 @@ impl RobotTeam {
     pub fn new(brief: &Brief, terrain: &Terrain, fleet: &Fleet) -> Self {
         let mut roster = Roster::new(brief, fleet);
         let task = if brief.mixed.is_some() {
-            Task::Mixed(MixedTeam::new(&mut roster, brief, terrain))
+            Task::Mixed(Box::new(MixedTeam::new(&mut roster, brief, terrain)))
         } else if brief.is_of_hopper() {
             Task::Hop(HopTeam::new(&roster, brief))
         } else if brief.scout.is_some() {

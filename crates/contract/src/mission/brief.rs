@@ -269,7 +269,7 @@ impl Brief {
     #[must_use]
     pub fn task(&self) -> Task {
         match (self.mixed, self.scout, self.cover, self.patrol) {
-            (Some(mixed), ..) => Task::Mixed(mixed),
+            (Some(mixed), ..) => Task::Mixed(mixed.required),
             (None, Some(scout), ..) => Task::Scout(scout),
             (None, None, Some(cover), _) => Task::Cover(cover),
             (None, None, None, _) if self.robots > 1 => Task::Accompany,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Designs, RobotSet};
 
 /// What a mission is about.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
     /// A hopper goes from a start to a goal.
     Reach,
@@ -18,8 +18,8 @@ pub enum Task {
     Cover(Cover),
     /// A rover drives to a goal over ground of uncertain speed, and helicopters look ahead for it.
     Scout(Scout),
-    /// Each robot has a task of its own, which [`crate::Brief::tasks_of`] names by its vehicle.
-    Mixed(Mixed),
+    /// Each robot has a task of its own, which [`crate::Brief::tasks_of`] names by its vehicle; these are [`Mixed::required`].
+    Mixed(RobotSet),
 }
 
 /// A mission of robots of any kind, each with a start and a task of its own: a hopper with a goal hops there, a rover with a
