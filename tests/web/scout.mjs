@@ -24,12 +24,26 @@ const look = ([x, y]) => page.evaluate(([mx, my]) => {
 /** The colours of a few places that no line crosses: discs, open ground. */
 const places = async () => Promise.all([[100, 62.5], [100, 137.5], [30, 30], [185, 185]].map(look));
 
+/** Once the page has drawn what was asked of it: it draws once a frame, if anything has changed. */
+const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+/** Once all of a mission that is over is on the page: nothing has come for a second. */
+const settled = async () => {
+  const told = () => page.evaluate(() => document.getElementById("moment").max + document.getElementById("figures").innerText);
+  for (let [before, still] = [await told(), 0]; still < 4;) {
+    await page.waitForTimeout(250);
+    const now = await told();
+    still = now === before ? still + 1 : 0;
+    before = now;
+  }
+};
+
 try {
   await page.goto(url);
   await page.waitForFunction(() => Number(document.getElementById("moment").max) >= 20);
   await page.waitForFunction(() => document.querySelectorAll("#robots tbody tr").length === 2);
   await page.waitForFunction(() => !document.querySelector(".route-key").hidden);
-  await page.waitForTimeout(500);
+  await settled();
   seen.layers = await page.locator("#layer option").allInnerTexts();
   const figure = (name) => page.locator("#figures div", { hasText: name }).locator("dd").innerText();
   seen.share = (await figure("seen")).replace(/\s+/g, " ");
@@ -43,30 +57,30 @@ try {
     await page.screenshot({ path: join(folder, `${name}-${layer}.png`) });
     await accessible(layer);
     await page.keyboard.press("m");
-    await page.waitForTimeout(200);
+    await drawn();
   }
   seen.around = await page.locator("#layer").inputValue();
   // By the control itself, without a mouse.
   await page.locator("#layer").focus();
   await page.keyboard.press("ArrowDown");
-  await page.waitForTimeout(100);
+  await drawn();
   seen.chosen = await page.locator("#layer").inputValue();
   await page.locator("#layer").selectOption("speed");
   await page.locator("#map").focus();
   await page.keyboard.press("Home");
-  await page.waitForTimeout(200);
+  await drawn();
   seen.before = await places();
   await page.screenshot({ path: join(folder, `${name}-before.png`) });
   const at = await page.locator("#map").boundingBox();
   await page.mouse.move(at.x + at.width / 2, at.y + at.height / 2);
-  await page.waitForTimeout(200);
+  await drawn();
   seen.readout = await page.locator("#readout").innerText();
   await page.keyboard.press("3");
   await page.waitForTimeout(500);
   await page.screenshot({ path: join(folder, `${name}-space.png`) });
   await page.keyboard.press("3");
   await page.setViewportSize({ width: 400, height: 860 });
-  await page.waitForTimeout(200);
+  await drawn();
   seen.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
 } catch (error) {
   seen.failure = error.stack;
