@@ -466,7 +466,9 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     /// offer to resume.
     fn publish_pacing(&mut self, now: MonotonicNs) -> Result<(), P::Error> {
         let pacing = self.arbiter.pacing();
-        let changed = self.pacing_sent.is_none_or(|(sent, _)| sent != pacing);
+        // Whose turn it is does not matter.
+        let is_same = |(sent, _): (Pacing, _)| Pacing { robot: pacing.robot, ..sent } == pacing;
+        let changed = !self.pacing_sent.is_some_and(is_same);
         if changed && self.pacing_sent.is_some() {
             tracing::info!(paused = pacing.paused, pace = %pacing.pace, "ordered to change the pacing");
         }

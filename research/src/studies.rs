@@ -54,7 +54,7 @@ pub fn plan<S: Flown>(settings: S, seed: u64, repetitions: u64) -> StudyPlan<S> 
 /// Flies every trial of a plan on all cores, and keeps the outcomes in memory.
 ///
 /// # Errors
-/// Those of the first trial that fails.
+/// Those of a trial that fails.
 pub fn fly_all<S: Flown>(plan: &StudyPlan<S>) -> Result<Vec<FlownWorld<S>>, Failure> {
     let (ground, cases) = (plan.settings.ground(), S::cases().len() as u64);
     let outcomes = (0..plan.repetitions * cases).into_par_iter().map(|number| {

@@ -51,9 +51,13 @@ const FIELD: &str = "study";
 /// The study that a campaign file names, if it is TOML and names one.
 #[must_use]
 pub fn named_in_file(text: &str) -> Option<String> {
-    let table: toml::Table = toml::from_str(text).ok()?;
-    let name = table.get(FIELD)?;
-    Some(name.as_str().map_or_else(|| name.to_string(), Into::into))
+    // Other fields are read later: a table of all would refuse seeds from 2^63 on.
+    #[derive(Deserialize)]
+    struct Named {
+        study: toml::Value,
+    }
+    let Named { study } = toml::from_str(text).ok()?;
+    Some(study.as_str().map_or_else(|| study.to_string(), Into::into))
 }
 
 /// The study that a `campaign.json` names, if it is JSON and names one.

@@ -122,6 +122,9 @@ pub struct Brief {
     /// after the first
     #[prost(uint32, tag = "46")]
     pub further_stages: u32,
+    /// robots that decide a mission of robots of all kinds, one bit each; 0 for another mission
+    #[prost(uint32, tag = "47")]
+    pub required: u32,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {

@@ -159,10 +159,18 @@ impl<const N: usize> Field<Vec<proto::Cell>> for [[i32; 2]; N] {
     }
 }
 
-/// Implements the conversion between a wire layout and its message. The fields in braces exist in both; padding of the
-/// layout is zero, and the fields after `extra` exist in the message only, for the caller to fill in.
+const fn size_of_field<W, F>(_: fn(W) -> F) -> usize {
+    size_of::<F>()
+}
+
+/// Implements the conversion between a wire layout and its message. The fields in braces exist in both, and are all of the
+/// layout but so many bytes of `padding`, which are zero; those after `extra` exist in the message only, for the caller to fill in.
 macro_rules! convert {
-    ($($message:ident = $wire:ident { $($field:ident),* } $(extra { $($own:ident),* })?;)*) => { $(
+    ($($message:ident = $wire:ident { $($field:ident),* } $(padding $padding:literal)? $(extra { $($own:ident),* })?;)*) => { $(
+        // A field of the layout that is missing above would be lost.
+        const _: () =
+            assert!(0 $(+ size_of_field(|wire: $wire| wire.$field))* $(+ $padding)? == size_of::<$wire>());
+
         impl From<&$wire> for proto::$message {
             fn from(wire: &$wire) -> Self {
                 Self { $($field: wire.$field.to_proto(),)* $($($own: Default::default(),)*)? }
@@ -195,16 +203,16 @@ macro_rules! convert {
 }
 
 convert! {
-    SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights };
+    SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights } padding 4;
     Brief = BriefV9 {
         run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
         datum_m, start, goal, weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range,
         height_range_m, hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, sensor_gain,
         sensor_offset_m, sensor_radius_m, steps_max, decision_budget_ns, hazard_max, deadline_ns, hops_max,
         goal_count, goals, leaving, distance_scale_cells, opening_steps, distance_norm, treasures,
-        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples, further_stages
-    };
-    Leader = LeaderV1 { term, incarnation, pid, planner };
+        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples, further_stages, required
+    } padding 4;
+    Leader = LeaderV1 { term, incarnation, pid, planner } padding 4;
     Pose = PoseV1 { cell, height_m };
     Outcome = OutcomeV1 {
         branch, flights, from, to, launch_speed_mps, launch_angle_rad, range_m, rise_m, apex_height_m,
@@ -217,25 +225,25 @@ convert! {
     MapPatch = MapPatchV2 {
         run, through, sequence, before, after, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
         robot, seen_cells, more, treasure_count, treasures, digest
-    } extra { cells };
+    } padding 4 extra { cells };
     MapPage = MapPageV2 {
         run, through, sequence, observation, sensed_ns, published_ns, cell_size_m, width, height, hop_cells,
         robot, from, next, treasure_count, treasures, digest
-    } extra { cells };
+    } padding 4 extra { cells };
     Command = CommandV3 {
         run, decision, term, incarnation, observation, work, sensed_ns, map_published_ns, planning_started_ns,
         planning_ended_ns, robot, action, pid, cut, planner, digest, route
     };
-    Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } extra { cells };
-    PolicyCell = PolicyCellV1 { value, action };
-    Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot };
+    Policy = PolicyHeaderV1 { run, decision, error_bound, robot, planner } padding 4 extra { cells };
+    PolicyCell = PolicyCellV1 { value, action } padding 4;
+    Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot } padding 4;
     Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
-    Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner };
+    Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner } padding 4;
     Record = RecordV4 {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
         leader, outcome, pose, timing_ns, previous, digest, route
-    };
-    Past = PastHeaderV1 { run, from, robot } extra { records };
+    } padding 4;
+    Past = PastHeaderV1 { run, from, robot } padding 4 extra { records };
 }
 
 /// Seen cells are converted by hand: there are many, and a list for the two gradients would allocate for each.

@@ -57,8 +57,9 @@ pub fn description(text: &str) -> String {
         .take_while(|line| !line.is_empty())
         .collect();
     let comment = comment.join(" ");
-    let sentence = comment.split_once(". ").map_or(comment.as_str(), |(sentence, _)| sentence);
-    sentence.trim_end_matches('.').to_owned()
+    let is_end = |at: &usize| !comment[..*at].ends_with("et al");
+    let end = comment.match_indices(". ").map(|(at, _)| at).find(is_end);
+    comment[..end.unwrap_or(comment.len())].trim_end_matches('.').to_owned()
 }
 
 #[cfg(test)]

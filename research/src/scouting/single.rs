@@ -142,7 +142,6 @@ fn judge(trips: &[Trips], rows: &[Row]) -> Vec<Claim> {
     });
     let followers = mean(trips, |trips| 1.0 - trips[utility].follower_time / trips[fastest].follower_time);
     let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
-    let both = |a: Verdict, b: Verdict| if a == b { a } else { Verdict::Open };
     let pair = |a: Spread, b: Spread| format!("{} and {}", number(a, 2), number(b, 2));
     vec![
         Claim::new(
@@ -150,14 +149,14 @@ fn judge(trips: &[Trips], rows: &[Row]) -> Vec<Claim> {
             "yes",
             "both differences in the share of all information are above 0",
             pair(more(fastest), more(likeliest)),
-            both(above_0(more(fastest)), above_0(more(likeliest))),
+            Verdict::all([above_0(more(fastest)), above_0(more(likeliest))]),
         ),
         Claim::new(
             "it gains it earlier (Fig. 14)",
             "yes",
             "the same after five cells",
             pair(sooner(fastest), sooner(likeliest)),
-            both(above_0(sooner(fastest)), above_0(sooner(likeliest))),
+            Verdict::all([above_0(sooner(fastest)), above_0(sooner(likeliest))]),
         ),
         Claim::new(
             "it does so without sacrificing travel time (Fig. 15)",

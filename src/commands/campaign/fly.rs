@@ -97,7 +97,7 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 ///
 /// # Errors
 /// If it suits none of them.
-fn schedule(world: &ResolvedScenario, planner: &str) -> Result<PlannerSchedule, Failure> {
+pub(super) fn schedule(world: &ResolvedScenario, planner: &str) -> Result<PlannerSchedule, Failure> {
     let given: Name = planner.parse().map_err(Failure::usage)?;
     let scenario = world.brief.scenario;
     let planners = planner::assigned(&world.brief, &world.vehicles(), Some(given), &world.planners)

@@ -7,10 +7,10 @@ use hopper_sim::shell::print_summary;
 use node::{Exit, Failure};
 use report::Format;
 
+use super::fly::schedule;
 use super::store;
 use crate::mission::OutputDir;
 use crate::mission::run::in_lockstep;
-use lockstep::PlannerSchedule;
 
 /// Arguments of `hopper campaign rerun`.
 #[derive(clap::Args, Clone, Debug)]
@@ -41,7 +41,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     };
     let world = trial.cell.world().map_err(Failure::usage)?;
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, row.seed)?;
-    let schedule = PlannerSchedule::single(trial.cell.planner.parse().map_err(Failure::usage)?);
+    let schedule = schedule(&world, &trial.cell.planner)?;
     let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir, journal)?;
     output_dir.illustrate(&world, &mut summary, report::PictureStyle::Screen)?;
     output_dir.keep(&summary)?;
