@@ -59,7 +59,7 @@ pub const PAST_PAGE_RECORDS: usize = 64;
 pub const MAP_PATCH_CELLS: usize = 1024;
 
 /// Cells in one page of a snapshot of the observed map.
-pub const MAP_PAGE_CELLS: usize = 4096;
+pub const MAP_PAGE_CELLS: usize = 2048;
 
 /// Cells that one page of a snapshot looks over at most, seen or not: what it takes perception from its work.
 pub const MAP_PAGE_SPAN: usize = 1 << 16;
@@ -87,4 +87,4 @@ pub const CHANGES_KEPT: usize = 1 << 16;
 pub const MARKS_KEPT: usize = 1024;
 
 /// Most processes, live or not yet cleaned up, on one service.
-pub const NODES_MAX: usize = 48;
+pub const NODES_MAX: usize = 32;

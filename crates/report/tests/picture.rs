@@ -6,8 +6,8 @@
 mod mission;
 
 use contract::{
-    Action, Branch, Brief, Cell, Cover, CoverMode, Direction, Ground, Leader, Member, ObservedMap, Placement,
-    PolicyCell, Record, Robot, RobotId, Route, Scout, Sensor, Standing, Status, Vehicle, Waypoint,
+    Action, Branch, Brief, Cell, Cover, CoverMode, Direction, Ground, Member, ObservedMap, Placement,
+    PolicyCell, Record, Robot, RobotId, Route, Scout, Sensor, Status, Vehicle, Waypoint,
 };
 use mission::{Step, brief, ground, policy, records};
 use report::{Layer, Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
@@ -308,15 +308,7 @@ impl Scouted {
             (record.outcome.from, record.outcome.to) = (Cell::new(1, 1), Cell::new(to.0, to.1));
         }
         let start = Placement { cell: Cell::new(1, 1), heading: Direction::North };
-        let member = |vehicle, sensor| Member {
-            robot: Robot { vehicle, sensor, start },
-            at: start,
-            ready_at_ns: 0,
-            standing: Standing::Active,
-            leader: Leader::default(),
-            last: None,
-            travel: None,
-        };
+        let member = |vehicle, sensor| Member::at_start(Robot { vehicle, sensor, start });
         let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(10.4, 10.6), goal_radius_m: 3.0 };
         let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
         let members = [member(driver, Sensor::Track), member(helicopter, Sensor::Camera { radius_m: 3.0 })];

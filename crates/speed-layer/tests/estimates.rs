@@ -3,23 +3,13 @@
 // Helpers of tests are not recognised as tests.
 #![allow(clippy::unwrap_used)]
 
-use contract::{
-    Cell, Direction, DriveSpeed, Leader, Member, Placement, Robot, SpeedPrior, Standing, Vehicle, Waypoint,
-};
+use contract::{Cell, Direction, DriveSpeed, Member, Placement, Robot, SpeedPrior, Vehicle, Waypoint};
 use speed_layer::{SPREAD_MAX_M_PER_SOL, SpeedEstimate, SpeedLayer};
 
 fn helicopter(sensor: contract::Sensor) -> Member {
     let start = Placement { cell: Cell::new(0, 0), heading: Direction::North };
     let vehicle = Vehicle::Helicopter { start: Waypoint::default(), speed_mps: 5.0, budget_m: 300.0 };
-    Member {
-        robot: Robot { vehicle, sensor, start },
-        at: start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        leader: Leader::default(),
-        last: None,
-        travel: None,
-    }
+    Member::at_start(Robot { vehicle, sensor, start })
 }
 
 fn priors() -> Vec<SpeedPrior> {

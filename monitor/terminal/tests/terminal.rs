@@ -9,8 +9,7 @@ mod mission;
 use contract::{
     Action, Branch, Cell, Decision, Direction, DriveSpeed, Heartbeat, Incarnation, Leader, MapPatch, Member,
     MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Placement, Policy, PriorCell, PriorPage, Robot,
-    RobotId, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Standing, Status, Team, Vehicle,
-    Waypoint,
+    RobotId, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Status, Team, Vehicle, Waypoint,
 };
 use mission::{Step, brief, ground, name, policy, records};
 use monitor::{Event, History, Input, Watcher};
@@ -146,14 +145,9 @@ fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now(
 fn robots(brief: &contract::Brief, digest: contract::Digest) -> Team {
     let at = |x_m, y_m| Waypoint { x_m, y_m };
     let start = Placement { cell: brief.start, heading: Direction::North };
-    let member = |vehicle, sensor, planner| Member {
-        robot: Robot { vehicle, sensor, start },
-        at: start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        leader: Leader { planner: name(planner), ..Leader::default() },
-        last: None,
-        travel: None,
+    let member = |vehicle, sensor, planner| {
+        let leader = Leader { planner: name(planner), ..Leader::default() };
+        Member { leader, ..Member::at_start(Robot { vehicle, sensor, start }) }
     };
     let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(13.5, 12.5), goal_radius_m: 3.0 };
     let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };

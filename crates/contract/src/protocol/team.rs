@@ -247,6 +247,22 @@ pub struct Member {
     pub travel: Option<Travel>,
 }
 
+impl Member {
+    /// A robot before its first action, which nobody commands; of one that goes from point to point, without its way.
+    #[must_use]
+    pub fn at_start(robot: Robot) -> Self {
+        Self {
+            robot,
+            at: robot.start,
+            ready_at_ns: 0,
+            standing: Standing::Active,
+            leader: Leader::default(),
+            last: None,
+            travel: None,
+        }
+    }
+}
+
 /// How far a robot is on its way that goes from point to point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Travel {

@@ -560,5 +560,5 @@ fixed_payload!(Brief => BriefV9);
 /// Tells every process of the run; a late reader gets the last one.
 impl Message for Brief {
     const SERVICE: PublishSubscribe =
-        PublishSubscribe { max_subscribers: 40, ..PublishSubscribe::new("hop/brief", &[Role::HopperSim]) };
+        PublishSubscribe { max_subscribers: 24, ..PublishSubscribe::new("hop/brief", &[Role::HopperSim]) };
 }

@@ -145,7 +145,7 @@ fixed_payload!(Control => ControlV1);
 impl Message for Control {
     const SERVICE: PublishSubscribe = PublishSubscribe {
         max_publishers: 4,
-        max_subscribers: 40,
+        max_subscribers: 24,
         history: 0,
         buffer: 16,
         ..PublishSubscribe::new("hop/rN/control", &[Role::Monitor])

@@ -79,9 +79,9 @@ fixed_payload!(Heartbeat => HeartbeatV1);
 /// Written by every process; the budget allows for four and a stand-by.
 impl Message for Heartbeat {
     const SERVICE: PublishSubscribe = PublishSubscribe {
-        max_publishers: 48,
+        max_publishers: 24,
         expected_publishers: 5,
-        max_subscribers: 48,
+        max_subscribers: 24,
         buffer: 16,
         ..PublishSubscribe::new("hop/heartbeat", &Role::ALL)
     };

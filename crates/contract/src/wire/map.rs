@@ -341,7 +341,7 @@ slice_payload!(MapPatch => MapPatchV2, SeenCellV3, cells, patch_from_wire);
 /// scenarios can.
 impl Message for MapPatch {
     const SERVICE: PublishSubscribe = PublishSubscribe {
-        max_subscribers: 40,
+        max_subscribers: 24,
         history: 0,
         buffer: 16,
         event: true,

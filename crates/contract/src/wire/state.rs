@@ -113,7 +113,7 @@ fixed_payload!(State => StateV4);
 /// Wakes perception.
 impl Message for State {
     const SERVICE: PublishSubscribe = PublishSubscribe {
-        max_subscribers: 40,
+        max_subscribers: 24,
         buffer: 64,
         event: true,
         ..PublishSubscribe::new("hop/rN/state", &[Role::HopperSim])

@@ -291,7 +291,7 @@ slice_payload!(Team => TeamHeaderV1, MemberV5, members, team_from_wire);
 /// Written only in missions that are not a single hopper's, each time just before the state.
 impl Message for Team {
     const SERVICE: PublishSubscribe = PublishSubscribe {
-        max_subscribers: 40,
+        max_subscribers: 24,
         buffer: 64,
         capacity: Capacity::Cells(ROBOTS_MAX),
         ..PublishSubscribe::new("hop/team", &[Role::HopperSim])
