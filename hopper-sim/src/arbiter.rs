@@ -502,7 +502,8 @@ impl Arbiter {
         if self.robots_not_hopping().is_some() {
             return Ok(leader);
         }
-        if !matches!(action, Action::Hold | Action::Hop(_)) {
+        let may_wait = self.mission.brief.mixed.is_some();
+        if !(matches!(action, Action::Hold | Action::Hop(_)) || action == Action::Wait && may_wait) {
             return Err(Refusal::malformed("command.action", "a hop or hold: the robot is a hopper", action));
         }
         if let Some(hazard) = self.guard().veto(action) {

@@ -217,6 +217,7 @@ impl Mission {
             at: robot.start,
             ready_at_ns: 0,
             standing: Standing::Active,
+            waits: false,
             leader: Leader::default(),
             last: None,
             travel: None,

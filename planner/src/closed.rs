@@ -1,38 +1,6 @@
-//! Cells where other robots stand for good, as ground that nobody can enter.
+//! Cells where other robots stand, as ground that nobody can enter.
 
-use contract::{Cell, Grid, Ground, Member, ObservedMap, Standing, Team, Vehicle};
-
-/// Cells of robots on the ground, other than the one that decides, that act no more.
-pub(crate) fn stopped<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Cell> + 'a {
-    others(team)
-        .filter(|other| other.standing != Standing::Active)
-        .filter_map(move |other| on_ground(other, grid))
-}
-
-/// Where hoppers go that still act.
-pub(crate) fn goals(team: &Team) -> impl Iterator<Item = Cell> + '_ {
-    others(team).filter(|other| other.standing == Standing::Active).filter_map(|other| {
-        match other.robot.vehicle {
-            Vehicle::HopperTo { goal } => Some(goal),
-            _ => None,
-        }
-    })
-}
-
-/// A robot other than the one that decides that takes up `cell`.
-pub(crate) fn occupant<'a>(team: &'a Team, grid: &Grid, cell: Cell) -> Option<&'a Member> {
-    others(team).find(|other| on_ground(other, grid) == Some(cell))
-}
-
-fn others(team: &Team) -> impl Iterator<Item = &Member> {
-    let due = usize::from(team.due.0);
-    team.members.iter().enumerate().filter(move |(number, _)| *number != due).map(|(_, member)| member)
-}
-
-fn on_ground(member: &Member, grid: &Grid) -> Option<Cell> {
-    let stands = member.robot.vehicle.is_on_ground() && grid.contains(member.at.cell);
-    stands.then_some(member.at.cell)
-}
+use contract::{Ground, ObservedMap};
 
 /// The observed map with some of its seen cells made impassable: what a hopper's planner is given, which knows of no other
 /// robots. It follows the observed map by its changes, and is the same however it came about.
@@ -85,7 +53,7 @@ impl ClosedMap {
 
 #[cfg(test)]
 mod tests {
-    use contract::{RobotId, RunId};
+    use contract::{Grid, RobotId, RunId};
 
     use super::*;
 

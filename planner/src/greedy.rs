@@ -31,12 +31,13 @@ impl Planner for Greedy {
         }
         let payoff = LandingPayoff::new(brief);
         let belief = Belief::new(brief, map);
+        // The paper's hopper knows no ground that it must not enter; among other robots their cells are such.
+        let is_of_paper = brief.profile == Profile::Paper2023 && brief.mixed.is_none();
         let payoffs = Direction::ALL.map(|direction| {
             let cell = brief.grid.hop(here, direction);
             let ground = belief.ground(cell);
-            let eligible = brief.grid.contains(here)
-                && brief.grid.contains(cell)
-                && (ground.passable || brief.profile == Profile::Paper2023);
+            let eligible =
+                brief.grid.contains(here) && brief.grid.contains(cell) && (ground.passable || is_of_paper);
             eligible.then(|| payoff.of(cell, ground) + payoff.of_treasure(map, cell))
         });
         match first_best_allowed(payoffs, 0.0, state.vetoed) {

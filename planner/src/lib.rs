@@ -41,6 +41,7 @@ pub mod greedy;
 pub mod hold;
 pub mod mdp;
 mod names;
+mod others;
 pub mod pilot;
 pub mod plan;
 pub mod process;

@@ -17,7 +17,8 @@ use contract::{
     Vetoed,
 };
 
-use crate::closed::{ClosedMap, stopped};
+use crate::closed::ClosedMap;
+use crate::others::{occupant, pass, taken};
 use crate::plan::Scouting;
 use crate::{Plan, PlanStatus, Situation};
 
@@ -282,12 +283,11 @@ impl Pilot {
         })
     }
 
-    /// Makes the cells impassable where robots stand for good, for the hopper that is due if it is one of those commanded here.
+    /// Makes the cells impassable where other robots stand, for the hopper that is due if it is one of those commanded here.
     fn close(&mut self) {
         let team = self.own.and(self.team.as_ref()).filter(|team| self.config.robots.has(team.due));
         let (Some(team), Some(map)) = (team, self.map.map()) else { return };
-        let mut closed: Vec<usize> =
-            stopped(team, &map.grid).filter_map(|cell| map.grid.index(cell)).collect();
+        let mut closed: Vec<usize> = taken(team, &map.grid).filter_map(|cell| map.grid.index(cell)).collect();
         closed.sort_unstable();
         closed.dedup();
         let known = self.closed.take();
@@ -587,10 +587,9 @@ impl Pilot {
             decision: situation.state.decision,
             digest: situation.state.digest,
             term: Term(0),
-            action: if vetoed.has(plan.action) || !fits(&situation, plan.action) {
-                Action::Hold
-            } else {
-                plan.action
+            action: match plan.action {
+                action if vetoed.has(action) || !fits(&situation, action) => Action::Hold,
+                action => self.patient(&situation, action),
             },
             // Of the map as it is, whatever the planner was given.
             observation: map.observation(),
@@ -606,6 +605,21 @@ impl Pilot {
         };
         self.planned = Some(Planned { command, due, sent: now });
         self.send(now, effects);
+    }
+
+    /// What a hopper does among other robots by a planner that knows of none: instead of holding, and of a hop onto its goal while
+    /// another robot is there, it waits for the others.
+    fn patient(&self, situation: &Situation<'_>, action: Action) -> Action {
+        let (Some(team), true) = (situation.team, self.own.is_some()) else { return action };
+        let Situation { brief, state, .. } = *situation;
+        let is_in_vain = match action {
+            Action::Hop(direction) => {
+                let aim = brief.grid.hop(state.pose.cell, direction);
+                aim == brief.goal && occupant(team, &brief.grid, aim).is_some()
+            }
+            _ => action == Action::Hold,
+        };
+        if is_in_vain { pass(team) } else { action }
     }
 
     /// Sends what was planned, under the term that may be spoken for.

@@ -315,7 +315,10 @@ impl<P: Ports> PlannerProcess<P> {
     /// Whether the algorithm can plan for the robots that are to be commanded, where each has a task of its own. Otherwise the log
     /// says so once, and the robots are as good as not heard of.
     fn can_plan_for_robots(&mut self, team: &Team) -> bool {
-        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.run == team.run) else { return true };
+        // Without the brief nobody can say; robots are published again with each state.
+        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.run == team.run) else {
+            return false;
+        };
         let name = self.planner.name();
         let is_own = algorithm(name.as_str()).is_err();
         let unsuited = self.commands.iter().map(|(robot, _)| *robot).find_map(|robot| {

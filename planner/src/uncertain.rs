@@ -10,8 +10,8 @@ use helicopter::{Sensor, Sighting};
 use routing::stage_seed;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
-use crate::closed::{goals, stopped};
 use crate::names::AHEAD_ALGORITHMS;
+use crate::others::{self, goals, stopped, taken};
 use crate::plan::{Scouting, Situation};
 
 /// A situation of a robot that goes from point to point, taken apart.
@@ -24,6 +24,17 @@ pub(crate) struct Turn<'a> {
     pub travel: contract::Travel,
     pub scouting: Scouting<'a>,
     pub map: &'a ObservedMap,
+}
+
+/// Cells that a rover drives around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Around {
+    /// Where robots stand for good, and the goals of hoppers: a drive may lead over them, but must not end there for good.
+    Stopped,
+    /// The same, and where others stand now.
+    All,
+    /// The goals of hoppers within reach of the rover's own, where it would be in their way for good.
+    Goals,
 }
 
 impl<'a> Turn<'a> {
@@ -40,13 +51,25 @@ impl<'a> Turn<'a> {
         self.belief_with(&[])
     }
 
-    /// What the rover that decides knows, to which the cells are closed where other robots stand for good, the goals of hoppers,
-    /// and `occupied`.
-    pub fn belief_among_others(&self, occupied: Option<Cell>) -> Option<Belief> {
-        let grid = self.map.grid;
-        let closed = stopped(self.team, &grid).chain(goals(self.team)).chain(occupied);
-        let mut closed: Vec<usize> =
-            closed.filter(|cell| *cell != self.me.at.cell).filter_map(|cell| grid.index(cell)).collect();
+    /// What is known of the speeds, with no way through cells where the rover should not stop.
+    pub fn belief_around(&self, cells: Around) -> Option<Belief> {
+        let grid = &self.map.grid;
+        let closed: Vec<Cell> = match cells {
+            Around::Stopped => stopped(self.team, grid).chain(goals(self.team)).collect(),
+            Around::All => taken(self.team, grid).chain(goals(self.team)).collect(),
+            Around::Goals => {
+                let Vehicle::Driver { goal, goal_radius_m, .. } = self.me.robot.vehicle else { return None };
+                let reach_m = goal_radius_m + grid.cell_size_m;
+                let is_near =
+                    |cell: &Cell| point(Waypoint::middle_of(grid, *cell)).distance_m(point(goal)) <= reach_m;
+                goals(self.team).filter(is_near).collect()
+            }
+        };
+        let mut closed: Vec<usize> = closed
+            .iter()
+            .filter(|cell| **cell != self.me.at.cell)
+            .filter_map(|cell| grid.index(*cell))
+            .collect();
         closed.sort_unstable();
         self.belief_with(&closed)
     }
@@ -75,6 +98,11 @@ impl<'a> Turn<'a> {
         Belief::new(Arc::new(surface), speeds.collect::<Option<_>>()?).ok()
     }
 
+    /// Whether no other robot is on the ground.
+    pub fn is_alone(&self) -> bool {
+        !self.others().any(|other| other.robot.vehicle.is_on_ground())
+    }
+
     /// The stage that the rover is in, from 1; the first if there is none.
     pub fn stage(&self) -> u32 {
         let travels = self.team.members.iter().filter_map(|member| member.travel);
@@ -92,10 +120,9 @@ impl<'a> Turn<'a> {
         Some(travel.rest(route).map(point).collect())
     }
 
-    /// What is done by a robot that can go on only once others have acted. To wait as the last one that can act would end the
-    /// mission.
+    /// What is done by a robot that can go on only once others have acted.
     pub fn pass(&self) -> Action {
-        if self.is_another_ready() { Action::Wait } else { Action::Hold }
+        others::pass(self.team)
     }
 
     /// The points of a member's route.
@@ -103,24 +130,9 @@ impl<'a> Turn<'a> {
         self.scouting.routes.get(member.travel?.route?)
     }
 
-    /// Whether a robot other than the one that decides can act without waiting for one.
-    fn is_another_ready(&self) -> bool {
-        let is_ready = |member: &&Member| {
-            let waits = member.travel.is_some_and(|travel| travel.waits);
-            member.standing == Standing::Active && !waits
-        };
-        self.others().any(|member| is_ready(&member))
-    }
-
     /// All robots but the one that decides.
     pub fn others(&self) -> impl Iterator<Item = &'a Member> {
-        let due = usize::from(self.team.due.0);
-        self.team
-            .members
-            .iter()
-            .enumerate()
-            .filter(move |(number, _)| *number != due)
-            .map(|(_, member)| member)
+        others::others(self.team)
     }
 
     /// Whether a helicopter is still to fly, or about to announce a flight. Those that look ahead for hoppers do not count.

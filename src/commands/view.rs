@@ -101,12 +101,12 @@ pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenar
 
 /// Notes how far a robot is after a decision of its own, if it goes from point to point.
 fn travel(member: &mut Member, record: &Record, routes: &[Route]) {
+    member.waits = record.action == Action::Wait;
     let Some(travel) = &mut member.travel else { return };
     let points = |travel: &Travel| {
         let route = routes.iter().find(|route| Some(route.id()) == travel.route)?;
         Some(route.waypoints().to_vec())
     };
-    travel.waits = record.action == Action::Wait;
     match record.action {
         Action::Announce(id) => {
             (travel.route, travel.announced, travel.reached) = (Some(id), Some(record.decision), 0);

@@ -230,6 +230,7 @@ fn team(case: &Case, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team
         at: Placement { cell: rover.pose.cell, heading: rover.pose.heading },
         ready_at_ns: 0,
         standing: Standing::Active,
+        waits: false,
         leader: Leader::default(),
         last: None,
         travel: None,

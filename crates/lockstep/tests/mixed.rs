@@ -50,7 +50,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(robots_of(&records).len(), 6, "every robot acts");
     assert_eq!(
         flown.state.digest.to_string(),
-        "9d8a8d37142b6837fd4bf2d0b14b79c5aa1558ee7984c4720790402c9d36a3e8"
+        "d9f97be8f7c5eaaa0527a9b686481fefa09700de30e9bb4c8e25b867302d02de"
     );
 }
 
@@ -284,6 +284,83 @@ fn whoever_stands_in_the_way_is_passed_by() {
         let (flown, records) = fly(&world, 1, &own_planners(&world));
         assert_eq!(flown.state.status, Status::Goal, "{what}: {} decisions", records.len());
     }
+}
+
+/// Level ground in two parts, 40 x 15 cells, that a corridor one cell wide joins from (15, 7) to (25, 7).
+fn corridor() -> String {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let raster = |name: &str, open: &str, wall: &str| {
+        let cell = |x: i32, y: i32| if (15..=25).contains(&x) && y != 7 { wall } else { open };
+        let rows = (0..15).rev().map(|y| (0..40).map(|x| cell(x, y)).collect::<Vec<_>>().join(" "));
+        let head = "ncols 40\nnrows 15\nxllcorner 0\nyllcorner 0\ncellsize 1\n";
+        let file = folder.join(name);
+        std::fs::write(&file, head.to_owned() + &rows.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+        file.to_str().unwrap().to_owned()
+    };
+    let (level, closed, open) =
+        (raster("level.asc", "0", "0"), raster("closed.asc", "0", "1"), raster("open.asc", "1", "0"));
+    format!(
+        "[truth.terrain.elevation_file]\nfile = {level:?}\n[truth.mobility]\nspeeds = [{closed:?}, 0.0, 0.0, {open:?}]\n\
+         [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 600\n"
+    )
+}
+
+/// P-MIXED-BUSY: who is in the way for as long as it acts is passed by or waited for, and waiting uses up no action.
+#[test]
+fn whoever_is_busy_in_the_way_is_passed_by_or_waited_for() {
+    let ground = corridor();
+    let driver = |from: [i32; 2], to: [i32; 2], planner: &str| {
+        robot(&format!("\"rover\"\nstart = {from:?}\ngoal = {to:?}\nplanner = {planner:?}"))
+    };
+    let hopper = |from: [i32; 2], to: [i32; 2], planner: &str| {
+        robot(&format!("\"hopper\"\nstart = {from:?}\ngoal = {to:?}\nplanner = {planner:?}"))
+    };
+    let covering = robot("\"rover\"\nstart = [10, 7]\nplanner = \"cover_frontier\"\nspeed_mps = 1.0");
+    let mut missions = Vec::new();
+    for planner in ["mdp", "astar", "dstar_lite"] {
+        let slow =
+            robot("\"rover\"\nstart = [5, 5]\nspeed_mps = 0.001\nplanner = \"spiral\"\nrequired = false");
+        let text = FLAT.replace("[mission]", &law(1.0)) + &slow + &hopper([1, 5], [9, 5], planner);
+        missions.push((format!("a rover that stands for a quarter of an hour, {planner}"), text, 40));
+    }
+    for planner in ["rrt_star", "rrt_star_ett", "ett_exact"] {
+        let there = driver([5, 7], [35, 7], planner);
+        let text = [&ground, &hopper([20, 12], [20, 7], "mdp"), &there].map(String::as_str).concat();
+        missions.push((format!("the goal of a hopper in the corridor, {planner}"), text, 60));
+        let stopped = hopper([20, 7], [20, 12], "mdp") + "required = false\n";
+        let text = [&ground, &there, &stopped, &fails(1)].map(String::as_str).concat();
+        missions.push((format!("a hopper that has failed in the corridor, {planner}"), text, 60));
+        let behind = driver([12, 7], [38, 5], planner);
+        let text = [&ground, &driver([14, 7], [35, 7], planner), &behind].map(String::as_str).concat();
+        missions.push((format!("a rover behind another in the corridor, {planner}"), text, 60));
+    }
+    let ahead = driver([14, 7], [38, 7], "rrt_star") + "required = false\n";
+    let text = [&ground, &ahead, &covering].map(String::as_str).concat();
+    let text = text.replace("\"mixed\"", "\"mixed\"\npercent = 60");
+    missions.push(("a covering rover behind another in the corridor".to_owned(), text, 600));
+    for (what, text, steps_max) in missions {
+        let world = resolved(&text);
+        let (flown, records) = fly(&world, 1, &own_planners(&world));
+        assert_eq!(flown.state.status, Status::Goal, "{what}: {} decisions", records.len());
+        assert!(flown.state.steps < steps_max, "{what}: {} steps", flown.state.steps);
+    }
+}
+
+/// P-MIXED-TAKEN: a hopper whose goal another robot takes up for good cannot reach it any more.
+#[test]
+fn a_goal_that_is_taken_for_good_ends_a_mission_that_needs_it() {
+    let hopper = |way: &str| robot(&format!("\"hopper\"\n{way}\nplanner = \"mdp\""));
+    let first = hopper("start = [5, 9]\ngoal = [5, 1]");
+    let second = hopper("start = [3, 1]\ngoal = [7, 1]\nrequired = false");
+    let fault = "[[faults]]\nrobot = 1\naction = 3\n";
+    let text = [FLAT, &first, &second, fault].concat().replace("[mission]", &law(1.0));
+    let world = resolved(&text);
+    let (flown, records) = fly(&world, 1, &own_planners(&world));
+    let last = records.last().unwrap();
+    assert_eq!(
+        (flown.state.status, last.robot, last.outcome.to),
+        (Status::Deadlock, RobotId(1), Cell::new(5, 1))
+    );
 }
 
 /// P-MIXED-LATTICE: hoppers land whole hops from where they began, whoever is in their way.

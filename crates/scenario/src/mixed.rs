@@ -38,13 +38,18 @@ impl Scenario {
         Ok(Fleet { robots, faults: self.faults.clone() })
     }
 
-    /// Refuses a rover that begins on the goal of a hopper and may never leave it.
+    /// Refuses a rover that begins on the goal of a hopper and may never leave it: one that covers ground, or one whose own goal is
+    /// so near that it is done there.
     fn check_goals_are_open(&self, robots: &[Robot]) -> Result<(), ScenarioError> {
         for (number, robot) in robots.iter().enumerate() {
             let is_goal = |other: &Robot| other.vehicle == Vehicle::HopperTo { goal: robot.start.cell };
-            let covers = matches!(robot.vehicle, Vehicle::Rover { .. });
-            if let Some(hopper) = robots.iter().position(is_goal).filter(|_| covers) {
-                let need = "another cell for a rover that covers ground than the goal of a hopper";
+            let stays = match robot.vehicle {
+                Vehicle::Rover { .. } => true,
+                Vehicle::Driver { start, goal, goal_radius_m } => start.distance_m(goal) <= goal_radius_m,
+                _ => false,
+            };
+            if let Some(hopper) = robots.iter().position(is_goal).filter(|_| stays) {
+                let need = "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
                 let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
                 return refuse("robots.start", need, got);
             }

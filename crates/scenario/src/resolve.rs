@@ -109,7 +109,11 @@ impl Scenario {
         let hop_distance_m = self.robot.hop_distance_m;
         in_range("robot.hop_distance_m", hop_distance_m, 1e-3..=1e6, "0.001 to 1e6 m")?;
         // Rovers alone go from cell to cell, however long a hop would be.
-        let has_hoppers = !self.mission.is_cover() && !self.mission.is_scout();
+        let has_hoppers = if self.mission.is_mixed() {
+            self.robots.iter().any(|rules| rules.vehicle == crate::VehicleKind::Hopper)
+        } else {
+            !self.mission.is_cover() && !self.mission.is_scout()
+        };
         let hops_m = has_hoppers.then_some(hop_distance_m);
         match &mut self.truth.terrain {
             TerrainSource::Gaussians(source) => {

@@ -185,6 +185,7 @@ impl Rovers {
             at: rover.at,
             ready_at_ns: rover.clock_ns,
             standing: rover.standing,
+            waits: false,
             leader: rover.leader,
             last: rover.last,
             travel: None,

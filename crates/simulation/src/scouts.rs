@@ -86,7 +86,6 @@ impl Scout {
             halts: self.halts,
             halted: self.halted,
             flown_m: self.flown_m,
-            waits: self.waits,
         }
     }
 }
@@ -458,7 +457,7 @@ impl Scouts {
         }
         self.note(record);
         if self.is_hopper(record.robot) {
-            self.hop(number, &record.outcome);
+            self.hop(number, record.action, &record.outcome);
         } else {
             self.act(number, record.decision, record.action);
         }
@@ -476,13 +475,16 @@ impl Scouts {
     }
 
     /// The action of a robot that goes from cell to cell has come to `outcome`, which was compared.
-    fn hop(&mut self, number: usize, outcome: &Outcome) {
+    fn hop(&mut self, number: usize, action: Action, outcome: &Outcome) {
         self.actor = Some(number);
         let scout = &mut self.scouts[number];
         (self.acted_at_ns, scout.cell) = (scout.clock_ns, outcome.to);
         scout.actions += 1;
         if outcome.branch == Branch::Stranded {
             scout.standing = Standing::Stranded;
+        } else if action == Action::Wait {
+            (scout.waits, scout.waited) = (true, scout.waited + 1);
+            return;
         }
         let seconds = outcome.flight.flight_time_s * f64::from(outcome.flight.flights);
         self.busy(number, seconds);
@@ -585,6 +587,7 @@ impl Scouts {
             at: Placement { cell: scout.cell, ..scout.robot.start },
             ready_at_ns: scout.clock_ns,
             standing: scout.standing,
+            waits: scout.waits,
             leader: scout.leader,
             last: scout.last,
             travel: scout.robot.vehicle.start().map(|_| scout.travel()),

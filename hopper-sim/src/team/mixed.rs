@@ -19,7 +19,7 @@ use terrain::Terrain;
 
 use super::cover::CoverTeam;
 use super::hop::{HopTeam, take_hop};
-use super::roster::Roster;
+use super::roster::{Roster, Turn};
 use super::scout::ScoutTeam;
 use super::travels::Travels;
 use crate::Mission;
@@ -122,6 +122,9 @@ impl MixedTeam {
             (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_covered() => Part::Done,
             (Vehicle::Rover { .. }, _, Some(cover)) if cover.is_at_work(roster) => Part::Open,
             (Vehicle::HopperTo { .. }, Standing::Stranded, _) if !is_on_map => Part::Failed(Status::LeftMap),
+            (Vehicle::HopperTo { goal }, Standing::Active, _) if is_taken(roster, robot, goal) => {
+                Part::Failed(Status::Deadlock)
+            }
             (Vehicle::Rover { .. }, ..) | (_, Standing::Stranded, _) => Part::Failed(Status::Lost),
             (_, Standing::Active, _) => Part::Open,
             (vehicle @ Vehicle::Driver { .. }, Standing::Done, _) if !self.has_arrived(robot, vehicle) => {
@@ -146,6 +149,10 @@ impl MixedTeam {
         action: Action,
     ) -> Option<Refusal> {
         let entry = roster.entry(robot);
+        if action == Action::Wait {
+            // Any robot of such a mission may.
+            return None;
+        }
         match (entry.robot.vehicle, &self.ways, &self.cover) {
             (Vehicle::Rover { .. }, _, Some(cover)) => cover.refusal(roster, terrain, robot, action),
             (Vehicle::Driver { .. } | Vehicle::Helicopter { .. }, Ways::Uncertain(scout), _) => {
@@ -173,6 +180,11 @@ impl MixedTeam {
         let (terrain, decision): (&Terrain, Decision) = (&mission.terrain, state.decision);
         let mut collected = state.collected;
         let outcome = match (roster.entry(robot).robot.vehicle, &mut self.ways, &mut self.cover) {
+            (Vehicle::Rover { .. } | Vehicle::HopperTo { .. }, ..) if waits(roster, robot, action) => {
+                let from = roster.entry(robot).at.cell;
+                roster.act(robot, decision, leader, Turn::Waits);
+                Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() }
+            }
             (Vehicle::Rover { .. }, _, Some(cover)) => {
                 cover.execute(roster, terrain, robot, decision, leader, action).outcome
             }
@@ -208,7 +220,7 @@ impl MixedTeam {
             outcome,
             pose: Pose { cell: outcome.to, height_m },
             collected,
-            steps: roster.steps(),
+            steps: roster.steps_without_waits(),
             visits: self.visited_cells(),
             status: self.status(roster),
         }
@@ -244,8 +256,11 @@ impl MixedTeam {
     /// # Panics
     /// If another robot was due.
     pub fn recall(&mut self, roster: &mut Roster, terrain: &Terrain, record: &Record) {
-        let Record { robot, decision, leader, ref outcome, .. } = *record;
+        let Record { robot, decision, leader, action, ref outcome, .. } = *record;
         match (roster.entry(robot).robot.vehicle, &mut self.ways, &mut self.cover) {
+            (Vehicle::Rover { .. } | Vehicle::HopperTo { .. }, ..) if waits(roster, robot, action) => {
+                roster.act(robot, decision, leader, Turn::Waits);
+            }
             (Vehicle::Rover { .. }, _, Some(cover)) => cover.recall(roster, terrain, record),
             (Vehicle::Driver { .. } | Vehicle::Helicopter { .. }, Ways::Uncertain(scout), _) => {
                 scout.recall(roster, record);
@@ -307,4 +322,18 @@ impl MixedTeam {
         let cell = roster.entry(robot).at.cell;
         Pose { cell, height_m: terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
     }
+}
+
+/// Whether `robot` waits for others by `action`, and does not fail instead.
+fn waits(roster: &Roster, robot: RobotId, action: Action) -> bool {
+    action == Action::Wait && !roster.fails_now(robot)
+}
+
+/// Whether a robot other than `robot` stands on `cell` for good.
+fn is_taken(roster: &Roster, robot: RobotId, cell: Cell) -> bool {
+    let mut others = roster.entries().filter(|(other, _)| *other != robot);
+    others.any(|(_, entry)| {
+        let stops = entry.standing != Standing::Active && entry.robot.vehicle.is_on_ground();
+        stops && entry.at.cell == cell
+    })
 }

@@ -143,6 +143,12 @@ impl Roster {
         self.entries.iter().map(|entry| entry.actions).max().unwrap_or_default()
     }
 
+    /// The same, but for those by which a robot waited for others.
+    #[must_use]
+    pub fn steps_without_waits(&self) -> u64 {
+        self.entries.iter().map(|entry| entry.actions - entry.waits).max().unwrap_or_default()
+    }
+
     /// Simulated time from the beginning of the last action to that of the next, nanoseconds: less than the action lasts if
     /// another robot acts meanwhile.
     #[must_use]
@@ -201,8 +207,8 @@ impl Roster {
             standing: entry.standing,
             leader: entry.leader,
             last: entry.last,
-            travel: travel(robot)
-                .map(|travel| Travel { waits: self.order.readiness(robot) == Readiness::Parked, ..travel }),
+            waits: self.order.readiness(robot) == Readiness::Parked,
+            travel: travel(robot),
         };
         Team {
             run: state.run,

@@ -1,6 +1,6 @@
 //! The cells of the observed map in the order they were first seen.
 
-use contract::{Brief, Cell, Decision, DriveSpeed, Grid, ObservedMap, SensorParameters, Soil};
+use contract::{Brief, Cell, Decision, DriveSpeed, Grid, ObservedMap, RobotId, Soil};
 
 use super::Hops;
 
@@ -30,9 +30,8 @@ pub struct Seen {
 /// Every cell with the decision that was due when it was first seen.
 #[derive(Clone, Debug)]
 pub struct SeenCells {
+    brief: Brief,
     grid: Grid,
-    sensor: SensorParameters,
-    start: Cell,
     cells: Vec<Seen>,
     /// Indices of cells in the order they were seen or updated.
     log: Vec<u32>,
@@ -53,9 +52,8 @@ impl SeenCells {
         let unseen =
             Seen { height_m: 0.0, sand: false, passable: true, speed: None, reading: None, at: UNSEEN };
         Self {
+            brief: *brief,
             grid: brief.grid,
-            sensor: brief.sensor,
-            start: brief.start,
             cells: vec![unseen; brief.grid.cells()],
             log: Vec::new(),
             revision: 0,
@@ -161,8 +159,8 @@ impl SeenCells {
             if pending == 0 {
                 return;
             }
-            let Some((cell, height_m)) = self.pose(hops, decision) else { continue };
-            let reach_cells = self.sensor.reach_cells(&self.grid, height_m);
+            let Some((robot, cell, height_m)) = self.pose(hops, decision) else { continue };
+            let reach_cells = self.brief.sensor_of(robot).reach_cells(&self.grid, height_m);
             let reach = reach_cells as i32;
             let clip = |at: i32, side: u32| {
                 at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
@@ -194,12 +192,13 @@ impl SeenCells {
     }
 
     /// Cell and height of the hopper when a decision was due; `None` if not known.
-    fn pose(&self, hops: &Hops, decision: u64) -> Option<(Cell, f64)> {
+    fn pose(&self, hops: &Hops, decision: u64) -> Option<(RobotId, Cell, f64)> {
         let Some(before) = decision.checked_sub(1) else {
-            let height_m = self.cells[self.grid.index(self.start)?].height_m;
-            return Some((self.start, f64::from(height_m)));
+            let start = self.brief.start;
+            let height_m = self.cells[self.grid.index(start)?].height_m;
+            return Some((RobotId(0), start, f64::from(height_m)));
         };
         let hop = hops.get(Decision(before))?;
-        self.grid.contains(hop.to).then_some((hop.to, hop.height_m))
+        self.grid.contains(hop.to).then_some((hop.robot, hop.to, hop.height_m))
     }
 }

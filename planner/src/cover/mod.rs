@@ -9,6 +9,7 @@ use contract::{
 use coverage::{Algorithm, Knowledge, Rover, TeamMap};
 
 use crate::names;
+use crate::others::pass;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
 /// A planner for coverage, with the observed map in the form that it searches.
@@ -75,14 +76,13 @@ impl Planner for Cover {
         let Self { planner, map: Some((_, _, map)), rovers, .. } = self else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
+        let waits = if situation.brief.mixed.is_some() { pass(team) } else { Action::Hold };
         let situated = coverage::Situation { map, rovers, mode, robot };
         match planner.decide(&situated).map(Action::Step) {
             // The guard knows better: another robot may have come there since the map was sensed.
-            Some(step) if situation.state.vetoed.has(step) => {
-                Plan::at_once(Action::Hold, PlanStatus::Infeasible)
-            }
+            Some(step) if situation.state.vetoed.has(step) => Plan::at_once(waits, PlanStatus::Infeasible),
             Some(step) => Plan::at_once(step, PlanStatus::Solved),
-            None => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+            None => Plan::at_once(waits, PlanStatus::Infeasible),
         }
     }
 }
@@ -92,7 +92,8 @@ impl Planner for Cover {
 fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + 'a {
     let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
     let first = team.members.iter().find(is_rover).map(|member| member.robot.start);
-    let rovers = team.members.iter().filter(is_rover).map(|member| Rover {
+    let on_map = |member: &&Member| grid.contains(member.at.cell);
+    let rovers = team.members.iter().filter(is_rover).filter(on_map).map(|member| Rover {
         start: member.robot.start,
         pose: member.at,
         stranded: member.standing == Standing::Stranded,
@@ -102,7 +103,7 @@ fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + '
     };
     let others = team.members.iter().filter(is_other).map(|member| member.at);
     let goals = team.members.iter().filter_map(|member| match member.robot.vehicle {
-        Vehicle::HopperTo { goal } => Some(Placement { cell: goal, ..member.at }),
+        Vehicle::HopperTo { goal } if grid.contains(goal) => Some(Placement { cell: goal, ..member.at }),
         _ => None,
     });
     let in_the_way = others.chain(goals);

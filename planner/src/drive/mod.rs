@@ -8,12 +8,12 @@
 
 use contract::{Action, Name, Route, Standing, Task, Travel, Vehicle, Waypoint};
 use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
-use rover::{Belief, Caution};
+use rover::{Belief, Caution, Point};
 
-use crate::closed::occupant;
 use crate::names;
+use crate::others::occupant;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
-use crate::uncertain::{Turn, announcement, point};
+use crate::uncertain::{Around, Turn, announcement, point};
 
 /// How a rover's route is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,28 +78,38 @@ impl Drive {
         if old.is_some() && !is_news {
             return Plan::at_once(Action::Drive, PlanStatus::Solved);
         }
-        let Some(belief) = turn.belief_among_others(None) else { return idle(Action::Hold) };
         // Another seed than before: the same samples would give the same tree where nothing is new.
         let seed = if is_news { !turn.seed() } else { turn.seed() };
-        let again = self.route(turn, &belief, trip, seed);
-        let Some(old) = old else {
-            return match again {
-                Some(route) => self.announce(&route),
-                None if waits_for_scouts => idle(turn.pass()),
-                None => idle(Action::Done),
-            };
-        };
-        let costs = belief.expected_time(Caution::default());
-        let kept = routing::Route::new(&costs, old);
-        let old = announcement(&kept.points);
-        let again = again.filter(|again| again.cost <= kept.cost);
-        let cheapest = again.unwrap_or(kept);
+        let around_others = turn.belief_around(Around::Stopped);
+        let Some(belief) = around_others else { return idle(Action::Hold) };
+        if let Some(plan) = self.cheapest(turn, &belief, trip, seed, old.as_ref()) {
+            return plan;
+        }
+        // Who finds no way around others drives past them.
+        let past_others = turn.belief_around(Around::Goals).filter(|_| !turn.is_alone());
+        let plan = past_others.and_then(|belief| self.cheapest(turn, &belief, trip, seed, old.as_ref()));
+        plan.unwrap_or_else(|| idle(if waits_for_scouts { turn.pass() } else { Action::Done }))
+    }
+
+    /// To announce a new route, or to drive on along the `old` one if that is no dearer; `None` if there is no way.
+    fn cheapest(
+        &mut self,
+        turn: &Turn<'_>,
+        belief: &Belief,
+        trip: &Trip,
+        seed: u64,
+        old: Option<&Vec<Point>>,
+    ) -> Option<Plan> {
+        let again = self.route(turn, belief, trip, seed);
+        let Some(old) = old else { return again.map(|route| self.announce(&route)) };
+        let kept = routing::Route::new(&belief.expected_time(Caution::default()), old.clone());
+        let cheapest = again.filter(|again| again.cost <= kept.cost).unwrap_or_else(|| kept.clone());
         if cheapest.cost == f64::INFINITY {
-            idle(Action::Done)
-        } else if announcement(&cheapest.points) == old {
-            Plan::at_once(Action::Drive, PlanStatus::Solved)
+            None
+        } else if announcement(&cheapest.points) == announcement(&kept.points) {
+            Some(Plan::at_once(Action::Drive, PlanStatus::Solved))
         } else {
-            self.announce(&cheapest)
+            Some(self.announce(&cheapest))
         }
     }
 }
@@ -111,20 +121,38 @@ impl Drive {
         let grid = &turn.map.grid;
         let next = turn.rest_of(turn.me).and_then(|rest| rest.get(1).copied());
         let to = next.map(|at| Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid));
-        let Some((to, other)) = to.and_then(|to| Some((to, occupant(turn.team, grid, to)?))) else {
+        let Some(other) = to.and_then(|to| occupant(turn.team, grid, to)) else {
             return plan;
         };
         let is_gone_soon = other.standing == Standing::Active;
         if is_gone_soon && !situation.state.vetoed.has(Action::Drive) {
             return plan;
         }
-        let belief = turn.belief_among_others(Some(to));
-        match belief.and_then(|belief| self.route(turn, &belief, trip, !turn.seed())) {
+        let around = turn.belief_around(Around::All);
+        let around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
+        match around.or_else(|| past(turn)) {
             Some(route) => self.announce(&route),
-            None if is_gone_soon => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+            None if is_gone_soon => Plan::at_once(turn.pass(), PlanStatus::Infeasible),
             None => Plan::at_once(Action::Done, PlanStatus::Infeasible),
         }
     }
+}
+
+/// What is left of the route without the points where other robots are, if that is safe to drive.
+fn past(turn: &Turn<'_>) -> Option<routing::Route> {
+    let grid = &turn.map.grid;
+    let mut rest = turn.rest_of(turn.me)?;
+    let (start, end) = (*rest.first()?, *rest.last()?);
+    let is_free = |at: &Point| {
+        let cell = Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid);
+        occupant(turn.team, grid, cell).is_none()
+    };
+    rest.retain(|at| *at == start || is_free(at));
+    if rest.last() != Some(&end) {
+        return None;
+    }
+    let route = routing::Route::new(&turn.belief()?.expected_time(Caution::default()), rest);
+    route.cost.is_finite().then_some(route)
 }
 
 impl Planner for Drive {
@@ -162,7 +190,8 @@ impl Planner for Drive {
             if plan.action == Action::Drive { self.pass_by(&turn, &trip, situation, plan) } else { plan };
         // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
         // is no reason not to announce a route.
-        if situation.state.vetoed.has(plan.action) { hold } else { plan }
+        let stays = if situation.brief.mixed.is_some() { turn.pass() } else { Action::Hold };
+        if situation.state.vetoed.has(plan.action) { Plan { action: stays, ..hold } } else { plan }
     }
 
     fn announced(&self) -> Option<&Route> {

@@ -15,6 +15,7 @@ use contract::{
 
 use super::ward;
 use crate::names;
+use crate::others::pass;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::route::Costs;
 use crate::route::costs::FORBIDDEN;
@@ -42,6 +43,7 @@ impl LookAhead {
         situation: &Situation<'_>,
         (robot, hopper): (RobotId, &Member),
         ready: &Ready,
+        idles: Action,
     ) -> Plan {
         // To the hopper the mission is its own way.
         let goal = match hopper.robot.vehicle {
@@ -61,9 +63,9 @@ impl LookAhead {
         let way = cheapest_way(&Costs::new(situation), grid, state.pose.cell, brief.goal);
         let unseen = |cell: &Cell| map.ground(*cell).is_none();
         let Some(flight) = way.and_then(|way| ready.flight(grid, &way, unseen)) else {
-            return idle(Action::Wait);
+            return idle(idles);
         };
-        let Ok(route) = Route::new(flight.to_vec()) else { return idle(Action::Wait) };
+        let Ok(route) = Route::new(flight.to_vec()) else { return idle(idles) };
         let plan = idle(Action::Announce(route.id()));
         self.announced = Some(route);
         plan
@@ -155,7 +157,7 @@ impl Planner for LookAhead {
             return Plan::at_once(Action::Fly, PlanStatus::Solved);
         }
         let ready = Ready { at: travel.at, view_m, left_m: budget_m - travel.flown_m };
-        self.begin(situation, hopper, &ready)
+        self.begin(situation, hopper, &ready, pass(team))
     }
 
     fn announced(&self) -> Option<&Route> {

@@ -371,6 +371,7 @@ pub fn teams() -> Vec<Vec<u8>> {
         at: at(x),
         ready_at_ns: 2_000_000_000,
         standing: Standing::Active,
+        waits: false,
         leader: state.leader,
         last: None,
         travel: None,

@@ -238,6 +238,9 @@ pub struct Member {
     pub ready_at_ns: u64,
     /// Whether it takes turns.
     pub standing: Standing,
+    /// Whether it waits for another robot to act.
+    #[serde(default)]
+    pub waits: bool,
     /// Who commands it. Terms are counted for each robot.
     pub leader: Leader,
     /// Its last decision; `None` before its first.
@@ -256,6 +259,7 @@ impl Member {
             at: robot.start,
             ready_at_ns: 0,
             standing: Standing::Active,
+            waits: false,
             leader: Leader::default(),
             last: None,
             travel: None,
@@ -284,8 +288,6 @@ pub struct Travel {
     pub halted: Option<Decision>,
     /// Length of its flights in this stage, metres.
     pub flown_m: f64,
-    /// Whether it waits for another robot to act.
-    pub waits: bool,
 }
 
 impl Travel {
@@ -302,7 +304,6 @@ impl Travel {
             halts: 0,
             halted: None,
             flown_m: 0.0,
-            waits: false,
         }
     }
 

@@ -427,11 +427,10 @@ fn scout_from_wire(wire: &BriefV9) -> Result<Option<Scout>, Refusal> {
 
 fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
     if wire.required == 0 {
-        return if wire.designs.iter().all(|design| design.robots == 0) {
-            Ok(None)
-        } else {
-            let need = "none but where robots have tasks of their own";
-            Err(Refusal::malformed("brief.designs", need, wire.designs[0].robots))
+        let need = "none but where robots have tasks of their own";
+        return match wire.designs.iter().find(|design| **design != DesignV1::zeroed()) {
+            None => Ok(None),
+            Some(design) => Err(Refusal::malformed("brief.designs", need, design.robots)),
         };
     }
     if wire.goal_count > 0 {
@@ -489,9 +488,10 @@ fn design_from_wire(brief: &BriefV9, wire: &DesignV1) -> Result<Design, Refusal>
 fn designs_from_wire(wire: &BriefV9) -> Result<Designs, Refusal> {
     let mut of = [None; ROBOTS_MAX];
     let all = RobotSet::ALL.of(u16::try_from(wire.robots).unwrap_or(u16::MAX));
-    for design in wire.designs.iter().filter(|design| design.robots != 0) {
+    for design in wire.designs.iter().filter(|design| **design != DesignV1::zeroed()) {
         let parsed = design_from_wire(wire, design)?;
-        let robots = u16::try_from(design.robots).ok().map(RobotSet).filter(|set| set.0 & !all.0 == 0);
+        let robots =
+            u16::try_from(design.robots).ok().map(RobotSet).filter(|set| set.0 != 0 && set.0 & !all.0 == 0);
         let refuse = || {
             let need = format!("robots of the mission, {all}, each once");
             Refusal::malformed("brief.designs", &need, design.robots)

@@ -116,6 +116,7 @@ impl From<&Member> for MemberV5 {
             ready_at_ns: member.ready_at_ns,
             last: plus_one(member.last),
             standing: member.standing.code(),
+            waits: member.waits.into(),
             start: cell_to_wire(start.cell),
             cell: cell_to_wire(member.at.cell),
             start_heading: start.heading as u32,
@@ -148,7 +149,7 @@ impl From<&Member> for MemberV5 {
             wire.at_m = point_to_wire(travel.at);
             wire.route = travel.route.map_or(0, |route| route.0);
             (wire.announced, wire.moved) = (plus_one(travel.announced), plus_one(travel.moved));
-            (wire.reached, wire.legs, wire.waits) = (travel.reached, travel.legs, travel.waits.into());
+            (wire.reached, wire.legs) = (travel.reached, travel.legs);
             (wire.halts, wire.halted) = (travel.halts, plus_one(travel.halted));
             wire.flown_m = travel.flown_m;
         }
@@ -174,6 +175,7 @@ impl TryFrom<&MemberV5> for Member {
             at: placement("member.cell", wire.cell, wire.heading)?,
             ready_at_ns: wire.ready_at_ns,
             standing: tag("member.standing", wire.standing, Standing::from_code)?,
+            waits: flag("member.waits", wire.waits)?,
             leader: (&wire.leader).try_into()?,
             last: decision("member.last", wire.last)?,
             travel: vehicle.start().map(|_| travel_from_wire(wire)).transpose()?,
@@ -242,7 +244,6 @@ fn travel_from_wire(wire: &MemberV5) -> Result<Travel, Refusal> {
         halts,
         halted,
         flown_m: float("member.flown_m", wire.flown_m, 0.0, 2.0 * LENGTH_MAX_M)?,
-        waits: flag("member.waits", wire.waits)?,
     })
 }
 
@@ -315,6 +316,7 @@ mod tests {
             at: Placement { cell: Cell::new(number.into(), 9), heading: Direction::South },
             ready_at_ns: 5_000_000_000,
             standing: Standing::Stranded,
+            waits: false,
             leader: Leader { term: Term(3), incarnation: Incarnation(7), pid: 1, ..Leader::default() },
             last: number.checked_sub(1).map(|last| Decision(last.into())),
             travel: None,
@@ -343,7 +345,6 @@ mod tests {
             halts: 2,
             halted: Some(Decision(6)),
             flown_m: 299.5,
-            waits: true,
         };
         let robots = [
             (Vehicle::Driver { start: at(0.3), goal: at(99.0), goal_radius_m: 3.0 }, Sensor::Track),
@@ -356,6 +357,7 @@ mod tests {
         for (member, (vehicle, sensor)) in members.iter_mut().zip(robots) {
             (member.robot.vehicle, member.robot.sensor, member.travel) = (vehicle, sensor, Some(travel));
         }
+        members[3].waits = true;
         members[1].travel = Some(Travel::from_start(at(0.3)));
         (members[3].robot.vehicle, members[3].robot.sensor) = (Vehicle::Hopper, Sensor::Disc);
         members[2].robot.vehicle = Vehicle::HopperTo { goal: Cell::new(8, 9) };

@@ -167,3 +167,25 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
         assert!(error.contains(need), "{need}: {error}");
     }
 }
+
+/// A rover on the goal of a hopper is refused if it may stay there, and only then.
+#[test]
+fn a_rover_that_is_done_where_a_hopper_shall_go_is_refused() {
+    let hopper = |text: &str| text.replacen("goal = [140, 66]", "goal = [8, 60]", 1);
+    let parsed = |text: &str| Scenario::parse(text, "test").unwrap().resolve();
+    assert!(parsed(&hopper(EXPEDITION)).is_ok(), "the rover drives away");
+    let stays = hopper(EXPEDITION).replacen("goal = [192, 150]", "goal = [9, 60]", 1);
+    let error = parsed(&stays).unwrap_err().to_string();
+    assert!(error.starts_with("robots.start: need another cell than the goal of a hopper"), "{error}");
+}
+
+/// Without hoppers the length of a hop is nobody's, and need not be one of whole cells.
+#[test]
+fn rovers_alone_need_no_hop_of_whole_cells() {
+    let ground = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 0.4\npercent = 0.0\nseed = 0\n\
+        [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[[robots]]\nstart = [1, 1]\n";
+    assert!(Scenario::parse(ground, "test").unwrap().resolve().is_ok());
+    let hopper = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 2]\ngoal = [5, 5]\n";
+    let error = Scenario::parse(&(ground.to_owned() + hopper), "test").unwrap().resolve().unwrap_err();
+    assert!(error.to_string().contains("hop"), "{error}");
+}

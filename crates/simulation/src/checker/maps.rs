@@ -1,7 +1,7 @@
 //! What is seen, mapped and planned on.
 
 use contract::{
-    Cell, Decision, Digest, Ground, MapPage, MapPatch, Member, PastPage, RunId, SeenCell, Standing, Vehicle,
+    Cell, Decision, Digest, Ground, MapPage, MapPatch, Member, PastPage, RunId, SeenCell, Vehicle,
 };
 use planner::Situation;
 
@@ -75,7 +75,7 @@ impl Checker {
     /// A planner is about to plan for `situation`.
     pub fn plans(&mut self, situation: &Situation<'_>) {
         let state = situation.state;
-        // A hopper's planner takes the cells for impassable where other robots stand for good.
+        // A hopper's planner takes the cells for impassable where other robots stand.
         let closed = closed(situation);
         let is_own = self.prints.get(&state.digest) == Some(&situation.map.observation());
         let covered = (is_own || !closed.is_empty())
@@ -115,7 +115,8 @@ impl Checker {
     }
 }
 
-/// Indices of the cells where robots other than the hopper that is due stand for good, if that has a goal of its own.
+/// Indices of the cells where robots other than the hopper that is due stand, if that has a goal of its own. It may share its own
+/// with a rover that is stuck there.
 fn closed(situation: &Situation<'_>) -> Vec<usize> {
     let Some(team) = situation.team else { return Vec::new() };
     let due = usize::from(team.due.0);
@@ -123,9 +124,9 @@ fn closed(situation: &Situation<'_>) -> Vec<usize> {
     if !team.members.get(due).is_some_and(has_own) {
         return Vec::new();
     }
+    let here = team.members[due].at.cell;
     let others = team.members.iter().enumerate().filter(|(number, _)| *number != due);
-    let stopped = others.filter(|(_, other)| {
-        other.standing != Standing::Active && !matches!(other.robot.vehicle, Vehicle::Helicopter { .. })
-    });
-    stopped.filter_map(|(_, other)| situation.brief.grid.index(other.at.cell)).collect()
+    let on_ground = others.filter(|(_, other)| !matches!(other.robot.vehicle, Vehicle::Helicopter { .. }));
+    let cells = on_ground.map(|(_, other)| other.at.cell).filter(|cell| *cell != here);
+    cells.filter_map(|cell| situation.brief.grid.index(cell)).collect()
 }

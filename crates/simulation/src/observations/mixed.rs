@@ -25,6 +25,11 @@ impl World {
             names.extend((outcome.to != end).then_some("hop_stops_before_another"));
             names.extend((outcome.to != end && outcome.to != outcome.from).then_some("hop_stops_on_its_way"));
         }
+        names.extend(match (robot.vehicle, *action) {
+            (Vehicle::HopperTo { .. }, Action::Wait) => Some("hopper_waits"),
+            (Vehicle::Rover { .. }, Action::Wait) => Some("rover_waits"),
+            _ => None,
+        });
         let is_treasure = mission.terrain.treasures.iter().position(|cell| *cell == outcome.to);
         let is_collected = is_treasure.is_some_and(|number| record.collected.0 >> number & 1 == 1);
         names.extend(

@@ -126,6 +126,15 @@ impl Mixed {
         }) && mission.terrain.ground(cell).is_some()
     }
 
+    /// Whether a robot on the ground other than `number` has stopped on a cell for good.
+    fn is_taken_for_good(&self, number: usize, cell: Cell) -> bool {
+        let mut scouts = self.scouts.scouts.iter().enumerate();
+        scouts.any(|(other, scout)| {
+            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
+            other != number && !flies && scout.standing != Standing::Active && scout.cell == cell
+        })
+    }
+
     /// What the robot that is due must not do: whatever ends where another is, a step to no ground to stand on, and a drive that
     /// may be a trap. What is dangerous to a hopper is not among it.
     pub fn blocked(&self, mission: &Mission) -> Vetoed {
@@ -174,8 +183,8 @@ impl Mixed {
     /// Whether the robot that is due may do that.
     fn may(&self, mission: &Mission, due: usize, action: Action) -> bool {
         let is_of_kind = match self.scouts.scouts[due].robot.vehicle {
-            Vehicle::HopperTo { .. } => matches!(action, Action::Hold | Action::Hop(_)),
-            Vehicle::Rover { .. } => matches!(action, Action::Hold | Action::Step(_)),
+            Vehicle::HopperTo { .. } => matches!(action, Action::Hold | Action::Wait | Action::Hop(_)),
+            Vehicle::Rover { .. } => matches!(action, Action::Hold | Action::Wait | Action::Step(_)),
             _ => self.scouts.may(due, action),
         };
         is_of_kind && !self.blocked(mission).has(action)
@@ -198,7 +207,13 @@ impl Mixed {
             outcome,
             pose: Pose { cell: outcome.to, height_m },
             collected: Collected(before.collected.0 | found.map_or(0, |number| 1 << number)),
-            steps: after.scouts.scouts.iter().map(|scout| scout.actions).max().unwrap_or_default(),
+            steps: after
+                .scouts
+                .scouts
+                .iter()
+                .map(|scout| scout.actions - scout.waited)
+                .max()
+                .unwrap_or_default(),
             visits: after.covered.as_ref().map_or(0, Covered::visits),
             status: after.status(mission),
         };
@@ -216,6 +231,10 @@ impl Mixed {
         let fails = scout.fails_at == Some(scout.actions + 1);
         match scout.robot.vehicle {
             Vehicle::HopperTo { .. } => Some(self.hop(mission, number, decision, action)),
+            Vehicle::Rover { .. } if action == Action::Wait && !fails => {
+                let flight = Flight::default();
+                Some(Outcome { branch: Branch::Held, from: scout.cell, to: scout.cell, flight })
+            }
             Vehicle::Rover { .. } => rovers::outcome(mission, &scout.robot, scout.cell, action, fails),
             _ => Some(self.scouts.arrival(number, action).outcome),
         }
@@ -264,7 +283,7 @@ impl Mixed {
     ) {
         let rover = self.rovers.iter().position(|rover| *rover == number);
         if rover.is_some() || self.scouts.is_hopper(RobotId(number as u16)) {
-            self.scouts.hop(number, outcome);
+            self.scouts.hop(number, action, outcome);
         } else {
             self.scouts.act(number, decision, action);
         }
@@ -393,6 +412,7 @@ impl Mixed {
                 _ if mission.terrain.ground(scout.cell).is_none() => Task::Failed(Status::LeftMap),
                 Standing::Stranded => Task::Failed(Status::Lost),
                 _ if scout.cell == goal => Task::Done,
+                Standing::Active if self.is_taken_for_good(number, goal) => Task::Failed(Status::Deadlock),
                 _ => Task::Open,
             },
             _ => match scout.standing {
