@@ -45,7 +45,16 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         ("[brief]", "[limits]\ndecision_budget_ms = -1\n[brief]", ["limits.decision_budget_ms", "-1"]),
         ("[brief]", "[guard]\nhazard_max = 1.5\n[brief]", ["guard.hazard_max", "1.5"]),
         ("[brief]", "[guard]\ndeadline_s = 0\n[brief]", ["guard.deadline_s", "got 0"]),
-        ("[brief]", "[robot]\nslope_limit_deg = 95\n[brief]", ["slope_limit_rad", "1.65"]),
+        (
+            "[brief]",
+            "[robot]\nslope_limit_deg = 95\n[brief]",
+            ["robot.slope_limit_deg: need 0.573 to 89.954 degrees", "got 95"],
+        ),
+        (
+            "[brief]",
+            "[robot]\nlaunch_angle_deg = 0\n[brief]",
+            ["robot.launch_angle_deg: need 0.573 to 89.381 degrees", "got 0"],
+        ),
         ("[brief]", "[robot]\ngravity_mps2 = 0\n[brief]", ["gravity_mps2", "got 0"]),
         ("[brief]", "[robot]\nhop_distance_m = nan\n[brief]", ["robot.hop_distance_m", "NaN"]),
         ("[brief]", "[robot.sensor]\nradius_min_m = 0.2\n[brief]", ["robot.sensor.radius_min_m", "one hop"]),
