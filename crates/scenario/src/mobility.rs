@@ -294,19 +294,27 @@ fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, Sc
 /// The trip of a rover from cell to cell on uncertain ground.
 ///
 /// # Errors
-/// If start or goal, called by `fields`, is missing, off the map or no ground to stand on.
+/// If start or goal, called by `fields` of `robot`, is missing, off the map or no ground to stand on.
 pub(crate) fn trip(
     terrain: &Terrain,
     [start, goal]: [Option<[i32; 2]>; 2],
     fields: [&'static str; 2],
+    robot: Option<usize>,
 ) -> Result<Trip, ScenarioError> {
-    let (start, at) = (end(fields[0], start, terrain)?, end(fields[1], goal, terrain)?);
+    let end = |field, cell| end(field, cell, terrain, robot);
+    let (start, at) = (end(fields[0], start)?, end(fields[1], goal)?);
     Ok(Trip { start, goal: Goal { at, radius_m: GOAL_RADIUS_M } })
 }
 
 /// The middle of a cell at which a rover starts or ends.
-fn end(field: &'static str, cell: Option<[i32; 2]>, terrain: &Terrain) -> Result<Point, ScenarioError> {
-    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got });
+fn end(
+    field: &'static str,
+    cell: Option<[i32; 2]>,
+    terrain: &Terrain,
+    robot: Option<usize>,
+) -> Result<Point, ScenarioError> {
+    let of = robot.map_or(String::new(), |number| format!(" of robot {number}"));
+    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got: got + &of });
     let Some([x, y]) = cell else { return refuse("a cell (x, y)", "nothing".into()) };
     match terrain.ground(Cell::new(x, y)) {
         None => refuse("a cell on the map", format!("({x}, {y})")),

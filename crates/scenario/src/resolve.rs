@@ -242,7 +242,7 @@ impl Scenario {
             }
             close_where_none_drives(terrain);
             let MissionBrief { start, goal, .. } = self.brief;
-            return trip(terrain, [start, goal], ["brief.start", "brief.goal"]).map(Some);
+            return trip(terrain, [start, goal], ["brief.start", "brief.goal"], None).map(Some);
         };
         if mobility.is_some() {
             let (field, need) = ("truth.mobility", "terrain other than passages, whose speeds are drawn");
