@@ -9,7 +9,7 @@ use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::Terrain;
 
-use crate::{Scatter, Scenario, ScenarioError};
+use crate::{Scatter, Scenario, ScenarioError, exact};
 
 /// All robots, and how they will fail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,11 +43,11 @@ pub struct RobotRules {
     pub vehicle: VehicleKind,
     /// Cell (x, y) that it starts from, where ground is to be covered and in mixed missions. All others start where the world
     /// or `brief.start` says.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub start: Option<[i32; 2]>,
     /// Cell (x, y) that it shall reach, in mixed missions: of each hopper, and of a rover that drives over uncertain ground. A
     /// rover without one covers ground.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub goal: Option<[i32; 2]>,
     /// Whether a mixed mission needs its task to be done; by default that of every robot but helicopters, which have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
