@@ -182,7 +182,7 @@ pub struct Mobility {
 /// A value of each cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "need a number, or the name of a raster file in quotes")]
 pub enum Layer {
     /// The same everywhere.
     Everywhere(f64),
