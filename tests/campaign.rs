@@ -493,6 +493,20 @@ fn every_report_tells_the_regret() {
     }
 }
 
+/// P-REGRET: the bounds are those of a hopper on its way to a goal.
+#[test]
+fn a_campaign_of_rovers_has_no_regret() {
+    let text =
+        "name = \"rovers\"\nseed = 3\nrepetitions = 1\nscenarios = [\"coverage\"]\nplanners = [\"spiral\"]\n";
+    let dir = folder(text);
+    let dir = dir.path();
+    campaign(dir, &["run", "c.toml", "--out", "a"]);
+    let findings = json(&campaign(dir, &["report", "a", "--format", "json"]));
+    assert_eq!(findings["cells"][0]["regret"], Value::Null, "{findings}");
+    let table = String::from_utf8(campaign(dir, &["report", "a"]).stdout).unwrap();
+    assert!(table.contains("| coverage |") && !table.contains(" points, "), "{table}");
+}
+
 /// P-ACCEPT
 #[test]
 fn one_campaign_beside_another_is_accepted_or_not() {

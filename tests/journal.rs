@@ -75,7 +75,7 @@ fn a_torn_journal_is_cut_and_resumed() {
     }
 }
 
-/// P-DAMAGE: damage before the tail is refused, by hopper-sim and by `journal verify`.
+/// P-DAMAGE: damage before the tail is refused, by hopper-sim and by all that read a journal, with one exit code.
 #[test]
 fn a_damaged_journal_is_refused() {
     let mission = Mission::new("damaged");
@@ -86,8 +86,16 @@ fn a_damaged_journal_is_refused() {
     std::fs::write(journal_file(&mission), bytes).unwrap();
     let mut sim = mission.start("sim", &["--seed", "33"]);
     assert_eq!(sim.code(), 2, "{}", sim.log());
-    let verify = hopper(&["journal", "verify", mission.journal().to_str().unwrap()]).output().unwrap();
-    assert_eq!(verify.status.code(), Some(2), "{}", stderr(&verify));
+    for words in [
+        &["journal", "verify"][..],
+        &["journal", "show"],
+        &["journal", "draw"],
+        &["view", "--web", "127.0.0.1:0"],
+    ] {
+        let output = mission.hopper(&[words, &["journal"]].concat()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("is corrupt"), "{words:?}: {}", stderr(&output));
+    }
 }
 
 /// P-LOCK: a journal in use is refused, naming its holder.

@@ -1,6 +1,6 @@
 //! The exit code with which a process ends that cannot use its journal.
 
-use process::Exit;
+use process::{Exit, Failure};
 
 use crate::JournalError;
 use crate::file_error::FileError;
@@ -28,5 +28,12 @@ impl JournalError {
             | JournalError::OutOfOrder { .. }
             | JournalError::BrokenChain { .. } => Exit::Usage,
         }
+    }
+}
+
+impl From<JournalError> for Failure {
+    /// A failure with the exit code of the error: 2 of whatever is damaged.
+    fn from(error: JournalError) -> Self {
+        Failure::new(error.exit(), error.to_string())
     }
 }

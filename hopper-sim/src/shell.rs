@@ -12,7 +12,7 @@ use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, ResolvedScenario, Scenario};
 
 use crate::process::{HopperSim, SimTerms};
-use crate::{Journal, JournalError, JournalHeader, Mission, Pace, crash};
+use crate::{Journal, JournalHeader, Mission, Pace, crash};
 
 /// What a mission is about: the scenario with what the command line changes in it.
 #[derive(clap::Args, Clone, Debug)]
@@ -238,11 +238,10 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 /// If the folder holds another mission's journal, a damaged one, or one in use.
 pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
-    let fault = |error: JournalError| Failure::new(error.exit(), error.to_string());
     let journal = if Journal::exists(dir) {
-        Journal::resume(dir, &expected, sync).map_err(fault)?
+        Journal::resume(dir, &expected, sync)?
     } else {
-        Journal::create(dir, &expected.with_run(node::random_run()?), sync).map_err(fault)?
+        Journal::create(dir, &expected.with_run(node::random_run()?), sync)?
     };
     warn_of_torn_tail(&journal);
     Ok(journal)

@@ -23,6 +23,15 @@ impl Verdict {
         if holds { Self::Holds } else { Self::Fails }
     }
 
+    /// The verdict on what never happens, and happened `count` times in `runs`: once is enough against it, and `runs_min` without
+    /// it, the paper's number, for it.
+    pub fn never(count: usize, runs: u64, runs_min: u64) -> Self {
+        match count {
+            0 if runs < runs_min => Self::Open,
+            count => Self::of(count == 0),
+        }
+    }
+
     /// Whether all of the interval lies within `low` to `high`.
     pub fn within(spread: Spread, low: f64, high: f64) -> Self {
         Self::of_interval((spread.low, spread.high), (low, high))
@@ -53,7 +62,7 @@ impl Verdict {
         match self {
             Self::Holds => "holds",
             Self::Fails => "does not hold",
-            Self::Open => "open",
+            Self::Open => "open (too few runs)",
             Self::NotToBeHad => "cannot be had",
         }
     }

@@ -80,13 +80,13 @@ fn against_paper<R: Report>(report: &R, form: Form) -> String {
         + &missing(claims, form)
 }
 
-/// Names the claims that do not reproduce.
+/// Names the claims that do not reproduce, and those that too few runs leave open.
 fn missing(claims: &[Claim], form: Form) -> String {
     let groups = not_borne_out(claims);
     if groups.is_empty() {
         return String::new();
     }
-    let mut text = heading(form, "What does not reproduce");
+    let mut text = heading(form, "What does not reproduce, or is open");
     for (verdict, claims) in groups {
         for Claim { claim, holds_if, ours, .. } in claims {
             let why = if verdict == Verdict::NotToBeHad { holds_if } else { ours };

@@ -48,7 +48,14 @@ fn the_monte_carlo_study_has_every_claim_with_a_verdict_the_regret_and_its_figur
     let dir = tempfile::tempdir().unwrap();
     let study = study(&["--runs", "40", "--seed", "10001"], dir.path());
     assert_eq!(study["claims"].as_array().unwrap().len(), 7);
-    assert_eq!(verdict(&study, "the other three never do"), "holds");
+    // Fewer worlds than the paper's decide little.
+    for words in
+        ["gets stuck", "the other three never do", "saves median travel time", "lowest median of all"]
+    {
+        assert_eq!(verdict(&study, words), "open", "{words}");
+    }
+    let text = std::fs::read_to_string(dir.path().join("scouting.txt")).unwrap();
+    assert!(text.contains("open (too few runs): the naive rover gets stuck"), "{text}");
     let regret = |arm: &str| row(&study, arm)["regret_sol"]["value"].as_f64().unwrap();
     assert!(regret("safe_rover") > regret("information_theoretic"));
     assert_eq!(regret("clairvoyant"), 0.0);
@@ -91,7 +98,7 @@ fn on_the_large_map_the_helicopter_opens_the_short_way() {
         let study = study(&["large", "--runs", "6", "--stages", stages], dir.path());
         let saving = &row(&study, "information_theoretic")["median_saving"];
         assert!(saving["value"].as_f64().unwrap() > 0.2, "{stages} stages: {saving}");
-        assert_eq!(verdict(&study, "none of the three rovers gets stuck"), "holds");
+        assert_eq!(verdict(&study, "none of the three rovers gets stuck"), "open", "6 runs are too few");
         files(dir.path(), &["scouting-large.md", "fig-7.svg", "fig-16.svg", "fig-17.svg"]);
     }
 }

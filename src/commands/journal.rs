@@ -3,8 +3,8 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use hopper_sim::Journal;
 use hopper_sim::journal::{Show, Verification, verify};
-use hopper_sim::{Journal, JournalError};
 use node::{Exit, Failure};
 use report::{Format, PictureStyle};
 use serde::Serialize;
@@ -70,7 +70,7 @@ pub struct VerifyArgs {
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let is_sound = match command {
         Command::Verify(VerifyArgs { args: Args { dir, format }, against_lockstep: false }) => {
-            let verification = verify(&folder(dir)?).map_err(failure)?;
+            let verification = verify(&folder(dir)?)?;
             match format {
                 Format::Text => print(&verification.to_string())?,
                 Format::Json => print_json(&verification)?,
@@ -78,7 +78,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             verification.is_sound()
         }
         Command::Verify(VerifyArgs { args: Args { dir, format }, .. }) => {
-            let verification = verify(&folder(dir)?).map_err(failure)?;
+            let verification = verify(&folder(dir)?)?;
             let difference = against_lockstep(&folder(dir)?)?;
             match (format, &difference) {
                 (Format::Text, None) => {
@@ -97,7 +97,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             verification.is_sound() && difference.is_none()
         }
         Command::Show(Args { dir, format }) => {
-            let show = Show::new(&folder(dir)?).map_err(failure)?;
+            let show = Show::new(&folder(dir)?)?;
             match format {
                 Format::Text => print_tables(&show)?,
                 Format::Json => stream(|out| {
@@ -178,7 +178,7 @@ fn print_tables(show: &Show) -> Result<(), Failure> {
         }
         write!(out, "{}", show.verification)
     })?;
-    unreadable.map_or(Ok(()), |error| Err(failure(error)))
+    unreadable.map_or(Ok(()), |error| Err(error.into()))
 }
 
 /// The folder of the journal: `path`, or the one in it if `path` is the output folder of a run.
@@ -193,8 +193,4 @@ pub fn folder(path: &Path) -> Result<PathBuf, Failure> {
     }
     let inner = path.join("journal");
     Ok(if !Journal::exists(path) && Journal::exists(&inner) { inner } else { path.into() })
-}
-
-fn failure(error: JournalError) -> Failure {
-    Failure::new(error.exit(), error.to_string())
 }

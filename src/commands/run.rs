@@ -49,7 +49,7 @@ pub struct Args {
     /// Run in one thread, without shared memory; the digest is the same.
     #[arg(long, conflicts_with_all = ["pace", "web", "web_exit", "open", "control"])]
     lockstep: bool,
-    /// Repeat the mission of this journal or run, each decision by the planner that commanded then.
+    /// With --lockstep: repeat the mission of this journal or run, each decision by the planner that commanded then.
     #[arg(long, requires = "lockstep", conflicts_with = "planner", value_name = "DIR")]
     planners_from: Option<PathBuf>,
     /// Exit with code 3 if a decision missed its budget.

@@ -76,14 +76,14 @@ pub fn serve(history: History, args: &ServeArgs) -> Result<Exit, Failure> {
 /// # Errors
 /// If the journal cannot be read, or its scenario not be resolved.
 pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
-    let journal = JournalReader::open(dir).map_err(Failure::usage)?;
+    let journal = JournalReader::open(dir)?;
     let header = journal.header();
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
     let world = scenario.resolve().map_err(Failure::usage)?;
     let brief = Brief { run: header.run(), ..header.brief };
     let mut replay = Replay::begin(&brief, &world, header.seed);
     let mut records = journal.records();
-    while let Some(record) = records.next().transpose().map_err(Failure::run)? {
+    while let Some(record) = records.next().transpose()? {
         replay.record(&record, records.routes());
     }
     Ok(replay.end())

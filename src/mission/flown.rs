@@ -31,15 +31,14 @@ impl Flown {
     /// # Errors
     /// If the journal cannot be read, its scenario not be resolved, or it is longer than a picture shows.
     pub fn read(dir: &Path) -> Result<Self, Failure> {
-        let journal = JournalReader::open(dir).map_err(Failure::usage)?;
+        let journal = JournalReader::open(dir)?;
         let header = journal.header();
         let scenario =
             Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
         let world = scenario.resolve().map_err(Failure::usage)?;
         let brief = Brief { run: header.run(), ..world.brief };
         let mut read = journal.records();
-        let records: Vec<Record> =
-            read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>().map_err(Failure::run)?;
+        let records: Vec<Record> = read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>()?;
         if records.len() > RECORDS_MAX {
             let dir = dir.display();
             return Err(Failure::usage(format!(

@@ -53,8 +53,13 @@ pub enum ScenarioError {
     #[error("brief.name: {0}; set brief.name")]
     Name(#[from] NameError),
     /// The name of a planner in `robots` is empty, too long, or not printable.
-    #[error("robots.planner: {0}")]
-    Planner(NameError),
+    #[error("robots.planner: {error}, for robot {robot}")]
+    Planner {
+        /// Number of the robot, from 0.
+        robot: usize,
+        /// What is wrong with the name.
+        error: NameError,
+    },
     /// The obstacles do not fit on the ground.
     #[error("truth.terrain.obstacles: {0}")]
     Obstacles(#[from] coverage_world::WorldError),
@@ -150,4 +155,16 @@ pub enum ScenarioError {
     /// A resolved value is outside the range that the brief message allows.
     #[error("the resolved {0}")]
     Brief(Refusal),
+}
+
+impl ScenarioError {
+    /// The same, of a field that each robot has.
+    pub(crate) fn of_robot(self, number: usize) -> Self {
+        match self {
+            Self::Value { field, need, got } => {
+                Self::Value { field, need, got: format!("{got} for robot {number}") }
+            }
+            other => other,
+        }
+    }
 }

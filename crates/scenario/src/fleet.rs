@@ -9,7 +9,7 @@ use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::Terrain;
 
-use crate::{Scatter, Scenario, ScenarioError};
+use crate::{Scatter, Scenario, ScenarioError, exact};
 
 /// All robots, and how they will fail.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,11 +43,11 @@ pub struct RobotRules {
     pub vehicle: VehicleKind,
     /// Cell (x, y) that it starts from, where ground is to be covered and in mixed missions. All others start where the world
     /// or `brief.start` says.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub start: Option<[i32; 2]>,
     /// Cell (x, y) that it shall reach, in mixed missions: of each hopper, and of a rover that drives over uncertain ground. A
     /// rover without one covers ground.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub goal: Option<[i32; 2]>,
     /// Whether a mixed mission needs its task to be done; by default that of every robot but helicopters, which have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -202,7 +202,7 @@ impl Scenario {
             }
             VehicleKind::Helicopter => {
                 rules.check_without_start(number)?;
-                rules.flying(start, cell)
+                rules.flying(number, start, cell)
             }
             VehicleKind::Rover => {
                 refuse("robots.vehicle", "helicopter, beside a hopper", format!("rover for robot {number}"))
@@ -261,8 +261,11 @@ impl Scenario {
 
     /// The planners that robots name, in the order of their numbers.
     pub(crate) fn planners(&self) -> Result<Vec<Option<Name>>, ScenarioError> {
-        let name = |rules: &RobotRules| rules.planner.as_deref().map(str::parse).transpose();
-        self.robots.iter().map(|rules| name(rules).map_err(ScenarioError::Planner)).collect()
+        let name = |(robot, rules): (usize, &RobotRules)| {
+            let name = rules.planner.as_deref().map(str::parse).transpose();
+            name.map_err(|error| ScenarioError::Planner { robot, error })
+        };
+        self.robots.iter().enumerate().map(name).collect()
     }
 }
 
@@ -299,10 +302,11 @@ impl RobotRules {
         let fastest_mps = terrain.grid.cell_size_m;
         if !(1.0e-9..=fastest_mps).contains(&self.speed_mps) {
             let need = "above 0 and at most one cell a second, since an action lasts a second at least";
-            return refuse("robots.speed_mps", need, self.speed_mps.to_string());
+            return refuse("robots.speed_mps", need, format!("{} for robot {number}", self.speed_mps));
         }
         if !(1..=Sensor::RANGE_MAX_CELLS).contains(&self.sensor_range_cells) {
-            return refuse("robots.sensor_range_cells", "1 to 64", self.sensor_range_cells.to_string());
+            let got = format!("{} for robot {number}", self.sensor_range_cells);
+            return refuse("robots.sensor_range_cells", "1 to 64", got);
         }
         Ok(())
     }
@@ -325,7 +329,7 @@ impl RobotRules {
         let start = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
         let cell = Cell::new(start.x_m as i32, start.y_m as i32);
         match self.vehicle {
-            VehicleKind::Helicopter => self.flying(start, cell),
+            VehicleKind::Helicopter => self.flying(number, start, cell),
             VehicleKind::Hopper => {
                 refuse("robots.vehicle", "rover or helicopter", format!("hopper for robot {number}"))
             }
@@ -348,20 +352,26 @@ impl RobotRules {
     }
 
     /// The helicopter of these rules, at `start` above `cell`, with the defaults filled in.
-    pub(crate) fn flying(&mut self, start: Waypoint, cell: Cell) -> Result<Robot, ScenarioError> {
+    pub(crate) fn flying(
+        &mut self,
+        number: usize,
+        start: Waypoint,
+        cell: Cell,
+    ) -> Result<Robot, ScenarioError> {
+        let got = |value: f64| format!("{value} for robot {number}");
         let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
         if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
-            return refuse("robots.budget_m", "0 to 1e6 m", budget_m.to_string());
+            return refuse("robots.budget_m", "0 to 1e6 m", got(budget_m));
         }
         let radius_m = *self.view_radius_m.get_or_insert_with(|| Camera::default().radius_m());
         if !(1.0e-3..=Sensor::RADIUS_MAX_M).contains(&radius_m) {
-            return refuse("robots.view_radius_m", "0.001 to 1000 m", radius_m.to_string());
+            return refuse("robots.view_radius_m", "0.001 to 1000 m", got(radius_m));
         }
         if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
-            return refuse("robots.speed_mps", "0.001 to 1000 m/s", self.speed_mps.to_string());
+            return refuse("robots.speed_mps", "0.001 to 1000 m/s", got(self.speed_mps));
         }
         if let Some(accuracy) = self.accuracy.filter(|accuracy| !(0.0..=1.0).contains(accuracy)) {
-            return refuse("robots.accuracy", "a probability, 0 to 1", accuracy.to_string());
+            return refuse("robots.accuracy", "a probability, 0 to 1", got(accuracy));
         }
         Ok(Robot {
             vehicle: Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m },

@@ -18,6 +18,7 @@ mod bounds;
 mod built_in;
 mod check;
 mod error;
+mod exact;
 mod fitted;
 mod fleet;
 mod guard;

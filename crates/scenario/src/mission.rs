@@ -5,7 +5,7 @@ use contract::{DistanceNorm, Profile, Reading};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ScenarioError;
+use crate::{ScenarioError, exact};
 
 /// Section `[brief]`: what every process receives about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,10 +19,10 @@ pub struct MissionBrief {
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
     pub profile: Profile,
     /// Cell (x, y) to start from, counted from the south-western corner. Robots of `[[robots]]` have starts of their own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub start: Option<[i32; 2]>,
     /// Cell (x, y) to reach; none where ground is to be covered.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub goal: Option<[i32; 2]>,
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]

@@ -8,6 +8,7 @@ use terrain::Terrain;
 
 use crate::fleet::refuse;
 use crate::mobility::trip;
+use crate::robot::check_launch_angle;
 use crate::{Fleet, RobotRules, Scenario, ScenarioError, VehicleKind};
 
 impl Scenario {
@@ -119,7 +120,12 @@ impl RobotRules {
         }
         let Design { mut motion, mut sensor } = common;
         if let Some(launch_angle_deg) = self.launch_angle_deg {
+            check_launch_angle("robots.launch_angle_deg", launch_angle_deg)
+                .map_err(|error| error.of_robot(number))?;
             motion.launch_angle_rad = launch_angle_deg.to_radians();
+        }
+        for (field, scatter) in [("robots.hard", self.hard), ("robots.sand", self.sand)] {
+            scatter.map_or(Ok(()), |given| given.check(field)).map_err(|error| error.of_robot(number))?;
         }
         motion.hard = self.hard.map_or(motion.hard, Into::into);
         motion.sand = self.sand.map_or(motion.sand, Into::into);
@@ -164,7 +170,8 @@ impl RobotRules {
                     let need = "none on ground without speeds: add truth.mobility, or leave it out for a rover that covers ground";
                     return refuse("robots.goal", need, format!("one for rover {number}"));
                 }
-                let trip = trip(terrain, [self.start, self.goal], ["robots.start", "robots.goal"])?;
+                let trip =
+                    trip(terrain, [self.start, self.goal], ["robots.start", "robots.goal"], Some(number))?;
                 let point = |x_m, y_m| Waypoint { x_m, y_m };
                 let vehicle = Vehicle::Driver {
                     start: point(trip.start.x_m, trip.start.y_m),
@@ -191,7 +198,9 @@ impl RobotRules {
                 let need = "none on ground without speeds: a camera errs in the speeds of uncertain ground";
                 refuse("robots.accuracy", need, format!("one for robot {number}"))
             }
-            (VehicleKind::Helicopter, None) => self.flying(Waypoint::middle_of(&terrain.grid, cell), cell),
+            (VehicleKind::Helicopter, None) => {
+                self.flying(number, Waypoint::middle_of(&terrain.grid, cell), cell)
+            }
         }
     }
 }

@@ -36,6 +36,10 @@ const CLASSES: [&str; 11] = [
     "scarp",
 ];
 
+/// What a name in `classes` needs to be.
+const CLASS_NEEDED: &str = "names of terrain classes (smooth_regolith, smooth_outcrop, fractured_outcrop, \
+    sparse_linear_ripples, rough_outcrop, crater, rock_field, dense_linear_ripples, deep_sand, polygonal_ripples, scarp)";
+
 impl Layer {
     fn file(&mut self) -> Option<&mut PathBuf> {
         match self {
@@ -44,20 +48,16 @@ impl Layer {
         }
     }
 
-    /// The values in index order, each from 0 to 1 where the terrain has a height.
-    fn shares(&self, field: &'static str, shaped: &Shaped) -> Result<Vec<f64>, ScenarioError> {
-        let cells = &shaped.relief.cells;
-        let values = match self {
-            Self::Everywhere(value) => vec![*value; cells.len()],
-            Self::File(file) => read_layer(file, &shaped.source)?,
-        };
-        checked(field, "0 to 1", self.name(), values, shaped, |value| (0.0..=1.0).contains(&value))
-    }
-
-    fn name(&self) -> String {
+    /// The values in index order, each from 0 to 1 where the terrain has a height; errors say `of` what.
+    fn shares(&self, field: &'static str, of: &str, shaped: &Shaped) -> Result<Vec<f64>, ScenarioError> {
+        let (need, is_share) = ("0 to 1", |value: f64| (0.0..=1.0).contains(&value));
         match self {
-            Self::Everywhere(_) => "the scenario".into(),
-            Self::File(file) => file.display().to_string(),
+            Self::Everywhere(value) if is_share(*value) => Ok(vec![*value; shaped.relief.cells.len()]),
+            Self::Everywhere(value) => Err(ScenarioError::Value { field, need, got: format!("{value}{of}") }),
+            Self::File(file) => {
+                let (origin, values) = (format!("{}{of}", file.display()), read_layer(file, &shaped.source)?);
+                checked(field, need, origin, values, shaped, is_share)
+            }
         }
     }
 }
@@ -113,7 +113,7 @@ impl Mobility {
         })?;
         let heights_m: Vec<f64> = terrain.cells.iter().map(|ground| ground.height_m).collect();
         let surface = Surface::from_heights(lattice, &heights_m).expect("a finite height for each cell");
-        let abundance = self.rock_abundance.shares("truth.mobility.rock_abundance", shaped)?;
+        let abundance = self.rock_abundance.shares("truth.mobility.rock_abundance", "", shaped)?;
         let known = self.known(shaped)?;
         let prior = known.prior(&surface, &abundance, shaped)?;
         let truth = match &self.true_speed_file {
@@ -130,6 +130,17 @@ impl Mobility {
         Ok(())
     }
 
+    /// Which of the fields are given of which there may be one.
+    fn given(&self) -> String {
+        let given = [
+            ("class_file", self.class_file.is_some()),
+            ("classes", !self.classes.is_empty()),
+            ("speeds", self.speeds.is_some()),
+        ];
+        let given: Vec<_> = given.iter().filter(|(_, is_given)| *is_given).map(|(field, _)| *field).collect();
+        if given.is_empty() { "none".into() } else { given.join(" and ") }
+    }
+
     fn known(&self, shaped: &Shaped) -> Result<Known, ScenarioError> {
         let cells = shaped.relief.cells.len();
         match (&self.class_file, self.classes.is_empty(), &self.speeds) {
@@ -143,59 +154,62 @@ impl Mobility {
                 Ok(Known::Classes(codes.iter().map(certain).collect()))
             }
             (None, false, None) => {
+                let field = "truth.mobility.classes";
                 let mut probabilities = vec![[0.0; 11]; cells];
                 for (name, layer) in &self.classes {
-                    let class = CLASSES.iter().position(|class| class == name).ok_or_else(|| {
-                        let (field, need) =
-                            ("truth.mobility.classes", "names of terrain classes: see docs/scenario.md");
-                        ScenarioError::Value {
-                            field,
-                            need,
-                            got: format!("{name:?}; there are {}", CLASSES.join(", ")),
-                        }
+                    let class = CLASSES.iter().position(|class| class == name);
+                    let class = class.ok_or_else(|| ScenarioError::Value {
+                        field,
+                        need: CLASS_NEEDED,
+                        got: format!("{name:?}"),
                     })?;
-                    let shares = layer.shares("truth.mobility.classes", shaped)?;
+                    let shares = layer.shares(field, &format!(" for {name}"), shaped)?;
                     probabilities.iter_mut().zip(shares).for_each(|(of, share)| of[class] = share);
                 }
                 Ok(Known::Classes(probabilities))
             }
             (None, true, Some(layers)) => {
-                let shares = |layer: &Layer| layer.shares("truth.mobility.speeds", shaped);
-                let layers = layers.iter().map(shares).collect::<Result<Vec<_>, _>>()?;
-                let speeds = (0..cells).map(|cell| {
-                    let probabilities = std::array::from_fn(|speed| layers[speed][cell]);
-                    let given = SpeedDistribution::as_given(probabilities);
-                    distribution(
+                let shares = |(speed, layer): (Speed, &Layer)| {
+                    layer.shares(
                         "truth.mobility.speeds",
-                        given.map_err(|error| error.to_string()),
-                        cell,
+                        &format!(" for {} m/Sol", speed.m_per_sol()),
                         shaped,
                     )
+                };
+                let layers = Speed::ALL.into_iter().zip(layers);
+                let layers = layers.map(shares).collect::<Result<Vec<_>, _>>()?;
+                let speeds = (0..cells).map(|cell| {
+                    let probabilities: [f64; 4] = std::array::from_fn(|speed| layers[speed][cell]);
+                    let given = SpeedDistribution::as_given(probabilities);
+                    let sum = probabilities.iter().sum();
+                    distribution("truth.mobility.speeds", given.ok(), sum, cell, shaped)
                 });
                 Ok(Known::Speeds(speeds.collect::<Result<_, _>>()?))
             }
             _ => Err(ScenarioError::Value {
                 field: "truth.mobility",
-                need: "exactly one of class_file, classes and speeds",
-                got: "none or several".into(),
+                need: "exactly one of class_file, classes (with at least one class) and speeds",
+                got: self.given(),
             }),
         }
     }
 }
 
-/// The distribution of a cell; where the terrain has no height, speed 0.
+/// The distribution of a cell, none if its probabilities do not have the `sum` 1; where the terrain has no height, speed 0.
 fn distribution(
     field: &'static str,
-    given: Result<SpeedDistribution, String>,
+    given: Option<SpeedDistribution>,
+    sum: f64,
     cell: usize,
     shaped: &Shaped,
 ) -> Result<SpeedDistribution, ScenarioError> {
     if shaped.relief.cells[cell].is_none() {
         return Ok(SpeedDistribution::certain(Speed::Zero));
     }
-    given.map_err(|error| {
+    given.ok_or_else(|| {
         let (need, cell) = ("probabilities that add up to 1 in each cell", shaped.relief.grid.cell(cell));
-        ScenarioError::Value { field, need, got: format!("{error}, in cell {cell}") }
+        let sum = (1e9 * sum).round() / 1e9;
+        ScenarioError::Value { field, need, got: format!("a sum of {sum} in cell {cell}") }
     })
 }
 
@@ -212,7 +226,7 @@ impl Known {
         };
         let of = |(cell, classes): (usize, &[f64; 11])| {
             let given = speed_distribution(classes, surface.slope_deg(cell), abundance[cell]);
-            distribution("truth.mobility.classes", given.map_err(|error| error.to_string()), cell, shaped)
+            distribution("truth.mobility.classes", given.ok(), classes.iter().sum(), cell, shaped)
         };
         classes.iter().enumerate().map(of).collect()
     }
@@ -294,19 +308,27 @@ fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, Sc
 /// The trip of a rover from cell to cell on uncertain ground.
 ///
 /// # Errors
-/// If start or goal, called by `fields`, is missing, off the map or no ground to stand on.
+/// If start or goal, called by `fields` of `robot`, is missing, off the map or no ground to stand on.
 pub(crate) fn trip(
     terrain: &Terrain,
     [start, goal]: [Option<[i32; 2]>; 2],
     fields: [&'static str; 2],
+    robot: Option<usize>,
 ) -> Result<Trip, ScenarioError> {
-    let (start, at) = (end(fields[0], start, terrain)?, end(fields[1], goal, terrain)?);
+    let end = |field, cell| end(field, cell, terrain, robot);
+    let (start, at) = (end(fields[0], start)?, end(fields[1], goal)?);
     Ok(Trip { start, goal: Goal { at, radius_m: GOAL_RADIUS_M } })
 }
 
 /// The middle of a cell at which a rover starts or ends.
-fn end(field: &'static str, cell: Option<[i32; 2]>, terrain: &Terrain) -> Result<Point, ScenarioError> {
-    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got });
+fn end(
+    field: &'static str,
+    cell: Option<[i32; 2]>,
+    terrain: &Terrain,
+    robot: Option<usize>,
+) -> Result<Point, ScenarioError> {
+    let of = robot.map_or(String::new(), |number| format!(" of robot {number}"));
+    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got: got + &of });
     let Some([x, y]) = cell else { return refuse("a cell (x, y)", "nothing".into()) };
     match terrain.ground(Cell::new(x, y)) {
         None => refuse("a cell on the map", format!("({x}, {y})")),
@@ -314,5 +336,15 @@ fn end(field: &'static str, cell: Option<[i32; 2]>, terrain: &Terrain) -> Result
             refuse("a cell whose true speed is above 0", format!("({x}, {y})"))
         }
         Some(_) => Ok(Point::new(f64::from(x) + 0.5, f64::from(y) + 0.5)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_class_is_answered_with_the_name_of_each() {
+        assert_eq!(CLASS_NEEDED, format!("names of terrain classes ({})", CLASSES.join(", ")));
     }
 }

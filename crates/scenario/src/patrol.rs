@@ -7,7 +7,7 @@ use contract::{Cell, Cover, CoverMode, Patrol, Scout};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ScenarioError;
+use crate::{ScenarioError, exact};
 
 /// What the mission is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ pub struct MissionRules {
     /// `reach`, `patrol`, `cover`, `scout` or `mixed`.
     pub kind: MissionKind,
     /// Goals of a patrol after `brief.goal`, 1 to 15 cells (x, y), each different from the one before it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "exact::list")]
     pub goals: Vec<[i32; 2]>,
     /// Hops after which a patrol ends; by default as many as a mission can count.
     #[serde(skip_serializing_if = "Option::is_none")]

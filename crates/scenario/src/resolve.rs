@@ -42,8 +42,7 @@ impl Scenario {
     fn resolved(&self) -> Result<ResolvedScenario, ScenarioError> {
         let mut resolved = self.clone();
         resolved.resolve_paths()?;
-        self.robot.hard.check("robot.hard")?;
-        self.robot.sand.check("robot.sand")?;
+        self.robot.check()?;
         let shaped = resolved.shape()?;
         resolved.resolve_datum(&shaped.relief)?;
         let sand = resolved.sand(&shaped)?;
@@ -247,7 +246,7 @@ impl Scenario {
             }
             close_where_none_drives(terrain);
             let MissionBrief { start, goal, .. } = self.brief;
-            return trip(terrain, [start, goal], ["brief.start", "brief.goal"]).map(Some);
+            return trip(terrain, [start, goal], ["brief.start", "brief.goal"], None).map(Some);
         };
         if mobility.is_some() {
             let (field, need) = ("truth.mobility", "terrain other than passages, whose speeds are drawn");
@@ -448,22 +447,6 @@ impl Scenario {
                 Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
             });
         Ok((first.start.cell, goals.next_back().unwrap_or(first.start.cell)))
-    }
-}
-
-impl Scatter {
-    /// Checks that the four landings have probability 1 together; `field` is the section's name.
-    fn check(&self, field: &'static str) -> Result<(), ScenarioError> {
-        let sum = self.intended + self.stuck + 2.0 * self.sideways;
-        if (sum - 1.0).abs() <= 1e-9 {
-            return Ok(());
-        }
-        let Self { intended, stuck, sideways, .. } = self;
-        Err(ScenarioError::Value {
-            field,
-            need: "intended + stuck + 2 x sideways = 1",
-            got: format!("{intended} + {stuck} + 2 x {sideways} = {}", (1e9 * sum).round() / 1e9),
-        })
     }
 }
 

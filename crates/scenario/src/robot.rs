@@ -5,6 +5,9 @@ use contract::GradientSource;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::ScenarioError;
+use crate::bounds::in_range;
+
 /// The hopper; its defaults are those of Sakamoto & Kunii 2023.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
@@ -75,6 +78,23 @@ impl Default for Robot {
     }
 }
 
+impl Robot {
+    /// Refuses angles and landings that cannot be, in the units of the scenario: the brief's are radians.
+    pub(crate) fn check(&self) -> Result<(), ScenarioError> {
+        check_launch_angle("robot.launch_angle_deg", self.launch_angle_deg)?;
+        let limits_deg = 0.01_f64.to_degrees()..=1.57_f64.to_degrees();
+        in_range("robot.slope_limit_deg", self.slope_limit_deg, limits_deg, "0.573 to 89.954 degrees")?;
+        self.hard.check("robot.hard")?;
+        self.sand.check("robot.sand")
+    }
+}
+
+/// Refuses a launch angle that no brief can hold.
+pub(crate) fn check_launch_angle(field: &'static str, launch_angle_deg: f64) -> Result<(), ScenarioError> {
+    let angles_deg = 0.01_f64.to_degrees()..=1.56_f64.to_degrees();
+    in_range(field, launch_angle_deg, angles_deg, "0.573 to 89.381 degrees")
+}
+
 impl Default for Scatter {
     /// The scatter of P23 on hard ground.
     fn default() -> Self {
@@ -83,6 +103,20 @@ impl Default for Scatter {
 }
 
 impl Scatter {
+    /// Checks that the four landings have probability 1 together; `field` is the section's name.
+    pub(crate) fn check(&self, field: &'static str) -> Result<(), ScenarioError> {
+        let sum = self.intended + self.stuck + 2.0 * self.sideways;
+        if (sum - 1.0).abs() <= 1e-9 {
+            return Ok(());
+        }
+        let Self { intended, stuck, sideways, .. } = self;
+        Err(ScenarioError::Value {
+            field,
+            need: "intended + stuck + 2 x sideways = 1",
+            got: format!("{intended} + {stuck} + 2 x {sideways} = {}", (1e9 * sum).round() / 1e9),
+        })
+    }
+
     /// The scatter of P23 on sand: two half hops.
     #[must_use]
     pub fn on_sand() -> Self {

@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::exact;
+
 /// The true ground: terrain, sand and treasures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
@@ -21,7 +23,7 @@ pub struct Truth {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mobility: Option<Mobility>,
     /// Cells (x, y) with treasures, at most 16; known to a planner once seen, collected on landing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "exact::list")]
     pub treasures: Vec<[i32; 2]>,
 }
 
@@ -61,10 +63,10 @@ pub struct Gaussians {
     #[serde(default, skip_serializing_if = "CellPoint::is_default")]
     pub ground_at: CellPoint,
     /// Centres (x, y) of the hills, metres from the corner of cell (0, 0).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exact::list")]
     pub raised_m: Vec<[f64; 2]>,
     /// Centres (x, y) of the hollows, metres from the corner of cell (0, 0).
-    #[serde(default)]
+    #[serde(default, deserialize_with = "exact::list")]
     pub lowered_m: Vec<[f64; 2]>,
 }
 
@@ -110,8 +112,10 @@ pub struct RandomHills {
     /// Hills and hollows together, 0 to 1000.
     pub hills: u32,
     /// Smallest and largest standard deviation σ, metres, above 0.
+    #[serde(deserialize_with = "exact::array")]
     pub sigma_m: [f64; 2],
     /// Lowest and highest top of a hill, metres; a hollow is as deep.
+    #[serde(deserialize_with = "exact::array")]
     pub amplitude_m: [f64; 2],
     /// Distance from its centre, in σ along an axis, at which a hill is cut off; at least 3, by default never.
     /// At 6 the cut is 1.5e-8 of its top, and a large map is generated in a fraction of the time.
@@ -168,7 +172,7 @@ pub struct Mobility {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub classes: BTreeMap<String, Layer>,
     /// Probabilities of 0, 50, 150 and 200 m/Sol: each a number, or a raster.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub speeds: Option<[Layer; 4]>,
     /// Raster of the true speeds, 0, 50, 150 or 200 m/Sol, which are drawn otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -178,7 +182,7 @@ pub struct Mobility {
 /// A value of each cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
-#[serde(untagged)]
+#[serde(untagged, expecting = "need a number, or the name of a raster file in quotes")]
 pub enum Layer {
     /// The same everywhere.
     Everywhere(f64),
@@ -256,8 +260,10 @@ pub struct SandRules {
 #[serde(deny_unknown_fields)]
 pub struct SandRectangle {
     /// First and last column.
+    #[serde(deserialize_with = "exact::array")]
     pub x: [i32; 2],
     /// First and last row.
+    #[serde(deserialize_with = "exact::array")]
     pub y: [i32; 2],
 }
 

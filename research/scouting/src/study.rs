@@ -93,9 +93,7 @@ impl ArmEndings {
     /// Standard deviation of the travel time (n − 1), in Sol.
     #[must_use]
     pub fn sd_sol(&self) -> f64 {
-        let times = self.times_sol();
-        let mean = mean(&times);
-        (times.iter().map(|time| (time - mean).powi(2)).sum::<f64>() / (times.len() as f64 - 1.0)).sqrt()
+        sd(&self.times_sol())
     }
 
     /// 1 − median / median of `without`, the paper's measure, with a bootstrap interval over worlds.
@@ -125,6 +123,30 @@ impl ArmEndings {
         let triples = self.triples(other, without);
         let more = triples.iter().map(|[own, other, without]| (other - own) / without);
         Spread::mean(&more.collect::<Vec<_>>())
+    }
+
+    /// By how many Sol the median travel time is below that of `other`, with a bootstrap interval over worlds; each of the
+    /// rovers of its arm that arrived.
+    #[must_use]
+    pub fn median_below(&self, other: &Self) -> Spread {
+        self.below(other, median)
+    }
+
+    /// The same of the standard deviation.
+    #[must_use]
+    pub fn sd_below(&self, other: &Self) -> Spread {
+        self.below(other, |times| sd(times))
+    }
+
+    /// `measure` of the times of `other` less that of these.
+    fn below(&self, other: &Self, measure: impl Fn(&mut [f64]) -> f64) -> Spread {
+        let both = self.endings.iter().zip(&other.endings);
+        let pairs: Vec<_> = both.map(|(own, other)| (own.travel_sol, other.travel_sol)).collect();
+        bootstrap(&pairs, |pairs| {
+            let mut own: Vec<f64> = pairs.iter().filter_map(|pair| pair.0).collect();
+            let mut other: Vec<f64> = pairs.iter().filter_map(|pair| pair.1).collect();
+            measure(&mut other) - measure(&mut own)
+        })
     }
 
     /// Mean time beyond that of the rover that knows the truth, in Sol, with its normal interval.
@@ -162,6 +184,11 @@ impl ArmEndings {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn sd(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -209,6 +236,23 @@ mod tests {
         assert_eq!(without.median_sol(), 1.5);
         assert_eq!(with.more_saved(&without, &without).value, (0.0 + 0.5 + 0.25) / 3.0);
         assert!((study(&[Some(1.0), Some(3.0)]).sd_sol() - 2_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn how_far_an_arm_is_below_another_has_an_interval_that_few_worlds_leave_wide() {
+        let times = |of: fn(usize) -> f64, worlds: usize| {
+            study(&(0..worlds).map(|world| Some(of(world))).collect::<Vec<_>>())
+        };
+        let wide = |world: usize| 1.0 + (world % 5) as f64;
+        let narrow = |world: usize| 2.0 + (world * 3 % 4) as f64 / 4.0;
+        let few = times(narrow, 4).median_below(&times(wide, 4));
+        assert!(few.low < 0.0 && few.high > 0.0, "{few:?}");
+        let many = times(narrow, 200).median_below(&times(wide, 200));
+        assert!(many.low > 0.0 && many.low <= many.value && many.value <= many.high, "{many:?}");
+        assert_eq!(many.value, 3.0 - 2.375);
+        let sds = times(narrow, 200).sd_below(&times(wide, 200));
+        assert_eq!(sds.value, times(wide, 200).sd_sol() - times(narrow, 200).sd_sol());
+        assert!(sds.low > 0.0, "{sds:?}");
     }
 
     #[test]

@@ -127,68 +127,70 @@ fn judge(arms: &Arms) -> Vec<Claim> {
     let (along, informed) = (row(Arm::ScoutRoute), row(Arm::InformationTheoretic));
     let stuck = naive.stuck as f64 / runs as f64;
     let interval = wilson(naive.stuck as u64, runs);
+    let stuck = Spread { value: stuck, low: interval.low, high: interval.high };
     let lost = |row: &Row| row.stuck + row.without_route;
     let others = [safe, along, informed].map(lost);
+    let endings = |arm: Arm| &arms.endings[arm as usize];
+    let above_0 = |spread| Verdict::within(spread, f64::MIN_POSITIVE, f64::INFINITY);
+    let best = endings(Arm::InformationTheoretic);
+    let median_below = |arm: &Arm| above_0(best.median_below(endings(*arm)));
+    let sd_below = |arm: &Arm| above_0(best.sd_below(endings(*arm)));
+    let (safe_arms, naive_arm) = ([Arm::SafeRover, Arm::ScoutRoute], Arm::NaiveRover);
     let saving = informed.median_saving;
     let slight = along.median_saving;
     let of_the_paper = [naive, safe, along, informed];
     let sds = of_the_paper.map(|row| format!("{:.3}", row.sd_sol));
     let medians = of_the_paper.map(|row| format!("{:.3}", row.median_sol));
-    let others_sd = [naive, safe, along].map(|row| row.sd_sol);
-    let safe_medians = [safe, along].map(|row| row.median_sol);
     let order = "naive, safe, naive helicopter, information-theoretic";
-    let claim = |claim: &str, paper: &str, holds_if: &str, ours: String, holds: bool| {
-        Claim::new(claim, paper, holds_if, ours, Verdict::of(holds))
-    };
     vec![
-        claim(
+        Claim::new(
             "the naive rover gets stuck",
             "21 %",
             "13 to 29 % (of 100 runs)",
-            percent(Spread { value: stuck, low: interval.low, high: interval.high }),
-            (0.13..=0.29).contains(&stuck),
+            percent(stuck),
+            Verdict::within(stuck, 0.13, 0.29),
         ),
-        claim(
+        Claim::new(
             "the other three never do",
             "0",
-            "0",
+            "0, of at least 100 runs",
             others.map(|lost| lost.to_string()).join(", "),
-            others == [0; 3],
+            Verdict::never(others.iter().sum(), runs, 100),
         ),
-        claim(
+        Claim::new(
             "the information-theoretic helicopter saves median travel time",
             "about 10 %",
             "4 to 16 % (of 100 runs)",
             percent(saving),
-            (0.04..=0.16).contains(&saving.value),
+            Verdict::within(saving, 0.04, 0.16),
         ),
-        claim(
+        Claim::new(
             &format!("it has the lowest SD of travel time ({order}; Sol)"),
             "yes",
-            "",
+            "each difference to the others is below 0",
             sds.join(", "),
-            others_sd.iter().all(|sd| informed.sd_sol < *sd),
+            Verdict::all(safe_arms.iter().chain([&naive_arm]).map(sd_below)),
         ),
-        claim(
+        Claim::new(
             "the naive helicopter gains slightly",
             "yes",
             "above 0, below that of the information-theoretic helicopter",
             percent(slight),
-            slight.value > 0.0 && slight.value < saving.value,
+            Verdict::all([above_0(slight), median_below(&Arm::ScoutRoute)]),
         ),
-        claim(
+        Claim::new(
             "the information-theoretic helicopter has a lower median than the other two safe rovers",
             "yes",
-            "",
+            "both differences to the others are below 0",
             medians[1..].join(", "),
-            safe_medians.iter().all(|median| informed.median_sol < *median),
+            Verdict::all(safe_arms.iter().map(median_below)),
         ),
-        claim(
+        Claim::new(
             &format!("it has the lowest median of all four ({order}; Sol)"),
             "yes",
-            "",
+            "each difference to the others is below 0",
             medians.join(", "),
-            safe_medians.iter().chain([&naive.median_sol]).all(|median| informed.median_sol < *median),
+            Verdict::all(safe_arms.iter().chain([&naive_arm]).map(median_below)),
         ),
     ]
 }

@@ -7,12 +7,16 @@ use sha2::{Digest as _, Sha256};
 /// Most cells × steps of a world whose bounds are computed; some ten seconds. Larger worlds go without.
 const STATES_MAX: u64 = 50_000_000;
 
-/// The bounds of each cell of `plan`, in order. `None` where the world is larger than 50 million cells ×
-/// steps, or cannot be built any more because a file that it reads is gone.
+/// The bounds of each cell of `plan`, in order. `None` where the mission is not that of a hopper on its way to one goal,
+/// alone or looked ahead for, where the world is larger than 50 million cells × steps, or where it cannot be built any more
+/// because a file that it reads is gone.
 pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
     let mut known = std::collections::BTreeMap::<[u8; 32], Bound>::new();
     let bound = |cell: &::campaign::Cell| {
         let world = cell.world().ok()?;
+        if !world.brief.is_of_hopper() || world.brief.patrol.is_some() {
+            return None;
+        }
         let states = (world.brief.grid.cells() as u64).checked_mul(world.brief.limits.steps_max)?;
         if states > STATES_MAX {
             return None;

@@ -88,7 +88,11 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
             "start = [60, 62]\ngoal = [140, 66]\nbudget_m = 3.0",
             "need vehicle = \"helicopter\", got hopper for robot 2",
         ),
-        ("goal = [192, 150]", "goal = [100, 62]", "robots.goal: need a cell whose true speed is above 0"),
+        (
+            "goal = [192, 150]",
+            "goal = [100, 62]",
+            "robots.goal: need a cell whose true speed is above 0, got (100, 62) of robot 0",
+        ),
         ("start = [10, 100]", "start = [100, 62]", "robots.start: need ground without obstacle"),
         (
             "start = [8, 60]\nspeed_mps",
@@ -105,18 +109,23 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
             "sensor = { radius_min_m = 0.5 }",
             "robots.sensor.radius_min_m: need at least one hop, so that the hopper sees where it may land, got 0.5 m for robot 3",
         ),
+        (
+            "sensor = { gain = 4.0 }",
+            "launch_angle_deg = 90.0",
+            "robots.launch_angle_deg: need 0.573 to 89.381 degrees, got 90 for robot 3",
+        ),
         ("sensor = { gain = 4.0 }", "sensor = { gradient = \"measured\" }", "unknown field `gradient`"),
         (
             "sensor = { gain = 4.0 }",
             "hard = { intended = 0.9, stuck = 0.9, sideways = 0.0, flights = 1 }",
-            "motion.sum",
+            "robots.hard: need intended + stuck + 2 x sideways = 1, got 0.9 + 0.9 + 2 x 0 = 1.8 for robot 3",
         ),
         (
             "start = [10, 100]",
             "start = [10, 100]\nsensor = { gain = 4.0 }",
             "robots: need vehicle = \"hopper\" for launch_angle_deg, hard, sand and sensor, got sensor of robot 5, a rover",
         ),
-        ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0"),
+        ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0 for robot 1"),
         (
             "profile = \"hopper\"",
             "profile = \"hopper\"\nstart = [1, 1]\ngoal = [2, 2]",

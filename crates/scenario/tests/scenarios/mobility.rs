@@ -94,6 +94,7 @@ fn speeds_certain_classes_and_a_given_truth_are_read() {
 }
 
 /// P-MOBILITY-REFUSED: one clear error each.
+// Long: a row for each error.
 #[test]
 fn rasters_that_do_not_fit_and_probabilities_that_cannot_be_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -113,12 +114,36 @@ fn rasters_that_do_not_fit_and_probabilities_that_cannot_be_are_refused_by_name(
     .unwrap();
     let speeds = "speeds = [0, 0, 0, 1]";
     for (mobility, ends, needs) in [
-        ("", ENDS, vec!["truth.mobility", "exactly one of class_file, classes and speeds"]),
-        ("speeds = [0, 0, 0, 1]\nclass_file = \"half.asc\"", ENDS, vec!["exactly one"]),
-        ("speeds = [0, 0, 0, \"half.asc\"]", ENDS, vec!["truth.mobility.speeds", "add up to 1", "(0, 0)"]),
-        ("classes = { smooth_regolith = 0.5 }", ENDS, vec!["truth.mobility.classes", "add up to 1"]),
-        ("classes = { regolith = 1.0 }", ENDS, vec!["\"regolith\"", "smooth_regolith"]),
-        ("classes = { scarp = 1.5 }", ENDS, vec!["0 to 1", "1.5 in cell (0, 0)"]),
+        ("", ENDS, vec!["truth.mobility: need exactly one of class_file, classes", "and speeds, got none"]),
+        ("classes = {}", ENDS, vec!["truth.mobility: need exactly one of", "at least one class", "got none"]),
+        (
+            "speeds = [0, 0, 0, 1]\nclass_file = \"half.asc\"",
+            ENDS,
+            vec!["exactly one", "got class_file and speeds"],
+        ),
+        ("classes = { scarp = true }", ENDS, vec!["need a number, or the name of a raster file in quotes"]),
+        ("classes = 3", ENDS, vec!["line 4", "integer `3`, expected a map"]),
+        (
+            "speeds = [0, 0, 0, \"half.asc\"]",
+            ENDS,
+            vec!["truth.mobility.speeds", "add up to 1", "got a sum of 0.5 in cell (0, 0)"],
+        ),
+        (
+            "classes = { smooth_regolith = 0.5 }",
+            ENDS,
+            vec![
+                "truth.mobility.classes: need probabilities that add up to 1 in each cell, got a sum of 0.5 in cell (0, 0)",
+            ],
+        ),
+        (
+            "classes = { regolith = 1.0 }",
+            ENDS,
+            vec![
+                "truth.mobility.classes: need names of terrain classes (smooth_regolith, ",
+                "scarp), got \"regolith\"",
+            ],
+        ),
+        ("classes = { scarp = 1.5 }", ENDS, vec!["truth.mobility.classes: need 0 to 1, got 1.5 for scarp"]),
         (
             "rock_abundance = 7.0\nspeeds = [0, 0, 0, 1]",
             ENDS,

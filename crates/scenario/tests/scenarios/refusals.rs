@@ -11,6 +11,12 @@ fn mistakes_in_the_text_are_told_with_line_and_column() {
     for (from, to, line, words) in [
         ("sigma_m = 1.0", "sigma = 1.0", "line 6, column 1", "unknown field `sigma`"),
         ("start = [0, 0]", "start = [0]", "line 10, column 9", "length"),
+        (
+            "start = [0, 0]",
+            "start = [0, 0, 0]",
+            "line 10, column 9",
+            "length 3, expected an array of length 2",
+        ),
         ("[brief]", "[journey]", "line 9, column 2", "unknown field `journey`"),
         ("start = [0, 0]", "profile = \"paper\"", "line 10, column 11", "unknown variant `paper`"),
         ("start = [0, 0]", "datum_m = \"lowest\"", "line 10, column 11", "need \"survey\", a number"),
@@ -45,7 +51,16 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         ("[brief]", "[limits]\ndecision_budget_ms = -1\n[brief]", ["limits.decision_budget_ms", "-1"]),
         ("[brief]", "[guard]\nhazard_max = 1.5\n[brief]", ["guard.hazard_max", "1.5"]),
         ("[brief]", "[guard]\ndeadline_s = 0\n[brief]", ["guard.deadline_s", "got 0"]),
-        ("[brief]", "[robot]\nslope_limit_deg = 95\n[brief]", ["slope_limit_rad", "1.65"]),
+        (
+            "[brief]",
+            "[robot]\nslope_limit_deg = 95\n[brief]",
+            ["robot.slope_limit_deg: need 0.573 to 89.954 degrees", "got 95"],
+        ),
+        (
+            "[brief]",
+            "[robot]\nlaunch_angle_deg = 0\n[brief]",
+            ["robot.launch_angle_deg: need 0.573 to 89.381 degrees", "got 0"],
+        ),
         ("[brief]", "[robot]\ngravity_mps2 = 0\n[brief]", ["gravity_mps2", "got 0"]),
         ("[brief]", "[robot]\nhop_distance_m = nan\n[brief]", ["robot.hop_distance_m", "NaN"]),
         ("[brief]", "[robot.sensor]\nradius_min_m = 0.2\n[brief]", ["robot.sensor.radius_min_m", "one hop"]),
@@ -69,6 +84,34 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         let text = hilly(from, to).expect_err(to).to_string();
         says(&text, &words);
         assert_eq!(text.lines().count(), 1, "{text}");
+    }
+}
+
+#[test]
+fn a_value_too_many_is_refused_wherever_their_number_is_fixed() {
+    let ends = "[brief]\nstart = [0, 0]\ngoal = [8, 6]\n";
+    let hills = "[truth.terrain.random_hills]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\nseed = 1\nhills = 1\n";
+    for (old, new) in [
+        ("start = [0, 0]", "start = [0, 0, 0]"),
+        ("goal = [8, 6]", "goal = [8, 6, 6]"),
+        ("[brief]", "[brief]\npriors = { safety = [-1, 0, 0] }"),
+        ("[brief]", "[mission]\ngoals = [[1, 1], [2, 2, 2]]\n[brief]"),
+        ("[brief]", "[[robots]]\nstart = [1, 1, 1]\n[brief]"),
+        ("[brief]", "[[robots]]\ngoal = [1, 1, 1]\n[brief]"),
+        ("[brief]", "[truth]\ntreasures = [[1, 1], [2, 2, 2]]\n[brief]"),
+        ("[brief]", "[truth.sand]\nrectangles = [{ x = [0, 1, 2], y = [0, 1] }]\n[brief]"),
+        ("[brief]", "[truth.sand]\nrectangles = [{ x = [0, 1], y = [0, 1, 2] }]\n[brief]"),
+        ("[brief]", "[truth.mobility]\nspeeds = [0, 0, 0, 1, 0]\n[brief]"),
+        ("[[1, 1]]", "[[1, 1], [2, 2, 2]]"),
+        ("[[1, 1]]", "[[1, 1]]\nlowered_m = [[2, 2, 2]]"),
+    ] {
+        let text = hilly(old, new).expect_err(new).to_string();
+        says(&text, &["TOML parse error at line"]);
+        assert!(text.contains("expected") || text.contains("need"), "{text}");
+    }
+    for ranges in ["sigma_m = [1, 2, 3]\namplitude_m = [0, 1]", "sigma_m = [1, 2]\namplitude_m = [0, 1, 2]"] {
+        let error = Scenario::parse(&format!("{hills}{ranges}\n{ends}"), "hills").unwrap_err().to_string();
+        says(&error, &["invalid length 3, expected an array of length 2"]);
     }
 }
 

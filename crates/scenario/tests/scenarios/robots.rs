@@ -35,10 +35,13 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
         (error(passages, scout, &ROVER.repeat(2)), "one rover"),
         (error(passages, scout, &[ROVER, &HELICOPTER.repeat(16)].concat()), "1 to 16"),
         (error(passages, scout, &with("start = [3, 4]")), "robots.start"),
-        (error(passages, scout, &with("budget_m = -1")), "robots.budget_m"),
-        (error(passages, scout, &with("view_radius_m = 0")), "robots.view_radius_m"),
+        (
+            error(passages, scout, &with("budget_m = -1")),
+            "robots.budget_m: need 0 to 1e6 m, got -1 for robot 1",
+        ),
+        (error(passages, scout, &with("view_radius_m = 0")), "got 0 for robot 1"),
         (error(passages, scout, &with("speed_mps = 0")), "robots.speed_mps"),
-        (error(passages, scout, &with("accuracy = 1.01")), "robots.accuracy: need a probability"),
+        (error(passages, scout, &with("accuracy = 1.01")), "got 1.01 for robot 1"),
         (
             error(passages, scout, &with(&format!("accuracy = 0.9\n{HELICOPTER}accuracy = 0.8"))),
             "the same for all",
@@ -55,6 +58,15 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
         (error(open, scout, ROVER), "mission.kind"),
         (error(open, cover, &format!("{ROVER}start = [0, 0]\n{HELICOPTER}")), "robots.vehicle"),
         (error(open, cover, ROVER), "robots.start"),
+        (
+            error(open, cover, &format!("{ROVER}start = [0, 0]\n{ROVER}start = [1, 0]\nspeed_mps = 9\n")),
+            "got 9 for robot 1",
+        ),
+        (
+            error(open, cover, &format!("{ROVER}start = [0, 0]\nsensor_range_cells = 0\n")),
+            "robots.sensor_range_cells: need 1 to 64, got 0 for robot 0",
+        ),
+        (error(open, cover, &format!("{ROVER}start = [0, 0]\nplanner = \"\"\n")), "for robot 0"),
         (
             error(open, "kind = \"cover\"\nhelicopter_samples = 5", &format!("{ROVER}start = [0, 0]\n")),
             "scout",
