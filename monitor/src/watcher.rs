@@ -183,12 +183,15 @@ impl Watcher {
     }
 
     /// The run, decision and status for the heartbeat: only what is taken account of, so that
-    /// hopper-sim lingers until the past has answered.
+    /// hopper-sim lingers until the past has answered; and the end only once it was shown ([`Effect::Finished`]),
+    /// since `hopper run` stops its monitor soon after hopper-sim has left.
     #[must_use]
     pub fn seen(&self) -> (RunId, Decision, Status) {
         match &self.mission {
             Some(mission) if mission.state.is_some() => {
-                let status = if mission.missing() == 0 { mission.status() } else { Status::Underway };
+                let is_shown = mission.finished || !mission.status().is_over();
+                let status =
+                    if mission.missing() == 0 && is_shown { mission.status() } else { Status::Underway };
                 (mission.brief.run, mission.tally.due(), status)
             }
             _ => (RunId::default(), Decision(0), Status::Underway),

@@ -299,6 +299,25 @@ fn the_end_waits_for_the_past_while_hopper_sim_lives() {
     assert_eq!(watcher.seen(), (brief.run, end.decision, Status::Goal));
 }
 
+/// hopper-sim leaves once the end is acknowledged, and `hopper run` then stops the monitor: the last line comes first.
+#[test]
+fn the_end_is_acknowledged_only_once_it_was_shown() {
+    let brief = brief(SIDE);
+    let records = records(&brief, &steps(), 30);
+    let (last, before) = records.split_last().unwrap();
+    let mut watcher = undisturbed(&brief, before);
+    watcher.on(Event::Map(landing(&brief, before.len() as u64, 1)), MonotonicNs(1));
+    let now = last.timing.committed;
+    let effects = watcher.on(Event::State(state(last, brief.run)), now);
+    assert_eq!((finished(&effects), watcher.seen().2), (None, Status::Underway), "the last map is due");
+    let mut mapped = watcher.clone();
+    mapped.on(Event::Map(landing(&brief, records.len() as u64, 2)), now);
+    for (mut watcher, later) in [(mapped, now), (watcher, now.plus_ns(400_000_000))] {
+        assert_eq!(finished(&watcher.on(Event::Tick, later)), Some(Status::Goal));
+        assert_eq!(watcher.seen().2, Status::Goal);
+    }
+}
+
 #[test]
 fn a_mission_stopped_between_hops_ends() {
     let brief = brief(SIDE);
