@@ -13,7 +13,7 @@ use contract::{
 };
 use report::{Executed, LatencyReport, Tally};
 
-use crate::progress::{Health, Progress, Pulse};
+use crate::progress::{Health, Progress, Pulse, TeamMeasure};
 
 /// Pause between two looks at progress.
 const PROGRESS_PERIOD_NS: u64 = 100_000_000;
@@ -164,6 +164,7 @@ impl Watcher {
                 misses: tally.latency.misses(),
             },
             planners: tally.planners.clone(),
+            measure: TeamMeasure::of(brief),
             robots: mission.robots.clone(),
             health: OTHERS.map(|role| self.health(mission, role, now)).into(),
             refusals: refusals.clone(),

@@ -318,6 +318,25 @@ fn the_end_is_acknowledged_only_once_it_was_shown() {
     }
 }
 
+/// What is published of the robots may come later than the first state.
+#[test]
+fn a_mission_of_several_robots_is_worded_for_robots_from_its_first_line_on() {
+    let alone = brief(SIDE);
+    let line = |brief: &Brief| watching(brief).progress(MonotonicNs(1)).unwrap();
+    assert!(line(&alone).to_string().starts_with("hop 0, step 0/150, 137.2 m to go"));
+    let cover = contract::Cover { percent: 100, mode: contract::CoverMode::Overlap };
+    let scout = contract::Scout { seed: 1, rover_samples: 9, helicopter_samples: 9, stages: 1 };
+    for (brief, need, compact) in [
+        (Brief { robots: 2, ..alone }, "137.2 m to go", "137.2 m"),
+        (Brief { robots: 4, cover: Some(cover), ..alone }, "0 cells covered", "0 cells"),
+        (Brief { robots: 2, scout: Some(scout), ..alone }, "2 robots", "2 robots"),
+    ] {
+        let progress = line(&brief);
+        assert!(progress.to_string().starts_with(&format!("decision 0, step 0/150, {need}")), "{progress}");
+        assert_eq!(progress.compact(), format!("decision 0 · {compact}"));
+    }
+}
+
 #[test]
 fn a_mission_stopped_between_hops_ends() {
     let brief = brief(SIDE);
