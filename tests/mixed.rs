@@ -1,5 +1,7 @@
 //! Six robots of all kinds, each with a task and a planner process of its own, fly as lockstep does.
 
+use contract::{Cell, Member, Standing, Vehicle};
+
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
 const SCENARIO: [&str; 2] = ["--scenario", "expedition"];
@@ -22,6 +24,42 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }
     mission.assert_nothing_left();
+}
+
+/// P-MIXED-PAST: `hopper view` of a past mission shows each robot with its own goal, and as done or stranded where it is.
+#[test]
+fn a_past_mission_shows_how_each_robot_ended() {
+    let robots = |scenario: &str| {
+        let mission = Mission::new("mixed-past");
+        let words = ["run", "--lockstep", "--scenario", scenario, "--out", "out"];
+        let output = mission.hopper(&words).output().unwrap();
+        assert!(output.stdout.starts_with(b"  outcome"), "{}", stderr(&output));
+        let history = hopper::commands::view::history_of_journal(&mission.path("out/journal")).unwrap();
+        let robots = history.progress().unwrap().robots.clone();
+        assert_eq!(history.team().unwrap().members[..], robots);
+        robots
+    };
+    let standings = |robots: &[Member]| robots.iter().map(|member| member.standing).collect::<Vec<_>>();
+    let expedition = robots("expedition");
+    assert_eq!(standings(&expedition), [Standing::Done; 6]);
+    let goals = expedition.iter().filter_map(|member| match member.robot.vehicle {
+        Vehicle::HopperTo { goal } => Some((goal, member.at.cell)),
+        Vehicle::Driver { goal, .. } => {
+            Some((Cell::new(goal.x_m as i32, goal.y_m as i32), Cell::new(192, 150)))
+        }
+        _ => None,
+    });
+    let goals: Vec<(Cell, Cell)> = goals.collect();
+    let own = [Cell::new(192, 150), Cell::new(140, 66), Cell::new(100, 150)];
+    assert_eq!(goals, own.map(|goal| (goal, goal)), "each has its own, and hoppers are on it");
+    assert_eq!(standings(&robots("coverage")), [Standing::Done; 4]);
+
+    let mission = Mission::new("mixed-past-fault");
+    let faults = "\n[[faults]]\nrobot = 2\naction = 5\n";
+    let stranded = mission.path("stranded.toml");
+    std::fs::write(&stranded, [include_str!("../scenarios/coverage.toml"), faults].concat()).unwrap();
+    let [done, lost] = [Standing::Done, Standing::Stranded];
+    assert_eq!(standings(&robots(stranded.to_str().unwrap())), [done, done, lost, done]);
 }
 
 /// P-MIXED-KILL: perception, hopper-sim and two planners are killed in flight and started again, and a hopper's planner is
