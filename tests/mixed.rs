@@ -20,6 +20,17 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let picture = std::fs::read_to_string(mission.path("out/mission.svg")).unwrap();
     let read = mission.hopper(&["bag", "info", "whole.mcap", "--format", "json"]).output().unwrap();
     assert_eq!(read.status.code(), Some(0), "the recording can be read: {}", stderr(&read));
+    let robots = summary["robots"].as_array().unwrap();
+    let kinds = ["rover", "helicopter", "hopper", "hopper", "helicopter", "rover"];
+    for ((robot, planner), kind) in robots.iter().zip(PLANNERS).zip(kinds) {
+        assert_eq!((&robot["kind"], &robot["planner"]), (&kind.into(), &planner.into()), "{robot}");
+        assert_eq!(robot["status"], "done", "{robot}");
+    }
+    assert_eq!(robots[2]["cell"], serde_json::json!({ "x": 140, "y": 66 }), "a hopper is on its goal");
+    let actions: u64 = robots.iter().map(|robot| robot["actions"].as_u64().unwrap()).sum();
+    assert_eq!(summary["decisions"], actions);
+    let undisturbed = lockstep(&SCENARIO);
+    assert_eq!(summary["robots"], undisturbed["robots"], "live and lockstep end alike");
     for robot in 0..6 {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }

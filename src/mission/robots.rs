@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use contract::{Action, Brief, Record, Route, State, Team};
-use hopper_sim::RobotTeam;
-use scenario::ResolvedScenario;
+use hopper_sim::{JournalHeader, RobotTeam};
+use node::Failure;
+use scenario::{ResolvedScenario, Scenario};
 use terrain::Terrain;
 
 /// All robots of a mission that is not a single hopper's, folded again from its records.
@@ -22,6 +23,19 @@ impl Robots {
         let fleet = world.fleet.as_ref()?;
         let (terrain, robots) = (Arc::clone(&world.terrain), RobotTeam::new(brief, &world.terrain, fleet));
         Some(Self { terrain, robots, is_lost: false })
+    }
+
+    /// Those of the journal's mission before its first decision; `None` where there is a single hopper.
+    ///
+    /// # Errors
+    /// If its scenario cannot be resolved.
+    pub fn of_journal(header: &JournalHeader) -> Result<Option<Self>, Failure> {
+        if !header.brief.has_team() {
+            return Ok(None);
+        }
+        let scenario = Scenario::parse(&header.resolved, "the journal's scenario").map_err(Failure::usage)?;
+        let world = scenario.resolve().map_err(Failure::usage)?;
+        Ok(Self::at_start(&world, &world.brief))
     }
 
     /// Folds in the next record. `routes` are at least those that were announced until then.
