@@ -8,6 +8,15 @@ const SCENARIO: [&str; 2] = ["--scenario", "expedition"];
 
 const PLANNERS: [&str; 6] = ["rrt_star_ett", "scout_value", "mdp", "astar", "scout_ahead", "cover_frontier"];
 
+/// The numbers in column `robot` of a table, each once.
+fn numbers_of_robots(csv: &str) -> Vec<u64> {
+    let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let headings = rows.next().unwrap();
+    let column = headings.iter().position(|heading| *heading == "robot").unwrap();
+    let numbers: std::collections::BTreeSet<u64> = rows.map(|row| row[column].parse().unwrap()).collect();
+    numbers.into_iter().collect()
+}
+
 /// P-MIXED-RUN: nine processes have the digest of lockstep, and all robots are in summary and picture.
 #[test]
 fn an_expedition_flown_live_has_the_digest_of_lockstep() {
@@ -31,6 +40,8 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     assert_eq!(summary["decisions"], actions);
     let undisturbed = lockstep(&SCENARIO);
     assert_eq!(summary["robots"], undisturbed["robots"], "live and lockstep end alike");
+    let timing = std::fs::read_to_string(mission.path("out/timing.csv")).unwrap();
+    assert_eq!(numbers_of_robots(&timing), [0, 1, 2, 3, 4, 5]);
     for robot in 0..6 {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }

@@ -213,7 +213,6 @@ impl OutputDir {
             return Err(Failure::new(Exit::Failed, message));
         }
         let brief = contract::Brief { run: need, ..world.brief };
-        // Times as in the journal, where the commit is the time at which the append was requested.
         let path = self.dir.join("timing.csv");
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))
