@@ -42,6 +42,12 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     assert_eq!(summary["robots"], undisturbed["robots"], "live and lockstep end alike");
     let timing = std::fs::read_to_string(mission.path("out/timing.csv")).unwrap();
     assert_eq!(numbers_of_robots(&timing), [0, 1, 2, 3, 4, 5]);
+    let shown = mission.hopper(&["journal", "show", "out"]).output().unwrap();
+    let shown = String::from_utf8(shown.stdout).unwrap();
+    let heading: Vec<&str> = shown.lines().next().unwrap().split_whitespace().take(2).collect();
+    assert_eq!(heading, ["decision", "robot"], "{shown}");
+    let first = shown.lines().filter_map(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
+    assert_eq!(first.take(6).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5], "{shown}");
     for robot in 0..6 {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }
