@@ -40,8 +40,22 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     assert_eq!(summary["decisions"], actions);
     let undisturbed = lockstep(&SCENARIO);
     assert_eq!(summary["robots"], undisturbed["robots"], "live and lockstep end alike");
+    let exported = |words: &[&str]| {
+        let output = mission.hopper(&[&["bag", "export", "whole.mcap"], words].concat()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(numbers_of_robots(&exported(&[])), [0, 1, 2, 3, 4, 5], "each decision has its robot");
     let timing = std::fs::read_to_string(mission.path("out/timing.csv")).unwrap();
     assert_eq!(numbers_of_robots(&timing), [0, 1, 2, 3, 4, 5]);
+    let teams = exported(&["--topic", "hop/team"]);
+    assert_eq!(numbers_of_robots(&teams), [0, 1, 2, 3, 4, 5], "a row a robot");
+    assert!(teams.contains(",standing,") && teams.contains(",done,"), "{teams}");
+    let routes = exported(&["--topic", "hop/r0/route", "--format", "json"]);
+    assert!(routes.lines().all(|line| line.contains("logged")), "{routes}");
+    let unknown = mission.hopper(&["bag", "export", "whole.mcap", "--topic", "hop/rovers"]).output().unwrap();
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(stderr(&unknown).contains("hop/team"), "the error names it: {}", stderr(&unknown));
     let shown = mission.hopper(&["journal", "show", "out"]).output().unwrap();
     let shown = String::from_utf8(shown.stdout).unwrap();
     let heading: Vec<&str> = shown.lines().next().unwrap().split_whitespace().take(2).collect();
