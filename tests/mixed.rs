@@ -1,10 +1,21 @@
 //! Six robots of all kinds, each with a task and a planner process of its own, fly as lockstep does.
 
+use contract::{Cell, Member, Standing, Vehicle};
+
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
 const SCENARIO: [&str; 2] = ["--scenario", "expedition"];
 
 const PLANNERS: [&str; 6] = ["rrt_star_ett", "scout_value", "mdp", "astar", "scout_ahead", "cover_frontier"];
+
+/// The numbers in column `robot` of a table, each once.
+fn numbers_of_robots(csv: &str) -> Vec<u64> {
+    let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let headings = rows.next().unwrap();
+    let column = headings.iter().position(|heading| *heading == "robot").unwrap();
+    let numbers: std::collections::BTreeSet<u64> = rows.map(|row| row[column].parse().unwrap()).collect();
+    numbers.into_iter().collect()
+}
 
 /// P-MIXED-RUN: nine processes have the digest of lockstep, and all robots are in summary and picture.
 #[test]
@@ -18,10 +29,79 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let picture = std::fs::read_to_string(mission.path("out/mission.svg")).unwrap();
     let read = mission.hopper(&["bag", "info", "whole.mcap", "--format", "json"]).output().unwrap();
     assert_eq!(read.status.code(), Some(0), "the recording can be read: {}", stderr(&read));
+    let robots = summary["robots"].as_array().unwrap();
+    let kinds = ["rover", "helicopter", "hopper", "hopper", "helicopter", "rover"];
+    for ((robot, planner), kind) in robots.iter().zip(PLANNERS).zip(kinds) {
+        assert_eq!((&robot["kind"], &robot["planner"]), (&kind.into(), &planner.into()), "{robot}");
+        assert_eq!(robot["status"], "done", "{robot}");
+    }
+    assert_eq!(robots[2]["cell"], serde_json::json!({ "x": 140, "y": 66 }), "a hopper is on its goal");
+    let actions: u64 = robots.iter().map(|robot| robot["actions"].as_u64().unwrap()).sum();
+    assert_eq!(summary["decisions"], actions);
+    let undisturbed = lockstep(&SCENARIO);
+    assert_eq!(summary["robots"], undisturbed["robots"], "live and lockstep end alike");
+    let exported = |words: &[&str]| {
+        let output = mission.hopper(&[&["bag", "export", "whole.mcap"], words].concat()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(numbers_of_robots(&exported(&[])), [0, 1, 2, 3, 4, 5], "each decision has its robot");
+    let timing = std::fs::read_to_string(mission.path("out/timing.csv")).unwrap();
+    assert_eq!(numbers_of_robots(&timing), [0, 1, 2, 3, 4, 5]);
+    let teams = exported(&["--topic", "hop/team"]);
+    assert_eq!(numbers_of_robots(&teams), [0, 1, 2, 3, 4, 5], "a row a robot");
+    assert!(teams.contains(",standing,") && teams.contains(",done,"), "{teams}");
+    let routes = exported(&["--topic", "hop/r0/route", "--format", "json"]);
+    assert!(routes.lines().all(|line| line.contains("logged")), "{routes}");
+    let unknown = mission.hopper(&["bag", "export", "whole.mcap", "--topic", "hop/rovers"]).output().unwrap();
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(stderr(&unknown).contains("hop/team"), "the error names it: {}", stderr(&unknown));
+    let shown = mission.hopper(&["journal", "show", "out"]).output().unwrap();
+    let shown = String::from_utf8(shown.stdout).unwrap();
+    let heading: Vec<&str> = shown.lines().next().unwrap().split_whitespace().take(2).collect();
+    assert_eq!(heading, ["decision", "robot"], "{shown}");
+    let first = shown.lines().filter_map(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
+    assert_eq!(first.take(6).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5], "{shown}");
     for robot in 0..6 {
         assert!(picture.contains(&format!(">{robot}</text>")), "robot {robot} is in the picture");
     }
     mission.assert_nothing_left();
+}
+
+/// P-MIXED-PAST: `hopper view` of a past mission shows each robot with its own goal, and as done or stranded where it is.
+#[test]
+fn a_past_mission_shows_how_each_robot_ended() {
+    let robots = |scenario: &str| {
+        let mission = Mission::new("mixed-past");
+        let words = ["run", "--lockstep", "--scenario", scenario, "--out", "out"];
+        let output = mission.hopper(&words).output().unwrap();
+        assert!(output.stdout.starts_with(b"  outcome"), "{}", stderr(&output));
+        let history = hopper::commands::view::history_of_journal(&mission.path("out/journal")).unwrap();
+        let robots = history.progress().unwrap().robots.clone();
+        assert_eq!(history.team().unwrap().members[..], robots);
+        robots
+    };
+    let standings = |robots: &[Member]| robots.iter().map(|member| member.standing).collect::<Vec<_>>();
+    let expedition = robots("expedition");
+    assert_eq!(standings(&expedition), [Standing::Done; 6]);
+    let goals = expedition.iter().filter_map(|member| match member.robot.vehicle {
+        Vehicle::HopperTo { goal } => Some((goal, member.at.cell)),
+        Vehicle::Driver { goal, .. } => {
+            Some((Cell::new(goal.x_m as i32, goal.y_m as i32), Cell::new(192, 150)))
+        }
+        _ => None,
+    });
+    let goals: Vec<(Cell, Cell)> = goals.collect();
+    let own = [Cell::new(192, 150), Cell::new(140, 66), Cell::new(100, 150)];
+    assert_eq!(goals, own.map(|goal| (goal, goal)), "each has its own, and hoppers are on it");
+    assert_eq!(standings(&robots("coverage")), [Standing::Done; 4]);
+
+    let mission = Mission::new("mixed-past-fault");
+    let faults = "\n[[faults]]\nrobot = 2\naction = 5\n";
+    let stranded = mission.path("stranded.toml");
+    std::fs::write(&stranded, [include_str!("../scenarios/coverage.toml"), faults].concat()).unwrap();
+    let [done, lost] = [Standing::Done, Standing::Stranded];
+    assert_eq!(standings(&robots(stranded.to_str().unwrap())), [done, done, lost, done]);
 }
 
 /// P-MIXED-KILL: perception, hopper-sim and two planners are killed in flight and started again, and a hopper's planner is

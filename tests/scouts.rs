@@ -19,6 +19,8 @@ fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
         let summary = json(&output);
         assert_eq!(summary["digest"], lockstep(&words)["digest"], "{}", stderr(&output));
         mission.assert_as_lockstep("out/journal");
+        let log = stderr(&output);
+        assert!(log.contains("goal: decision") && log.contains("the mission is over: goal"), "{log}");
         // Rover and helicopter see a part of the map, and not all of it.
         let seen = summary["coverage"].as_f64().unwrap();
         assert!(seen > 0.05 && seen < 0.9, "{summary}");

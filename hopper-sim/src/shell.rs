@@ -208,7 +208,8 @@ fn sum_up<O: FnMut(&Record)>(
     sim: &HopperSim<Node, Journal, O>,
     own_pid: u32,
 ) -> Summary {
-    let mut summary = summary.build(sim.arbiter().state(), sim.arbiter().refusals());
+    let arbiter = sim.arbiter();
+    let mut summary = summary.build(arbiter.state(), arbiter.team(), arbiter.refusals());
     let processes = std::iter::once((Role::HopperSim, own_pid)).chain(sim.lives());
     summary.processes = processes.map(|(role, pid)| Process { role, pid, restarts: 0 }).collect();
     summary

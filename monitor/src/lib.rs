@@ -21,6 +21,6 @@ pub mod watcher;
 pub mod web;
 
 pub use history::{History, Input};
-pub use progress::{Health, Progress, Pulse};
+pub use progress::{Health, Progress, Pulse, TeamMeasure};
 pub use view::{Screen, View, Wish};
 pub use watcher::{Effect, Event, Watcher};

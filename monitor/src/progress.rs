@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status, Vehicle};
+use contract::{Brief, Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
@@ -46,13 +46,41 @@ pub struct Progress {
     pub latency: Pulse,
     /// Who commanded what; the last is in force.
     pub planners: Vec<Leadership>,
-    /// All robots, in the order of their numbers; empty where there is a single hopper.
+    /// What the way of several robots is measured by; `None` where there is a single hopper.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measure: Option<TeamMeasure>,
+    /// All robots, in the order of their numbers; empty where there is a single hopper, and until they are published.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<Member>,
     /// Roles in the order of their codes.
     pub health: Vec<Health>,
     /// Malformed messages refused.
     pub refusals: RefusalCounts,
+}
+
+/// What the way of several robots is measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TeamMeasure {
+    /// The distance of the hopper from its goal.
+    Distance,
+    /// The cells that rovers have covered.
+    Cells,
+    /// Nothing that all of them share: only so many robots.
+    Robots(u16),
+}
+
+impl TeamMeasure {
+    /// That of a mission; `None` where there is a single hopper.
+    #[must_use]
+    pub fn of(brief: &Brief) -> Option<Self> {
+        let measure = match brief.cover {
+            _ if brief.is_of_hopper() => TeamMeasure::Distance,
+            Some(_) => TeamMeasure::Cells,
+            None => TeamMeasure::Robots(brief.robots),
+        };
+        brief.has_team().then_some(measure)
+    }
 }
 
 /// Latency of decisions, landed to committed, microseconds.
@@ -107,7 +135,13 @@ impl Progress {
     /// The essentials in some fifty columns, for a terminal of eighty.
     #[must_use]
     pub fn compact(&self) -> String {
-        let mut text = format!("hop {} · {:.1} m", self.decision, self.distance_to_goal_m);
+        let Self { decision, distance_to_goal_m, visits, .. } = self;
+        let mut text = match self.measure {
+            None => format!("hop {decision} · {distance_to_goal_m:.1} m"),
+            Some(TeamMeasure::Distance) => format!("decision {decision} · {distance_to_goal_m:.1} m"),
+            Some(TeamMeasure::Cells) => format!("decision {decision} · {visits} cells"),
+            Some(TeamMeasure::Robots(count)) => format!("decision {decision} · {count} robots"),
+        };
         if let Some(coverage) = self.coverage {
             text += &format!(" · {:.0} % seen", 100.0 * coverage);
         }
@@ -148,20 +182,20 @@ impl fmt::Display for Progress {
             write!(f, "{}: ", self.status)?;
         }
         let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
-        match self.hops_max {
-            None if !self.robots.is_empty() => {
+        match (self.hops_max, self.measure) {
+            (None, Some(measure)) => {
                 write!(f, "decision {decision}, step {steps}/{steps_max}, ")?;
-                let covers =
-                    self.robots.iter().any(|member| matches!(member.robot.vehicle, Vehicle::Rover { .. }));
-                match self.robots[0].robot.vehicle {
-                    Vehicle::Hopper => write!(f, "{distance_to_goal_m:.1} m to go")?,
-                    _ if covers => write!(f, "{} cells covered", self.visits)?,
-                    _ => write!(f, "{} robots", self.robots.len())?,
+                match measure {
+                    TeamMeasure::Distance => write!(f, "{distance_to_goal_m:.1} m to go")?,
+                    TeamMeasure::Cells => write!(f, "{} cells covered", self.visits)?,
+                    TeamMeasure::Robots(count) => write!(f, "{count} robots")?,
                 }
                 self.write_robots(f)?;
             }
-            None => write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?,
-            Some(hops_max) => write!(
+            (None, None) => {
+                write!(f, "hop {decision}, step {steps}/{steps_max}, {distance_to_goal_m:.1} m to go")?;
+            }
+            (Some(hops_max), _) => write!(
                 f,
                 "hop {decision}/{hops_max}, {} goals visited, {distance_to_goal_m:.1} m to the next",
                 self.visits
@@ -271,6 +305,7 @@ pub(crate) mod tests {
                 to_decision: Decision(16),
                 robot: contract::RobotId(0),
             }],
+            measure: None,
             robots: Vec::new(),
             health: Role::ALL.map(health).into(),
             refusals: RefusalCounts::default(),

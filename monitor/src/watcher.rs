@@ -13,7 +13,7 @@ use contract::{
 };
 use report::{Executed, LatencyReport, Tally};
 
-use crate::progress::{Health, Progress, Pulse};
+use crate::progress::{Health, Progress, Pulse, TeamMeasure};
 
 /// Pause between two looks at progress.
 const PROGRESS_PERIOD_NS: u64 = 100_000_000;
@@ -164,6 +164,7 @@ impl Watcher {
                 misses: tally.latency.misses(),
             },
             planners: tally.planners.clone(),
+            measure: TeamMeasure::of(brief),
             robots: mission.robots.clone(),
             health: OTHERS.map(|role| self.health(mission, role, now)).into(),
             refusals: refusals.clone(),
@@ -183,12 +184,15 @@ impl Watcher {
     }
 
     /// The run, decision and status for the heartbeat: only what is taken account of, so that
-    /// hopper-sim lingers until the past has answered.
+    /// hopper-sim lingers until the past has answered; and the end only once it was shown ([`Effect::Finished`]),
+    /// since `hopper run` stops its monitor soon after hopper-sim has left.
     #[must_use]
     pub fn seen(&self) -> (RunId, Decision, Status) {
         match &self.mission {
             Some(mission) if mission.state.is_some() => {
-                let status = if mission.missing() == 0 { mission.status() } else { Status::Underway };
+                let is_shown = mission.finished || !mission.status().is_over();
+                let status =
+                    if mission.missing() == 0 && is_shown { mission.status() } else { Status::Underway };
                 (mission.brief.run, mission.tally.due(), status)
             }
             _ => (RunId::default(), Decision(0), Status::Underway),

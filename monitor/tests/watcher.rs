@@ -299,6 +299,44 @@ fn the_end_waits_for_the_past_while_hopper_sim_lives() {
     assert_eq!(watcher.seen(), (brief.run, end.decision, Status::Goal));
 }
 
+/// hopper-sim leaves once the end is acknowledged, and `hopper run` then stops the monitor: the last line comes first.
+#[test]
+fn the_end_is_acknowledged_only_once_it_was_shown() {
+    let brief = brief(SIDE);
+    let records = records(&brief, &steps(), 30);
+    let (last, before) = records.split_last().unwrap();
+    let mut watcher = undisturbed(&brief, before);
+    watcher.on(Event::Map(landing(&brief, before.len() as u64, 1)), MonotonicNs(1));
+    let now = last.timing.committed;
+    let effects = watcher.on(Event::State(state(last, brief.run)), now);
+    assert_eq!((finished(&effects), watcher.seen().2), (None, Status::Underway), "the last map is due");
+    let mut mapped = watcher.clone();
+    mapped.on(Event::Map(landing(&brief, records.len() as u64, 2)), now);
+    for (mut watcher, later) in [(mapped, now), (watcher, now.plus_ns(400_000_000))] {
+        assert_eq!(finished(&watcher.on(Event::Tick, later)), Some(Status::Goal));
+        assert_eq!(watcher.seen().2, Status::Goal);
+    }
+}
+
+/// What is published of the robots may come later than the first state.
+#[test]
+fn a_mission_of_several_robots_is_worded_for_robots_from_its_first_line_on() {
+    let alone = brief(SIDE);
+    let line = |brief: &Brief| watching(brief).progress(MonotonicNs(1)).unwrap();
+    assert!(line(&alone).to_string().starts_with("hop 0, step 0/150, 137.2 m to go"));
+    let cover = contract::Cover { percent: 100, mode: contract::CoverMode::Overlap };
+    let scout = contract::Scout { seed: 1, rover_samples: 9, helicopter_samples: 9, stages: 1 };
+    for (brief, need, compact) in [
+        (Brief { robots: 2, ..alone }, "137.2 m to go", "137.2 m"),
+        (Brief { robots: 4, cover: Some(cover), ..alone }, "0 cells covered", "0 cells"),
+        (Brief { robots: 2, scout: Some(scout), ..alone }, "2 robots", "2 robots"),
+    ] {
+        let progress = line(&brief);
+        assert!(progress.to_string().starts_with(&format!("decision 0, step 0/150, {need}")), "{progress}");
+        assert_eq!(progress.compact(), format!("decision 0 · {compact}"));
+    }
+}
+
 #[test]
 fn a_mission_stopped_between_hops_ends() {
     let brief = brief(SIDE);

@@ -121,7 +121,7 @@ pub fn told<'py>(
 ) -> PyResult<Answer<'py>> {
     let mut summary = SummaryBuilder::new(brief, seed);
     records.iter().for_each(|record| summary.record(record));
-    let mut summary = summary.build(&flown.state, &flown.refusals);
+    let mut summary = summary.build(&flown.state, flown.team.as_ref(), &flown.refusals);
     summary.coverage = Some(flown.map.coverage());
     let json = serde_json::to_string(&summary).map_err(crate::error)?;
     let (rows, route) = (columns::records(py, records)?, columns::route(py, brief, records)?);

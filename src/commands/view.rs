@@ -4,10 +4,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use contract::{
-    Action, Branch, Brief, Member, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
-    Standing, State, Team, Travel, Vehicle, Waypoint,
-};
+use contract::{Brief, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team};
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
 use monitor::web::Page;
@@ -17,7 +14,7 @@ use planner::{Budget, Situation};
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::commands::journal::folder;
-use crate::mission::Sensed;
+use crate::mission::{Robots, Sensed};
 use crate::tool;
 
 /// The robot whose topics a mission is published on.
@@ -99,50 +96,13 @@ pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenar
     }
 }
 
-/// Notes how far a robot is after a decision of its own, if it goes from point to point.
-fn travel(member: &mut Member, record: &Record, routes: &[Route]) {
-    member.waits = record.action == Action::Wait;
-    let Some(travel) = &mut member.travel else { return };
-    let points = |travel: &Travel| {
-        let route = routes.iter().find(|route| Some(route.id()) == travel.route)?;
-        Some(route.waypoints().to_vec())
-    };
-    match record.action {
-        Action::Announce(id) => {
-            (travel.route, travel.announced, travel.reached) = (Some(id), Some(record.decision), 0);
-            travel.legs = points(travel).map_or(0, |points| points.len() as u32 - 1);
-        }
-        Action::Drive | Action::Fly if record.outcome.branch == Branch::Intended => {
-            travel.moved = Some(record.decision);
-            travel.reached += 1;
-            let to = points(travel).and_then(|points| points.get(travel.reached as usize).copied());
-            let Some(to) = to else { return };
-            if record.action == Action::Fly {
-                travel.flown_m += travel.at.distance_m(to);
-            }
-            travel.at = to;
-        }
-        Action::Drive if record.outcome.branch == Branch::Halted => {
-            (travel.moved, travel.halted) = (Some(record.decision), Some(record.decision));
-            travel.halts += 1;
-            // Along the leg by the length that was driven: exact on level ground.
-            let next = points(travel).and_then(|points| points.get(travel.reached as usize + 1).copied());
-            let Some(to) = next else { return };
-            let share = (record.outcome.flight.range_m / travel.at.distance_m(to)).min(1.0);
-            let along = |from: f64, to: f64| from + share * (to - from);
-            travel.at = Waypoint { x_m: along(travel.at.x_m, to.x_m), y_m: along(travel.at.y_m, to.y_m) };
-        }
-        _ => {}
-    }
-}
-
 /// The processes of a mission as far as a page needs them, fed from its journal.
 struct Replay<'a> {
     brief: &'a Brief,
     history: History,
     watcher: Watcher,
     sensed: Sensed,
-    team: Option<Team>,
+    robots: Option<Robots>,
     last: State,
 }
 
@@ -154,14 +114,14 @@ impl<'a> Replay<'a> {
             brief,
             history: History::new(ROBOT),
             watcher: Watcher::new(ROBOT),
-            team: sensed.team().cloned(),
+            robots: Robots::at_start(world, brief),
             last: State { landed: now, published: now, ..*sensed.state() },
             sensed,
         };
         replay.history.on(Input::Brief(brief), now);
         replay.watcher.on(monitor::Event::Brief(*brief), now);
-        if let Some(team) = &replay.team {
-            replay.history.on(Input::Team(team), now);
+        if let Some(team) = replay.team() {
+            replay.history.on(Input::Team(&team), now);
         }
         gather_prior(&mut replay.history, brief, world, now);
         replay.state();
@@ -172,37 +132,16 @@ impl<'a> Replay<'a> {
         self.sensed.record(record, routes);
         let committed = record.timing.committed;
         self.last = record.state_after(self.brief.run, committed, committed);
-        let members = self.team.as_mut().map(|team| Arc::make_mut(&mut team.members));
-        if let Some(member) = members.and_then(|members| members.get_mut(usize::from(record.robot.0))) {
-            member.at.cell = record.pose.cell;
-            member.leader = record.leader;
-            member.last = Some(record.decision);
-            if record.outcome.branch == Branch::Stranded {
-                member.standing = Standing::Stranded;
-            }
-            if record.action == Action::Done {
-                member.standing = Standing::Done;
-            }
-            travel(member, record, routes);
-        }
-        if record.outcome.branch == Branch::Halted {
-            self.gather_helicopters(record);
+        if let Some(robots) = &mut self.robots {
+            robots.record(record, routes);
         }
         self.state();
         self.announced(record, routes);
     }
 
-    /// A stage has ended: the rover is where it was halted, and the helicopters that still act are with it, without a route.
-    fn gather_helicopters(&mut self, record: &Record) {
-        let at = Waypoint::middle_of(&self.brief.grid, record.pose.cell);
-        let members = self.team.as_mut().map(|team| Arc::make_mut(&mut team.members));
-        for member in members.into_iter().flatten() {
-            let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
-            if flies && member.standing == Standing::Active && member.travel.is_some() {
-                member.at.cell = record.pose.cell;
-                member.travel = Some(Travel::from_start(at));
-            }
-        }
+    /// All robots after the last record; `None` where there is a single hopper.
+    fn team(&self) -> Option<Team> {
+        self.robots.as_ref().map(|robots| robots.team(&self.last))
     }
 
     /// Passes on the route that the decision announced, if it announced one.
@@ -231,7 +170,8 @@ impl<'a> Replay<'a> {
 
     fn end(mut self) -> History {
         let now = self.last.landed;
-        if let Some(team) = self.team.take() {
+        if let Some(team) = self.team() {
+            self.history.on(Input::Team(&team), now);
             self.watcher.on(monitor::Event::Team(team), now);
         }
         if let Some(policy) = self.policy() {

@@ -5,6 +5,7 @@ pub mod comparison;
 pub mod flown;
 pub mod output_dir;
 pub mod planner_command;
+pub mod robots;
 pub mod run;
 pub mod sensed;
 pub mod snapshot;
@@ -12,5 +13,6 @@ pub mod supervisor;
 
 pub use flown::Flown;
 pub use output_dir::OutputDir;
+pub use robots::Robots;
 pub use sensed::Sensed;
 pub use snapshot::Snapshot;

@@ -18,6 +18,7 @@ use report::{Picture, PictureStyle, Summary, SummaryBuilder};
 use scenario::ResolvedScenario;
 use serde::Serialize;
 
+use super::robots::Robots;
 use super::sensed::Sensed;
 use super::snapshot::Snapshot;
 
@@ -163,16 +164,21 @@ impl OutputDir {
         }
         let (brief, seed) = (history.header().brief, history.header().seed);
         let mut summary = SummaryBuilder::new(&brief, seed);
+        let mut robots = Robots::of_journal(history.header())?;
         let mut last = None;
-        for record in history.records() {
-            let record = record.map_err(Failure::run)?;
+        let mut read = history.records();
+        while let Some(record) = read.next().transpose().map_err(Failure::run)? {
             summary.record(&record);
+            robots.iter_mut().for_each(|robots| robots.record(&record, read.routes()));
             last = Some(record);
         }
         let last = last.filter(|last| last.decision.next().0 >= published);
         let state =
             last.map(|last| last.state_after(brief.run, last.timing.committed, last.timing.committed));
-        Ok(state.map(|state| summary.build(&state, &RefusalCounts::default())))
+        Ok(state.map(|state| {
+            let team = robots.map(|robots| robots.team(&state));
+            summary.build(&state, team.as_ref(), &RefusalCounts::default())
+        }))
     }
 
     /// `failure` with the way to resume the mission, if there is a journal to resume from.
@@ -207,7 +213,6 @@ impl OutputDir {
             return Err(Failure::new(Exit::Failed, message));
         }
         let brief = contract::Brief { run: need, ..world.brief };
-        // Times as in the journal, where the commit is the time at which the append was requested.
         let path = self.dir.join("timing.csv");
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))

@@ -56,6 +56,6 @@ pub fn in_lockstep(
     }
     match failed {
         Some(error) => Err(Failure::run(error)),
-        None => Ok(summary.build(&flown.state, &flown.refusals)),
+        None => Ok(summary.build(&flown.state, flown.team.as_ref(), &flown.refusals)),
     }
 }

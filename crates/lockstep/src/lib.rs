@@ -27,7 +27,7 @@ use std::collections::BTreeMap;
 
 use contract::{
     Decision, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts, RobotId, RobotSet, Route,
-    State,
+    State, Team,
 };
 use hopper_sim::Fallback;
 use planner::{Planner, PlannerError};
@@ -132,6 +132,8 @@ impl PlannerSchedule {
 pub struct Flown {
     /// After the last decision; its status is over.
     pub state: State,
+    /// All robots after the last decision; `None` where there is a single hopper.
+    pub team: Option<Team>,
     /// The map at the end.
     pub map: ObservedMap,
     /// Policy behind the last decision, if its planner has one.
@@ -210,6 +212,7 @@ fn fly_silently(
     );
     Ok(Flown {
         state: *flight.state(),
+        team: flight.arbiter().team().cloned(),
         policy: flight.policy(),
         refusals,
         routes: flight.routes(),

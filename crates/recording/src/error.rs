@@ -43,4 +43,7 @@ pub enum MessageError {
     /// A field is out of range.
     #[error("{0}")]
     Refused(#[from] Refusal),
+    /// The bytes are not JSON, in which messages without a schema are recorded.
+    #[error("not JSON: {0}")]
+    Json(String),
 }

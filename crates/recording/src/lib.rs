@@ -32,7 +32,7 @@ pub mod transcript;
 pub mod view;
 
 pub use channel::Channel;
-pub use error::RecordingError;
+pub use error::{MessageError, RecordingError};
 pub use json_message::JsonMessage;
 pub use last_run::{RecordedRun, last_run};
 pub use machine_load::MachineLoad;

@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use contract::{Brief, Cell, Digest, Profile, Record, RefusalCounts, RobotId, Role, State};
+use contract::{
+    Brief, Cell, Digest, Name, Profile, Record, RefusalCounts, RobotId, Role, State, Status, Team,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
-use crate::{Ending, Executed, Fallbacks, LatencyReport, Leadership, Route, Tally, guard_phrase};
+use crate::{
+    Ending, Executed, Fallbacks, LatencyReport, Leadership, RobotSummary, Route, Tally, guard_phrase,
+};
 
 /// Number of leaderships the text shows, the last ones; the JSON has all of them.
 const LEADERSHIPS_SHOWN: usize = 6;
@@ -71,6 +75,10 @@ pub struct Summary {
     /// What several robots did together; `None` if a single hopper flew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub team: Option<TeamEffort>,
+    /// What became of each of several robots, in the order of their numbers; empty, and left out in JSON, where a single hopper
+    /// flew.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub robots: Vec<RobotSummary>,
     /// Share of the map seen, 0 to 1; `None` if not known.
     pub coverage: Option<f64>,
     /// Straight-line distance from the hopper to the goal, metres.
@@ -99,13 +107,16 @@ pub struct SummaryBuilder {
     brief: Brief,
     seed: u64,
     tally: Tally,
+    /// Decisions that were the turn of each robot, in the order of their numbers.
+    actions: Vec<u64>,
 }
 
 impl SummaryBuilder {
     /// A run of `brief` without any decision yet.
     #[must_use]
     pub fn new(brief: &Brief, seed: u64) -> Self {
-        Self { brief: *brief, seed, tally: Tally::new(brief) }
+        let actions = vec![0; usize::from(brief.robots)];
+        Self { brief: *brief, seed, tally: Tally::new(brief), actions }
     }
 
     /// Adds the next record.
@@ -114,12 +125,15 @@ impl SummaryBuilder {
     /// If it does not follow the last one; journals are checked when they are opened.
     pub fn record(&mut self, record: &Record) {
         self.tally.fold(&Executed::from(record));
+        if let Some(actions) = self.actions.get_mut(usize::from(record.robot.0)) {
+            *actions += 1;
+        }
     }
 
-    /// The summary of a run that ended in `state` and refused commands as `refusals` counts. The caller fills in
-    /// `coverage`, `processes` and `artifacts`, which records do not contain.
+    /// The summary of a run that ended in `state`, several robots as `team`, and refused commands as `refusals` counts. The
+    /// caller fills in `coverage`, `processes` and `artifacts`, which records do not contain.
     #[must_use]
-    pub fn build(&self, state: &State, refusals: &RefusalCounts) -> Summary {
+    pub fn build(&self, state: &State, team: Option<&Team>, refusals: &RefusalCounts) -> Summary {
         let (brief, tally) = (&self.brief, &self.tally);
         let over = [tally.status(), state.status].into_iter().find(|status| status.is_over());
         Summary {
@@ -140,6 +154,7 @@ impl SummaryBuilder {
             visits: tally.visits(),
             is_patrol: brief.patrol.is_some(),
             team: TeamEffort::of(brief, tally.due().0, tally.visits()),
+            robots: team.map_or_else(Vec::new, |team| self.robots(team, over.unwrap_or(state.status))),
             coverage: None,
             distance_to_goal_m: tally.distance_to_goal_m(),
             start_to_goal_m: tally.start_to_goal_m(),
@@ -151,6 +166,17 @@ impl SummaryBuilder {
             refusals: refusals.clone(),
             duration_s: tally.duration_s,
         }
+    }
+
+    /// Each robot of `team`, in a mission that stands at `status`.
+    fn robots(&self, team: &Team, status: Status) -> Vec<RobotSummary> {
+        let last_planner = |robot| {
+            let own = self.tally.planners.iter().rev().find(|leadership| leadership.robot == robot);
+            own.map_or(Name::NONE, |leadership| leadership.name)
+        };
+        let mission = (status, self.brief.mixed.is_some());
+        let members = (0..).map(RobotId).zip(team.members.iter()).zip(&self.actions);
+        members.map(|(of, actions)| RobotSummary::of(of, last_planner(of.0), *actions, mission)).collect()
     }
 }
 
@@ -203,6 +229,9 @@ impl fmt::Display for Summary {
         fact("run", format!("scenario {scenario}, planner {planners}, profile {profile}, seed {seed}"))?;
         for (name, text) in self.moves() {
             fact(name, text)?;
+        }
+        for robot in &self.robots {
+            fact(&format!("robot {}", robot.robot), robot.to_string())?;
         }
         if self.treasures > 0 {
             fact("treasures", format!("{} collected", self.treasures))?;

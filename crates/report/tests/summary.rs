@@ -7,12 +7,17 @@ mod mission;
 
 use std::path::PathBuf;
 
-use contract::{Action, Branch, Direction, MonotonicNs, Refusal, RefusalCounts, Role, RunId, State, Status};
+use contract::{
+    Action, Branch, Brief, Cell, Designs, Direction, Member, Mixed, MonotonicNs, Placement, Refusal,
+    RefusalCounts, Robot, RobotId, RobotSet, Role, RunId, Scout, Sensor, Standing, State, Status, Team,
+    Vehicle, Waypoint,
+};
 use mission::{Step, brief, records};
 use report::{Ending, Executed, Process, Summary, SummaryBuilder, Tally, TeamEffort};
 
 const EAST: Action = Action::Hop(Direction::East);
 const NORTH: Action = Action::Hop(Direction::North);
+const SCOUT: Scout = Scout { seed: 1, rover_samples: 9, helicopter_samples: 9, stages: 1 };
 /// From (1, 1) to the goal at (3, 3) of a world of five cells, with one of each mishap on the way.
 const STEPS: [Step; 8] = [
     (EAST, Branch::Intended),
@@ -36,7 +41,7 @@ fn summary(steps: &[Step]) -> Summary {
     records.iter().for_each(|record| builder.record(record));
     let mut refusals = RefusalCounts::default();
     refusals.count(&Refusal::MissionOver);
-    let mut summary = builder.build(&state(&records), &refusals);
+    let mut summary = builder.build(&state(&records), None, &refusals);
     summary.coverage = Some(0.625);
     summary.processes = vec![
         Process { role: Role::HopperSim, pid: 41, restarts: 0 },
@@ -140,6 +145,77 @@ fn each_outcome_of_several_robots_has_its_sentence() {
     }
 }
 
+/// Two hoppers, a rover with a goal and a helicopter; robot 0 has acted twice, robot 1 once.
+fn team_summary(mixed: bool, outcome: Status) -> Summary {
+    let mixed = mixed.then_some(Mixed { required: RobotSet::ALL, designs: Designs::default() });
+    let brief = Brief { robots: 4, mixed, scout: Some(SCOUT), ..brief(5) };
+    let mut records = records(&brief, &STEPS[..3], 2);
+    records[1].robot = RobotId(1);
+    let mut builder = SummaryBuilder::new(&brief, 7);
+    records.iter().for_each(|record| builder.record(record));
+    let point = Waypoint { x_m: 1.0, y_m: 1.0 };
+    let vehicles = [
+        Vehicle::Driver { start: point, goal: point, goal_radius_m: 3.0 },
+        Vehicle::HopperTo { goal: Cell::new(3, 3) },
+        Vehicle::Rover { speed_mps: 1.0 },
+        Vehicle::Helicopter { start: point, speed_mps: 5.0, budget_m: 9.0 },
+    ];
+    let standings = [Standing::Active, Standing::Done, Standing::Stranded, Standing::Active];
+    let member = |(number, vehicle): (usize, Vehicle)| {
+        let start = Placement { cell: Cell::new(number as i32, 2), heading: Direction::North };
+        let robot = Robot { vehicle, sensor: Sensor::Track, start };
+        Member { standing: standings[number], ..Member::at_start(robot) }
+    };
+    let state = State { status: outcome, ..state(&records) };
+    let team = Team {
+        run: brief.run,
+        decision: state.decision,
+        digest: state.digest,
+        due: RobotId(0),
+        actor: Some(RobotId(0)),
+        members: vehicles.into_iter().enumerate().map(member).collect(),
+    };
+    builder.build(&state, Some(&team), &RefusalCounts::default())
+}
+
+#[test]
+fn each_of_several_robots_is_listed_in_text_and_json() {
+    let summary = team_summary(true, Status::Goal);
+    let text = summary.to_string();
+    for line in [
+        "  robot 0     rover, greedy, 2 actions, active at (0, 2)\n",
+        "  robot 1     hopper, mdp, 1 action, done at (1, 2)\n",
+        "  robot 2     rover, no planner, 0 actions, stranded at (2, 2)\n",
+        "  robot 3     helicopter, no planner, 0 actions, active at (3, 2)\n",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    let json = serde_json::to_value(&summary).unwrap();
+    assert_eq!(
+        json["robots"][1],
+        serde_json::json!({
+            "robot": 1, "kind": "hopper", "planner": "mdp", "actions": 1, "status": "done", "cell": { "x": 1, "y": 2 }
+        })
+    );
+    assert_eq!(json["robots"].as_array().unwrap().len(), 4);
+    assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), summary);
+    let alone = serde_json::to_value(self::summary(&STEPS)).unwrap();
+    assert_eq!(alone.get("robots"), None, "a hopper that is alone is not listed");
+}
+
+/// Only in a mixed mission is a robot itself told to be done.
+#[test]
+fn the_only_rover_with_a_goal_ends_as_its_mission_does() {
+    for (outcome, need) in [
+        (Status::Goal, Standing::Done),
+        (Status::Lost, Standing::Stranded),
+        (Status::Deadlock, Standing::Active),
+    ] {
+        assert_eq!(team_summary(false, outcome).robots[0].status, need);
+        assert_eq!(team_summary(false, outcome).robots[3].status, Standing::Active, "a helicopter has none");
+    }
+}
+
 #[test]
 fn a_run_that_ends_before_its_mission_is_stopped() {
     assert_eq!(summary(&STEPS[..3]).outcome, Ending::Stopped);
@@ -150,7 +226,7 @@ fn a_run_without_a_decision_is_summed_up_without_a_nan() {
     let brief = brief(5);
     let mut opening = state(&records(&brief, &STEPS[..1], 9));
     (opening.status, opening.digest) = (Status::Underway, contract::Digest([9; 32]));
-    let summary = SummaryBuilder::new(&brief, 7).build(&opening, &RefusalCounts::default());
+    let summary = SummaryBuilder::new(&brief, 7).build(&opening, None, &RefusalCounts::default());
     assert_eq!((summary.outcome, summary.hops, summary.steps), (Ending::Stopped, 0, 0));
     assert_eq!(summary.digest, opening.digest);
     assert_eq!((summary.cell, summary.distance_to_goal_m), (brief.start, 8_f64.sqrt()));

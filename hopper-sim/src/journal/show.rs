@@ -34,12 +34,34 @@ impl Show {
     /// The records as text tables, in file order.
     pub fn tables(&self) -> impl Iterator<Item = Result<String, JournalError>> + '_ {
         let mut records = self.history.records().peekable();
+        let has_team = self.history.header().brief.has_team();
         std::iter::from_fn(move || {
             records.peek()?;
-            let rows = records.by_ref().take(TABLE_ROWS).map(|record| record.map(|record| row(&record)));
-            Some(rows.collect::<Result<Vec<_>, _>>().map(|rows| report::table(HEADINGS, &rows)))
+            let records = records.by_ref().take(TABLE_ROWS);
+            Some(if has_team { team_table(records) } else { table(records) })
         })
     }
+}
+
+fn table(records: impl Iterator<Item = Result<Record, JournalError>>) -> Result<String, JournalError> {
+    let rows = records.map(|record| record.map(|record| row(&record)));
+    rows.collect::<Result<Vec<_>, _>>().map(|rows| report::table(HEADINGS, &rows))
+}
+
+/// The table with the number of the robot as second column.
+fn team_table(records: impl Iterator<Item = Result<Record, JournalError>>) -> Result<String, JournalError> {
+    let [decision, others @ ..] = HEADINGS;
+    let row = |record: Record| {
+        let [decision, others @ ..] = row(&record);
+        with_robot(decision, record.robot.to_string(), others)
+    };
+    let rows = records.map(|record| record.map(row)).collect::<Result<Vec<_>, _>>();
+    rows.map(|rows| report::table(with_robot(decision, "robot", others), &rows))
+}
+
+fn with_robot<T>(decision: T, robot: T, others: [T; 12]) -> [T; 14] {
+    let mut cells = [decision, robot].into_iter().chain(others);
+    std::array::from_fn(|_| cells.next().expect("two and twelve are fourteen"))
 }
 
 const HEADINGS: [&str; 13] = [

@@ -1,10 +1,9 @@
 //! `hopper view` of a recording: its last run on the page of running missions.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use contract::message::Message;
-use contract::{Announcement, MonotonicNs, RobotId, Route, RouteId, RoutePage, Team};
+use contract::{Announcement, MonotonicNs, RobotId, Route, RoutePage, Team};
 use hopper::commands::view::{ServeArgs, gather_prior, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
@@ -40,7 +39,7 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
     let robot = RobotId(0);
     let (mut history, mut watcher) = (History::new(robot), Watcher::new(robot));
     let mut last = MonotonicNs(0);
-    let mut routes: BTreeMap<RouteId, Route> = BTreeMap::new();
+    let mut routes: Vec<Route> = Vec::new();
     for entry in recording.entries() {
         let now = entry.logged;
         last = now;
@@ -49,8 +48,7 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
                 history.on(Input::Team(&team), now);
                 watcher.on(Event::Team(team), now);
             } else if let Some(Announcement { route, .. }) = json(&entry.topic, entry.data)? {
-                let route = Route::new(route.waypoints().to_vec()).map_err(Failure::usage)?;
-                routes.insert(route.id(), route);
+                routes.push(Route::new(route.waypoints().to_vec()).map_err(Failure::usage)?);
             }
             continue;
         }
@@ -87,7 +85,7 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
         }
     }
     history.on(Input::Tick, last);
-    answer(&mut history, recording, &routes, last)?;
+    answer(&mut history, recording, routes, last)?;
     if let Some(progress) = watcher.progress(last) {
         history.set_progress(progress);
     }
@@ -104,17 +102,17 @@ fn json<M: Message + serde::de::DeserializeOwned>(topic: &str, data: &[u8]) -> R
         .map_err(|error| Failure::usage(format!("a message of {topic} is malformed: {error}")))
 }
 
-/// Gives the history what it would ask hopper-sim for: the routes that were recorded, and of uncertain ground the prior of the
-/// scenario, if the recording has it.
+/// Gives the history what it would ask hopper-sim for: all routes that were recorded, though others may be
+/// missing; and of uncertain ground the prior of the scenario, if the recording has it.
 fn answer(
     history: &mut History,
     recording: &Recording<'_>,
-    routes: &BTreeMap<RouteId, Route>,
+    routes: Vec<Route>,
     now: MonotonicNs,
 ) -> Result<(), Failure> {
     let Some(brief) = history.brief().copied() else { return Ok(()) };
-    while let Some(route) = history.wanted(now).route.and_then(|request| routes.get(&request.id)) {
-        history.on(Input::Route(&RoutePage { run: brief.run, route: route.clone() }), now);
+    for route in routes {
+        history.on(Input::Route(&RoutePage { run: brief.run, route }), now);
     }
     let text = recording.metadata_entry("scenario", "toml").filter(|_| brief.scout.is_some());
     let Some(text) = text else { return Ok(()) };
@@ -126,4 +124,49 @@ fn answer(
         gather_prior(history, &brief, &world, later);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::{Action, Brief, Decision, PastPage, Record, Waypoint};
+    use hostile::fixtures;
+    use recording::{Context, Recorder};
+
+    use super::*;
+
+    /// A recording in which robots 0 and 1 announce a route, of which only that of robot 1 was recorded.
+    fn without_the_first_route() -> (Vec<u8>, Route) {
+        let route = |x_m| {
+            let points = [0.5, x_m].map(|x_m| Waypoint { x_m, y_m: 0.5 });
+            Route::new(points.to_vec()).unwrap()
+        };
+        let routes = [route(1.5), route(2.5)];
+        let (flown, _) = fixtures::flown();
+        let announced = (0..).zip(&routes).zip(flown).map(|((robot, route), record)| Record {
+            robot: RobotId(robot),
+            action: Action::Announce(route.id()),
+            ..record
+        });
+        let brief = Brief { robots: 2, ..fixtures::brief() };
+        let (run, robot, from) = (brief.run, RobotId(0), Decision(0));
+        let past = PastPage { run, robot, from, records: announced.collect() };
+        let mut recorder = Recorder::new(&Context::default(), MonotonicNs(1)).unwrap();
+        for message in [RecordedMessage::Brief(brief), RecordedMessage::Past(past)] {
+            recorder.on(message, MonotonicNs(1)).unwrap();
+        }
+        let [_, route] = routes;
+        let announcement = Announcement { run, robot: RobotId(1), route: route.clone() };
+        recorder.on_json(&JsonMessage::of(&announcement).unwrap(), MonotonicNs(2)).unwrap();
+        recorder.finish(MonotonicNs(3)).unwrap();
+        (recorder.bytes(), route)
+    }
+
+    #[test]
+    fn a_route_that_was_not_recorded_hides_no_other() {
+        let (bytes, route) = without_the_first_route();
+        let history = history(&Recording::read(&bytes).unwrap()).unwrap();
+        let announced = |robot| history.announcements().unwrap().of(RobotId(robot), Decision(9));
+        assert_eq!(announced(0), None);
+        assert_eq!(announced(1).map(|announced| &announced.route), Some(&route));
+    }
 }

@@ -227,7 +227,7 @@ export class MissionHistory {
     const members = this.status?.progress?.robots ?? [];
     let due = -1;
     members.forEach((member, robot) => {
-      if (member.standing === "active" && !member.travel?.waits && (due < 0 || member.ready_at_ns < members[due].ready_at_ns)) due = robot;
+      if (member.standing === "active" && !member.waits && (due < 0 || member.ready_at_ns < members[due].ready_at_ns)) due = robot;
     });
     return due;
   }

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 
-use contract::Stage;
+use contract::{Member, Robot, Stage, Team};
 use hopper::commands::topic::{summary, unit};
 use node::{Exit, Failure};
-use recording::{Channel, RecordedMessage, RecordedRun, Recording, RecordingError, last_run};
+use recording::{
+    Channel, JsonMessage, MessageError, RecordedMessage, RecordedRun, Recording, RecordingError, last_run,
+};
 use report::DecisionTiming;
 use serde_json::{Map, Value, json};
 
@@ -45,14 +47,59 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         }
         name => match Channel::of(name).filter(|topic| !topic.is_view()) {
             Some(topic) => write(args, || messages(&recording, topic, args.full)),
+            None if json_topics(&recording).contains(name) => write(args, || json_messages(&recording, name)),
             None => {
                 let names = Channel::ALL.into_iter().filter(|topic| !topic.is_view()).map(Channel::name);
-                let names: Vec<String> = names.collect();
+                let names: Vec<String> = names.chain(json_topics(&recording)).collect();
                 let message = format!("--topic needs decisions or one of {}, got {name}", names.join(", "));
                 Err(Failure::new(Exit::Usage, message))
             }
         },
     }
+}
+
+/// The topics of the recording whose messages have no schema: they are recorded as JSON.
+fn json_topics(recording: &Recording<'_>) -> BTreeSet<String> {
+    let entries = recording.entries().filter(|entry| entry.known.is_none());
+    entries.map(|entry| entry.topic).filter(|topic| topic.starts_with("hop/")).collect()
+}
+
+/// A row a message of such a topic, as it was recorded; of `hop/team`, a row a robot.
+fn json_messages<'a>(recording: &'a Recording<'a>, topic: &'a str) -> impl Iterator<Item = Row> + 'a {
+    let of_topic = recording.entries().filter(move |entry| entry.known.is_none() && entry.topic == topic);
+    let is_team = JsonMessage::topic::<Team>().as_deref() == Some(topic);
+    of_topic.flat_map(move |entry| {
+        let rows = match is_team {
+            true => serde_json::from_slice(entry.data).map(|team| robots(&team)),
+            false => serde_json::from_slice::<Map<_, _>>(entry.data).map(|fields| vec![fields]),
+        };
+        let stamped = |mut row: Map<String, Value>| {
+            row.insert("logged".to_owned(), json!(entry.logged));
+            Ok(Value::Object(row))
+        };
+        match rows {
+            Ok(rows) => rows.into_iter().map(stamped).collect(),
+            Err(error) => {
+                let cause = MessageError::Json(error.to_string());
+                vec![Err(RecordingError::Message { topic: entry.topic, number: entry.number, cause })]
+            }
+        }
+    })
+}
+
+/// The robots at one decision.
+fn robots(team: &Team) -> Vec<Map<String, Value>> {
+    let &Team { decision, due, actor, .. } = team;
+    let row = |(robot, member): (usize, &Member)| {
+        let Member { robot: Robot { vehicle, sensor, start }, at, ready_at_ns, standing, .. } = member;
+        let row = json!({
+            "decision": decision, "due": due, "actor": actor, "robot": robot, "vehicle": vehicle, "sensor": sensor,
+            "start": start, "at": at, "ready_at_ns": ready_at_ns, "standing": standing, "leader": member.leader,
+            "last": member.last, "travel": member.travel,
+        });
+        if let Value::Object(row) = row { row } else { Map::new() }
+    };
+    team.members.iter().enumerate().map(row).collect()
 }
 
 /// One row, or why there is none.
@@ -119,6 +166,9 @@ fn decision(flown: &RecordedRun, step: &DecisionTiming) -> Value {
         "landing_to_command_us": us(step.timing.answer_ns()),
         "total_us": us(step.timing.total_ns()),
     });
+    if flown.brief.has_team() {
+        row["robot"] = json!(step.robot);
+    }
     for (stage, ns) in Stage::ALL.into_iter().zip(step.timing.stages_ns()) {
         row[format!("{stage}_us")] = json!(us(ns));
     }

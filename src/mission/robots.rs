@@ -1,0 +1,59 @@
+//! The robots of a past mission, as hopper-sim had them after each of its decisions.
+
+use std::sync::Arc;
+
+use contract::{Action, Brief, Record, Route, State, Team};
+use hopper_sim::{JournalHeader, RobotTeam};
+use node::Failure;
+use scenario::{ResolvedScenario, Scenario};
+use terrain::Terrain;
+
+/// All robots of a mission that is not a single hopper's, folded again from its records.
+pub struct Robots {
+    terrain: Arc<Terrain>,
+    robots: RobotTeam,
+    /// Whether a record came whose robot was not due: the journal is of a build with other turns. The robots stay as they were.
+    is_lost: bool,
+}
+
+impl Robots {
+    /// The robots before the first decision; `None` where there is a single hopper.
+    #[must_use]
+    pub fn at_start(world: &ResolvedScenario, brief: &Brief) -> Option<Self> {
+        let fleet = world.fleet.as_ref()?;
+        let (terrain, robots) = (Arc::clone(&world.terrain), RobotTeam::new(brief, &world.terrain, fleet));
+        Some(Self { terrain, robots, is_lost: false })
+    }
+
+    /// Those of the journal's mission before its first decision; `None` where there is a single hopper.
+    ///
+    /// # Errors
+    /// If its scenario cannot be resolved.
+    pub fn of_journal(header: &JournalHeader) -> Result<Option<Self>, Failure> {
+        if !header.brief.has_team() {
+            return Ok(None);
+        }
+        let scenario = Scenario::parse(&header.resolved, "the journal's scenario").map_err(Failure::usage)?;
+        let world = scenario.resolve().map_err(Failure::usage)?;
+        Ok(Self::at_start(&world, &world.brief))
+    }
+
+    /// Folds in the next record. `routes` are at least those that were announced until then.
+    pub fn record(&mut self, record: &Record, routes: &[Route]) {
+        self.is_lost |= self.robots.due() != Some(record.robot);
+        if self.is_lost {
+            return;
+        }
+        if let Action::Announce(id) = record.action {
+            let route = routes.iter().rev().find(|route| route.id() == id);
+            route.into_iter().for_each(|route| self.robots.recall_route(route.clone()));
+        }
+        self.robots.recall(&self.terrain, record);
+    }
+
+    /// All of them, as published with `state`, to which the last record led.
+    #[must_use]
+    pub fn team(&self, state: &State) -> Team {
+        self.robots.team(state)
+    }
+}
