@@ -15,6 +15,7 @@ const FOLSOM: &str = "Folsom et al. 2021";
 
 /// Arguments of `hopper scouting`.
 #[derive(clap::Args, Clone, Debug)]
+#[group(skip)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
     #[command(subcommand)]

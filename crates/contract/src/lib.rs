@@ -51,11 +51,8 @@ pub use map::prior::{Prior, PriorCell, PriorGathering, PriorPage, PriorRequest, 
 pub use map::replica::Replica;
 pub use map::truth::{Truth, TruthGathering, TruthPage, TruthRequest};
 pub use message::{Message, Payload, Request};
-pub use mission::brief::{
-    Brief, GradientSource, Guard, Limits, MotionParameters, Payoff, Priors, Profile, Range, SensorParameters,
-    SoilMotion, Weights,
-};
-pub use mission::design::{Design, Designs};
+pub use mission::brief::{Brief, Guard, Limits, Payoff, Priors, Profile, Range, Weights};
+pub use mission::design::{Design, Designs, GradientSource, MotionParameters, SensorParameters, SoilMotion};
 pub use mission::pace::Pace;
 pub use mission::patrol::Patrol;
 pub use mission::reading::{DistanceNorm, Reading};

@@ -386,7 +386,7 @@ fn a_hopper_that_was_stopped_is_still_whole_hops_away_from_its_goal() {
     assert!(stopped > 0, "a hop strayed onto another robot");
 }
 
-/// P-MIXED-LOST: a hopper that has left the map is in nobody's way there.
+/// P-MIXED-OFF-MAP: a hopper that has left the map is in nobody's way there.
 #[test]
 fn who_has_left_the_map_takes_up_no_cell() {
     let hopper = |x: i32| {

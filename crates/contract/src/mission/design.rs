@@ -1,9 +1,77 @@
-//! How hoppers differ that have one mission: how each hops, and how far it sees.
+//! How a hopper hops and how far it sees, and how the hoppers of one mission differ in that.
 
 use serde::{Deserialize, Serialize};
 
 use crate::limits::{DESIGNS_MAX, ROBOTS_MAX};
-use crate::{MotionParameters, RobotId, SensorParameters};
+use crate::{Grid, RobotId};
+
+/// How hops scatter on one soil, on the flat (P23 section IV).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SoilMotion {
+    /// Probability of the intended landing.
+    pub intended: f64,
+    /// Probability of staying stuck whatever the slope.
+    pub stuck: f64,
+    /// Probability of slipping one hop to the left; the same to the right.
+    pub sideways: f64,
+    /// Flights per intended hop: 1, or 2 half hops on sand.
+    pub flights: u32,
+}
+
+/// Parameters of the motion-uncertainty form and of the flight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionParameters {
+    /// Scatter on hard ground.
+    pub hard: SoilMotion,
+    /// How hops from sand slip and drift.
+    pub sand: SoilMotion,
+    /// Slope at which a hop no longer gets anywhere, radians; π/6 in the papers.
+    pub slope_limit_rad: f64,
+    /// Launch angle above the horizontal, radians; π/4 in P23.
+    pub launch_angle_rad: f64,
+    /// Surface gravity, m/s².
+    pub gravity_mps2: f64,
+}
+
+/// Where the observed map takes its gradients from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientSource {
+    /// The sensor measures the true slope of each seen cell.
+    Measured,
+    /// Differences of heights over seen cells only.
+    SeenDifferences,
+}
+
+/// The elevation-dependent sensor: radius = gain · (h + offset), clamped (P23 section IV).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorParameters {
+    /// Metres of radius per metre of height; 2 in P23.
+    pub gain: f64,
+    /// Height added before the gain, metres; 1 in P23.
+    pub offset_m: f64,
+    /// Smallest radius, metres; at least one hop, so that the neighbours are always seen.
+    pub radius_min_m: f64,
+    /// Largest radius, metres.
+    pub radius_max_m: f64,
+    /// Where gradients come from.
+    pub gradient: GradientSource,
+}
+
+impl SensorParameters {
+    /// Sensing radius in metres at `height_m` above the datum, clamped to the sensor's range.
+    #[must_use]
+    pub fn radius_m(&self, height_m: f64) -> f64 {
+        (self.gain * (height_m + self.offset_m)).clamp(self.radius_min_m, self.radius_max_m)
+    }
+
+    /// How far it sees from `height_m` above the datum, in cells of `grid`: the sensing radius, and one hop at
+    /// least, whatever the rounding. Three cells of 0.7 m divided by 0.7 m are a little less than three.
+    #[must_use]
+    pub fn reach_cells(&self, grid: &Grid, height_m: f64) -> f64 {
+        (self.radius_m(height_m) / grid.cell_size_m).max(f64::from(grid.hop_cells))
+    }
+}
 
 /// How a hopper hops and sees. The length of a hop is not part of it, since it makes the lattice of the mission; slope limit,
 /// gravity and the source of gradients are those of all hoppers.
@@ -56,8 +124,6 @@ impl Designs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{GradientSource, SoilMotion};
-
     fn design(gain: f64) -> Design {
         let soil = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, flights: 1 };
         Design {

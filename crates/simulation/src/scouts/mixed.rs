@@ -325,7 +325,7 @@ impl Mixed {
         for (rover, number) in self.rovers.iter().enumerate() {
             let scout = &mut self.scouts.scouts[*number];
             if scout.standing == Standing::Active && covered.has_covered(mission, rover) {
-                scout.standing = Standing::Done;
+                (scout.standing, scout.waits) = (Standing::Done, false);
             }
         }
     }
