@@ -23,7 +23,6 @@ impl World {
         {
             let end = motion::landing(&mission.brief.grid, outcome.from, direction, outcome.branch);
             names.extend((outcome.to != end).then_some("hop_stops_before_another"));
-            names.extend((outcome.to != end && outcome.to != outcome.from).then_some("hop_stops_on_its_way"));
         }
         names.extend(match (robot.vehicle, *action) {
             (Vehicle::HopperTo { .. }, Action::Wait) => Some("hopper_waits"),
