@@ -95,7 +95,7 @@ fn robots(team: &Team) -> Vec<Map<String, Value>> {
         let row = json!({
             "decision": decision, "due": due, "actor": actor, "robot": robot, "vehicle": vehicle, "sensor": sensor,
             "start": start, "at": at, "ready_at_ns": ready_at_ns, "standing": standing, "leader": member.leader,
-            "last": member.last, "travel": member.travel,
+            "last": member.last, "travel": member.travel, "waits": member.waits,
         });
         if let Value::Object(row) = row { row } else { Map::new() }
     };
