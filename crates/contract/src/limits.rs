@@ -65,7 +65,7 @@ pub const MAP_PAGE_CELLS: usize = 2048;
 pub const MAP_PAGE_SPAN: usize = 1 << 16;
 
 /// Cells in one page of the truth.
-pub const TRUTH_PAGE_CELLS: usize = 4096;
+pub const TRUTH_PAGE_CELLS: usize = 2048;
 
 /// Cells in one page of the prior.
 pub const PRIOR_PAGE_CELLS: usize = 1024;

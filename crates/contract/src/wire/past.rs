@@ -214,7 +214,7 @@ impl Request for PastRequest {
     const SERVICE: RequestResponse = RequestResponse {
         name: "hop/past",
         server: Role::HopperSim,
-        max_clients: 24,
+        max_clients: 16,
         page: PAST_PAGE_RECORDS,
     };
 }
