@@ -158,15 +158,17 @@ impl Mixed {
         Action::ALL.into_iter().filter(is_blocked).fold(Vetoed::NONE, Vetoed::with)
     }
 
-    /// One of them, that to another robot if there is one.
+    /// One of them: that onto the goal of a hopper if there is one, else that to another robot.
     pub fn blocked_action(&self, mission: &Mission) -> Option<Action> {
         let due = self.scouts.next()?;
         let blocked = self.blocked(mission);
-        let leads_to_another = |action: &Action| match action {
-            Action::Step(_) => self.is_occupied(mission, due, beside(self.scouts.scouts[due].cell, *action)),
-            _ => true,
+        let rank = |action: &Action| {
+            let Action::Step(_) = action else { return 1 };
+            let to = beside(self.scouts.scouts[due].cell, *action);
+            let is_kept = goals_of_hoppers(mission).contains(&to);
+            if is_kept { 2 } else { usize::from(self.is_occupied(mission, due, to)) }
         };
-        Action::ALL.into_iter().filter(|action| blocked.has(*action)).max_by_key(leads_to_another)
+        Action::ALL.into_iter().filter(|action| blocked.has(*action)).max_by_key(rank)
     }
 
     /// What is done at the deadline, unless a hopper is due: on along the route if that may be, or nothing.
