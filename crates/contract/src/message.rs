@@ -135,6 +135,15 @@ impl PublishSubscribe {
         name_of(self.name, robot)
     }
 
+    /// The robot whose service has that name, of a service that has a robot's number in its name.
+    #[must_use]
+    pub fn robot_of(&self, name: &str) -> Option<RobotId> {
+        let (before, after) = self.name.split_once(ROBOT)?;
+        let number = name.strip_prefix(before)?.strip_prefix("/r")?.strip_suffix(after)?.strip_suffix('/')?;
+        let robot = RobotId(number.parse().ok()?);
+        (self.name_of(robot) == name).then_some(robot)
+    }
+
     /// The last part of the name, by which people ask for it: `state` of `hop/rN/state`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {

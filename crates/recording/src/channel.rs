@@ -7,7 +7,7 @@ use contract::{
 
 use crate::proto;
 
-/// Number of the robot that is recorded.
+/// Number of the first robot: what is not a robot's own goes by its name.
 pub const ROBOT: RobotId = RobotId(0);
 
 /// A channel of a recording: first the public messages under the names of their services, then what the recorder
@@ -22,7 +22,7 @@ pub enum Channel {
     Map,
     /// `hop/rN/snapshot`: pages that the recorder asked for.
     Snapshot,
-    /// `hop/rN/command`: commands of planners.
+    /// `hop/rN/command`: commands of planners; of robots but the first in channels that come with their first message.
     Command,
     /// `hop/rN/policy`: policies for display.
     Policy,
@@ -108,10 +108,11 @@ impl Channel {
         }
     }
 
-    /// The channel with this topic.
+    /// The channel with this topic; commands of any robot are [`Channel::Command`].
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|topic| topic.name() == name)
+        let of_another_robot = || Command::SERVICE.robot_of(name).map(|_| Channel::Command);
+        Self::ALL.into_iter().find(|topic| topic.name() == name).or_else(of_another_robot)
     }
 
     /// Full protobuf name of its messages.

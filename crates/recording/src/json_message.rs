@@ -1,6 +1,6 @@
 //! Messages that have no schema of ours: recorded as JSON, so that a new message is in recordings before it has one.
 
-use contract::Message;
+use contract::{Message, RobotId};
 
 use crate::Channel;
 use crate::channel::ROBOT;
@@ -18,8 +18,21 @@ impl JsonMessage {
     /// The encoded message; `None` if it has a channel with a schema, or a value that JSON cannot hold.
     #[must_use]
     pub fn of<M: Message>(message: &M) -> Option<Self> {
-        let topic = Self::topic::<M>()?;
+        Self::of_robot(message, ROBOT)
+    }
+
+    /// The same of a message of `robot`, under the name of its own service.
+    #[must_use]
+    pub fn of_robot<M: Message>(message: &M, robot: RobotId) -> Option<Self> {
+        Self::topic::<M>()?;
+        let topic = M::SERVICE.name_of(robot);
         Some(Self { topic, json: serde_json::to_vec(message).ok()? })
+    }
+
+    /// Whether `topic` is that of messages of type `M`, of whichever robot.
+    #[must_use]
+    pub fn is_topic_of<M: Message>(topic: &str) -> bool {
+        Self::topic::<M>().is_some_and(|first| first == topic || M::SERVICE.robot_of(topic).is_some())
     }
 
     /// The topic of the messages of type `M`; `None` if they have a channel with a schema.

@@ -13,6 +13,7 @@
 
 #![warn(clippy::disallowed_methods)]
 
+mod announced_routes;
 pub mod channel;
 pub mod conversion;
 pub mod error;

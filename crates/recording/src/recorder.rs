@@ -4,6 +4,7 @@
 //! at once loses no more than that when killed.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use contract::{Decision, MonotonicNs, RunId};
 use mcap::records::{MessageHeader, Metadata};
@@ -30,11 +31,13 @@ pub struct Recorder {
     out: OutputBuffer,
     /// MCAP id and number of messages of each channel, in the order of [`Channel::ALL`].
     channels: Vec<(u16, u32)>,
-    /// The same of the channels of JSON messages, by topic; each is added with its first message.
-    json_channels: BTreeMap<String, (u16, u32)>,
+    /// The same of other channels, by topic; each is added with its first message.
+    other_channels: BTreeMap<String, (u16, u32)>,
     closed: MonotonicNs,
     /// The decisions before this, of the past of that number, have their records among the bytes given out.
     flushed: (u64, Decision),
+    /// Number of the run's routes among the bytes given out.
+    flushed_routes: usize,
     finished: bool,
 }
 
@@ -60,8 +63,7 @@ impl Recorder {
         }
         let mut channels = Vec::new();
         for topic in Channel::ALL {
-            let schema = writer.add_schema(topic.schema(), "protobuf", topic.descriptors())?;
-            channels.push((writer.add_channel(schema, &topic.name(), "protobuf", &BTreeMap::new())?, 0));
+            channels.push((add_channel(&mut writer, &Topic::Known(topic))?, 0));
         }
         writer.flush()?;
         Ok(Self {
@@ -69,9 +71,10 @@ impl Recorder {
             writer,
             out,
             channels,
-            json_channels: BTreeMap::new(),
+            other_channels: BTreeMap::new(),
             closed: now,
             flushed: (0, Decision(0)),
+            flushed_routes: 0,
             finished: false,
         })
     }
@@ -103,27 +106,36 @@ impl Recorder {
     pub fn tick(&mut self, now: MonotonicNs) -> Result<Requests, RecordingError> {
         let requests = self.with(|transcript| transcript.tick(now))?;
         // The end of a mission is acknowledged once its last record is in the file, so it does not wait for its chunk.
-        let written = self.transcript.written();
-        if now.since_ns(self.closed) >= CHUNK_NS || self.transcript.is_complete() && self.flushed != written {
+        let (written, routes) = (self.transcript.written(), self.transcript.routes_written());
+        let is_flushed = (self.flushed, self.flushed_routes) == (written, routes);
+        if now.since_ns(self.closed) >= CHUNK_NS || self.transcript.is_complete() && !is_flushed {
             self.closed = now;
             self.writer.flush()?;
-            self.flushed = written;
+            (self.flushed, self.flushed_routes) = (written, routes);
         }
         Ok(requests)
     }
 
-    /// Whether the record of every decision of `run` before `decision` is among the bytes given out, and not only in a
+    /// Whether the record of every decision of `run` before `decision`, with every route that came, is among the bytes given out, and not only in a
     /// chunk that is still open.
     #[must_use]
     pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
         let (past, flushed) = self.flushed;
-        self.transcript.run() == Some(run) && past == self.transcript.written().0 && flushed >= decision
+        let has_records = past == self.transcript.written().0 && flushed >= decision;
+        let has_routes = self.flushed_routes == self.transcript.routes_written();
+        self.transcript.run() == Some(run) && has_records && has_routes
     }
 
     /// Whether the expected speeds of uncertain ground are still to come.
     #[must_use]
     pub fn lacks_prior(&self) -> bool {
         self.transcript.lacks_prior()
+    }
+
+    /// Whether the points of routes that robots announced are still to come.
+    #[must_use]
+    pub fn lacks_routes(&self) -> bool {
+        self.transcript.lacks_routes()
     }
 
     /// Number of missing messages so far, by topic.
@@ -160,13 +172,12 @@ impl Recorder {
             if self.finished {
                 continue;
             }
-            let (channel_id, count) = match message.topic {
-                Topic::Known(channel) => &mut self.channels[channel as usize],
-                Topic::Json(topic) => match self.json_channels.entry(topic) {
-                    std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
-                    std::collections::btree_map::Entry::Vacant(new) => {
-                        // Schema 0: JSON describes itself.
-                        let id = self.writer.add_channel(0, new.key(), "json", &BTreeMap::new())?;
+            let (channel_id, count) = match &message.topic {
+                Topic::Known(channel) => &mut self.channels[*channel as usize],
+                topic => match self.other_channels.entry(topic.name()) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => {
+                        let id = add_channel(&mut self.writer, topic)?;
                         new.insert((id, 0))
                     }
                 },
@@ -182,4 +193,15 @@ impl Recorder {
         }
         Ok(())
     }
+}
+
+fn add_channel(writer: &mut Writer<NoSeek<OutputBuffer>>, topic: &Topic) -> Result<u16, RecordingError> {
+    let (schema, encoding) = match topic.schema() {
+        Some(channel) => {
+            (writer.add_schema(channel.schema(), "protobuf", channel.descriptors())?, "protobuf")
+        }
+        // Schema 0: JSON describes itself.
+        None => (0, "json"),
+    };
+    Ok(writer.add_channel(schema, &topic.name(), encoding, &BTreeMap::new())?)
 }

@@ -1,18 +1,21 @@
 //! Which messages a recording or a live viewer gets, on which channel.
 //!
 //! It requests what was missed, or was published before it began: executed decisions from `hop/past` until it has all of
-//! them, and the map from `hop/rN/snapshot`. The answers are written too.
+//! them, the map from `hop/rN/snapshot`, and announced routes from `hop/routes`. The answers are written too, routes as
+//! announcements.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
+use contract::message::Message as _;
 use contract::{
     Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage,
-    PastRequest, PriorGathering, PriorPage, PriorRequest, Replica, RobotId, RunId, State, Status, Team,
-    Timeline, Vetoed,
+    PastRequest, PriorGathering, PriorPage, PriorRequest, Replica, RobotId, RoutePage, RouteRequest, RunId,
+    State, Status, Team, Timeline, Vetoed,
 };
 use prost::Message as _;
 
+use crate::announced_routes::AnnouncedRoutes;
 use crate::channel::ROBOT;
 use crate::proto::foxglove::log::Level;
 use crate::view::{self, ViewMessage, Views};
@@ -33,6 +36,8 @@ pub struct Requests {
     pub map: Option<MapRequest>,
     /// Request to `hop/prior`.
     pub prior: Option<PriorRequest>,
+    /// Request to `hop/routes`.
+    pub route: Option<RouteRequest>,
 }
 
 impl Requests {
@@ -43,6 +48,7 @@ impl Requests {
             past: later.past.or(self.past),
             map: later.map.or(self.map),
             prior: later.prior.or(self.prior),
+            route: later.route.or(self.route),
         }
     }
 }
@@ -65,6 +71,8 @@ pub struct EncodedMessage {
 pub enum Topic {
     /// A channel with a schema.
     Known(Channel),
+    /// Commands of a robot but the first, whose are in [`Channel::Command`].
+    Commands(RobotId),
     /// JSON under the name of its service.
     Json(String),
 }
@@ -75,7 +83,18 @@ impl Topic {
     pub fn name(&self) -> String {
         match self {
             Topic::Known(channel) => channel.name(),
+            Topic::Commands(robot) => contract::Command::SERVICE.name_of(*robot),
             Topic::Json(name) => name.clone(),
+        }
+    }
+
+    /// The channel whose schema its messages have.
+    #[must_use]
+    pub fn schema(&self) -> Option<Channel> {
+        match self {
+            Topic::Known(channel) => Some(*channel),
+            Topic::Commands(_) => Some(Channel::Command),
+            Topic::Json(_) => None,
         }
     }
 }
@@ -95,6 +114,7 @@ pub struct Transcript {
     timeline: Timeline,
     map: Replica,
     views: Views,
+    routes: AnnouncedRoutes,
     /// Of uncertain ground, for viewers: it is not written.
     prior: PriorGathering,
     lacks_prior: bool,
@@ -114,6 +134,7 @@ impl Default for Transcript {
             timeline: Timeline::default(),
             map: Replica::new(ROBOT),
             views: Views::default(),
+            routes: AnnouncedRoutes::default(),
             prior: PriorGathering::default(),
             lacks_prior: false,
             processes: BTreeSet::new(),
@@ -210,6 +231,7 @@ impl Transcript {
         }
         if self.run() == Some(team.run) {
             self.views.team(team, self.map.map());
+            self.routes.team(team);
         }
     }
 
@@ -235,18 +257,51 @@ impl Transcript {
 
     /// Takes a route that a robot will take, received at `now`.
     pub fn on_announcement(&mut self, announcement: &Announcement, now: MonotonicNs) {
-        if let Some(message) = JsonMessage::of(announcement) {
-            self.on_json(&message, now);
-        }
+        self.write_announcement(announcement, now);
         if self.is_of_run(announcement.run, announcement.robot) {
             self.views.announcement(announcement);
+        }
+    }
+
+    /// Takes a route that was asked for: it is written as the announcement that did not come.
+    pub fn on_route(&mut self, page: &RoutePage, now: MonotonicNs) {
+        if self.run() != Some(page.run) {
+            return;
+        }
+        for announcement in self.routes.page(page) {
+            self.write_announcement(&announcement, now);
+            if self.routes.is_last(announcement.robot, &announcement.route) {
+                self.views.announcement(&announcement);
+            }
+        }
+    }
+
+    /// Whether the points of routes that robots announced are still to come.
+    #[must_use]
+    pub fn lacks_routes(&self) -> bool {
+        self.routes.lacks_points()
+    }
+
+    /// Number of routes of the run that were written.
+    pub(crate) fn routes_written(&self) -> usize {
+        self.routes.written()
+    }
+
+    fn write_announcement(&mut self, announcement: &Announcement, now: MonotonicNs) {
+        let &Announcement { run, robot, ref route } = announcement;
+        if let Some(message) = JsonMessage::of_robot(announcement, robot) {
+            self.on_json(&message, now);
+        }
+        if self.is_of_run(run, robot) {
+            self.routes.wrote(robot, route);
         }
     }
 
     /// Lets time pass; returns the requests that are due.
     pub fn tick(&mut self, now: MonotonicNs) -> Requests {
         self.draw(now, false);
-        Requests { past: self.past_wanted(now), map: self.map.ask(now), prior: self.prior.ask(now) }
+        let route = self.run().and_then(|run| self.routes.ask(run, now));
+        Requests { past: self.past_wanted(now), map: self.map.ask(now), prior: self.prior.ask(now), route }
     }
 
     /// Adds what viewers shall see at the end.
@@ -261,6 +316,7 @@ impl Transcript {
         self.gaps.begin();
         (self.brief, self.state) = (Some(brief), None);
         self.views.begin(&brief);
+        self.routes = AnnouncedRoutes::default();
         (self.prior, self.lacks_prior) = (PriorGathering::default(), brief.scout.is_some());
         if self.lacks_prior {
             self.prior.begin(brief.run);
@@ -340,6 +396,7 @@ impl Transcript {
             // Fewer records than a page are asked for now and then: the pause stays in force.
             self.timeline.fold(record);
             self.views.record(record);
+            self.routes.record(record);
             self.past.move_to(self.timeline.due().0);
         }
         let is_whole = self.state.is_none_or(|state| self.due() >= state.decision);
@@ -356,6 +413,7 @@ impl Transcript {
         self.timeline = Timeline::default();
         self.pasts += 1;
         self.views.forget_past();
+        self.routes.forget_wanted();
     }
 
     /// First decision whose record is still missing.
@@ -401,7 +459,12 @@ impl Transcript {
     }
 
     fn write(&mut self, message: &RecordedMessage, now: MonotonicNs) {
-        self.put(message.topic(), message.encode(), message.published().unwrap_or(now), now);
+        let topic = match message {
+            RecordedMessage::Command(command) if command.robot != ROBOT => Topic::Commands(command.robot),
+            _ => Topic::Known(message.topic()),
+        };
+        let published = message.published().unwrap_or(now);
+        self.out.push(EncodedMessage { topic, data: message.encode(), published, logged: now });
     }
 
     fn put(&mut self, channel: Channel, data: Vec<u8>, published: MonotonicNs, logged: MonotonicNs) {

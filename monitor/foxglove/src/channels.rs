@@ -7,7 +7,7 @@ use foxglove::websocket::{ChannelView, Client, ServerListener};
 use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema};
 use recording::{Channel, EncodedMessage, Topic};
 
-/// Channels by topic; those of JSON messages are added with their first message.
+/// Channels by topic; those of JSON messages, and of the commands of robots but the first, are added with their first message.
 pub(crate) struct Channels {
     context: Arc<Context>,
     open: Mutex<Open>,
@@ -30,8 +30,7 @@ impl Channels {
     pub fn new(context: &Arc<Context>) -> Self {
         let channels = Self { context: Arc::clone(context), open: Mutex::default() };
         for channel in Channel::ALL {
-            let schema = Schema::new(channel.schema(), "protobuf", channel.descriptors());
-            channels.add(&mut channels.lock(), &channel.name(), "protobuf", Some(schema));
+            channels.add(&mut channels.lock(), &Topic::Known(channel));
         }
         channels
     }
@@ -40,10 +39,8 @@ impl Channels {
     pub fn publish(&self, message: EncodedMessage) {
         let mut open = self.lock();
         let name = message.topic.name();
-        if let Topic::Json(name) = &message.topic
-            && !open.channels.contains_key(name)
-        {
-            self.add(&mut open, name, "json", None);
+        if !matches!(message.topic, Topic::Known(_)) && !open.channels.contains_key(&name) {
+            self.add(&mut open, &message.topic);
         }
         if let Some(OpenChannel { channel, newest }) = open.channels.get_mut(&name) {
             channel.log_with_meta(&message.data, moment(&message));
@@ -56,11 +53,15 @@ impl Channels {
         self.lock().policies > 0
     }
 
-    fn add(&self, open: &mut Open, topic: &str, encoding: &str, schema: Option<Schema>) {
+    fn add(&self, open: &mut Open, topic: &Topic) {
+        let topic_schema = topic.schema();
+        let schema =
+            topic_schema.map(|channel| Schema::new(channel.schema(), "protobuf", channel.descriptors()));
+        let (topic, encoding) = (topic.name(), if schema.is_some() { "protobuf" } else { "json" });
         let builder =
-            ChannelBuilder::new(topic).context(&self.context).message_encoding(encoding).schema(schema);
+            ChannelBuilder::new(&topic).context(&self.context).message_encoding(encoding).schema(schema);
         match builder.build_raw() {
-            Ok(channel) => _ = open.channels.insert(topic.to_owned(), OpenChannel { channel, newest: None }),
+            Ok(channel) => _ = open.channels.insert(topic, OpenChannel { channel, newest: None }),
             Err(error) => tracing::warn!("{topic} is not served to viewers: {error}"),
         }
     }

@@ -73,7 +73,7 @@ impl Observer<Node> for FoxgloveServer {
     fn turn(&mut self, node: &mut Node) -> Result<(), Failure> {
         let now = Node::now();
         self.ports.want_policies(node, self.channels.wants_policies());
-        let wanted = self.ports.receive().tell(&mut self.transcript, now);
+        let wanted = self.ports.receive(node).tell(&mut self.transcript, now);
         let wanted = wanted.or(self.transcript.tick(now));
         self.publish();
         self.ports.ask(node, wanted).map_err(Into::into)

@@ -7,6 +7,7 @@
 #![warn(clippy::disallowed_methods)]
 
 mod ports;
+mod robot_ports;
 #[cfg(feature = "shell")]
 mod shell;
 
@@ -104,7 +105,7 @@ impl<P: Ports + 'static, S: Sink> monitor::process::Observer<P> for Recorder<P, 
             return Ok(());
         }
         let now = ports.now();
-        let received = self.ports.receive();
+        let received = self.ports.receive(ports);
         match self.record(received, now) {
             Ok(wanted) => {
                 self.append();
@@ -119,7 +120,8 @@ impl<P: Ports + 'static, S: Sink> monitor::process::Observer<P> for Recorder<P, 
 
     fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
         let waits_for_prior = self.engine.lacks_prior() && self.ports.can_have_prior();
-        self.failed || !waits_for_prior && self.engine.is_whole_until(run, decision)
+        let waits_for_routes = self.engine.lacks_routes() && self.ports.can_have_routes();
+        self.failed || !waits_for_prior && !waits_for_routes && self.engine.is_whole_until(run, decision)
     }
 
     fn finish(&mut self, ports: &mut P) -> Result<(), Failure> {

@@ -1,9 +1,10 @@
 //! Readers of every public message, and clients for what was missed.
 
+use crate::robot_ports::{LateClient, RobotPorts};
 use contract::message::{Message as _, Visitor};
 use contract::{
     Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
-    Policy, PriorPage, PriorRequest, RobotId, State, Team,
+    Policy, PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, State, Team,
 };
 use process::{Client, Ports, Reader, accept};
 use recording::{JsonMessage, RecordedMessage as Message, Requests, Transcript};
@@ -28,10 +29,10 @@ pub struct RecorderPorts<P: Ports> {
     policies: Option<P::Reader<Policy>>,
     past: P::Client<PastRequest>,
     snapshots: P::Client<MapRequest>,
-    /// Open once the prior of uncertain ground is asked for.
-    priors: Option<P::Client<PriorRequest>>,
-    /// Whether all places among those who ask for the prior were taken.
-    prior_full: bool,
+    /// Of the robots but the first, once the brief says how many there are.
+    robots: RobotPorts<P>,
+    priors: LateClient<P, PriorRequest>,
+    routes: LateClient<P, RouteRequest>,
     /// One reader for each message without a schema of ours.
     others: Vec<Drain>,
     period_ns: u64,
@@ -45,6 +46,7 @@ pub struct Received {
     announcements: Vec<Announcement>,
     ordered: Vec<Message>,
     prior: Option<PriorPage>,
+    route: Option<RoutePage>,
     others: Vec<JsonMessage>,
 }
 
@@ -103,8 +105,9 @@ impl<P: Ports + 'static> RecorderPorts<P> {
             policies: with_policies.then(|| ports.reader(robot, false)).transpose()?,
             past: ports.client(robot)?,
             snapshots: ports.client(robot)?,
-            priors: None,
-            prior_full: false,
+            robots: RobotPorts::default(),
+            priors: LateClient::default(),
+            routes: LateClient::default(),
             others,
             period_ns: PERIODS_NS[0],
         })
@@ -121,27 +124,20 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         if let Some(request) = wanted.map {
             self.snapshots.request(request)?;
         }
-        if let Some(request) = wanted.prior.filter(|_| !self.prior_full) {
-            if self.priors.is_none() {
-                match ports.client(RobotId(0)) {
-                    Ok(client) => self.priors = Some(client),
-                    Err(error) => {
-                        tracing::warn!("viewers get no expected speeds: {error}");
-                        self.prior_full = true;
-                    }
-                }
-            }
-            if let Some(priors) = &mut self.priors {
-                priors.request(request)?;
-            }
-        }
-        Ok(())
+        self.priors.ask(ports, wanted.prior, "viewers get no expected speeds")?;
+        self.routes.ask(ports, wanted.route, "routes whose announcements were missed are not recorded")
     }
 
     /// Whether the prior can be had.
     #[must_use]
     pub fn can_have_prior(&self) -> bool {
-        !self.prior_full
+        !self.priors.is_full()
+    }
+
+    /// Whether routes can be asked for.
+    #[must_use]
+    pub fn can_have_routes(&self) -> bool {
+        !self.routes.is_full()
     }
 
     /// How long to wait for the next look at most, nanoseconds: the less the fuller the queues were.
@@ -160,7 +156,7 @@ impl<P: Ports + 'static> RecorderPorts<P> {
     }
 
     /// Everything that came, in the order of publication.
-    pub fn receive(&mut self) -> Received {
+    pub fn receive(&mut self, ports: &mut P) -> Received {
         // The page before the patches: with it come all patches published before it was made.
         let page = accept(self.snapshots.receive()).map(Message::Page);
         // Teams before states, and states before patches, so that none comes without what it belongs to.
@@ -170,11 +166,18 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         ordered.extend(known(self.maps.drain(), Message::Patch));
         let maps = ordered.len() - states;
         ordered.extend(known(self.commands.drain(), Message::Command));
-        let commands = ordered.len() - states - maps;
+        let mut commands = ordered.len() - states - maps;
+        let (of_robots, longest) = self.robots.commands();
+        ordered.extend(of_robots.into_iter().map(Message::Command));
+        commands = commands.max(longest);
         // Stable: what was published at one moment stays in the order of its services.
         ordered.sort_by_key(Message::published);
         let mut early = known(self.beats.drain(), Message::Heartbeat);
-        early.extend(known(self.briefs.drain(), Message::Brief));
+        let briefs = well_formed(self.briefs.drain());
+        if let Some(brief) = briefs.last() {
+            self.robots.follow(ports, brief);
+        }
+        early.extend(briefs.into_iter().map(Message::Brief));
         early.extend(known(self.pacings.drain(), Message::Pacing));
         early.extend(known(self.controls.drain(), Message::Control));
         ordered.extend(page);
@@ -182,14 +185,15 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         ordered.extend(accept(self.policies.as_mut().and_then(Reader::newest)).map(Message::Policy));
         let most = maps.max(commands).max(states / 4);
         self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
-        let announcements = well_formed(self.announcements.drain());
-        let prior = accept(self.priors.as_mut().and_then(Client::receive));
-        if prior.is_some() {
+        let mut announcements = well_formed(self.announcements.drain());
+        announcements.extend(self.robots.announcements());
+        let (prior, route) = (self.priors.receive(), self.routes.receive());
+        if prior.is_some() || route.is_some() {
             // The next page is asked for at once.
             self.period_ns = PERIODS_NS[1];
         }
         let others = self.others.iter_mut().flat_map(|drain| drain()).collect();
-        Received { early, teams, announcements, ordered, prior, others }
+        Received { early, teams, announcements, ordered, prior, route, others }
     }
 }
 
@@ -212,6 +216,9 @@ impl Received {
         if let Some(page) = self.prior {
             transcript.on_prior(page);
         }
+        if let Some(page) = &self.route {
+            transcript.on_route(page, now);
+        }
         for message in &self.others {
             transcript.on_json(message, now);
         }
@@ -220,7 +227,7 @@ impl Received {
 }
 
 /// The well-formed messages; others are logged and dropped.
-fn well_formed<M>(messages: Vec<Result<M, contract::Refusal>>) -> Vec<M> {
+pub(crate) fn well_formed<M>(messages: Vec<Result<M, contract::Refusal>>) -> Vec<M> {
     messages.into_iter().filter_map(|received| accept(Some(received))).collect()
 }
 

@@ -94,7 +94,7 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
 
 /// A message that is recorded as JSON, if it is one of type `M`.
 fn json<M: Message + serde::de::DeserializeOwned>(topic: &str, data: &[u8]) -> Result<Option<M>, Failure> {
-    if JsonMessage::topic::<M>().as_deref() != Some(topic) {
+    if !JsonMessage::is_topic_of::<M>(topic) {
         return Ok(None);
     }
     serde_json::from_slice(data)
@@ -128,14 +128,14 @@ fn answer(
 
 #[cfg(test)]
 mod tests {
-    use contract::{Action, Brief, Decision, PastPage, Record, Waypoint};
+    use contract::{Action, Brief, Decision, PastPage, Record, RouteRequest, RunId, Waypoint};
     use hostile::fixtures;
     use recording::{Context, Recorder};
 
     use super::*;
 
-    /// A recording in which robots 0 and 1 announce a route, of which only that of robot 1 was recorded.
-    fn without_the_first_route() -> (Vec<u8>, Route) {
+    /// A recorder that has the records by which robots 0 and 1 announced a route each, and the two routes.
+    fn recorder_of_two() -> (Recorder, Brief, [Route; 2]) {
         let route = |x_m| {
             let points = [0.5, x_m].map(|x_m| Waypoint { x_m, y_m: 0.5 });
             Route::new(points.to_vec()).unwrap()
@@ -154,19 +154,80 @@ mod tests {
         for message in [RecordedMessage::Brief(brief), RecordedMessage::Past(past)] {
             recorder.on(message, MonotonicNs(1)).unwrap();
         }
-        let [_, route] = routes;
-        let announcement = Announcement { run, robot: RobotId(1), route: route.clone() };
-        recorder.on_json(&JsonMessage::of(&announcement).unwrap(), MonotonicNs(2)).unwrap();
-        recorder.finish(MonotonicNs(3)).unwrap();
-        (recorder.bytes(), route)
+        (recorder, brief, routes)
     }
 
     #[test]
     fn a_route_that_was_not_recorded_hides_no_other() {
-        let (bytes, route) = without_the_first_route();
+        let (mut recorder, Brief { run, .. }, [_, route]) = recorder_of_two();
+        let announcement = Announcement { run, robot: RobotId(1), route: route.clone() };
+        recorder.on_json(&JsonMessage::of(&announcement).unwrap(), MonotonicNs(2)).unwrap();
+        recorder.finish(MonotonicNs(3)).unwrap();
+        let bytes = recorder.bytes();
         let history = history(&Recording::read(&bytes).unwrap()).unwrap();
         let announced = |robot| history.announcements().unwrap().of(RobotId(robot), Decision(9));
         assert_eq!(announced(0), None);
         assert_eq!(announced(1).map(|announced| &announced.route), Some(&route));
+    }
+
+    /// P-BAG-ROBOTS.
+    #[test]
+    fn routes_that_were_missed_are_asked_for_recorded_once_and_shown() {
+        let (mut recorder, Brief { run, .. }, routes) = recorder_of_two();
+        let mut now = MonotonicNs(2);
+        let announced = Announcement { run, robot: RobotId(0), route: routes[0].clone() };
+        recorder.with(|transcript| transcript.on_announcement(&announced, now)).unwrap();
+        assert!(recorder.lacks_routes(), "that of robot 1 was not heard");
+        let missed = &routes[1];
+        for _ in 0..2 {
+            let wanted = recorder.tick(now).unwrap().route;
+            assert_eq!(wanted, Some(RouteRequest { run, id: missed.id() }), "until it comes");
+            assert_eq!(recorder.tick(now).unwrap().route, None, "one request at a time");
+            now = now.plus_ns(contract::limits::ASK_AGAIN_NS);
+        }
+        for run in [RunId(run.0 + 1), run, run] {
+            let page = RoutePage { run, route: missed.clone() };
+            recorder.with(|transcript| transcript.on_route(&page, now)).unwrap();
+        }
+        assert!(!recorder.lacks_routes());
+        assert_eq!(recorder.tick(now.plus_ns(contract::limits::ASK_AGAIN_NS)).unwrap().route, None);
+        recorder.finish(now).unwrap();
+        let bytes = recorder.bytes();
+        let recording = Recording::read(&bytes).unwrap();
+        let topics: Vec<_> =
+            recording.entries().map(|entry| entry.topic).filter(|topic| topic.ends_with("/route")).collect();
+        let expected = ["hop/r0/route", "hop/r1/route"];
+        assert_eq!(topics.iter().filter(|topic| topic.starts_with("hop/")).collect::<Vec<_>>(), expected);
+        let history = history(&recording).unwrap();
+        for (robot, route) in (0..).map(RobotId).zip(&routes) {
+            let shown = history.announcements().unwrap().of(robot, Decision(9));
+            assert_eq!(shown.map(|announced| &announced.route), Some(route), "robot {robot}");
+        }
+    }
+
+    /// P-BAG-ROBOTS.
+    #[test]
+    fn commands_are_recorded_under_the_name_of_their_robots_service() {
+        let (mut recorder, ..) = recorder_of_two();
+        let (_, states) = fixtures::flown();
+        let command = |robot| contract::Command { robot: RobotId(robot), ..fixtures::command(&states[0]) };
+        for robot in [1, 0, 1] {
+            recorder.on(RecordedMessage::Command(command(robot)), MonotonicNs(2)).unwrap();
+        }
+        recorder.finish(MonotonicNs(3)).unwrap();
+        let bytes = recorder.bytes();
+        for bytes in [&bytes, &recording::recover(&Recording::read(&bytes).unwrap()).unwrap()] {
+            let recording = Recording::read(bytes).unwrap();
+            assert!(recording.is_whole(), "{:?}", recording.fault);
+            let commands = recording.entries().filter(|entry| entry.topic.ends_with("/command"));
+            let read: Vec<_> = commands
+                .map(|entry| (entry.topic.clone(), entry.sequence, entry.message().unwrap()))
+                .collect();
+            let expected = [(1, 0), (0, 0), (1, 1)].map(|(robot, sequence)| {
+                let message = RecordedMessage::Command(command(robot));
+                (format!("hop/r{robot}/command"), sequence, Some(message))
+            });
+            assert_eq!(read, expected);
+        }
     }
 }

@@ -7,7 +7,8 @@ use contract::{Member, Robot, Stage, Team};
 use hopper::commands::topic::{summary, unit};
 use node::{Exit, Failure};
 use recording::{
-    Channel, JsonMessage, MessageError, RecordedMessage, RecordedRun, Recording, RecordingError, last_run,
+    Channel, Entry, JsonMessage, MessageError, RecordedMessage, RecordedRun, Recording, RecordingError,
+    last_run,
 };
 use report::DecisionTiming;
 use serde_json::{Map, Value, json};
@@ -46,11 +47,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             write(args, || flown.decisions.iter().map(|step| Ok(decision(&flown, step))))
         }
         name => match Channel::of(name).filter(|topic| !topic.is_view()) {
-            Some(topic) => write(args, || messages(&recording, topic, args.full)),
-            None if json_topics(&recording).contains(name) => write(args, || json_messages(&recording, name)),
-            None => {
+            Some(topic) if topic.name() == name || other_topics(&recording).contains(name) => {
+                write(args, || messages(&recording, name, args.full))
+            }
+            None if other_topics(&recording).contains(name) => {
+                write(args, || json_messages(&recording, name))
+            }
+            _ => {
                 let names = Channel::ALL.into_iter().filter(|topic| !topic.is_view()).map(Channel::name);
-                let names: Vec<String> = names.chain(json_topics(&recording)).collect();
+                let names: Vec<String> = names.chain(other_topics(&recording)).collect();
                 let message = format!("--topic needs decisions or one of {}, got {name}", names.join(", "));
                 Err(Failure::new(Exit::Usage, message))
             }
@@ -58,10 +63,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
 }
 
-/// The topics of the recording whose messages have no schema: they are recorded as JSON.
-fn json_topics(recording: &Recording<'_>) -> BTreeSet<String> {
-    let entries = recording.entries().filter(|entry| entry.known.is_none());
-    entries.map(|entry| entry.topic).filter(|topic| topic.starts_with("hop/")).collect()
+/// The topics of the recording that not every recording has: those recorded as JSON, since their messages have no
+/// schema, and the commands of robots but the first.
+fn other_topics(recording: &Recording<'_>) -> BTreeSet<String> {
+    let is_other = |entry: &Entry<'_>| entry.known.is_none_or(|known| known.name() != entry.topic);
+    recording
+        .entries()
+        .filter(is_other)
+        .map(|entry| entry.topic)
+        .filter(|topic| topic.starts_with("hop/"))
+        .collect()
 }
 
 /// A row a message of such a topic, as it was recorded; of `hop/team`, a row a robot.
@@ -190,8 +201,8 @@ fn decision(flown: &RecordedRun, step: &DecisionTiming) -> Value {
 
 /// A row a message; of the past, a row a record. Cells are counted, as by `hopper topic echo`, and written if `full`: a
 /// policy may have hundreds of thousands.
-fn messages<'a>(recording: &'a Recording<'a>, wanted: Channel, full: bool) -> impl Iterator<Item = Row> + 'a {
-    let of_topic = recording.entries().filter(move |entry| entry.known == Some(wanted));
+fn messages<'a>(recording: &'a Recording<'a>, topic: &'a str, full: bool) -> impl Iterator<Item = Row> + 'a {
+    let of_topic = recording.entries().filter(move |entry| entry.known.is_some() && entry.topic == topic);
     of_topic.flat_map(move |entry| match entry.message() {
         Ok(message) => {
             let stamped = |mut value: Value| {
@@ -326,7 +337,8 @@ mod tests {
         let bytes = recorder.bytes();
         let recording = Recording::read(&bytes).unwrap();
         for topic in Channel::ALL.into_iter().filter(|topic| !topic.is_view()) {
-            let rows: Vec<Value> = super::messages(&recording, topic, false).map(Result::unwrap).collect();
+            let rows: Vec<Value> =
+                super::messages(&recording, &topic.name(), false).map(Result::unwrap).collect();
             assert!(!rows.is_empty() && rows.iter().all(|row| row["logged"] == 1), "{topic:?}: {rows:?}");
             let counted =
                 messages.iter().filter(|message| message.topic() == topic).filter_map(|m| match m {
@@ -338,7 +350,7 @@ mod tests {
             for (row, count) in rows.iter().zip(counted) {
                 assert_eq!((row.get("cells"), &row["cell_count"]), (None, &json!(count)), "{topic:?}");
             }
-            for row in super::messages(&recording, topic, true).map(Result::unwrap) {
+            for row in super::messages(&recording, &topic.name(), true).map(Result::unwrap) {
                 let cells = row.get("cells").and_then(Value::as_array);
                 assert_eq!(
                     cells.map(|cells| json!(cells.len())),
