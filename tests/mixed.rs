@@ -44,7 +44,7 @@ fn assert_recorded(robot: u64, exported: &impl Fn(&[&str]) -> String) -> bool {
     !announced.is_empty()
 }
 
-/// P-MIXED-RUN, P-BAG-ROBOTS: nine processes have the digest of lockstep, and all robots are in summary and picture.
+/// P-MIXED-RUN and P-BAG-ROBOTS: nine processes have the digest of lockstep, and all robots are in summary and picture.
 #[test]
 fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let mut mission = Mission::new("mixed");

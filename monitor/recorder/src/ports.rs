@@ -1,6 +1,5 @@
 //! Readers of every public message, and clients for what was missed.
 
-use crate::robot_ports::{LateClient, RobotPorts};
 use contract::message::{Message as _, Visitor};
 use contract::{
     Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
@@ -8,6 +7,8 @@ use contract::{
 };
 use process::{Client, Ports, Reader, accept};
 use recording::{JsonMessage, RecordedMessage as Message, Requests, Transcript};
+
+use crate::robot_ports::{LateClient, RobotPorts, well_formed};
 
 /// Longest and shortest pause between two looks, nanoseconds.
 const PERIODS_NS: [u64; 2] = [20_000_000, 1_000_000];
@@ -224,11 +225,6 @@ impl Received {
         }
         wanted
     }
-}
-
-/// The well-formed messages; others are logged and dropped.
-pub(crate) fn well_formed<M>(messages: Vec<Result<M, contract::Refusal>>) -> Vec<M> {
-    messages.into_iter().filter_map(|received| accept(Some(received))).collect()
 }
 
 fn known<M>(messages: Vec<Result<M, contract::Refusal>>, message: impl Fn(M) -> Message) -> Vec<Message> {

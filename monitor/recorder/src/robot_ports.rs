@@ -4,8 +4,6 @@ use contract::message::{Message, Request};
 use contract::{Announcement, Brief, Command, RobotId};
 use process::{Client, Ports, Reader, accept};
 
-use crate::ports::well_formed;
-
 /// Readers of commands and announcements of all robots but the first, which are open from the beginning.
 pub(crate) struct RobotPorts<P: Ports> {
     commands: Vec<P::Reader<Command>>,
@@ -97,4 +95,9 @@ impl<P: Ports, Q: Request> LateClient<P, Q> {
     pub fn is_full(&self) -> bool {
         self.is_full
     }
+}
+
+/// The well-formed messages; others are logged and dropped.
+pub fn well_formed<M>(messages: Vec<Result<M, contract::Refusal>>) -> Vec<M> {
+    messages.into_iter().filter_map(|received| accept(Some(received))).collect()
 }
