@@ -192,7 +192,7 @@ fn a_rover_that_is_done_where_a_hopper_shall_go_is_refused() {
 #[test]
 fn rovers_alone_need_no_hop_of_whole_cells() {
     let ground = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 0.4\npercent = 0.0\nseed = 0\n\
-        [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[[robots]]\nstart = [1, 1]\n";
+        [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[[robots]]\nstart = [1, 1]\nspeed_mps = 0.3\n";
     assert!(Scenario::parse(ground, "test").unwrap().resolve().is_ok());
     let hopper = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 2]\ngoal = [5, 5]\n";
     let error = Scenario::parse(&(ground.to_owned() + hopper), "test").unwrap().resolve().unwrap_err();
