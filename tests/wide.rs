@@ -36,7 +36,7 @@ fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
         }
         let [landed, .., accepted, _] = moments;
         assert_eq!(us("landing_to_command_us"), accepted.since_ns(landed) as f64 / 1e3, "{line}");
-        assert_eq!((us("total_us"), us("robot")), (us("landing_to_command_us"), 0.0), "{line}");
+        assert_eq!(us("robot"), 0.0, "{line}");
         assert!(us("landing_to_command_us") > 0.0 && us("plan_us") > 0.0, "{line}");
         decisions += 1;
     }

@@ -502,9 +502,17 @@ impl Arbiter {
         if self.robots_not_hopping().is_some() {
             return Ok(leader);
         }
-        let may_wait = self.mission.brief.mixed.is_some();
-        if !(matches!(action, Action::Hold | Action::Hop(_)) || action == Action::Wait && may_wait) {
-            return Err(Refusal::malformed("command.action", "a hop or hold: the robot is a hopper", action));
+        let (may_wait, need) = match self.mission.brief.mixed {
+            Some(_) => (true, "a hop, wait or hold: the robot is a hopper"),
+            None => (false, "a hop or hold: the robot is a hopper"),
+        };
+        let is_of_hopper = match action {
+            Action::Hold | Action::Hop(_) => true,
+            Action::Wait => may_wait,
+            _ => false,
+        };
+        if !is_of_hopper {
+            return Err(Refusal::malformed("command.action", need, action));
         }
         if let Some(hazard) = self.guard().veto(action) {
             return Err(Refusal::Vetoed { action, need: self.mission.brief.guard.hazard_max, got: hazard });

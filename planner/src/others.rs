@@ -1,6 +1,6 @@
 //! The other robots of a mission, as a planner has to reckon with them: where they are in the way, and whether to wait for one.
 
-use contract::{Action, Cell, Grid, Member, Standing, Team, Vehicle};
+use contract::{Action, Cell, Grid, Member, Standing, Team};
 
 /// Cells where robots other than the one that decides take up ground, except its own.
 pub(crate) fn taken<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Cell> + 'a {
@@ -17,12 +17,8 @@ pub(crate) fn stopped<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item 
 
 /// Where hoppers go that still act.
 pub(crate) fn goals(team: &Team) -> impl Iterator<Item = Cell> + '_ {
-    others(team).filter(|other| other.standing == Standing::Active).filter_map(|other| {
-        match other.robot.vehicle {
-            Vehicle::HopperTo { goal } => Some(goal),
-            _ => None,
-        }
-    })
+    let active = others(team).filter(|other| other.standing == Standing::Active);
+    active.filter_map(|other| other.robot.vehicle.hop_goal())
 }
 
 /// A robot other than the one that decides that takes up `cell`.
@@ -30,9 +26,9 @@ pub(crate) fn occupant<'a>(team: &'a Team, grid: &Grid, cell: Cell) -> Option<&'
     others(team).find(|other| on_ground(other, grid) == Some(cell))
 }
 
-/// What is done by a robot that can go on only once others have acted. To wait as the last one that can act would end the
-/// mission.
-pub(crate) fn pass(team: &Team) -> Action {
+/// What a robot does that can go on only once others have acted: it waits for them, or holds as the last one that can act, since
+/// waiting would end the mission then.
+pub(crate) fn wait_or_hold(team: &Team) -> Action {
     let is_ready = |other: &Member| other.standing == Standing::Active && !other.waits;
     if others(team).any(is_ready) { Action::Wait } else { Action::Hold }
 }

@@ -13,12 +13,11 @@ use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
     Member, MonotonicNs, Name, PeerTable, Pose, PriorGathering, PriorPage, PriorRequest, Refusal, Replica,
-    RobotId, RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vehicle,
-    Vetoed,
+    RobotId, RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vetoed,
 };
 
 use crate::closed::ClosedMap;
-use crate::others::{occupant, pass, taken};
+use crate::others::{occupant, taken, wait_or_hold};
 use crate::plan::Scouting;
 use crate::{Plan, PlanStatus, Situation};
 
@@ -272,7 +271,7 @@ impl Pilot {
         let state = self.state.as_ref()?;
         let team = self.team.as_ref().filter(|team| team.is_of(state))?;
         let member = team.member(team.due)?;
-        let Vehicle::HopperTo { goal } = member.robot.vehicle else { return None };
+        let goal = member.robot.vehicle.hop_goal()?;
         let map = self.map.map().filter(|map| map.is_of(state))?;
         let cell = member.at.cell;
         let pose = Pose { cell, height_m: map.ground(cell)?.height_m };
@@ -577,7 +576,7 @@ impl Pilot {
     ) {
         let asked = self.planning.take();
         let (Some(situation), Some(map)) = (self.situation(), self.map.map()) else { return };
-        let (due, vetoed) = (due(situation.state), situation.state.vetoed);
+        let due = due(situation.state);
         if asked != Some(due) {
             return;
         }
@@ -587,10 +586,7 @@ impl Pilot {
             decision: situation.state.decision,
             digest: situation.state.digest,
             term: Term(0),
-            action: match plan.action {
-                action if vetoed.has(action) || !fits(&situation, action) => Action::Hold,
-                action => self.patient(&situation, action),
-            },
+            action: self.among_others(&situation, plan.action),
             // Of the map as it is, whatever the planner was given.
             observation: map.observation(),
             planner: self.config.planner,
@@ -607,9 +603,12 @@ impl Pilot {
         self.send(now, effects);
     }
 
-    /// What a hopper does among other robots by a planner that knows of none: instead of holding, and of a hop onto its goal while
-    /// another robot is there, it waits for the others.
-    fn patient(&self, situation: &Situation<'_>, action: Action) -> Action {
+    /// What is commanded of what was planned: nothing that is vetoed, or not for a robot of that kind. The planner of a hopper
+    /// with a goal of its own knows of no other robots. So where it holds, or would have the hopper hop onto its goal while
+    /// another robot is there, the hopper waits for the others.
+    fn among_others(&self, situation: &Situation<'_>, planned: Action) -> Action {
+        let may = fits(situation, planned) && !situation.state.vetoed.has(planned);
+        let action = if may { planned } else { Action::Hold };
         let (Some(team), true) = (situation.team, self.own.is_some()) else { return action };
         let Situation { brief, state, .. } = *situation;
         let is_in_vain = match action {
@@ -619,7 +618,7 @@ impl Pilot {
             }
             _ => action == Action::Hold,
         };
-        if is_in_vain { pass(team) } else { action }
+        if is_in_vain { wait_or_hold(team) } else { action }
     }
 
     /// Sends what was planned, under the term that may be spoken for.

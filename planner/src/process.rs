@@ -70,6 +70,8 @@ pub struct PlannerProcess<P: Ports> {
     refusals_logged: u64,
     /// Why the mission that was heard of last is none for this planner.
     unfit: Option<String>,
+    /// The run whose robots the algorithm can plan for, once that is known: what a robot is stays the same all mission long.
+    suits: Option<RunId>,
 }
 
 impl<P: Ports> PlannerProcess<P> {
@@ -112,6 +114,7 @@ impl<P: Ports> PlannerProcess<P> {
             error_bound: 0.0,
             refusals_logged: 0,
             unfit: None,
+            suits: None,
         };
         ports.pass("planner.joined").await;
         Ok(process)
@@ -319,6 +322,9 @@ impl<P: Ports> PlannerProcess<P> {
         let Some(brief) = self.pilot.known_brief().filter(|brief| brief.run == team.run) else {
             return false;
         };
+        if self.suits == Some(team.run) {
+            return true;
+        }
         let name = self.planner.name();
         let is_own = algorithm(name.as_str()).is_err();
         let unsuited = self.commands.iter().map(|(robot, _)| *robot).find_map(|robot| {
@@ -328,7 +334,10 @@ impl<P: Ports> PlannerProcess<P> {
             let is_suited = need.contains(&name.as_str()) || is_own && suits;
             (!is_suited).then_some((robot, need))
         });
-        let Some((robot, need)) = unsuited else { return true };
+        let Some((robot, need)) = unsuited else {
+            self.suits = Some(team.run);
+            return true;
+        };
         self.refuse(format!(
             "robot {robot} of scenario {} needs one of the planners {}, got {}",
             brief.scenario,

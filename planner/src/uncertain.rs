@@ -120,9 +120,9 @@ impl<'a> Turn<'a> {
         Some(travel.rest(route).map(point).collect())
     }
 
-    /// What is done by a robot that can go on only once others have acted.
-    pub fn pass(&self) -> Action {
-        others::pass(self.team)
+    /// What the robot does if it can go on only once others have acted.
+    pub fn wait_or_hold(&self) -> Action {
+        others::wait_or_hold(self.team)
     }
 
     /// The points of a member's route.

@@ -9,12 +9,12 @@ use contract::{Record, Stage};
 const STAGES: usize = Stage::Commit as usize;
 
 /// The heading line: decision, planner, action, work, then the time from landing to command and every stage until then in
-/// microseconds, their sum, and the robot whose decision it is.
+/// microseconds, and the robot whose decision it is. The stages add up to the time from landing to command.
 #[must_use]
 pub fn timing_csv_heading() -> String {
     let stages: Vec<String> = Stage::ALL[..STAGES].iter().map(|stage| format!("{stage}_us")).collect();
     let stages = stages.join(",");
-    format!("decision,planner,action,work,cut,landing_to_command_us,feeding_us,{stages},total_us,robot\n")
+    format!("decision,planner,action,work,cut,landing_to_command_us,feeding_us,{stages},robot\n")
 }
 
 /// The line of one decision, with its line break.
@@ -23,11 +23,9 @@ pub fn timing_csv_row(record: &Record) -> String {
     let us = |ns: u64| ns as f64 / 1e3;
     let Record { robot, decision, leader, action, work, cut, timing, .. } = record;
     let mut row = format!("{decision},{},{action},{work},{}", leader.planner, u8::from(*cut));
-    let stages_ns = timing.stages_ns();
-    let stages_ns = &stages_ns[..STAGES];
-    for ns in [timing.answer_ns(), timing.feeding_ns()].iter().chain(stages_ns) {
+    for ns in [timing.answer_ns(), timing.feeding_ns()].iter().chain(&timing.stages_ns()[..STAGES]) {
         let _ = write!(row, ",{}", us(*ns));
     }
-    let _ = writeln!(row, ",{},{robot}", us(stages_ns.iter().sum()));
+    let _ = writeln!(row, ",{robot}");
     row
 }

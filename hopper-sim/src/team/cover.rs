@@ -40,7 +40,8 @@ impl CoverTeam {
             .map(|(robot, entry)| (robot, entry.at.cell))
             .unzip();
         let Cover { percent, mode } = brief.cover.unwrap_or(Cover { percent: 100, mode: CoverMode::Overlap });
-        let goals: Vec<Cell> = roster.entries().filter_map(|(_, entry)| goal_of_hopper(entry)).collect();
+        let goals: Vec<Cell> =
+            roster.entries().filter_map(|(_, entry)| entry.robot.vehicle.hop_goal()).collect();
         let is_open = |cell| is_free(terrain, cell) && !goals.contains(&cell);
         let mut progress = Progress::new(brief.grid, is_open, &starts, mode, percent);
         for (robot, start) in starts.iter().enumerate() {
@@ -219,12 +220,6 @@ fn outcome(roster: &Roster, terrain: &Terrain, robot: RobotId, action: Action) -
         }
         _ => stays(Branch::Held),
     }
-}
-
-/// Where a hopper goes that has a goal of its own.
-fn goal_of_hopper(entry: &Entry) -> Option<Cell> {
-    let Vehicle::HopperTo { goal } = entry.robot.vehicle else { return None };
-    Some(goal)
 }
 
 /// Whether a ground robot can stand on `cell`.

@@ -5,10 +5,12 @@
 //! ([`super::cover`]). Robots on the ground never share a cell. A step, a hop, or a drive that aims at an occupied one is
 //! refused by name; a hop that would stray onto one ends where it began, so that all landings are whole hops apart. The end of a
 //! drive on which a rover gets stuck is exempt, since nobody chose it. Rovers that cover ground keep off the goals of hoppers.
+//! Any robot may wait until another has acted, which counts as no step.
 //!
 //! A robot is done once its task is: a hopper on its goal, a rover within reach of its own, all rovers that cover ground once
 //! it is covered. Then it stays where it is. The mission reaches its goal once all robots are done that the scenario requires,
-//! and fails as soon as one of those cannot be any more: it is lost, or has given up, or has used up its actions. Others that
+//! and fails as soon as one of those cannot be any more: it is lost, has given up or used up its actions, or is a hopper on whose
+//! goal another robot has stopped for good. Others that
 //! fail end their own part only. All steps are counted as actions of a robot.
 
 use contract::{

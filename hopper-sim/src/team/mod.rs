@@ -11,7 +11,7 @@ mod turn_order;
 
 use contract::{
     Action, Announcement, Brief, Cell, Leader, Origin, Pose, Record, Refusal, RobotId, Route, RouteId, State,
-    Status, Team, Vehicle,
+    Status, Team,
 };
 use scenario::Fleet;
 use terrain::Terrain;
@@ -82,7 +82,7 @@ impl RobotTeam {
     #[must_use]
     pub fn own_way(&self, terrain: &Terrain) -> Option<(Pose, Cell)> {
         let (robot, Task::Mixed(mixed)) = (self.due()?, &self.task) else { return None };
-        let Vehicle::HopperTo { goal } = self.roster.entry(robot).robot.vehicle else { return None };
+        let goal = self.roster.entry(robot).robot.vehicle.hop_goal()?;
         Some((mixed.pose(&self.roster, terrain, robot), goal))
     }
 

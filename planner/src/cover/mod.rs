@@ -9,7 +9,7 @@ use contract::{
 use coverage::{Algorithm, Knowledge, Rover, TeamMap};
 
 use crate::names;
-use crate::others::pass;
+use crate::others::wait_or_hold;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
 /// A planner for coverage, with the observed map in the form that it searches.
@@ -76,7 +76,7 @@ impl Planner for Cover {
         let Self { planner, map: Some((_, _, map)), rovers, .. } = self else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let waits = if situation.brief.mixed.is_some() { pass(team) } else { Action::Hold };
+        let waits = if situation.brief.mixed.is_some() { wait_or_hold(team) } else { Action::Hold };
         let situated = coverage::Situation { map, rovers, mode, robot };
         match planner.decide(&situated).map(Action::Step) {
             // The guard knows better: another robot may have come there since the map was sensed.
@@ -102,9 +102,9 @@ fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + '
         !is_rover(member) && member.robot.vehicle.is_on_ground() && grid.contains(member.at.cell)
     };
     let others = team.members.iter().filter(is_other).map(|member| member.at);
-    let goals = team.members.iter().filter_map(|member| match member.robot.vehicle {
-        Vehicle::HopperTo { goal } if grid.contains(goal) => Some(Placement { cell: goal, ..member.at }),
-        _ => None,
+    let goals = team.members.iter().filter_map(|member| {
+        let cell = member.robot.vehicle.hop_goal().filter(|goal| grid.contains(*goal))?;
+        Some(Placement { cell, ..member.at })
     });
     let in_the_way = others.chain(goals);
     rovers.chain(in_the_way.filter_map(move |pose| Some(Rover { start: first?, pose, stranded: true })))

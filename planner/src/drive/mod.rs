@@ -4,7 +4,10 @@
 //! the old route and the new one under what is known then, drives, and stays on it. If hopper-sim ends the drive because
 //! the time of the stage is used up, what is left of the route takes the place of the old one: the rover waits, plans again
 //! and drives on. What comes next follows from the team alone: from what has halted the rover, and who has moved since its route
-//! was announced. Where another robot stands in the way, for good or when its turn comes, the rover announces a route around it. So a planner that was restarted, or takes over from another, goes on where the one before it was.
+//! was announced. So a planner that was restarted, or takes over from another, goes on where the one before it was.
+//!
+//! Routes lead around robots that act no more and around the goals of hoppers, or over them where there is no other way. If the
+//! next point of the route is taken when its turn comes, the rover announces another route, or waits.
 
 use contract::{Action, Name, Route, Standing, Task, Travel, Vehicle, Waypoint};
 use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
@@ -69,7 +72,7 @@ impl Drive {
         let waits_for_scouts = turn.is_scouted() && replans;
         let old = turn.rest_of(turn.me);
         if old.is_some() && waits_for_scouts {
-            return Plan::at_once(turn.pass(), PlanStatus::Solved);
+            return Plan::at_once(turn.wait_or_hold(), PlanStatus::Solved);
         }
         let Travel { announced, halted, .. } = turn.travel;
         // Its own drive in the stage before counts too.
@@ -88,7 +91,7 @@ impl Drive {
         // Who finds no way around others drives past them.
         let past_others = turn.belief_around(Around::Goals).filter(|_| !turn.is_alone());
         let plan = past_others.and_then(|belief| self.cheapest(turn, &belief, trip, seed, old.as_ref()));
-        plan.unwrap_or_else(|| idle(if waits_for_scouts { turn.pass() } else { Action::Done }))
+        plan.unwrap_or_else(|| idle(if waits_for_scouts { turn.wait_or_hold() } else { Action::Done }))
     }
 
     /// To announce a new route, or to drive on along the `old` one if that is no dearer; `None` if there is no way.
@@ -130,16 +133,16 @@ impl Drive {
         }
         let around = turn.belief_around(Around::All);
         let around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
-        match around.or_else(|| past(turn)) {
+        match around.or_else(|| rest_without_taken_points(turn)) {
             Some(route) => self.announce(&route),
-            None if is_gone_soon => Plan::at_once(turn.pass(), PlanStatus::Infeasible),
+            None if is_gone_soon => Plan::at_once(turn.wait_or_hold(), PlanStatus::Infeasible),
             None => Plan::at_once(Action::Done, PlanStatus::Infeasible),
         }
     }
 }
 
 /// What is left of the route without the points where other robots are, if that is safe to drive.
-fn past(turn: &Turn<'_>) -> Option<routing::Route> {
+fn rest_without_taken_points(turn: &Turn<'_>) -> Option<routing::Route> {
     let grid = &turn.map.grid;
     let mut rest = turn.rest_of(turn.me)?;
     let (start, end) = (*rest.first()?, *rest.last()?);
@@ -190,7 +193,7 @@ impl Planner for Drive {
             if plan.action == Action::Drive { self.pass_by(&turn, &trip, situation, plan) } else { plan };
         // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
         // is no reason not to announce a route.
-        let stays = if situation.brief.mixed.is_some() { turn.pass() } else { Action::Hold };
+        let stays = if situation.brief.mixed.is_some() { turn.wait_or_hold() } else { Action::Hold };
         if situation.state.vetoed.has(plan.action) { Plan { action: stays, ..hold } } else { plan }
     }
 

@@ -15,7 +15,7 @@ use contract::{
 
 use super::ward;
 use crate::names;
-use crate::others::pass;
+use crate::others::wait_or_hold;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::route::Costs;
 use crate::route::costs::FORBIDDEN;
@@ -46,10 +46,7 @@ impl LookAhead {
         idles: Action,
     ) -> Plan {
         // To the hopper the mission is its own way.
-        let goal = match hopper.robot.vehicle {
-            Vehicle::HopperTo { goal } => goal,
-            _ => situation.brief.goal,
-        };
+        let goal = hopper.robot.vehicle.hop_goal().unwrap_or(situation.brief.goal);
         let brief = &Brief { goal, ..situation.brief.for_hopper(robot) };
         let state =
             &State { pose: Pose { cell: hopper.at.cell, ..situation.state.pose }, ..*situation.state };
@@ -157,7 +154,7 @@ impl Planner for LookAhead {
             return Plan::at_once(Action::Fly, PlanStatus::Solved);
         }
         let ready = Ready { at: travel.at, view_m, left_m: budget_m - travel.flown_m };
-        self.begin(situation, hopper, &ready, pass(team))
+        self.begin(situation, hopper, &ready, wait_or_hold(team))
     }
 
     fn announced(&self) -> Option<&Route> {

@@ -82,7 +82,7 @@ impl Fly {
         let driver = ward(turn.team, is_driver).map(|(_, driver)| driver);
         let is_first = driver.is_some_and(|driver| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
-            return idle(turn.pass());
+            return idle(turn.wait_or_hold());
         }
         let (Vehicle::Helicopter { budget_m, .. }, Some(view_m)) =
             (turn.me.robot.vehicle, turn.me.robot.sensor.view_m())
@@ -156,7 +156,7 @@ impl Planner for Fly {
         } else if turn.travel.is_under_way() {
             Plan::at_once(Action::Fly, PlanStatus::Solved)
         } else if turn.stage() < turn.scout.stages {
-            Plan::at_once(turn.pass(), PlanStatus::Solved)
+            Plan::at_once(turn.wait_or_hold(), PlanStatus::Solved)
         } else {
             Plan::at_once(Action::Done, PlanStatus::Solved)
         }

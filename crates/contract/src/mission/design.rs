@@ -113,12 +113,6 @@ impl Designs {
         let number = *self.of.get(usize::from(robot.0))?;
         self.designs.get(usize::from(number).checked_sub(1)?)?.as_ref()
     }
-
-    /// Whether all hoppers are of the brief's design.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.designs[0].is_none()
-    }
 }
 
 #[cfg(test)]
@@ -153,8 +147,7 @@ mod tests {
         }
         assert_eq!(designs.of(RobotId(5)), None);
         assert_eq!(designs.of(RobotId(u16::MAX)), None);
-        assert!(!designs.is_empty());
-        assert!(Designs::new([None; ROBOTS_MAX]).unwrap().is_empty());
+        assert_eq!(Designs::new([None; ROBOTS_MAX]), Some(Designs::default()));
     }
 
     #[test]

@@ -67,6 +67,13 @@ impl Vehicle {
         matches!(self, Vehicle::Hopper | Vehicle::HopperTo { .. })
     }
 
+    /// Where it hops, if it has a goal of its own.
+    #[must_use]
+    pub fn hop_goal(&self) -> Option<Cell> {
+        let Vehicle::HopperTo { goal } = *self else { return None };
+        Some(goal)
+    }
+
     /// Whether it takes up the cell that it is on, which helicopters do not: they fly above all others.
     #[must_use]
     pub fn is_on_ground(&self) -> bool {
