@@ -1,11 +1,14 @@
 //! `[[robots]]` of missions of kind `mixed`: robots of any kind, each with a start and a task of its own.
 
+use contract::limits::LENGTH_MAX_M;
 use contract::limits::ROBOTS_MAX;
 use contract::{
-    Cell, CoverMode, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint,
+    Cell, CoverMode, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, SensorParameters, Vehicle,
+    Waypoint,
 };
 use terrain::Terrain;
 
+use crate::bounds::in_range;
 use crate::fleet::refuse;
 use crate::mobility::trip;
 use crate::robot::check_launch_angle;
@@ -125,7 +128,12 @@ impl RobotRules {
             motion.launch_angle_rad = launch_angle_deg.to_radians();
         }
         for (field, scatter) in [("robots.hard", self.hard), ("robots.sand", self.sand)] {
-            scatter.map_or(Ok(()), |given| given.check(field)).map_err(|error| error.of_robot(number))?;
+            let Some(given) = scatter else { continue };
+            given.check(field).map_err(|error| error.of_robot(number))?;
+            for probability in [given.intended, given.stuck, given.sideways] {
+                in_range(field, probability, 0.0..=1.0, "probabilities, 0 to 1")
+                    .map_err(|error| error.of_robot(number))?;
+            }
         }
         motion.hard = self.hard.map_or(motion.hard, Into::into);
         motion.sand = self.sand.map_or(motion.sand, Into::into);
@@ -139,6 +147,7 @@ impl RobotRules {
                 let need = "at least one hop, so that the hopper sees where it may land";
                 return refuse("robots.sensor.radius_min_m", need, got);
             }
+            check_sensor(&sensor).map_err(|error| error.of_robot(number))?;
         }
         let design = Design { motion, sensor };
         Ok((design != common).then_some(design))
@@ -236,4 +245,12 @@ fn check_distinct(
         known.push((number, cell));
     }
     Ok(())
+}
+
+/// Refuses a hopper's own sensor that no brief can hold, but for its least radius.
+fn check_sensor(sensor: &SensorParameters) -> Result<(), ScenarioError> {
+    let SensorParameters { gain, offset_m, radius_min_m, radius_max_m, .. } = *sensor;
+    in_range("robots.sensor.gain", gain, 0.0..=1e6, "0 to 1e6")?;
+    in_range("robots.sensor.offset_m", offset_m, -LENGTH_MAX_M..=LENGTH_MAX_M, "-1e6 to 1e6 m")?;
+    in_range("robots.sensor.radius_max_m", radius_max_m, radius_min_m..=LENGTH_MAX_M, "radius_min_m to 1e6 m")
 }

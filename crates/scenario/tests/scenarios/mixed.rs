@@ -114,6 +114,21 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
             "launch_angle_deg = 90.0",
             "robots.launch_angle_deg: need 0.573 to 89.381 degrees, got 90 for robot 3",
         ),
+        (
+            "sensor = { gain = 4.0 }",
+            "sensor = { gain = -4.0 }",
+            "robots.sensor.gain: need 0 to 1e6, got -4 for robot 3",
+        ),
+        (
+            "sensor = { gain = 4.0 }",
+            "sensor = { radius_max_m = 1.0, radius_min_m = 2.0 }",
+            "robots.sensor.radius_max_m: need radius_min_m to 1e6 m, got 1 for robot 3",
+        ),
+        (
+            "sensor = { gain = 4.0 }",
+            "sand = { intended = 1.5, stuck = -0.5, sideways = 0.0, flights = 1 }",
+            "robots.sand: need probabilities, 0 to 1, got 1.5 for robot 3",
+        ),
         ("sensor = { gain = 4.0 }", "sensor = { gradient = \"measured\" }", "unknown field `gradient`"),
         (
             "sensor = { gain = 4.0 }",
