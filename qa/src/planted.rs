@@ -60,22 +60,14 @@ pub struct Bug {
     pub path: PathBuf,
 }
 
-/// Whose missions the example `seeds` simulates.
+/// Whose missions the example `seeds` simulates: those of one hopper, and of several robots.
+const MISSIONS: [&str; 5] = [HOPPER, "rovers", "scouts", "accompanied", "mixed"];
 const HOPPER: &str = "hopper";
-const ROVERS: &str = "rovers";
-const SCOUTS: &str = "scouts";
-const ACCOMPANIED: &str = "accompanied";
-const MIXED: &str = "mixed";
 
-/// In whose missions the bug of that name is to be found.
+/// In whose missions the bug of that name is to be found: its first word says so for several robots.
 fn missions_of(name: &str) -> &'static str {
-    match name.split('-').next() {
-        Some(ROVERS) => ROVERS,
-        Some(SCOUTS) => SCOUTS,
-        Some(ACCOMPANIED) => ACCOMPANIED,
-        Some(MIXED) => MIXED,
-        _ => HOPPER,
-    }
+    let first = name.split('-').next();
+    MISSIONS.into_iter().find(|missions| Some(*missions) == first).unwrap_or(HOPPER)
 }
 
 impl Bug {
@@ -299,7 +291,7 @@ impl Scratch {
 
     /// Makes sure that it was the bugs that were found: without them the same seeds break no promise.
     fn try_unpatched(&self, verdicts: &[Verdict]) -> Result<(), Failure> {
-        for missions in [HOPPER, ROVERS, SCOUTS, ACCOMPANIED] {
+        for missions in MISSIONS {
             let of_these = verdicts.iter().filter(|verdict| missions_of(&verdict.name) == missions);
             let Some(last) = of_these.filter_map(|verdict| verdict.seed).max() else { continue };
             if let Seen::Broken(seed, promise, detail) = self.simulate(missions, &Seeds(0..last + 1))? {
