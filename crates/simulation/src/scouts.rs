@@ -272,7 +272,7 @@ impl Scouts {
             match scout.standing {
                 Standing::Stranded => return Status::Lost,
                 _ if is_there && scout.next().is_none() => return Status::Goal,
-                Standing::Done => return Status::Deadlock,
+                Standing::Done | Standing::GaveUp => return Status::Deadlock,
                 Standing::Active => {}
             }
         }
@@ -525,7 +525,7 @@ impl Scouts {
                     return;
                 }
                 Action::Done => {
-                    scout.standing = Standing::Done;
+                    scout.standing = gave_up(&scout.robot.vehicle);
                     return;
                 }
                 Action::Announce(_) => (scout.route, scout.reached) = (points, 0),
@@ -606,6 +606,11 @@ impl Scouts {
         };
         (scout.at, left_m)
     }
+}
+
+/// How a robot stands that acts no more by its own choice: a helicopter's task is never done.
+fn gave_up(vehicle: &Vehicle) -> Standing {
+    if matches!(vehicle, Vehicle::Helicopter { .. }) { Standing::Done } else { Standing::GaveUp }
 }
 
 fn point(at: Waypoint) -> Point {

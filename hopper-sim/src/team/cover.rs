@@ -167,7 +167,7 @@ impl CoverTeam {
         let stays = |entry: &Entry| match entry.standing {
             Standing::Active => false,
             Standing::Stranded => entry.robot.vehicle.is_on_ground(),
-            Standing::Done => {
+            Standing::Done | Standing::GaveUp => {
                 entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. })
             }
         };

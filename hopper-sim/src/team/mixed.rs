@@ -129,9 +129,7 @@ impl MixedTeam {
             }
             (Vehicle::Rover { .. }, ..) | (_, Standing::Stranded, _) => Part::Failed(Status::Lost),
             (_, Standing::Active, _) => Part::Open,
-            (vehicle @ Vehicle::Driver { .. }, Standing::Done, _) if !self.has_arrived(robot, vehicle) => {
-                Part::Failed(Status::Deadlock)
-            }
+            (_, Standing::GaveUp, _) => Part::Failed(Status::Deadlock),
             (_, Standing::Done, _) => Part::Done,
         }
     }
@@ -295,7 +293,7 @@ impl MixedTeam {
         scout.show(seen.filter_map(|cell| grid.index(cell)));
     }
 
-    /// Whoever is at its goal is done; so is a robot that the mission does not need once it has used up its actions. A hopper
+    /// Whoever is at its goal is done. A robot that the mission does not need gives up once it has used up its actions. A hopper
     /// that has left the map, or landed where none survives, is lost.
     fn end_if_over(&mut self, roster: &mut Roster, terrain: &Terrain, robot: RobotId) {
         let entry = roster.entry(robot);
@@ -307,8 +305,11 @@ impl MixedTeam {
             vehicle => self.has_arrived(robot, vehicle).then_some(Standing::Done),
         };
         let gives_up = roster.is_spent(robot) && !self.required.has(robot);
-        if let Some(standing) = is_over.or(gives_up.then_some(Standing::Done)).filter(|_| was_active) {
-            roster.end(robot, standing);
+        match is_over {
+            _ if !was_active => {}
+            Some(standing) => roster.end(robot, standing),
+            None if gives_up => roster.give_up(robot),
+            None => {}
         }
         let entry = roster.entry(robot);
         let closes =

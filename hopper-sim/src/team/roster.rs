@@ -166,13 +166,19 @@ impl Roster {
         match turn {
             Turn::Lasts(ns) => self.order.act(robot, ns),
             Turn::Waits => self.order.park(robot),
-            Turn::Ends => self.end(robot, Standing::Done),
+            Turn::Ends => self.give_up(robot),
         }
         self.actor = Some(robot);
         let entry = self.entry_mut(robot);
         (entry.last, entry.leader) = (Some(decision), leader);
         entry.actions += 1;
         entry.waits += u64::from(turn == Turn::Waits);
+    }
+
+    /// `robot` acts no more, and is not where its task is done. A helicopter's never is.
+    pub fn give_up(&mut self, robot: RobotId) {
+        let is_on_ground = self.entry(robot).robot.vehicle.is_on_ground();
+        self.end(robot, if is_on_ground { Standing::GaveUp } else { Standing::Done });
     }
 
     /// Puts `robot` elsewhere.

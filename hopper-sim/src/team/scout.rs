@@ -124,7 +124,7 @@ impl ScoutTeam {
             match entry.standing {
                 Standing::Stranded => return Status::Lost,
                 _ if self.has_arrived(robot, entry.robot.vehicle) => return Status::Goal,
-                Standing::Done => return Status::Deadlock,
+                Standing::Done | Standing::GaveUp => return Status::Deadlock,
                 Standing::Active => {}
             }
         }

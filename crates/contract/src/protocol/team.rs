@@ -205,11 +205,14 @@ pub enum Standing {
     Done,
     /// It has failed: it stays where it is and still occupies its cell.
     Stranded,
+    /// It acts no more although its task is not done: it found no way, or has used up its actions. A helicopter, whose task is
+    /// never done, is [`Done`](Self::Done) then.
+    GaveUp,
 }
 
 impl Standing {
     /// Every standing, in the order of their wire codes.
-    pub const ALL: [Standing; 3] = [Standing::Active, Standing::Done, Standing::Stranded];
+    pub const ALL: [Standing; 4] = [Standing::Active, Standing::Done, Standing::Stranded, Standing::GaveUp];
 
     /// The code on the wire.
     #[must_use]
@@ -230,6 +233,7 @@ impl fmt::Display for Standing {
             Standing::Active => "active",
             Standing::Done => "done",
             Standing::Stranded => "stranded",
+            Standing::GaveUp => "gave up",
         })
     }
 }

@@ -11,7 +11,7 @@ use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 use motion::{Domain, Draw};
 
-use super::{Scouts, TOLERANCE_M, point};
+use super::{Scouts, TOLERANCE_M, gave_up, point};
 use crate::covered::{Covered, is_free};
 use crate::expected::{Shown, design, disc, square};
 use crate::rovers::{self, beside};
@@ -344,7 +344,7 @@ impl Mixed {
             },
             _ => self.has_arrived(number).then_some(Standing::Done),
         };
-        let end = end.or(gives_up.then_some(Standing::Done)).filter(|_| scout.standing == Standing::Active);
+        let end = end.or(gives_up.then(|| gave_up(&scout.robot.vehicle))).filter(|_| scout.standing == Standing::Active);
         let standing = end.unwrap_or(scout.standing);
         let closes = matches!(scout.robot.vehicle, Vehicle::HopperTo { .. } | Vehicle::Driver { .. });
         let scout = &mut self.scouts.scouts[number];
@@ -419,7 +419,7 @@ impl Mixed {
             },
             _ => match scout.standing {
                 Standing::Stranded => Task::Failed(Status::Lost),
-                Standing::Done if !self.has_arrived(number) => Task::Failed(Status::Deadlock),
+                Standing::GaveUp => Task::Failed(Status::Deadlock),
                 Standing::Done => Task::Done,
                 Standing::Active => Task::Open,
             },
