@@ -343,10 +343,16 @@ fn schedule(args: &Args, planners: &[Name]) -> Result<PlannerSchedule, Failure> 
         Some(dir) => {
             let history = JournalReader::open(dir).map_err(|error| usage(&error))?;
             let schedule = PlannerSchedule::from_records(history.records()).map_err(|error| usage(&error))?;
-            if schedule.is_empty() {
-                return Err(usage(&format!("--planners-from {} holds no decision", dir.display())));
+            if !schedule.is_empty() {
+                return Ok(schedule);
             }
-            Ok(schedule)
+            // Where nothing was to do, any planners repeat it.
+            match hopper_sim::verify(dir).map_err(|error| usage(&error))?.outcome {
+                Status::Underway => {
+                    Err(usage(&format!("--planners-from {} holds no decision", dir.display())))
+                }
+                _ => Ok(PlannerSchedule::of_robots(planners)),
+            }
         }
         None => Ok(PlannerSchedule::of_robots(planners)),
     }

@@ -6,9 +6,11 @@ use std::path::Path;
 
 use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RobotId, RunId, Status, Term};
 use report::{Fallbacks, Leadership};
+use scenario::Scenario;
 use serde::Serialize;
 
-use super::{JournalError, JournalReader, Storage};
+use super::{JournalError, JournalHeader, JournalReader, Storage};
+use crate::RobotTeam;
 use crate::mission::{genesis, opening_status};
 
 /// What a journal proves.
@@ -97,6 +99,9 @@ impl Verification {
             verification.observe(&record?, &mut due, &mut commanders);
         }
         verification.torn_bytes = records.torn_bytes();
+        if verification.decisions == 0 {
+            verification.outcome = opening_status_of(history.header());
+        }
         Ok(verification)
     }
 
@@ -192,6 +197,17 @@ impl fmt::Display for Verification {
             if self.is_sound() { "sound: each decision exactly once" } else { "NOT SOUND" }.into(),
         )
     }
+}
+
+/// How the mission of `header` stands before its first command. Whether several robots have anything to do depends on the ground,
+/// which may be no longer there: then as if they had.
+fn opening_status_of(header: &JournalHeader) -> Status {
+    let team = header.fleet.as_ref().and_then(|fleet| {
+        let scenario = Scenario::parse(&header.resolved, "the journal's scenario").ok()?;
+        let world = scenario.resolve().ok().filter(|world| world.terrain.grid == header.brief.grid)?;
+        Some(RobotTeam::new(&header.brief, &world.terrain, fleet))
+    });
+    team.map_or_else(|| opening_status(&header.brief), |team| team.opening(&header.brief).0)
 }
 
 /// Checks the journal in `dir` without locking or changing it.

@@ -175,12 +175,6 @@ impl Roster {
         entry.waits += u64::from(turn == Turn::Waits);
     }
 
-    /// `robot` acts no more, and is not where its task is done. A helicopter's never is.
-    pub fn give_up(&mut self, robot: RobotId) {
-        let is_on_ground = self.entry(robot).robot.vehicle.is_on_ground();
-        self.end(robot, if is_on_ground { Standing::GaveUp } else { Standing::Done });
-    }
-
     /// Puts `robot` elsewhere.
     pub fn place(&mut self, robot: RobotId, at: Placement) {
         self.entry_mut(robot).at = at;
@@ -195,6 +189,12 @@ impl Roster {
     /// `robot` does not act before that moment.
     pub fn put_off(&mut self, robot: RobotId, ready_at_ns: u64) {
         self.order.put_off(robot, ready_at_ns);
+    }
+
+    /// `robot` acts no more, and is not where its task is done. A helicopter's never is.
+    pub fn give_up(&mut self, robot: RobotId) {
+        let is_on_ground = self.entry(robot).robot.vehicle.is_on_ground();
+        self.end(robot, if is_on_ground { Standing::GaveUp } else { Standing::Done });
     }
 
     /// `robot` acts no more, whoever's turn it is.

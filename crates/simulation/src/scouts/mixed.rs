@@ -344,7 +344,9 @@ impl Mixed {
             },
             _ => self.has_arrived(number).then_some(Standing::Done),
         };
-        let end = end.or(gives_up.then(|| gave_up(&scout.robot.vehicle))).filter(|_| scout.standing == Standing::Active);
+        let end = end
+            .or(gives_up.then(|| gave_up(&scout.robot.vehicle)))
+            .filter(|_| scout.standing == Standing::Active);
         let standing = end.unwrap_or(scout.standing);
         let closes = matches!(scout.robot.vehicle, Vehicle::HopperTo { .. } | Vehicle::Driver { .. });
         let scout = &mut self.scouts.scouts[number];

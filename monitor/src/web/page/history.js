@@ -216,7 +216,8 @@ export class MissionHistory {
       const index = this.hops.slice(0, Math.max(at - this.first, 0)).findLastIndex((hop) => hop.robot === robot);
       const later = this.hops.find((hop) => hop.robot === robot);
       const cell = index >= 0 ? this.hops[index].to : later ? later.from : member ? [member.at.cell.x, member.at.cell.y] : null;
-      return { cell, standing: member?.standing === "stranded" && !this.hops.some((hop) => hop.robot === robot && hop.decision >= at) ? "stranded" : "active" };
+      const acts = this.hops.some((hop) => hop.robot === robot && hop.decision >= at);
+      return { cell, standing: acts ? "active" : (member?.standing ?? "active") };
     });
   }
 

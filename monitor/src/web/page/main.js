@@ -243,7 +243,7 @@ function showRobots(at) {
   if (!isTeam) return;
   const members = history.status?.progress?.robots ?? [];
   const due = history.turn(at);
-  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, members[robot]?.leader?.planner ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing]);
+  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, members[robot]?.leader?.planner ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing.replace("_", " ")]);
   const text = JSON.stringify(rows);
   if (TEXTS.get("robots") === text) return;
   TEXTS.set("robots", text);
