@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use contract::{Cell, Member, Route, Standing, Vehicle};
+use contract::{Cell, Member, Route, Standing, Status, Vehicle};
 
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
@@ -129,6 +129,31 @@ fn a_past_mission_shows_how_each_robot_ended() {
     std::fs::write(&stranded, [include_str!("../scenarios/coverage.toml"), faults].concat()).unwrap();
     let [done, lost] = [Standing::Done, Standing::Stranded];
     assert_eq!(standings(&robots(stranded.to_str().unwrap())), [done, done, lost, done]);
+}
+
+/// P-MIXED-AT-ONCE: a mission in which robots have nothing to do is at its goal, by its summary, by its journal and repeated.
+#[test]
+fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
+    let mission = Mission::new("mixed-at-once");
+    // The rover is within 3 m of its goal.
+    let text = "[truth.terrain.obstacles]\nwidth_cells = 8\nheight_cells = 8\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
+        [truth.mobility]\nseed = 1\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[brief]\nname = \"at-once\"\nstart = [1, 1]\ngoal = [2, 1]\n\
+        [mission]\nkind = \"scout\"\n[[robots]]\nvehicle = \"rover\"\n";
+    std::fs::write(mission.path("at-once.toml"), text).unwrap();
+    let json = |words: &[&str]| -> serde_json::Value {
+        let output = mission.hopper(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let run = ["run", "--lockstep", "--scenario", "at-once.toml", "--format", "json", "--out"];
+    let summary = json(&[&run[..], &["out"]].concat());
+    assert_eq!((&summary["outcome"], &summary["hops"]), (&"goal".into(), &0.into()));
+    let shown = json(&["journal", "show", "out", "--format", "json"]);
+    assert_eq!((&shown["outcome"], &shown["decisions"]), (&"goal".into(), &0.into()));
+    let again = json(&[&run[..], &["again", "--planners-from", "out"]].concat());
+    assert_eq!(again["digest"], summary["digest"]);
+    let history = hopper::commands::view::history_of_journal(&mission.path("out/journal")).unwrap();
+    assert_eq!(history.progress().unwrap().status, Status::Goal);
 }
 
 /// P-MIXED-KILL: perception, hopper-sim and two planners are killed in flight and started again, and a hopper's planner is

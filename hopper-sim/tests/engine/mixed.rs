@@ -219,7 +219,11 @@ fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
         let mut host = Host::new(&world(&[&driver(required), HOPPER]), 3);
         assert_eq!(host.send(0, Action::Done), None);
         let expected = if required { Status::Deadlock } else { Status::Underway };
-        assert_eq!(host.state().status, expected, "gives up");
+        assert_eq!(
+            (host.standing(0), host.state().status),
+            (Standing::GaveUp, expected),
+            "elsewhere than at its goal"
+        );
         let mut host = Host::new(&world(&[&driver(required), HOPPER]), 3);
         for _ in 0..12 {
             assert_eq!(host.state().status, Status::Underway);
@@ -233,7 +237,7 @@ fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
         if required {
             assert_eq!((host.state().status, standing), (Status::Deadlock, Standing::Active));
         } else {
-            assert_eq!(standing, Standing::Done, "it has no action left");
+            assert_eq!(standing, Standing::GaveUp, "it has no action left");
         }
     }
 }
