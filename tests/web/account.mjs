@@ -48,10 +48,19 @@ assert.equal(aimed("stayed", 4, 4), null);
 // Two robots in turn: where each stood, whose turn it was, and how often cells were entered.
 const team = new MissionHistory();
 team.begin({ run: "3", robots: 2, grid: { width: 9, height: 9 }, start: [0, 0], goals: [[8, 8]] });
-const step = (decision, robot, from, to) => [decision, "intended", ...from, ...to, 0, 1, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1];
+const step = (decision, robot, from, to, term = 1) => [decision, "intended", ...from, ...to, 0, term, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1];
 team.addHops({ rows: [step(0, 0, [0, 0], [1, 0]), step(1, 1, [5, 5], [5, 6]), step(2, 0, [1, 0], [0, 0])], reigns: [] });
 assert.deepEqual(team.poses(1).map(({ cell }) => cell), [[1, 0], [5, 5]]);
 assert.deepEqual(team.poses(3).map(({ cell }) => cell), [[0, 0], [5, 6]]);
 assert.deepEqual([team.turn(0), team.turn(1), team.turn(2)], [0, 1, 0]);
 assert.equal(team.visitsUntil(3)[0], 2, "its start, and back again");
+
+// Terms are counted for each robot: who commands which, how often, and until when.
+const lead = (robot, term, planner, from, first) => ({ robot, term, planner, from, first, pid: 7 });
+const reigns = [lead(0, 1, "spiral", 0, true), lead(1, 1, "cover_frontier", 1, true), lead(1, 2, "boustrophedon", 3, false)];
+team.addHops({ rows: [step(3, 1, [5, 6], [5, 7], 2), step(4, 0, [0, 0], [0, 1])], reigns });
+assert.deepEqual([1, 2, 3, 4, 5].map((at) => team.plannerAt(at)), ["spiral", "cover_frontier", "spiral", "boustrophedon", "spiral"]);
+assert.deepEqual([3, 4].map((at) => team.plannerOf(1, at)), ["cover_frontier", "boustrophedon"]);
+assert.deepEqual(reigns.map((reign) => team.commands(reign, 5)), [3, 1, 1]);
+assert.deepEqual([team.noun, team.about(1), history.noun, history.about(0)], ["decision", "robot 1: ", "hop", ""]);
 assert.equal(team.visitsUntil(1)[0], 1, "looking back");

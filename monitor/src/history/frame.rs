@@ -225,7 +225,8 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
 }
 
 fn leader_change(leader_change: &LeaderChange) -> Value {
-    json!({ "term": leader_change.term, "planner": leader_change.planner, "pid": leader_change.pid, "from": leader_change.from })
+    let LeaderChange { robot, is_first, term, planner, pid, from } = leader_change;
+    json!({ "robot": robot, "first": is_first, "term": term, "planner": planner, "pid": pid, "from": from })
 }
 
 /// Cells as three lists of equal length: difference of the index to the one before; height in millimetres times

@@ -1,6 +1,6 @@
 //! The executed decisions of a mission, a bounded number of them.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use contract::{Branch, Cell, Collected, Decision, MonotonicNs, Name, Origin, RobotId, Status, Term, Vetoed};
 use report::Executed;
@@ -52,9 +52,13 @@ impl Hop {
     }
 }
 
-/// The planner that took command at a decision.
+/// The planner that took command of a robot at a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LeaderChange {
+    /// The robot; terms are counted for each.
+    pub robot: RobotId,
+    /// Whether nobody had commanded the robot before.
+    pub is_first: bool,
     /// Term that began.
     pub term: Term,
     /// Name of the algorithm.
@@ -73,6 +77,8 @@ pub struct Hops {
     leader_changes: VecDeque<LeaderChange>,
     /// Number of changes of leader that are no longer kept.
     leader_changes_dropped: u64,
+    /// The term of the last change of each robot.
+    terms: BTreeMap<RobotId, Term>,
 }
 
 impl Hops {
@@ -105,7 +111,7 @@ impl Hops {
         self.kept.range(skipped..)
     }
 
-    /// The changes of leader, in order; the last one leads now.
+    /// The changes of leader, in order; the last one of each robot leads it now.
     pub fn leader_changes(&self) -> impl DoubleEndedIterator<Item = &LeaderChange> {
         self.leader_changes.iter()
     }
@@ -125,14 +131,17 @@ impl Hops {
         if executed.decision != self.due() {
             return;
         }
-        let Executed { outcome, leader, .. } = executed;
-        if self.leader_changes.back().is_none_or(|change| change.term != leader.term) {
+        let Executed { robot, outcome, leader, .. } = executed;
+        let before = self.terms.insert(*robot, leader.term);
+        if before != Some(leader.term) {
             if self.leader_changes.len() == LEADER_CHANGES_KEPT {
                 self.leader_changes.pop_front();
                 self.leader_changes_dropped += 1;
             }
             let Executed { decision: from, .. } = *executed;
             self.leader_changes.push_back(LeaderChange {
+                robot: *robot,
+                is_first: before.is_none(),
                 term: leader.term,
                 planner: leader.planner,
                 pid: leader.pid,
@@ -144,7 +153,7 @@ impl Hops {
             self.first += 1;
         }
         self.kept.push_back(Hop {
-            robot: executed.robot,
+            robot: *robot,
             branch: outcome.branch,
             from: outcome.from,
             to: outcome.to,
@@ -159,5 +168,46 @@ impl Hops {
             landed: executed.timing.landed,
             stages_ns: executed.timing.stages_ns(),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::{Digest, Flight, Incarnation, Leader, Outcome, Pose, Timing};
+
+    use super::*;
+
+    #[test]
+    fn a_change_of_leader_is_told_once_of_each_robot_and_term() {
+        let at = Cell::new(1, 1);
+        let executed = |decision: u64, robot: u16, term: u64| Executed {
+            decision: Decision(decision),
+            robot: RobotId(robot),
+            leader: Leader {
+                term: Term(term),
+                incarnation: Incarnation(u64::from(robot) + 1),
+                planner: (if term == 1 { "spiral" } else { "cover_frontier" }).parse().expect("a name"),
+                pid: 40 + u32::from(robot),
+            },
+            outcome: Outcome { branch: Branch::Held, from: at, to: at, flight: Flight::default() },
+            pose: Pose { cell: at, height_m: 0.0 },
+            collected: Collected::default(),
+            steps: decision,
+            visits: 0,
+            status: Status::Underway,
+            origin: Origin::Planner,
+            vetoed: Vetoed::NONE,
+            timing: Timing::default(),
+            digest: Digest::default(),
+        };
+        let mut hops = Hops::default();
+        // Robot 1 changes hands at decision 3; both go on in turn.
+        for (decision, term) in [(0, 1), (1, 1), (2, 1), (3, 2), (4, 1), (5, 2), (6, 1), (7, 2)] {
+            hops.fold(&executed(decision, (decision % 2) as u16, term));
+        }
+        let changes = hops
+            .leader_changes()
+            .map(|change| (change.robot.0, change.term.0, change.from.0, change.is_first));
+        assert_eq!(changes.collect::<Vec<_>>(), [(0, 1, 0, true), (1, 1, 1, true), (1, 2, 3, false)]);
     }
 }

@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
-use monitor::history::{Hop, PeerChange, Seen, SeenCells};
+use monitor::history::{Hop, LeaderChange, PeerChange, Seen, SeenCells};
 use report::picture::colour;
 
 use crate::Layer;
@@ -184,7 +184,7 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
         Some(_) => format!("goals visited {}", before.map_or(0, |hop| hop.visits)),
     };
     let pace = history.pacing().map_or_else(String::new, |pacing| format!(" · pace {}", pacing.pace));
-    line.push(Span::raw(format!("hop {at} of {due} · {count}{pace}")));
+    line.push(Span::raw(format!("{} {at} of {due} · {count}{pace}", noun(history))));
     line.into()
 }
 
@@ -238,8 +238,9 @@ impl<'a> View<'a> {
         let from = |centre: i32, shown: i32, side: i32| (centre - shown / 2).clamp(0, (side - shown).max(0));
         let left = from(pose.x, places.0 * stride, width);
         let bottom = from(pose.y, places.1 * stride, height);
-        let commands = hop_before(history, at).map(|hop| hop.term);
-        let change = history.hops()?.leader_changes().find(|change| Some(change.term) == commands);
+        let commands = hop_before(history, at).map(|hop| (hop.robot, hop.term));
+        let mut changes = history.hops()?.leader_changes();
+        let change = changes.find(|change| Some((change.robot, change.term)) == commands);
         let policy = history
             .policy()
             .is_some_and(|policy| change.is_none_or(|change| change.planner == policy.planner));
@@ -536,9 +537,12 @@ fn side(history: &History, settings: &ViewSettings, now: MonotonicNs, area: Rect
     lines.push(title("command"));
     if let Some(hops) = history.hops() {
         for change in hops.leader_changes().rev().filter(|change| change.from <= at).take(2) {
-            let text =
-                format!("term {} {} from hop {} ({})", change.term, change.planner, change.from, change.pid);
-            lines.push(Line::raw(text));
+            let LeaderChange { robot, term, planner, from, pid, .. } = change;
+            lines.push(Line::raw(if is_team(history) {
+                format!("robot {robot}: term {term} {planner} from {from}")
+            } else {
+                format!("term {term} {planner} from hop {from} ({pid})")
+            }));
         }
     }
     lines.extend(certificate(history, at));
@@ -693,8 +697,9 @@ fn events(history: &History, at: Decision, count: usize) -> Vec<Line<'static>> {
         events.push((mark.decision, style, text));
     }
     if let Some(hops) = history.hops() {
-        for change in hops.leader_changes().skip(1) {
-            let text = format!("{} takes command, term {}", change.planner, change.term);
+        for change in hops.leader_changes().filter(|change| !change.is_first) {
+            let robot = robot_of(history, change.robot);
+            let text = format!("{robot}{} takes command, term {}", change.planner, change.term);
             events.push((change.from, Style::new().fg(AMBER), text));
         }
     }
@@ -705,6 +710,20 @@ fn events(history: &History, at: Decision, count: usize) -> Vec<Line<'static>> {
         Line::from(vec![Span::styled(format!("{decision:>5} "), DIM), Span::styled(text, style)])
     };
     events.into_iter().rev().take(count).map(line).collect()
+}
+
+/// What a decision is called: robots of a team do not all hop.
+fn noun(history: &History) -> &'static str {
+    if is_team(history) { "decision" } else { "hop" }
+}
+
+/// Which of several robots something is about, as the beginning of a line.
+fn robot_of(history: &History, robot: RobotId) -> String {
+    if is_team(history) { format!("robot {robot}: ") } else { String::new() }
+}
+
+fn is_team(history: &History) -> bool {
+    history.brief().is_some_and(|brief| brief.robots > 1)
 }
 
 /// Recent interventions of the guard, newest first.

@@ -170,8 +170,10 @@ export function drawLine(canvas, history, at) {
   const [top, thick] = [9, 8];
   context.fillStyle = colour("raised");
   context.fillRect(inset, top, width - 2 * inset, thick);
-  history.reigns.forEach((reign, n) => {
-    const until = history.reigns[n + 1]?.from ?? due;
+  // The line has one colour for each planner of a single robot; those of several overlap.
+  const reigns = history.robots > 1 ? history.reigns.slice(0, 1) : history.reigns;
+  reigns.forEach((reign, n) => {
+    const until = reigns[n + 1]?.from ?? due;
     const from = Math.max(reign.from, first);
     if (until <= from) return;
     context.fillStyle = colour(`planner${history.plannerNumber(reign.planner)}`);
@@ -183,8 +185,8 @@ export function drawLine(canvas, history, at) {
   });
   context.fillStyle = colour("stray");
   stray.forEach((place) => context.fillRect(place, top + thick + 1, 1.5, 4));
-  history.reigns.slice(1).forEach((reign) => {
-    if (reign.from < first) return;
+  history.reigns.forEach((reign) => {
+    if (reign.first || reign.from < first) return;
     context.fillStyle = colour("text");
     context.beginPath();
     context.moveTo(x(reign.from), top);

@@ -310,7 +310,8 @@ export class MissionHistory {
 
   certify() {
     const { policy } = this;
-    const reign = policy && this.reigns.findLast((one) => one.from <= policy.decision);
+    // Only a hopper has a policy, and it is robot 0.
+    const reign = policy && this.reigns.findLast((one) => one.robot === 0 && one.from <= policy.decision);
     if (reign && reign.planner === policy.planner) this.bounds.set(reign.term, policy.error_bound);
   }
 
@@ -320,14 +321,39 @@ export class MissionHistory {
     return Math.min(Math.max(gain * (heightM + offset), min), max) / this.mission.grid.cell_size_m;
   }
 
-  reignOf(term) {
-    return this.reigns.find((reign) => reign.term === term) ?? null;
+  /** Who commanded the robot that acted last before a moment; `null` before anybody did. */
+  reignAt(at) {
+    const hop = this.hopBefore(at);
+    const [robot, term] = hop ? [hop.robot, hop.term] : [0, this.status?.state?.term];
+    return this.reigns.find((reign) => reign.robot === robot && reign.term === term) ?? null;
   }
 
-  /** Whose turn at the command it was at a moment. */
   plannerAt(at) {
-    const term = this.hopBefore(at)?.term ?? this.status?.state?.term;
-    return this.reignOf(term)?.planner ?? this.policy?.planner ?? null;
+    return this.reignAt(at)?.planner ?? this.policy?.planner ?? null;
+  }
+
+  /** Who commanded `robot` last before a moment. */
+  plannerOf(robot, at) {
+    const reign = this.reigns.findLast((one) => one.robot === robot && one.from < at);
+    return reign?.planner ?? this.status?.progress?.robots?.[robot]?.leader?.planner ?? null;
+  }
+
+  /** How many decisions a planner took in one term until a moment, of those that are known. */
+  commands({ robot, from }, at) {
+    const next = this.reigns.find((one) => one.robot === robot && one.from > from)?.from ?? this.due;
+    const until = Math.min(next, at);
+    if (this.robots === 1) return Math.max(until - from, 0);
+    return this.hops.filter((hop) => hop.robot === robot && hop.decision >= from && hop.decision < until).length;
+  }
+
+  /** What a decision is called: robots of a team do not all hop. */
+  get noun() {
+    return this.robots > 1 ? "decision" : "hop";
+  }
+
+  /** Which of several robots something is about, as the beginning of a line. */
+  about(robot) {
+    return this.robots > 1 ? `robot ${robot}: ` : "";
   }
 
   /** A number for each algorithm in the order of its first command. */

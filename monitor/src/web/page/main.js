@@ -192,7 +192,7 @@ function figures(at) {
   ];
 }
 
-const TEAM_FIGURES = ["decision", "step", "covered", "seen", "visits", "again", "robots", "turn"];
+const TEAM_FIGURES = ["decision", "step", "covered", "seen", "visits", "again", "active", "turn"];
 
 /** The figures of robots that cover ground. */
 function teamFigures(at) {
@@ -213,7 +213,7 @@ function teamFigures(at) {
   ];
 }
 
-const SCOUT_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "robots", "turn"];
+const SCOUT_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "active", "turn"];
 
 /** The figures of a rover with helicopters. */
 function scoutFigures(at) {
@@ -232,7 +232,7 @@ function scoutFigures(at) {
   const byName = Object.fromEntries(TEAM_FIGURES.map((name, n) => [name, ofTeam[n]]));
   return [
     byName.decision, [toGoal, "m"], [moved.driver.toFixed(0), "m"], [moved.helicopter.toFixed(0), "m"], byName.seen,
-    [`${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.robots, byName.turn,
+    [`${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.active, byName.turn,
   ];
 }
 
@@ -241,9 +241,8 @@ function showRobots(at) {
   const isTeam = history.robots > 1;
   by("robots-section").hidden = !isTeam;
   if (!isTeam) return;
-  const members = history.status?.progress?.robots ?? [];
   const due = history.turn(at);
-  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, members[robot]?.leader?.planner ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing.replace("_", " ")]);
+  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, history.plannerOf(robot, at) ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing.replace("_", " ")]);
   const text = JSON.stringify(rows);
   if (TEXTS.get("robots") === text) return;
   TEXTS.set("robots", text);
@@ -290,16 +289,14 @@ function bound(value) {
 }
 
 function showReigns(at) {
-  const rows = history.reigns.map((reign, n) => {
-    const until = Math.min(history.reigns[n + 1]?.from ?? history.due, at);
-    return [reign, Math.max(until - reign.from, 0)];
-  }).filter(([reign]) => reign.from < at || at === history.due).slice(-8).reverse();
-  const text = rows.map(([reign, hops]) => `${reign.term}:${hops}:${history.bounds.get(reign.term)}`).join();
+  const until = history.reigns.filter((reign) => reign.from < at || at === history.due);
+  const rows = until.slice(-8).reverse().map((reign) => [reign, history.commands(reign, at)]);
+  const text = rows.map(([reign, hops]) => `${reign.robot}:${reign.term}:${hops}:${history.bounds.get(reign.term)}`).join();
   if (TEXTS.get("reigns") === text) return;
   TEXTS.set("reigns", text);
   by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${history.plannerNumber(reign.planner)}` },
     make("td", { textContent: reign.term }),
-    make("td", {}, make("i", { className: "swatch" }), reign.planner),
+    make("td", {}, make("i", { className: "swatch" }), `${history.about(reign.robot)}${reign.planner}`),
     make("td", { className: "n", textContent: reign.from }),
     make("td", { className: "n", textContent: hops }),
     make("td", { className: "n", textContent: bound(history.bounds.get(reign.term)) }),
@@ -335,18 +332,19 @@ function showPeers() {
 /** What befell the hops of late, and what the guard did: the last thousand are looked through. */
 function guarded(at) {
   const until = Math.max(at - history.first, 0);
-  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, vetoed, origin, stray, branch, totalUs }) => {
+  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, totalUs }) => {
+    const who = history.about(robot);
     const events = [];
-    if (vetoed) events.push({ decision, kind: "swap", text: `the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
-    if (stray) events.push({ decision: decision + 1, kind: "stray", text: branch === "stayed" ? "stuck: the hop got nowhere" : `stray hop, slipped to the ${branch}` });
-    if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
-    if (origin !== "planner") events.push({ decision, kind: "bad", text: `no command in time: the fallback acts (${origin})` });
+    if (vetoed) events.push({ decision, kind: "swap", text: `${who}the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
+    if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${branch === "stayed" ? "stuck: the hop got nowhere" : `stray hop, slipped to the ${branch}`}` });
+    if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
+    if (origin !== "planner") events.push({ decision, kind: "bad", text: `${who}no command in time: the fallback acts (${origin})` });
     return events;
   });
 }
 
 function showEvents(at) {
-  const swaps = history.reigns.slice(1).map((reign) => ({ decision: reign.from, kind: "swap", text: `${reign.planner} takes command, term ${reign.term}` }));
+  const swaps = history.reigns.filter((reign) => !reign.first).map((reign) => ({ decision: reign.from, kind: "swap", text: `${history.about(reign.robot)}${reign.planner} takes command, term ${reign.term}` }));
   const changes = history.marks.map((mark) => {
     const who = mark.planner ? `${mark.role} ${mark.planner}` : mark.role;
     const words = { joined: "is heard", silent: "fell silent", back: "is back" }[mark.change];
@@ -360,7 +358,7 @@ function showEvents(at) {
   TEXTS.set("events", text);
   all.reverse().sort((a, b) => b.decision - a.decision);
   by("events").replaceChildren(...all.slice(0, 100).map((event) => make("li", { className: event.kind },
-    make("b", { textContent: `hop ${event.decision}` }), make("span", { textContent: event.text }))));
+    make("b", { textContent: `${history.noun} ${event.decision}` }), make("span", { textContent: event.text }))));
 }
 
 function measuredPace(at) {
@@ -388,12 +386,11 @@ function showHead(at) {
   else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
   put("status", text);
   by("status").className = `chip ${kind}`;
-  const term = history.hopBefore(at)?.term ?? history.status?.state?.term;
-  const reign = history.reignOf(term);
-  put("leader", reign ? `${reign.planner}, term ${reign.term}` : "nobody yet");
+  const reign = history.reignAt(at);
+  put("leader", reign ? `${history.about(reign.robot)}${reign.planner}, term ${reign.term}` : "nobody yet");
   const pace = measuredPace(at);
-  put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} hops/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
-  document.title = history.mission ? `${text} · hop ${history.due} · Hopper` : "Hopper";
+  put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} ${history.noun}s/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
+  document.title = history.mission ? `${text} · ${history.noun} ${history.due} · Hopper` : "Hopper";
 }
 
 function policyNote(at) {
@@ -473,14 +470,14 @@ function show() {
   if (slider.min !== `${history.first}`) slider.min = history.first;
   if (slider.max !== `${history.due}`) slider.max = history.due;
   if (slider.value !== `${at}`) slider.value = at;
-  slider.setAttribute("aria-valuetext", `hop ${at} of ${history.due}`);
-  put("at", `hop ${at} of ${history.due}`);
+  slider.setAttribute("aria-valuetext", `${history.noun} ${at} of ${history.due}`);
+  put("at", `${history.noun} ${at} of ${history.due}`);
   by("live").setAttribute("aria-pressed", isLive());
   by("play").textContent = view.replay ? "❚❚" : "▶";
   for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
   by("log").setAttribute("aria-pressed", view.logarithmic);
   by("contrast").setAttribute("aria-pressed", theme.isStark());
-  by("map").setAttribute("aria-label", `Map as discovered by hop ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
+  by("map").setAttribute("aria-label", `Map as discovered by ${history.noun} ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
 }
 
 // Time.
