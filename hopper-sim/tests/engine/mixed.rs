@@ -124,9 +124,21 @@ fn who_aims_at_an_occupied_cell_is_refused_by_name() {
     occupied(host.send(2, Action::Drive), 1);
 }
 
-/// P-MIXED-STRAY: a hop that strays onto another robot stops on the last free cell of its way.
+/// P-MIXED-GOAL: a rover that covers ground never steps onto the goal of a hopper, whoever commands it.
 #[test]
-fn a_hop_that_strays_onto_a_robot_stops_before_it() {
+fn a_rover_that_covers_ground_keeps_off_the_goals_of_hoppers() {
+    let mut host = Host::new(&world(&[&rover(3, 2, ""), HOPPER]), 1);
+    let onto_the_goal = Action::Step(Direction::East);
+    assert!(
+        matches!(host.send(0, onto_the_goal), Some(Refusal::Vetoed { action, .. }) if action == onto_the_goal)
+    );
+    assert!(host.state().vetoed.has(onto_the_goal), "so its planner chooses another");
+    assert_eq!(host.send(0, Action::Step(Direction::North)), None, "beside it is free");
+}
+
+/// P-MIXED-STRAY: a hop that would stray onto another robot ends where it began; its draw is that of a hopper alone.
+#[test]
+fn a_hop_that_strays_onto_a_robot_ends_where_it_began() {
     let beside = [rover(1, 2, ""), rover(3, 2, "")];
     let (crowded, alone) = (world(&[HOPPER, &beside[0], &beside[1]]), world(&[HOPPER]));
     let north = Action::Hop(Direction::North);
