@@ -203,8 +203,7 @@ function teamFigures(at) {
     entered += count;
   }
   const share = (100 * (isLive() ? history.seen : history.seenAt.filter((first) => first <= at).length)) / (history.width * history.height);
-  const members = history.status?.progress?.robots ?? [];
-  const active = members.filter((member) => member.standing === "active").length;
+  const active = history.poses(at).filter(({ standing }) => standing === "active").length;
   const due = history.turn(at);
   return [
     [`${at}`, ""], [`${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], [`${covered}`, "cells"], [share.toFixed(0), "%"],
