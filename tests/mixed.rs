@@ -200,7 +200,7 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-MIXED-CREW: sixteen robots fly with a planner process each.
+/// P-MIXED-CREW: sixteen robots fly with a planner process each, one that stands by, and a monitor.
 #[test]
 fn sixteen_robots_fly_with_a_planner_process_each() {
     let mut mission = Mission::new("sixteen");
@@ -210,8 +210,22 @@ fn sixteen_robots_fly_with_a_planner_process_each() {
     let hopper = "[[robots]]\nvehicle = \"hopper\"\nstart = [15, 15]\ngoal = [12, 15]\nrequired = false\n";
     let rovers: String = (0..15).map(robot).collect();
     std::fs::write(mission.path("sixteen.toml"), [ground, &rovers, hopper].concat()).unwrap();
-    let output = mission.fly(&["--scenario", "sixteen.toml"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    mission.assert_as_lockstep("out/journal");
+    let mut peers = vec![mission.start("perception", &[]), mission.start("monitor", &[])];
+    let numbers: Vec<String> = (0..16).map(|number: usize| number.to_string()).collect();
+    for number in &numbers {
+        let algorithm = if number == "15" { "mdp" } else { "cover_frontier" };
+        peers.push(mission.start("planner", &["--robot", number, "--algorithm", algorithm]));
+    }
+    // Two for robot 1: one of them stands by.
+    peers.push(mission.start("planner", &["--robot", "1", "--algorithm", "cover_frontier"]));
+    for peer in &peers {
+        peer.await_log("joined instance");
+    }
+    let mut sim = mission.start("sim", &["--scenario", "sixteen.toml"]);
+    assert_eq!(sim.code(), 0, "{}", sim.log());
+    for peer in &mut peers {
+        assert_eq!(peer.code(), 0, "{}", peer.log());
+    }
+    mission.assert_as_lockstep("journal");
     mission.assert_nothing_left();
 }

@@ -66,7 +66,7 @@ impl MissionArgs {
     pub fn scenario(&self) -> Result<Scenario, Failure> {
         let overrides = Overrides {
             profile: self.profile,
-            decision_budget_ns: self.budget.map(|budget| budget.as_nanos() as u64),
+            decision_budget_ns: self.budget.map(nanoseconds),
             dem: self.dem.clone(),
         };
         if let (None, Some(dem)) = (&self.scenario, &self.dem) {
@@ -194,12 +194,17 @@ impl Args {
     fn terms(&self) -> SimTerms {
         SimTerms {
             pace: self.mission.pace,
-            linger_ns: self.linger.as_nanos() as u64,
+            linger_ns: nanoseconds(self.linger),
             control: self.control,
             deadlines: true,
             terms: Terms { wait: self.wait, stay: false },
         }
     }
+}
+
+/// A duration in nanoseconds; one that is longer than any clock runs is as long as that.
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// The summary as the mission stands, with the processes that took part.

@@ -28,10 +28,10 @@ pub struct Progress {
     pub visits: u64,
     /// Hops after which a patrol is flown; `None` if the mission is no patrol.
     pub hops_max: Option<u64>,
-    /// From the hopper to the goal in force, metres as the crow flies.
-    pub distance_to_goal_m: f64,
-    /// From start to goal, metres as the crow flies.
-    pub start_to_goal_m: f64,
+    /// From the hopper to the goal in force, metres as the crow flies; `None` where robots have no goal in common.
+    pub distance_to_goal_m: Option<f64>,
+    /// From start to goal, metres as the crow flies; `None` where robots have no goal in common.
+    pub start_to_goal_m: Option<f64>,
     /// Hops that did not land where they were meant to.
     pub stray_hops: u64,
     /// Treasures collected so far.
@@ -125,17 +125,17 @@ impl Progress {
         if let Some(hops_max) = self.hops_max {
             return (self.decision.0 as f64 / hops_max as f64).min(1.0);
         }
-        if self.start_to_goal_m > 0.0 {
-            (1.0 - self.distance_to_goal_m / self.start_to_goal_m).max(0.0)
-        } else {
-            1.0
+        match self.distance_to_goal_m.zip(self.start_to_goal_m) {
+            Some((rest_m, whole_m)) if whole_m > 0.0 => (1.0 - rest_m / whole_m).max(0.0),
+            _ => 1.0,
         }
     }
 
     /// The essentials in some fifty columns, for a terminal of eighty.
     #[must_use]
     pub fn compact(&self) -> String {
-        let Self { decision, distance_to_goal_m, visits, .. } = self;
+        let Self { decision, visits, .. } = self;
+        let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
         let mut text = match self.measure {
             None => format!("hop {decision} · {distance_to_goal_m:.1} m"),
             Some(TeamMeasure::Distance) => format!("decision {decision} · {distance_to_goal_m:.1} m"),
@@ -181,7 +181,8 @@ impl fmt::Display for Progress {
         if self.status.is_over() {
             write!(f, "{}: ", self.status)?;
         }
-        let Self { decision, steps, steps_max, distance_to_goal_m, .. } = self;
+        let Self { decision, steps, steps_max, .. } = self;
+        let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
         match (self.hops_max, self.measure) {
             (None, Some(measure)) => {
                 write!(f, "decision {decision}, step {steps}/{steps_max}, ")?;
@@ -283,8 +284,8 @@ pub(crate) mod tests {
             steps_max: 150,
             visits: 0,
             hops_max: None,
-            distance_to_goal_m: 12.04,
-            start_to_goal_m: 24.08,
+            distance_to_goal_m: Some(12.04),
+            start_to_goal_m: Some(24.08),
             stray_hops: 2,
             treasures: 0,
             vetoes: 0,

@@ -146,11 +146,11 @@ impl Watcher {
             missing: mission.missing(),
             steps: mission.state.map_or(tally.steps(), |state| state.steps.max(tally.steps())),
             steps_max: brief.limits.steps_max,
-            distance_to_goal_m: mission.distance_to_goal_m(),
-            start_to_goal_m: tally.start_to_goal_m(),
+            distance_to_goal_m: brief.is_one_way().then(|| mission.distance_to_goal_m()),
+            start_to_goal_m: brief.is_one_way().then(|| tally.start_to_goal_m()),
             stray_hops: tally.route.stray(),
             treasures: tally.treasures(),
-            visits: tally.visits(),
+            visits: mission.visits(),
             hops_max: brief.patrol.map(|patrol| patrol.hops_max),
             vetoes: tally.vetoes,
             fallbacks: tally.fallbacks,
@@ -430,8 +430,12 @@ impl Mission {
     fn distance_to_goal_m(&self) -> f64 {
         let state = self.state.filter(|state| state.decision >= self.tally.due());
         let cell = state.map_or(self.tally.cell(), |state| state.pose.cell);
-        let visits = state.map_or(self.tally.visits(), |state| state.visits);
-        cell.distance_cells(self.brief.goal_after(visits)) * self.brief.grid.cell_size_m
+        cell.distance_cells(self.brief.goal_after(self.visits())) * self.brief.grid.cell_size_m
+    }
+
+    fn visits(&self) -> u64 {
+        let state = self.state.filter(|state| state.decision >= self.tally.due());
+        state.map_or(self.tally.visits(), |state| state.visits)
     }
 
     fn request(&mut self, robot: RobotId, now: MonotonicNs) -> Option<Effect> {

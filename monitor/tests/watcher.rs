@@ -261,7 +261,7 @@ fn progress_tells_steps_distance_coverage_and_latency() {
     watcher.on(Event::Map(MapPatch { run: RunId(99), seen_cells: 2, ..patch }), MonotonicNs(1));
     let progress = watcher.progress(MonotonicNs(2)).unwrap();
     assert_eq!((progress.decision, progress.steps, progress.steps_max), (Decision(4), 8, 150));
-    assert_eq!(progress.distance_to_goal_m, (95.0_f64 * 95.0 * 2.0).sqrt());
+    assert_eq!(progress.distance_to_goal_m, Some((95.0_f64 * 95.0 * 2.0).sqrt()));
     assert_eq!(progress.coverage, Some(map.coverage()));
     assert_eq!((progress.latency.decisions, progress.latency.misses), (4, 1));
     assert_eq!((progress.latency.last_us, progress.latency.budget_us), (700_000.0, 600_000.0));

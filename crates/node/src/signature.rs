@@ -11,8 +11,8 @@ use iceoryx2::service::static_config::StaticConfig;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
-/// Most listeners, and most notifiers, of one event service.
-pub(crate) const EVENT_PORTS_MAX: usize = 16;
+/// Most listeners, and most notifiers, of one event service: a place for every process of an instance.
+pub(crate) const EVENT_PORTS_MAX: usize = NODES_MAX;
 
 /// A publish-subscribe service as it is asked for.
 pub(crate) fn of_message<M: Message>() -> String {

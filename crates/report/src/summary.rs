@@ -81,10 +81,10 @@ pub struct Summary {
     pub robots: Vec<RobotSummary>,
     /// Share of the map seen, 0 to 1; `None` if not known.
     pub coverage: Option<f64>,
-    /// Straight-line distance from the hopper to the goal, metres.
-    pub distance_to_goal_m: f64,
-    /// Straight-line distance from start to goal, metres.
-    pub start_to_goal_m: f64,
+    /// Straight-line distance from the last cell to the goal, metres; `None` where robots have no goal in common.
+    pub distance_to_goal_m: Option<f64>,
+    /// Straight-line distance from start to goal, metres; `None` where robots have no goal in common.
+    pub start_to_goal_m: Option<f64>,
     /// Cell of the hopper.
     pub cell: Cell,
     /// Number of hops that did not land as intended.
@@ -136,6 +136,8 @@ impl SummaryBuilder {
     pub fn build(&self, state: &State, team: Option<&Team>, refusals: &RefusalCounts) -> Summary {
         let (brief, tally) = (&self.brief, &self.tally);
         let over = [tally.status(), state.status].into_iter().find(|status| status.is_over());
+        // Before the first decision only the state tells what is covered already.
+        let visits = tally.last.map_or(state.visits, |last| last.visits);
         Summary {
             scenario: brief.scenario.to_string(),
             seed: self.seed,
@@ -151,13 +153,13 @@ impl SummaryBuilder {
             decisions: tally.due().0,
             steps_max: brief.limits.steps_max,
             treasures: tally.treasures(),
-            visits: tally.visits(),
+            visits,
             is_patrol: brief.patrol.is_some(),
-            team: TeamEffort::of(brief, tally.due().0, tally.visits()),
+            team: TeamEffort::of(brief, tally.due().0, visits),
             robots: team.map_or_else(Vec::new, |team| self.robots(team, over.unwrap_or(state.status))),
             coverage: None,
-            distance_to_goal_m: tally.distance_to_goal_m(),
-            start_to_goal_m: tally.start_to_goal_m(),
+            distance_to_goal_m: brief.is_one_way().then(|| tally.distance_to_goal_m()),
+            start_to_goal_m: brief.is_one_way().then(|| tally.start_to_goal_m()),
             cell: tally.cell(),
             stray_hops: tally.route.stray(),
             route: tally.route,
@@ -184,7 +186,8 @@ impl Summary {
     /// How the mission ended, in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let &Self { outcome, hops, steps, steps_max, cell, distance_to_goal_m, team, .. } = self;
+        let &Self { outcome, hops, steps, steps_max, cell, team, .. } = self;
+        let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
         let patrolled = self.is_patrol.then_some(self.visits);
         EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled, team }.to_string()
     }
@@ -203,7 +206,8 @@ impl Summary {
             None => {
                 format!(
                     "{:.1} m over ground, {:.1} m from start to goal",
-                    route.length_m, self.start_to_goal_m
+                    route.length_m,
+                    self.start_to_goal_m.unwrap_or_default()
                 )
             }
             Some(_) => format!("{:.1} m of all robots, from cell to cell", route.length_m),

@@ -225,11 +225,12 @@ fn a_run_that_ends_before_its_mission_is_stopped() {
 fn a_run_without_a_decision_is_summed_up_without_a_nan() {
     let brief = brief(5);
     let mut opening = state(&records(&brief, &STEPS[..1], 9));
-    (opening.status, opening.digest) = (Status::Underway, contract::Digest([9; 32]));
+    (opening.status, opening.digest, opening.visits) = (Status::Underway, contract::Digest([9; 32]), 4);
     let summary = SummaryBuilder::new(&brief, 7).build(&opening, None, &RefusalCounts::default());
+    assert_eq!(summary.visits, 4, "cells in which rovers start are covered already");
     assert_eq!((summary.outcome, summary.hops, summary.steps), (Ending::Stopped, 0, 0));
     assert_eq!(summary.digest, opening.digest);
-    assert_eq!((summary.cell, summary.distance_to_goal_m), (brief.start, 8_f64.sqrt()));
+    assert_eq!((summary.cell, summary.distance_to_goal_m), (brief.start, Some(8_f64.sqrt())));
     let json = serde_json::to_string(&summary).unwrap();
     assert!(!json.contains("NaN"), "{json}");
     assert_eq!(serde_json::from_str::<Summary>(&json).unwrap(), summary);

@@ -144,7 +144,7 @@ impl Scenario {
         if trip.is_some() != self.mission.is_scout() {
             return Err(ScenarioError::Value {
                 field: "mission.kind",
-                need: "scout with truth.terrain.passages or truth.mobility, and no other with either",
+                need: "scout or mixed with truth.terrain.passages or truth.mobility, and no other with either",
                 got: if trip.is_some() {
                     "uncertain ground in another mission"
                 } else {
@@ -389,8 +389,19 @@ impl RobotRules {
         refuse(field, need, format!("({x}, {y}) of robot {number}"))
     }
 
-    /// Checks that nothing is given which only a helicopter has.
+    /// Checks that nothing is given which only a helicopter has, and no speed of a hopper.
     pub(crate) fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
+        if self.vehicle == VehicleKind::Hopper && self.speed_mps != one_metre() {
+            let got = format!("{} for robot {number}, a hopper", self.speed_mps);
+            return refuse("robots.speed_mps", "vehicle = \"rover\" or \"helicopter\"", got);
+        }
+        if !(1.0e-9..=1.0e3).contains(&self.speed_mps) {
+            return refuse(
+                "robots.speed_mps",
+                "above 0 and at most 1000 m/s",
+                format!("{} for robot {number}", self.speed_mps),
+            );
+        }
         if self.budget_m.is_none() && self.view_radius_m.is_none() && self.accuracy.is_none() {
             return Ok(());
         }

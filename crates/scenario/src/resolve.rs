@@ -347,7 +347,7 @@ impl Scenario {
         let Self { brief: mission, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
-        in_range("limits.decision_budget_ms", budget_ms, 0.0..=1e12, "0 to 1e12 ms")?;
+        in_range("limits.decision_budget_ms", budget_ms, 1e-6..=1e12, "1e-6 to 1e12 ms")?;
         let range = |prior: Surveyed<[f64; 2]>| match prior {
             Surveyed::Given([min, max]) => Range { min, max },
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },

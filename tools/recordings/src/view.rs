@@ -7,7 +7,7 @@ use contract::{Announcement, MonotonicNs, RobotId, Route, RoutePage, Team};
 use hopper::commands::view::{ServeArgs, gather_prior, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
-use recording::{JsonMessage, RecordedMessage, Recording};
+use recording::{JsonMessage, RecordedMessage, Recording, RecordingError};
 use scenario::Scenario;
 
 use crate::bag::{load, open};
@@ -28,7 +28,16 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let bytes = load(&args.file)?;
     let recording = open(&args.file, &bytes)?;
-    serve(history(&recording)?, &args.serve)
+    let history = history(&recording)?;
+    if history.brief().is_none() {
+        let messages = recording.entries().count() as u64;
+        return Err(Failure::usage(format!(
+            "{}: {}",
+            args.file.display(),
+            RecordingError::NoBrief { messages }
+        )));
+    }
+    serve(history, &args.serve)
 }
 
 /// The history that the recorded messages tell; of several runs the last.

@@ -219,6 +219,13 @@ impl Brief {
         self.cover.is_none() && self.scout.is_none() && self.mixed.is_none()
     }
 
+    /// Whether the mission is one way, from its start to its goal or from goal to goal. Robots that cover ground, and those that have
+    /// tasks of their own, have none in common.
+    #[must_use]
+    pub fn is_one_way(&self) -> bool {
+        self.cover.is_none() && self.mixed.is_none()
+    }
+
     /// Whether states come with a [`crate::Team`]: always but for a hopper that is alone.
     #[must_use]
     pub fn has_team(&self) -> bool {

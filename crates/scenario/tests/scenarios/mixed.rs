@@ -142,6 +142,11 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
         ),
         ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0 for robot 1"),
         (
+            "sensor = { gain = 4.0 }",
+            "speed_mps = nan",
+            "robots.speed_mps: need vehicle = \"rover\" or \"helicopter\", got NaN for robot 3, a hopper",
+        ),
+        (
             "profile = \"hopper\"",
             "profile = \"hopper\"\nstart = [1, 1]\ngoal = [2, 2]",
             "brief.start, brief.goal: need neither",
