@@ -89,7 +89,7 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     );
     assert_eq!(seen["streams"], serde_json::json!([2, 0, 2]), "seen, hidden, seen again");
     assert!(seen["bound"].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "a certificate: {seen}");
-    assert_eq!(seen["reigns"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
+    assert_eq!(seen["leaders"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
     assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
     assert!(seen["colours"].as_u64().unwrap() > 20, "the map is drawn: {seen}");
     assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");

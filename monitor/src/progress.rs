@@ -135,7 +135,7 @@ impl Progress {
     #[must_use]
     pub fn compact(&self) -> String {
         let Self { decision, visits, .. } = self;
-        let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
+        let distance_to_goal_m = self.distance_m();
         let mut text = match self.measure {
             None => format!("hop {decision} · {distance_to_goal_m:.1} m"),
             Some(TeamMeasure::Distance) => format!("decision {decision} · {distance_to_goal_m:.1} m"),
@@ -182,7 +182,7 @@ impl fmt::Display for Progress {
             write!(f, "{}: ", self.status)?;
         }
         let Self { decision, steps, steps_max, .. } = self;
-        let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
+        let distance_to_goal_m = self.distance_m();
         match (self.hops_max, self.measure) {
             (None, Some(measure)) => {
                 write!(f, "decision {decision}, step {steps}/{steps_max}, ")?;
@@ -241,6 +241,11 @@ impl fmt::Display for Progress {
 }
 
 impl Progress {
+    /// The distance to the goal as texts show it; they do so only where robots have a goal in common.
+    fn distance_m(&self) -> f64 {
+        self.distance_to_goal_m.unwrap_or_default()
+    }
+
     /// The numbers of the robots of each standing.
     fn write_robots(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for standing in Standing::ALL {

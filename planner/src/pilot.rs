@@ -69,8 +69,8 @@ pub enum Event {
     Heartbeat(Heartbeat),
     /// The operating system knows of no process with this number.
     Gone(u32),
-    /// This planner shall claim the next term of the robot, once, as if it had been told so at its start.
-    HandOver(RobotId),
+    /// This planner shall claim the next term of each robot that it serves and does not lead, once, as with `--takeover`.
+    HandOver,
     /// The plan that was asked for, with the moments at which planning began and ended.
     Planned(Plan, MonotonicNs, MonotonicNs),
     /// Time passes.
@@ -248,7 +248,7 @@ impl Pilot {
             Event::Refused(refusal) => self.map.refuse(&refusal),
             Event::Heartbeat(beat) => self.peer_table.observe(beat, now),
             Event::Gone(pid) => self.gone = Some(pid),
-            Event::HandOver(robot) => self.hand_over(robot),
+            Event::HandOver => self.hand_over(),
             Event::Planned(plan, started, ended) => self.planned(&plan, started, ended, now, &mut effects),
             Event::Tick => self.tick(now, &mut effects),
         }
@@ -417,10 +417,12 @@ impl Pilot {
         (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")
     }
 
-    fn hand_over(&mut self, robot: RobotId) {
-        let view = self.views.get_mut(usize::from(robot.0)).filter(|_| self.config.robots.has(robot));
-        if let Some(view) = view.filter(|view| !view.leads) {
-            (view.takeover, view.asked) = (true, None);
+    fn hand_over(&mut self) {
+        for robot in self.config.robots.iter() {
+            let view = &mut self.views[usize::from(robot.0)];
+            if !view.leads {
+                (view.takeover, view.asked) = (true, None);
+            }
         }
     }
 

@@ -185,7 +185,7 @@ impl<P: Ports> PlannerProcess<P> {
             let Some(control) = accept(Some(control)) else { continue };
             let addressed = control.run == self.pilot.seen().0;
             if addressed && control.order == Order::HandOver(ports.incarnation()) {
-                append(effects, self.pilot.on(Event::HandOver(control.robot), ports.now()));
+                append(effects, self.pilot.on(Event::HandOver, ports.now()));
             }
         }
     }

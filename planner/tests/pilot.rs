@@ -349,9 +349,8 @@ fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
     assert_eq!(effects, [Effect::Leads(Term(5))]);
 }
 
-/// P-STANDBY-TIME: silence counts from when it is known who leads, in whatever order brief, state and robots come.
-#[test]
-fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
+/// Two robots at decision 3, which is the second's, both led by another planner, and a pilot of the second alone.
+fn two_robots() -> (Brief, Team, Pilot) {
     let brief = Brief { robots: 2, ..brief() };
     let robot = Robot {
         vehicle: Vehicle::Hopper,
@@ -372,7 +371,14 @@ fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
     let (decision, due) = (Decision(3), RobotId(1));
     let team = Team { run: RUN, decision, digest, due, actor: None, members: [member; 2].into() };
     let robots = contract::RobotSet(0).with(due);
-    let mut pilot = Pilot::new(PilotConfig { robots, ..config(false) });
+    (brief, team, Pilot::new(PilotConfig { robots, ..config(false) }))
+}
+
+/// P-STANDBY-TIME: silence counts from when it is known who leads, in whatever order brief, state and robots come.
+#[test]
+fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
+    let (brief, team, mut pilot) = two_robots();
+    let leader = team.members[1].leader;
     let now = at(9 * SILENCE_NS);
     for tick in 0..=36 {
         assert_eq!(pilot.on(Event::Tick, at(tick * SILENCE_NS / 4)), []);
@@ -466,14 +472,25 @@ fn a_stand_by_that_is_told_to_takes_over_once() {
     let mut pilot = pilot(false);
     pilot.on(Event::State(state(0, 4, OTHER)), at(0));
     assert_eq!(pilot.on(Event::Patch(map(0)), at(0)), [], "it stands by");
-    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(0, 5)]);
     assert_eq!(pilot.on(Event::State(state(1, 5, ME)), at(0)), [Effect::Leads(Term(5))]);
-    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [], "it leads already");
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [], "it leads already");
     assert_eq!(pilot.on(Event::State(state(2, 6, OTHER)), at(0)), [Effect::StepsBack(Term(6))]);
     assert_eq!(pilot.on(Event::Patch(map(2)), at(0)), [], "what was told fires once");
-    assert_eq!(pilot.on(Event::HandOver(RobotId(0)), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(2, 7)]);
+}
+
+/// P-HAND-OVER: the order names a planner, which takes over the robots that it serves, whichever they are.
+#[test]
+fn a_stand_by_takes_over_the_robots_that_it_serves() {
+    let (brief, team, mut pilot) = two_robots();
+    for event in [Event::Brief(brief), Event::State(state(3, 4, OTHER)), Event::Team(team)] {
+        pilot.on(event, at(0));
+    }
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), [], "it stands by");
+    assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
 }
 
 #[test]

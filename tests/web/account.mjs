@@ -16,7 +16,7 @@ const row = (decision, treasures) => [decision, "intended", decision, 0, decisio
 const rows = (from, until, treasures) => Array.from({ length: until - from }, (_, n) => row(from + n, treasures(from + n)));
 
 // One treasure on cell 3, collected by hop 2, and one on cell 9 that lies there still.
-history.addHops({ rows: rows(0, 6, (decision) => (decision < 2 ? 0 : 1)), reigns: [] });
+history.addHops({ rows: rows(0, 6, (decision) => (decision < 2 ? 0 : 1)), leaders: [] });
 history.addCells({ i: [3, 6], h: [0, 0], at: [1, 3] });
 history.status = { treasures: [[9, 0]] };
 assert.deepEqual(history.treasures(0), [], "neither was seen");
@@ -25,8 +25,8 @@ assert.deepEqual(history.treasures(3), [], "collected");
 assert.deepEqual(history.treasures(history.due), [[9, 0]]);
 
 // The monitor skips ahead.
-history.addHops({ rows: rows(6, 8, () => 1), reigns: [] });
-history.addHops({ rows: rows(50, 55, () => 4), reigns: [] });
+history.addHops({ rows: rows(6, 8, () => 1), leaders: [] });
+history.addHops({ rows: rows(50, 55, () => 4), leaders: [] });
 assert.deepEqual([history.first, history.due], [50, 55]);
 assert.deepEqual(history.pose(53).cell, [53, 0]);
 assert.equal(history.hopBefore(8), null, "it is no longer kept");
@@ -36,7 +36,7 @@ assert.deepEqual(history.treasures(51), [[9, 0]], "where the others lay nobody t
 const aimed = (branch, x, y) => {
   const other = new MissionHistory();
   other.begin({ run: "2", grid: { width: 9, height: 9 }, start: [4, 4], goals: [[8, 8]] });
-  other.addHops({ rows: [[0, branch, 4, 4, x, y, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1]], reigns: [] });
+  other.addHops({ rows: [[0, branch, 4, 4, x, y, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1]], leaders: [] });
   return other.hops[0].aim;
 };
 assert.deepEqual(aimed("intended", 5, 4), [1, 0]);
@@ -49,7 +49,7 @@ assert.equal(aimed("stayed", 4, 4), null);
 const team = new MissionHistory();
 team.begin({ run: "3", robots: 2, grid: { width: 9, height: 9 }, start: [0, 0], goals: [[8, 8]] });
 const step = (decision, robot, from, to, term = 1) => [decision, "intended", ...from, ...to, 0, term, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1];
-team.addHops({ rows: [step(0, 0, [0, 0], [1, 0]), step(1, 1, [5, 5], [5, 6]), step(2, 0, [1, 0], [0, 0])], reigns: [] });
+team.addHops({ rows: [step(0, 0, [0, 0], [1, 0]), step(1, 1, [5, 5], [5, 6]), step(2, 0, [1, 0], [0, 0])], leaders: [] });
 assert.deepEqual(team.poses(1).map(({ cell }) => cell), [[1, 0], [5, 5]]);
 assert.deepEqual(team.poses(3).map(({ cell }) => cell), [[0, 0], [5, 6]]);
 assert.deepEqual([team.turn(0), team.turn(1), team.turn(2)], [0, 1, 0]);
@@ -57,10 +57,10 @@ assert.equal(team.visitsUntil(3)[0], 2, "its start, and back again");
 
 // Terms are counted for each robot: who commands which, how often, and until when.
 const lead = (robot, term, planner, from, first) => ({ robot, term, planner, from, first, pid: 7 });
-const reigns = [lead(0, 1, "spiral", 0, true), lead(1, 1, "cover_frontier", 1, true), lead(1, 2, "boustrophedon", 3, false)];
-team.addHops({ rows: [step(3, 1, [5, 6], [5, 7], 2), step(4, 0, [0, 0], [0, 1])], reigns });
+const leaders = [lead(0, 1, "spiral", 0, true), lead(1, 1, "cover_frontier", 1, true), lead(1, 2, "boustrophedon", 3, false)];
+team.addHops({ rows: [step(3, 1, [5, 6], [5, 7], 2), step(4, 0, [0, 0], [0, 1])], leaders });
 assert.deepEqual([1, 2, 3, 4, 5].map((at) => team.plannerAt(at)), ["spiral", "cover_frontier", "spiral", "boustrophedon", "spiral"]);
 assert.deepEqual([3, 4].map((at) => team.plannerOf(1, at)), ["cover_frontier", "boustrophedon"]);
-assert.deepEqual(reigns.map((reign) => team.commands(reign, 5)), [3, 1, 1]);
-assert.deepEqual([team.noun, team.about(1), history.noun, history.about(0)], ["decision", "robot 1: ", "hop", ""]);
+assert.deepEqual(leaders.map((leader) => team.commands(leader, 5)), [3, 1, 1]);
+assert.deepEqual([team.decisionWord, team.robotPrefix(1), history.decisionWord, history.robotPrefix(0)], ["decision", "robot 1: ", "hop", ""]);
 assert.equal(team.visitsUntil(1)[0], 1, "looking back");

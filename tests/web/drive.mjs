@@ -58,8 +58,8 @@ try {
   seen.streams.push(await streams());
 
   // What the planner proves of its values stands beside it.
-  await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#reigns tbody td:nth-child(5)").textContent));
-  seen.bound = await text("#reigns tbody td:nth-child(5)");
+  await until(() => /^\d\.\de-\d+$/.test(document.querySelector("#leaders tbody td:nth-child(5)").textContent));
+  seen.bound = await text("#leaders tbody td:nth-child(5)");
   await shot("paused");
   await accessible("dark");
 
@@ -90,8 +90,8 @@ try {
   await page.click("#peers button:not(:disabled)");
   await page.selectOption("#tempo", "20");
   await page.keyboard.press("k");
-  await until(() => document.querySelectorAll("#reigns tbody tr").length === 2);
-  seen.reigns = await page.locator("#reigns tbody tr td:nth-child(2)").allInnerTexts();
+  await until(() => document.querySelectorAll("#leaders tbody tr").length === 2);
+  seen.leaders = await page.locator("#leaders tbody tr td:nth-child(2)").allInnerTexts();
   await until(() => document.getElementById("events").textContent.includes("takes command"));
   await shot("swapped");
 

@@ -19,15 +19,15 @@ export function turnovers(text) {
 }
 
 /** The same of what was flown. */
-export function planners(reigns) {
-  return reigns.map(({ planner, from }) => (from > 0 ? `${planner}@${from}` : planner)).join(",");
+export function planners(leaders) {
+  return leaders.map(({ planner, from }) => (from > 0 ? `${planner}@${from}` : planner)).join(",");
 }
 
 /** The form with which a mission is chosen. */
 export class Choice {
-  constructor({ ask, reigns }) {
+  constructor({ ask, leaders }) {
     this.ask = ask;
-    this.reigns = reigns;
+    this.leaders = leaders;
     this.ground = null;
     const select = (name) => make("select", { name });
     this.scenario = select("scenario");
@@ -148,10 +148,10 @@ export class Choice {
   }
 
   /** The link of the mission, into the address. */
-  remember(reigns, hop) {
+  remember(leaders, hop) {
     const link = new URLSearchParams({ scenario: this.scenario.value, seed: this.seed.value });
     if (this.profile.value) link.set("profile", this.profile.value);
-    if (reigns.length > 0) link.set("planner", planners(reigns));
+    if (leaders.length > 0) link.set("planner", planners(leaders));
     if (hop !== null) link.set("hop", hop);
     if (this.ground && (this.scenario.value === "elevation model" || this.needsGround.has(this.scenario.value))) link.set("dem", this.ground);
     history.replaceState(null, "", `#${link.toString().replaceAll("%2C", ",").replaceAll("%40", "@")}`);
@@ -159,8 +159,8 @@ export class Choice {
 
   /** Copies the link of what is shown. */
   async share() {
-    const robots = new Set(this.reigns.map(({ robot }) => robot ?? 0));
-    this.remember(robots.size > 1 ? [] : this.reigns, Number(document.getElementById("moment").value));
+    const robots = new Set(this.leaders.map(({ robot }) => robot ?? 0));
+    this.remember(robots.size > 1 ? [] : this.leaders, Number(document.getElementById("moment").value));
     try {
       await navigator.clipboard.writeText(location.href);
       this.tell("the link is copied");

@@ -5,7 +5,7 @@ import { Choice } from "./choice.js";
 const worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
 const asked = new Map();
 const streams = { "/events": null, "/policy": null };
-const reigns = [];
+const leaders = [];
 let number = 0;
 
 /** Asks the worker; what it answers. */
@@ -53,10 +53,10 @@ const TAKES = {
       const end = line.indexOf(" ");
       const [event, data] = [line.slice(0, end), line.slice(end + 1)];
       if (event === "mission") {
-        reigns.length = 0;
+        leaders.length = 0;
         if (streams["/policy"]) ask("follow", { wanted: true }).catch(() => {});
       }
-      if (event === "hops") reigns.push(...JSON.parse(data).reigns);
+      if (event === "hops") leaders.push(...JSON.parse(data).leaders);
       streams[event === "policy" ? "/policy" : "/events"]?.dispatchEvent(new MessageEvent(event, { data }));
     }
   },
@@ -71,7 +71,7 @@ const awake = new Promise((done, failed) => {
 });
 worker.addEventListener("message", ({ data }) => TAKES[data.type](data));
 
-const choice = new Choice({ ask, reigns });
+const choice = new Choice({ ask, leaders });
 const ready = awake.then(() => choice.begin()).catch((error) => { choice.tell(error.message); throw error; });
 ready.catch(() => {});
 

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Heartbeat, Leader, MonotonicNs, Name, PeerTable, Profile, RobotId, Role, RunId, State, Status,
+    Brief, Heartbeat, Incarnation, Leader, MonotonicNs, Name, PeerTable, Profile, RobotId, Role, RunId,
+    State, Status, Team,
 };
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::{CallbackProgression, Node as MiddlewareNode, NodeState, Service};
@@ -61,7 +62,7 @@ pub struct ProcessReport {
     pub version: Name,
     /// Algorithm of a planner, empty of others.
     pub planner: Name,
-    /// Whether it is the planner in command.
+    /// Whether it commands a robot.
     pub leads: bool,
     /// Heartbeats it has sent.
     pub counter: u64,
@@ -248,9 +249,10 @@ impl Report {
         let robot = RobotId(0);
         let mut briefs = visitor.reader::<Brief>(robot, false)?;
         let mut states = visitor.reader::<State>(robot, false)?;
+        let mut teams = visitor.reader::<Team>(robot, false)?;
         let mut heartbeats = visitor.reader::<Heartbeat>(robot, false)?;
         let mut peer_table = PeerTable::default();
-        let (mut brief, mut state) = (None::<Brief>, None::<State>);
+        let (mut brief, mut state, mut team) = (None::<Brief>, None::<State>, None::<Team>);
         let until = Node::now().plus_ns(LISTENING.as_nanos() as u64);
         while Node::now() < until && !visitor.stop_requested() {
             visitor.sleep(TICK);
@@ -259,9 +261,14 @@ impl Report {
             }
             brief = briefs.newest().and_then(Result::ok).or(brief);
             state = states.newest().and_then(Result::ok).or(state);
+            team = teams.newest().and_then(Result::ok).or(team);
         }
-        let leader = state.map(|state| state.leader).unwrap_or_default();
-        self.processes = processes(&peer_table, &leader, Node::now());
+        let team = team.filter(|team| state.is_some_and(|state| state.run == team.run));
+        let leads = |life| match &team {
+            Some(team) => team.led_by(life).next().is_some(),
+            None => state.is_some_and(|state| state.leader.incarnation == life),
+        };
+        self.processes = processes(&peer_table, leads, Node::now());
         self.services = services(instance)?;
         if let Some(brief) = brief {
             let budget = MemoryBudget::of(brief.grid.cells(), brief.robots)?;
@@ -333,7 +340,11 @@ impl Report {
     }
 }
 
-fn processes(peer_table: &PeerTable, leader: &Leader, now: MonotonicNs) -> Vec<ProcessReport> {
+fn processes(
+    peer_table: &PeerTable,
+    leads: impl Fn(Incarnation) -> bool,
+    now: MonotonicNs,
+) -> Vec<ProcessReport> {
     let mut processes: Vec<_> = peer_table
         .live(now)
         .map(|peer| {
@@ -343,7 +354,7 @@ fn processes(peer_table: &PeerTable, leader: &Leader, now: MonotonicNs) -> Vec<P
                 pid: beat.pid,
                 version: beat.version,
                 planner: beat.planner,
-                leads: beat.incarnation == leader.incarnation,
+                leads: leads(beat.incarnation),
                 counter: beat.counter,
                 run: beat.run,
                 decision: beat.decision.0,

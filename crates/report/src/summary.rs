@@ -158,8 +158,8 @@ impl SummaryBuilder {
             team: TeamEffort::of(brief, tally.due().0, visits),
             robots: team.map_or_else(Vec::new, |team| self.robots(team, over.unwrap_or(state.status))),
             coverage: None,
-            distance_to_goal_m: brief.is_one_way().then(|| tally.distance_to_goal_m()),
-            start_to_goal_m: brief.is_one_way().then(|| tally.start_to_goal_m()),
+            distance_to_goal_m: brief.has_common_goal().then(|| tally.distance_to_goal_m()),
+            start_to_goal_m: brief.has_common_goal().then(|| tally.start_to_goal_m()),
             cell: tally.cell(),
             stray_hops: tally.route.stray(),
             route: tally.route,
@@ -187,6 +187,7 @@ impl Summary {
     #[must_use]
     pub fn sentence(&self) -> String {
         let &Self { outcome, hops, steps, steps_max, cell, team, .. } = self;
+        // Where robots have no goal in common no sentence names a distance.
         let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
         let patrolled = self.is_patrol.then_some(self.visits);
         EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled, team }.to_string()

@@ -56,11 +56,11 @@ pub struct RobotRules {
     #[serde(default = "north")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["north", "east", "south", "west"])))]
     pub heading: Direction,
-    /// Speed on level ground, m/s; at most a cell a second. A helicopter's speed over ground; of a rover that is scouted for,
-    /// the ground has the speed.
+    /// Speed of a rover that covers ground, on level ground, m/s; at most a cell a second. A helicopter's speed over ground. Other
+    /// robots have none.
     #[serde(default = "one_metre")]
     pub speed_mps: f64,
-    /// How far it sees, cells to each side: 1 for the eight cells around it.
+    /// How far a rover that covers ground sees, cells to each side: 1 for the eight cells around it. Other robots have none.
     #[serde(default = "one_cell")]
     pub sensor_range_cells: u32,
     /// Length of all flights of a helicopter in a stage, metres; 300 by default.
@@ -335,6 +335,7 @@ impl RobotRules {
             }
             VehicleKind::Rover => {
                 self.check_grounded(number)?;
+                self.check_without_speed(number)?;
                 let goal = Waypoint { x_m: trip.goal.at.x_m, y_m: trip.goal.at.y_m };
                 let vehicle = Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m };
                 let start = Placement { cell, heading: self.heading };
@@ -346,6 +347,7 @@ impl RobotRules {
     /// The hopper of these rules, on `cell`.
     fn hopping(&self, number: usize, cell: Cell) -> Result<Robot, ScenarioError> {
         self.check_grounded(number)?;
+        self.check_without_speed(number)?;
         self.check_without_start(number)?;
         let start = Placement { cell, heading: self.heading };
         Ok(Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start })
@@ -358,6 +360,7 @@ impl RobotRules {
         start: Waypoint,
         cell: Cell,
     ) -> Result<Robot, ScenarioError> {
+        self.check_without_range(number)?;
         let got = |value: f64| format!("{value} for robot {number}");
         let budget_m = *self.budget_m.get_or_insert(BUDGET_M);
         if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
@@ -389,19 +392,30 @@ impl RobotRules {
         refuse(field, need, format!("({x}, {y}) of robot {number}"))
     }
 
-    /// Checks that nothing is given which only a helicopter has, and no speed of a hopper.
+    /// Checks that no speed and no range of sight are given, which a hopper and a rover with a goal have from elsewhere.
+    pub(crate) fn check_without_speed(&self, number: usize) -> Result<(), ScenarioError> {
+        if self.speed_mps != one_metre() {
+            let need = "a helicopter or a rover that covers ground: others have no speed of their own";
+            return refuse("robots.speed_mps", need, format!("{} for robot {number}", self.speed_mps));
+        }
+        self.check_without_range(number)
+    }
+
+    /// Checks that no range of sight is given in cells, which only a rover that covers ground has.
+    fn check_without_range(&self, number: usize) -> Result<(), ScenarioError> {
+        if self.sensor_range_cells == one_cell() {
+            return Ok(());
+        }
+        let got = format!("{} for robot {number}", self.sensor_range_cells);
+        refuse(
+            "robots.sensor_range_cells",
+            "a rover that covers ground: others see as far as their sensor",
+            got,
+        )
+    }
+
+    /// Checks that nothing is given which only a helicopter has.
     pub(crate) fn check_grounded(&self, number: usize) -> Result<(), ScenarioError> {
-        if self.vehicle == VehicleKind::Hopper && self.speed_mps != one_metre() {
-            let got = format!("{} for robot {number}, a hopper", self.speed_mps);
-            return refuse("robots.speed_mps", "vehicle = \"rover\" or \"helicopter\"", got);
-        }
-        if !(1.0e-9..=1.0e3).contains(&self.speed_mps) {
-            return refuse(
-                "robots.speed_mps",
-                "above 0 and at most 1000 m/s",
-                format!("{} for robot {number}", self.speed_mps),
-            );
-        }
         if self.budget_m.is_none() && self.view_radius_m.is_none() && self.accuracy.is_none() {
             return Ok(());
         }

@@ -160,6 +160,7 @@ impl RobotRules {
         match (self.vehicle, self.goal) {
             (VehicleKind::Hopper, _) => {
                 self.check_grounded(number)?;
+                self.check_without_speed(number)?;
                 let goal = place("robots.goal", number, self.goal, terrain)?;
                 for (field, cell) in [("robots.start", cell), ("robots.goal", goal)] {
                     if terrain.ground(cell).is_none_or(|ground| !ground.passable) {
@@ -175,6 +176,7 @@ impl RobotRules {
             }
             (VehicleKind::Rover, Some(_)) => {
                 self.check_grounded(number)?;
+                self.check_without_speed(number)?;
                 if terrain.prior.is_empty() {
                     let need = "none on ground without speeds: add truth.mobility, or leave it out for a rover that covers ground";
                     return refuse("robots.goal", need, format!("one for rover {number}"));

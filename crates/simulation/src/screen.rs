@@ -1,6 +1,6 @@
 //! Somebody in front of the monitor: looks at policies, and gives orders.
 
-use contract::{MonotonicNs, Order, Pace, Role};
+use contract::{MonotonicNs, Order, Pace};
 use monitor::{History, Screen, Wish};
 use process::Failure;
 
@@ -30,14 +30,7 @@ impl Somebody {
             0 | 1 => Some(Order::Pause),
             2 => Some(Order::Step),
             3 => Some(Order::Pace(Pace::Hertz(self.chance.pick(&[30.0, 80.0, 400.0])))),
-            _ => {
-                let leader = history.state().map(|state| state.leader.incarnation);
-                let peers = history.peers().peers();
-                let stands_by = peers
-                    .iter()
-                    .find(|peer| peer.beat.role == Role::Planner && Some(peer.beat.incarnation) != leader);
-                stands_by.map(|peer| Order::HandOver(peer.beat.incarnation))
-            }
+            _ => history.stand_by().map(|peer| Order::HandOver(peer.beat.incarnation)),
         }
     }
 }

@@ -306,10 +306,9 @@ impl MixedTeam {
         };
         let gives_up = roster.is_spent(robot) && !self.required.has(robot);
         match is_over {
-            _ if !was_active => {}
-            Some(standing) => roster.end(robot, standing),
-            None if gives_up => roster.give_up(robot),
-            None => {}
+            Some(standing) if was_active => roster.end(robot, standing),
+            None if was_active && gives_up => roster.give_up(robot),
+            _ => {}
         }
         let entry = roster.entry(robot);
         let closes =

@@ -1,6 +1,8 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
-use contract::{Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, Stage, Vetoed, Waypoint};
+use contract::{
+    Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, RobotId, Stage, Vetoed, Waypoint,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
@@ -72,7 +74,8 @@ struct PeerRow<'a> {
     life: String,
     silent_ms: u64,
     alive: bool,
-    leads: bool,
+    /// The robots that it commands.
+    leads: Vec<RobotId>,
 }
 
 impl History {
@@ -125,7 +128,6 @@ impl History {
         let (number, progress) = &self.progress;
         let progress = progress.as_ref().filter(|_| *number > cursor.status)?;
         cursor.status = *number;
-        let leader = self.state().map(|state| state.leader.incarnation);
         let peers = self.peers.peers();
         let peers = peers.iter().map(|peer| PeerRow {
             role: peer.beat.role.as_str(),
@@ -135,7 +137,7 @@ impl History {
             life: peer.beat.incarnation.to_string(),
             silent_ms: now.since_ns(peer.heard) / 1_000_000,
             alive: !peer.silent,
-            leads: Some(peer.beat.incarnation) == leader,
+            leads: self.led_by(peer.beat.incarnation),
         });
         let treasures: &[Cell] = self.seen_cells().map_or(&[], SeenCells::treasures);
         let pacing = self.pacing.map(
@@ -221,7 +223,7 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
     let leader_changes: Vec<Value> =
         hops.leader_changes_from(cursor.leader_changes).map(leader_change).collect();
     cursor.leader_changes = hops.leader_changes_count();
-    Some(frame("hops", &json!({ "rows": rows, "reigns": leader_changes })))
+    Some(frame("hops", &json!({ "rows": rows, "leaders": leader_changes })))
 }
 
 fn leader_change(leader_change: &LeaderChange) -> Value {

@@ -13,9 +13,9 @@ mod seen_cells;
 mod speeds;
 
 use contract::{
-    Brief, Cell, Collected, Decision, Heartbeat, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role, RoutePage, RouteRequest,
-    State, Team, Timeline,
+    Brief, Cell, Collected, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs,
+    ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role, RoutePage,
+    RouteRequest, State, Team, Timeline,
 };
 use report::Executed;
 use speed_layer::SpeedLayer;
@@ -228,6 +228,21 @@ impl History {
     #[must_use]
     pub fn team(&self) -> Option<&Team> {
         self.run.as_ref()?.team.as_ref()
+    }
+
+    /// The robots that a life commands, by the last state or, of several robots, the last team.
+    #[must_use]
+    pub fn led_by(&self, life: Incarnation) -> Vec<RobotId> {
+        let alone = self.state().filter(|state| state.leader.incarnation == life).map(|state| state.robot);
+        self.team().map_or_else(|| alone.into_iter().collect(), |team| team.led_by(life).collect())
+    }
+
+    /// A living planner that commands no robot, if there is one.
+    #[must_use]
+    pub fn stand_by(&self) -> Option<Peer> {
+        let peers = self.peers.peers().into_iter();
+        let mut planners = peers.filter(|peer| peer.beat.role == Role::Planner && !peer.silent);
+        planners.find(|peer| self.led_by(peer.beat.incarnation).is_empty())
     }
 
     /// Routes that were announced in the run.

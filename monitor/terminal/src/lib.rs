@@ -1,10 +1,12 @@
 //! The mission on a terminal, down to eighty columns by twenty-four rows.
 //!
-//! [`picture`] draws the history: no terminal in it. [`shell`] has the terminal.
+//! [`picture`] lays out the history, `map` and `side` draw its two halves: no terminal in them. [`shell`] has the terminal.
 
 mod layer;
+mod map;
 pub mod picture;
 pub mod shell;
+mod side;
 
 pub use layer::Layer;
 pub use picture::{ViewSettings, draw};

@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
-use contract::{Decision, MonotonicNs, Role};
+use contract::{Decision, MonotonicNs};
 use node::{Exit, Failure, hold_log_back};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -62,12 +62,9 @@ impl Terminal {
             }
             KeyCode::Char('s') => return order(contract::Order::Step),
             KeyCode::Char('h') => {
-                let leader = history.state().map(|state| state.leader.incarnation);
-                let peers = history.peers().peers();
-                let stands_by = peers.iter().find(|peer| {
-                    peer.beat.role == Role::Planner && !peer.silent && Some(peer.beat.incarnation) != leader
-                });
-                return stands_by.and_then(|peer| order(contract::Order::HandOver(peer.beat.incarnation)));
+                return history
+                    .stand_by()
+                    .and_then(|peer| order(contract::Order::HandOver(peer.beat.incarnation)));
             }
             KeyCode::Left => self.settings.go(-1, due),
             KeyCode::Right => self.settings.go(1, due),

@@ -47,8 +47,8 @@ try {
   // The link says all: the mission waits at its hop, whose planner took over before.
   await page.goto(`${home}#scenario=hard&profile=paper-2023&seed=3&planner=mdp,greedy@4&hop=6`);
   await status("paused");
-  await until(() => document.querySelectorAll("#reigns tbody tr").length === 2);
-  seen.linked = { scenario: await text("#scenario"), profile: await text("#profile"), hop: await shown(), reigns: await page.locator("#reigns tbody td:nth-child(2)").allInnerTexts(), from: await page.locator("#reigns tbody td:nth-child(3)").allInnerTexts() };
+  await until(() => document.querySelectorAll("#leaders tbody tr").length === 2);
+  seen.linked = { scenario: await text("#scenario"), profile: await text("#profile"), hop: await shown(), leaders: await page.locator("#leaders tbody td:nth-child(2)").allInnerTexts(), from: await page.locator("#leaders tbody td:nth-child(3)").allInnerTexts() };
   await until(() => document.querySelectorAll("#why tbody tr").length === 4 && /\d/.test(document.querySelector("#why tbody td").textContent));
   await shot("linked");
   await page.evaluate(axe);

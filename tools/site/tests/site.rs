@@ -91,7 +91,7 @@ fn the_page_flies_missions_without_a_server() {
     let linked = &seen["linked"];
     assert_eq!((&linked["scenario"], &linked["profile"]), (&"hard".into(), &"paper-2023".into()));
     assert_eq!(linked["hop"], 6, "the mission waits at the hop of the link");
-    assert_eq!(linked["reigns"], serde_json::json!(["greedy", "mdp"]));
+    assert_eq!(linked["leaders"], serde_json::json!(["greedy", "mdp"]));
     assert_eq!(linked["from"], serde_json::json!(["4", "0"]));
     assert_eq!(seen["peers"], serde_json::json!(["finished"]), "nobody fell silent");
     let link = seen["link"].as_str().unwrap();

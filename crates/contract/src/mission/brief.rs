@@ -219,10 +219,10 @@ impl Brief {
         self.cover.is_none() && self.scout.is_none() && self.mixed.is_none()
     }
 
-    /// Whether the mission is one way, from its start to its goal or from goal to goal. Robots that cover ground, and those that have
-    /// tasks of their own, have none in common.
+    /// Whether the mission has a goal, or goals one after another. Robots that cover ground have none, and those of a mixed mission one
+    /// each.
     #[must_use]
-    pub fn is_one_way(&self) -> bool {
+    pub fn has_common_goal(&self) -> bool {
         self.cover.is_none() && self.mixed.is_none()
     }
 

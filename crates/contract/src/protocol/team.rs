@@ -11,8 +11,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Brief, Cell, Decision, Digest, Direction, Leader, RobotId, Route, RouteId, RunId, State, Task,
-    Waypoint,
+    Action, Brief, Cell, Decision, Digest, Direction, Incarnation, Leader, RobotId, Route, RouteId, RunId,
+    State, Task, Waypoint,
 };
 
 /// The body of a robot, with what its actions depend on.
@@ -367,5 +367,11 @@ impl Team {
     #[must_use]
     pub fn member(&self, robot: RobotId) -> Option<&Member> {
         self.members.get(usize::from(robot.0))
+    }
+
+    /// The robots that a life commands.
+    pub fn led_by(&self, life: Incarnation) -> impl Iterator<Item = RobotId> + '_ {
+        let numbered = (0..).map(RobotId).zip(self.members.iter());
+        numbered.filter(move |(_, member)| member.leader.incarnation == life).map(|(robot, _)| robot)
     }
 }

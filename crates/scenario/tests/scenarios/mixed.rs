@@ -144,7 +144,12 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
         (
             "sensor = { gain = 4.0 }",
             "speed_mps = nan",
-            "robots.speed_mps: need vehicle = \"rover\" or \"helicopter\", got NaN for robot 3, a hopper",
+            "robots.speed_mps: need a helicopter or a rover that covers ground: others have no speed of their own, got NaN for robot 3",
+        ),
+        (
+            "speed_mps = 5.0",
+            "sensor_range_cells = 9",
+            "robots.sensor_range_cells: need a rover that covers ground: others see as far as their sensor, got 9 for robot 1",
         ),
         (
             "profile = \"hopper\"",

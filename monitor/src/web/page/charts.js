@@ -170,13 +170,13 @@ export function drawLine(canvas, history, at) {
   const [top, thick] = [9, 8];
   context.fillStyle = colour("raised");
   context.fillRect(inset, top, width - 2 * inset, thick);
-  // The line has one colour for each planner of a single robot; those of several overlap.
-  const reigns = history.robots > 1 ? history.reigns.slice(0, 1) : history.reigns;
-  reigns.forEach((reign, n) => {
-    const until = reigns[n + 1]?.from ?? due;
-    const from = Math.max(reign.from, first);
+  // One colour for each planner of a single robot; of several robots all lead at once, and the line has one colour.
+  const leaders = history.robots > 1 ? history.leaders.slice(0, 1) : history.leaders;
+  leaders.forEach((leader, n) => {
+    const until = leaders[n + 1]?.from ?? due;
+    const from = Math.max(leader.from, first);
     if (until <= from) return;
-    context.fillStyle = colour(`planner${history.plannerNumber(reign.planner)}`);
+    context.fillStyle = colour(`planner${history.plannerNumber(leader.planner)}`);
     context.fillRect(x(from), top, x(until) - x(from), thick);
   });
   const stray = new Set();
@@ -185,13 +185,13 @@ export function drawLine(canvas, history, at) {
   });
   context.fillStyle = colour("stray");
   stray.forEach((place) => context.fillRect(place, top + thick + 1, 1.5, 4));
-  history.reigns.forEach((reign) => {
-    if (reign.first || reign.from < first) return;
+  history.leaders.forEach((leader) => {
+    if (leader.first || leader.from < first) return;
     context.fillStyle = colour("text");
     context.beginPath();
-    context.moveTo(x(reign.from), top);
-    context.lineTo(x(reign.from) - SWAP_SIZE, top - SWAP_SIZE - 2);
-    context.lineTo(x(reign.from) + SWAP_SIZE, top - SWAP_SIZE - 2);
+    context.moveTo(x(leader.from), top);
+    context.lineTo(x(leader.from) - SWAP_SIZE, top - SWAP_SIZE - 2);
+    context.lineTo(x(leader.from) + SWAP_SIZE, top - SWAP_SIZE - 2);
     context.fill();
   });
   history.marks.forEach((mark) => {

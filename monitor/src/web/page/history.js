@@ -35,7 +35,7 @@ export class MissionHistory {
     this.status = null;
     this.hops = [];
     this.first = 0;
-    this.reigns = [];
+    this.leaders = [];
     this.marks = [];
     this.collections = [];
     this.routes = [];
@@ -67,14 +67,14 @@ export class MissionHistory {
     this.high = -Infinity;
     this.hops = [];
     this.first = 0;
-    this.reigns = [];
+    this.leaders = [];
     this.marks = [];
     this.collections = [];
     this.policy = null;
     this.status = null;
   }
 
-  addHops({ rows, reigns }) {
+  addHops({ rows, leaders }) {
     for (const row of rows) {
       const next = hop(row);
       if (this.hops.length === 0 || next.decision !== this.due) {
@@ -91,7 +91,7 @@ export class MissionHistory {
       this.hops.splice(0, gone);
       this.first += gone;
     }
-    this.reigns.push(...reigns);
+    this.leaders.push(...leaders);
     this.certify();
   }
 
@@ -311,8 +311,8 @@ export class MissionHistory {
   certify() {
     const { policy } = this;
     // Only a hopper has a policy, and it is robot 0.
-    const reign = policy && this.reigns.findLast((one) => one.robot === 0 && one.from <= policy.decision);
-    if (reign && reign.planner === policy.planner) this.bounds.set(reign.term, policy.error_bound);
+    const leader = policy && this.leaders.findLast((one) => one.robot === 0 && one.from <= policy.decision);
+    if (leader && leader.planner === policy.planner) this.bounds.set(leader.term, policy.error_bound);
   }
 
   /** Sensing radius in cells at a height, P23 section IV. */
@@ -321,44 +321,45 @@ export class MissionHistory {
     return Math.min(Math.max(gain * (heightM + offset), min), max) / this.mission.grid.cell_size_m;
   }
 
-  /** Who commanded the robot that acted last before a moment; `null` before anybody did. */
-  reignAt(at) {
+  /** The leader of the robot that acted last before a moment; `null` before anybody did. */
+  leaderAt(at) {
     const hop = this.hopBefore(at);
     const [robot, term] = hop ? [hop.robot, hop.term] : [0, this.status?.state?.term];
-    return this.reigns.find((reign) => reign.robot === robot && reign.term === term) ?? null;
+    return this.leaders.find((leader) => leader.robot === robot && leader.term === term) ?? null;
   }
 
+  /** The planner that decided last before a moment. */
   plannerAt(at) {
-    return this.reignAt(at)?.planner ?? this.policy?.planner ?? null;
+    return this.leaderAt(at)?.planner ?? this.policy?.planner ?? null;
   }
 
   /** Who commanded `robot` last before a moment. */
   plannerOf(robot, at) {
-    const reign = this.reigns.findLast((one) => one.robot === robot && one.from < at);
-    return reign?.planner ?? this.status?.progress?.robots?.[robot]?.leader?.planner ?? null;
+    const leader = this.leaders.findLast((one) => one.robot === robot && one.from < at);
+    return leader?.planner ?? this.status?.progress?.robots?.[robot]?.leader?.planner ?? null;
   }
 
-  /** How many decisions a planner took in one term until a moment, of those that are known. */
+  /** How many decisions a leader took in its term until a moment, of those that are known. */
   commands({ robot, from }, at) {
-    const next = this.reigns.find((one) => one.robot === robot && one.from > from)?.from ?? this.due;
+    const next = this.leaders.find((one) => one.robot === robot && one.from > from)?.from ?? this.due;
     const until = Math.min(next, at);
     if (this.robots === 1) return Math.max(until - from, 0);
     return this.hops.filter((hop) => hop.robot === robot && hop.decision >= from && hop.decision < until).length;
   }
 
   /** What a decision is called: robots of a team do not all hop. */
-  get noun() {
+  get decisionWord() {
     return this.robots > 1 ? "decision" : "hop";
   }
 
   /** Which of several robots something is about, as the beginning of a line. */
-  about(robot) {
+  robotPrefix(robot) {
     return this.robots > 1 ? `robot ${robot}: ` : "";
   }
 
   /** A number for each algorithm in the order of its first command. */
   plannerNumber(planner) {
-    const names = [...new Set(this.reigns.map((reign) => reign.planner))];
+    const names = [...new Set(this.leaders.map((leader) => leader.planner))];
     return Math.max(names.indexOf(planner), 0) % 6;
   }
 

@@ -287,19 +287,19 @@ function bound(value) {
   return value > 0 ? `${value.toExponential(1)}` : "–";
 }
 
-function showReigns(at) {
-  const until = history.reigns.filter((reign) => reign.from < at || at === history.due);
-  const rows = until.slice(-8).reverse().map((reign) => [reign, history.commands(reign, at)]);
-  const text = rows.map(([reign, hops]) => `${reign.robot}:${reign.term}:${hops}:${history.bounds.get(reign.term)}`).join();
-  if (TEXTS.get("reigns") === text) return;
-  TEXTS.set("reigns", text);
-  by("reigns").tBodies[0].replaceChildren(...rows.map(([reign, hops]) => make("tr", { className: `p${history.plannerNumber(reign.planner)}` },
-    make("td", { textContent: reign.term }),
-    make("td", {}, make("i", { className: "swatch" }), `${history.about(reign.robot)}${reign.planner}`),
-    make("td", { className: "n", textContent: reign.from }),
+function showLeaders(at) {
+  const until = history.leaders.filter((leader) => leader.from < at || at === history.due);
+  const rows = until.slice(-Math.max(8, 2 * history.robots)).reverse().map((leader) => [leader, history.commands(leader, at)]);
+  const text = rows.map(([leader, hops]) => `${leader.robot}:${leader.term}:${hops}:${history.bounds.get(leader.term)}`).join();
+  if (TEXTS.get("leaders") === text) return;
+  TEXTS.set("leaders", text);
+  by("leaders").tBodies[0].replaceChildren(...rows.map(([leader, hops]) => make("tr", { className: `p${history.plannerNumber(leader.planner)}` },
+    make("td", { textContent: leader.term }),
+    make("td", {}, make("i", { className: "swatch" }), `${history.robotPrefix(leader.robot)}${leader.planner}`),
+    make("td", { className: "n", textContent: leader.from }),
     make("td", { className: "n", textContent: hops }),
-    make("td", { className: "n", textContent: bound(history.bounds.get(reign.term)) }),
-    make("td", { className: "n", textContent: reign.pid || "–" }))));
+    make("td", { className: "n", textContent: bound(history.bounds.get(leader.term)) }),
+    make("td", { className: "n", textContent: leader.pid || "–" }))));
 }
 
 function showPeers() {
@@ -312,13 +312,13 @@ function showPeers() {
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
     const state = over ? "finished" : !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
     const last = make("td", { className: "n" });
-    if (peer.role === "planner" && peer.alive && !peer.leads && !over) {
+    if (peer.role === "planner" && peer.alive && peer.leads.length === 0 && !over) {
       const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command` : "needs --control" });
       button.dataset.life = peer.life;
       button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
       last.append(button);
     }
-    const part = peer.role === "planner" ? (peer.leads ? "commands" : "stands by") : peer.alive ? "alive" : "silent";
+    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` robot ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
       make("td", { textContent: over ? "finished" : peer.alive ? part : "silent" }),
@@ -332,7 +332,7 @@ function showPeers() {
 function guarded(at) {
   const until = Math.max(at - history.first, 0);
   return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, totalUs }) => {
-    const who = history.about(robot);
+    const who = history.robotPrefix(robot);
     const events = [];
     if (vetoed) events.push({ decision, kind: "swap", text: `${who}the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
     if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${branch === "stayed" ? "stuck: the hop got nowhere" : `stray hop, slipped to the ${branch}`}` });
@@ -343,7 +343,7 @@ function guarded(at) {
 }
 
 function showEvents(at) {
-  const swaps = history.reigns.filter((reign) => !reign.first).map((reign) => ({ decision: reign.from, kind: "swap", text: `${history.about(reign.robot)}${reign.planner} takes command, term ${reign.term}` }));
+  const swaps = history.leaders.filter((leader) => !leader.first).map((leader) => ({ decision: leader.from, kind: "swap", text: `${history.robotPrefix(leader.robot)}${leader.planner} takes command, term ${leader.term}` }));
   const changes = history.marks.map((mark) => {
     const who = mark.planner ? `${mark.role} ${mark.planner}` : mark.role;
     const words = { joined: "is heard", silent: "fell silent", back: "is back" }[mark.change];
@@ -357,7 +357,7 @@ function showEvents(at) {
   TEXTS.set("events", text);
   all.reverse().sort((a, b) => b.decision - a.decision);
   by("events").replaceChildren(...all.slice(0, 100).map((event) => make("li", { className: event.kind },
-    make("b", { textContent: `${history.noun} ${event.decision}` }), make("span", { textContent: event.text }))));
+    make("b", { textContent: `${history.decisionWord} ${event.decision}` }), make("span", { textContent: event.text }))));
 }
 
 function measuredPace(at) {
@@ -385,11 +385,11 @@ function showHead(at) {
   else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
   put("status", text);
   by("status").className = `chip ${kind}`;
-  const reign = history.reignAt(at);
-  put("leader", reign ? `${history.about(reign.robot)}${reign.planner}, term ${reign.term}` : "nobody yet");
+  const leader = history.leaderAt(at);
+  put("leader", leader ? `${history.robotPrefix(leader.robot)}${leader.planner}, term ${leader.term}` : "nobody yet");
   const pace = measuredPace(at);
-  put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} ${history.noun}s/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
-  document.title = history.mission ? `${text} · ${history.noun} ${history.due} · Hopper` : "Hopper";
+  put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} ${history.decisionWord}s/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
+  document.title = history.mission ? `${text} · ${history.decisionWord} ${history.due} · Hopper` : "Hopper";
 }
 
 function policyNote(at) {
@@ -460,7 +460,7 @@ function show() {
   showHead(at);
   showFigures(at);
   showTimes(at);
-  showReigns(at);
+  showLeaders(at);
   showPeers();
   showEvents(at);
   showControls();
@@ -469,14 +469,14 @@ function show() {
   if (slider.min !== `${history.first}`) slider.min = history.first;
   if (slider.max !== `${history.due}`) slider.max = history.due;
   if (slider.value !== `${at}`) slider.value = at;
-  slider.setAttribute("aria-valuetext", `${history.noun} ${at} of ${history.due}`);
-  put("at", `${history.noun} ${at} of ${history.due}`);
+  slider.setAttribute("aria-valuetext", `${history.decisionWord} ${at} of ${history.due}`);
+  put("at", `${history.decisionWord} ${at} of ${history.due}`);
   by("live").setAttribute("aria-pressed", isLive());
   by("play").textContent = view.replay ? "❚❚" : "▶";
   for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
   by("log").setAttribute("aria-pressed", view.logarithmic);
   by("contrast").setAttribute("aria-pressed", theme.isStark());
-  by("map").setAttribute("aria-label", `Map as discovered by ${history.noun} ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
+  by("map").setAttribute("aria-label", `Map as discovered by ${history.decisionWord} ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
 }
 
 // Time.

@@ -1016,7 +1016,7 @@ export class MapView {
     else {
       words.push(`${history.heights[index].toFixed(2)} m`, history.flags[index] & 1 ? "sand" : "hard");
       if (history.flags[index] & 2) words.push("impassable");
-      words.push(`seen at ${history.noun} ${history.seenAt[index]}`);
+      words.push(`seen at ${history.decisionWord} ${history.seenAt[index]}`);
     }
     const speed = history.mission.speeds && history.speed(index, at);
     if (speed) words.push(`expected ${speed[0].toFixed(0)} ± ${speed[1].toFixed(0)} m/Sol`);
