@@ -30,7 +30,8 @@ pub fn assigned(
         // A name that nobody knows is refused as such.
         algorithm(got.as_str())?;
         let need = suited(brief, *vehicle).join(", ");
-        Err(PlannerError::Unsuited { reason: format!("needs one of the planners {need}, got {got}") })
+        let whose = if vehicles.len() > 1 { format!(" for robot {robot}") } else { String::new() };
+        Err(PlannerError::Unsuited { reason: format!("needs one of the planners {need}, got {got}{whose}") })
     };
     vehicles.iter().enumerate().map(of_robot).collect()
 }

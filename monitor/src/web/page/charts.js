@@ -95,14 +95,14 @@ export function drawHistory(canvas, history, at, budgetUs, names, logarithmic) {
     const text = tick(us);
     context.fillText(text, gutter - 6 - context.measureText(text).width, Math.max(y, 6));
   }
+  const changes = new Set(history.leaders.filter((leader) => !leader.first).map(({ from }) => from));
   hops.forEach((hop, n) => {
     const x = gutter + n * column;
     spans(axis, hop.stages).forEach(([from, upTo], stage) => {
       context.fillStyle = colour(names[stage]);
       context.fillRect(x, floor - upTo, column - 1, Math.max(upTo - from, upTo > from ? 0.6 : 0));
     });
-    const previous = history.hops[hop.decision - history.first - 1];
-    if (previous && previous.term !== hop.term) {
+    if (changes.has(hop.decision)) {
       context.fillStyle = colour("text");
       context.fillRect(x - 1, 0, 1, floor);
     }

@@ -318,7 +318,7 @@ function showPeers() {
       button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
       last.append(button);
     }
-    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` robot ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
+    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
       make("td", { textContent: over ? "finished" : peer.alive ? part : "silent" }),
@@ -346,7 +346,7 @@ function showEvents(at) {
   const swaps = history.leaders.filter((leader) => !leader.first).map((leader) => ({ decision: leader.from, kind: "swap", text: `${history.robotPrefix(leader.robot)}${leader.planner} takes command, term ${leader.term}` }));
   const changes = history.marks.map((mark) => {
     const who = mark.planner ? `${mark.role} ${mark.planner}` : mark.role;
-    const words = { joined: "is heard", silent: "fell silent", back: "is back" }[mark.change];
+    const words = { joined: "joined", silent: "fell silent", back: "is back" }[mark.change];
     return { decision: mark.decision, kind: mark.change === "silent" ? "bad" : mark.change === "back" ? "good" : "", text: `${who} (${mark.pid}) ${words}` };
   });
   const last = history.hopBefore(history.due);
