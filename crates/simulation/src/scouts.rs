@@ -3,24 +3,22 @@
 //! camera shows along a leg, is asked of the engines `rover` and `helicopter`, as a hop's outcome is of the hopper's.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Collected, Decision, Digest, DriveSpeed, Flight, Leader, Origin,
-    Outcome, Placement, Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, State, Status,
-    Team, Travel, Vehicle, Vetoed, Waypoint,
+    Action, Announcement, Branch, Cell, Collected, Decision, Digest, DriveSpeed, Flight, Leader, Outcome,
+    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, State, Status, Team,
+    Travel, Vehicle, Waypoint,
 };
 use helicopter::Swath;
 use hopper_sim::Mission;
 use hopper_sim::dynamics::{Execution, execute_beside};
-use rover::{
-    Allowance, Drive, DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive, traverse,
-};
+use rover::{Allowance, Drive, DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
 
+mod guard;
 pub(crate) mod mixed;
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -279,84 +277,6 @@ impl Scouts {
         let acts = |due: usize| self.scouts[due].actions - self.scouts[due].waited;
         let can_go_on = self.next().is_some_and(|due| acts(due) < self.actions_max);
         if can_go_on { Status::Underway } else { Status::Deadlock }
-    }
-
-    /// The drive of the rover that is due, if it is too dangerous by what anybody can know.
-    pub fn blocked(&self) -> Vetoed {
-        let drive = self.next().map(|due| &self.scouts[due]).and_then(|scout| {
-            let is_driver = matches!(scout.robot.vehicle, Vehicle::Driver { .. });
-            scout.next().filter(|to| is_driver && self.hazard(scout.at, *to) > self.hazard_max)
-        });
-        drive.map_or(Vetoed::NONE, |_| Vetoed::NONE.with(Action::Drive))
-    }
-
-    /// The largest probability of a cell between two points that it is a trap: what has been seen is certain,
-    /// and what was read by a camera that errs weighs the prior by how likely it is.
-    fn hazard(&self, from: Waypoint, to: Waypoint) -> f64 {
-        let mut hazard = 0.0;
-        let leg = Segment { from: point(from), to: point(to) };
-        let _ = traverse(self.surface.lattice(), leg, |cell, _| {
-            let is_trap = self.truth.speeds[cell] == Speed::Zero;
-            let prior = self.prior[cell].probabilities();
-            let stuck = match (self.shown[cell], self.readings[cell]) {
-                (Shown::Truth, _) => f64::from(u8::from(is_trap)),
-                (Shown::Reading, Some(reading)) => {
-                    let misread = (1.0 - self.accuracy) / 3.0;
-                    let weight = |speed: usize| {
-                        prior[speed] * if speed == reading as usize { self.accuracy } else { misread }
-                    };
-                    let sum = weight(0) + weight(1) + weight(2) + weight(3);
-                    if sum > 0.0 { weight(0) / sum } else { prior[0] }
-                }
-                _ => prior[0],
-            };
-            hazard = f64::max(hazard, stuck);
-            ControlFlow::<()>::Continue(())
-        });
-        hazard
-    }
-
-    /// Whether the robot that is due may do that.
-    fn may(&self, due: usize, action: Action) -> bool {
-        let scout = &self.scouts[due];
-        let is_within_budget = |length_m: f64| match scout.robot.vehicle {
-            Vehicle::Helicopter { budget_m, .. } => length_m <= budget_m - scout.flown_m + TOLERANCE_M,
-            _ => true,
-        };
-        match (action, scout.robot.vehicle) {
-            (Action::Hold | Action::Hop(_), Vehicle::Hopper) => true,
-            (_, Vehicle::Hopper) => false,
-            (Action::Hold | Action::Wait | Action::Done, _) => true,
-            (Action::Announce(id), _) => self.points(due, id).is_some_and(|points| {
-                let begins_m = point(points[0]).distance_m(point(scout.at));
-                let length_m = points.windows(2).map(|leg| point(leg[0]).distance_m(point(leg[1]))).sum();
-                let on_map = points.iter().all(|at| self.surface.lattice().contains(point(*at)));
-                on_map && begins_m <= TOLERANCE_M && is_within_budget(length_m)
-            }),
-            (Action::Drive, Vehicle::Driver { .. }) => {
-                scout.next().is_some() && self.blocked() == Vetoed::NONE
-            }
-            (Action::Fly, Vehicle::Helicopter { .. }) => {
-                scout.next().is_some_and(|to| is_within_budget(point(scout.at).distance_m(point(to))))
-            }
-            _ => false,
-        }
-    }
-
-    /// The points of a route that the robot may announce: published for it, or announced before.
-    fn points(&self, due: usize, id: RouteId) -> Option<&[Waypoint]> {
-        let published = self.announced.get(&(self.run, RobotId(due as u16), id)).map(Vec::as_slice);
-        published.or_else(|| self.route(id))
-    }
-
-    /// What is done at the deadline: on along the route if that may be, or nothing.
-    pub fn fallback(&self) -> (Action, Origin) {
-        let on = self.next().and_then(|due| {
-            let flies = matches!(self.scouts[due].robot.vehicle, Vehicle::Helicopter { .. });
-            let action = if flies { Action::Fly } else { Action::Drive };
-            self.may(due, action).then_some((action, Origin::Policy))
-        });
-        on.unwrap_or((Action::Hold, Origin::Hold))
     }
 
     /// How the due robot's `action` comes out; `None` if it must be refused.

@@ -8,10 +8,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
-use contract::{
-    Action, Announcement, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name, Record, Refusal,
-    RobotId, Role, Route, RouteId, RunId, Status, Term, Waypoint,
-};
+use contract::{Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Role, Route, Status};
 use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
 use process::{Exit, Failure};
@@ -21,10 +18,10 @@ use tracing::subscriber::{NoSubscriber, with_default};
 use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
-use crate::fault::{Fault, Forgery, Kind, Plan, Victim};
+use crate::fault::{Fault, Kind, Plan, Victim};
+use crate::forgery::forge;
 use crate::life::Life;
 use crate::ports::SimulatedPorts;
-use crate::scouts::Scouts;
 use crate::setup::{self, Seat, Setup};
 use crate::work_loops;
 use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
@@ -110,29 +107,6 @@ fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -
         }
     });
     ended.map_or_else(|_| Vec::new(), |_| flown)
-}
-
-/// An action that the robot that is due must not take, and the points of the route that it names.
-fn forged_route(scouts: &Scouts, forgery: Forgery) -> Option<(Action, Option<Route>)> {
-    let (at, left_m) = scouts.due_at();
-    let route = |points: Vec<Waypoint>| {
-        let route = Route::new(points).ok()?;
-        Some((Action::Announce(route.id()), Some(route)))
-    };
-    match forgery {
-        Forgery::Kind => Some((if left_m.is_some() { Action::Drive } else { Action::Fly }, None)),
-        Forgery::UnknownRoute => Some((Action::Announce(RouteId(9)), None)),
-        Forgery::RouteElsewhere => {
-            let x_m = if at.x_m > 2.0 { at.x_m - 1.0 } else { at.x_m + 1.0 };
-            route(vec![Waypoint { x_m, ..at }, at])
-        }
-        Forgery::BeyondBudget => {
-            let there = Waypoint { x_m: if at.x_m > 5.0 { at.x_m - 4.0 } else { at.x_m + 4.0 }, ..at };
-            let legs = (left_m? / 4.0) as usize + 1;
-            route((0..=legs).map(|leg| if leg % 2 == 0 { at } else { there }).collect())
-        }
-        _ => None,
-    }
 }
 
 /// Appends a record, with the points of the route that it announces.
@@ -590,7 +564,7 @@ impl<'a> Simulation<'a> {
                     world.stirred_ns = world.stirred_ns.max(world.time_ns + plans * ns);
                 }
             }
-            Kind::Forge { forgery } => self.forge(forgery),
+            Kind::Forge { forgery } => forge(&mut self.world.borrow_mut(), forgery),
             Kind::Tear { .. } | Kind::Full { .. } | Kind::Misplaced { .. } | Kind::WallClock { .. } => {
                 self.disturb_machine(kind);
             }
@@ -719,89 +693,6 @@ impl<'a> Simulation<'a> {
         world.checker.replaced(&kept);
         self.replaced = true;
         world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
-    }
-
-    // Long: a message for each forgery.
-    fn forge(&mut self, forgery: Forgery) {
-        let world = &mut *self.world.borrow_mut();
-        let Some(command) = world.commanded else { return };
-        let robot = world.checker.due();
-        let listening = world.listening::<Command>(robot);
-        let Some((sim, wakes, queue)) = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim)
-        else {
-            return;
-        };
-        let rogue = Incarnation(u64::MAX);
-        let checker = &world.checker;
-        let (run, due, held) =
-            (checker.mission().brief.run, checker.records().len() as u64, checker.leader().term);
-        let digest = checker.digest();
-        let count = checker.mission().brief.robots;
-        let other = RobotId((robot.0 + 1) % count);
-        let forged = Command {
-            run,
-            robot,
-            decision: Decision(due),
-            digest,
-            term: held.next(),
-            incarnation: rogue,
-            ..command
-        };
-        let mut route = None;
-        let message = match forgery {
-            Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
-            Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
-            Forgery::NotDue => {
-                Ok(Command { robot: other, term: checker.leader_of(other).term.next(), ..forged })
-            }
-            Forgery::Blocked => match checker.blocked_action() {
-                Some(action) => Ok(Command { action, ..forged }),
-                None => return,
-            },
-            Forgery::TermOfAnother if checker.leader_of(other).term == held => return,
-            Forgery::TermOfAnother => Ok(Command { term: checker.leader_of(other).term.next(), ..forged }),
-            Forgery::Repeated if due == 0 => return,
-            Forgery::Repeated => Ok(Command { decision: Decision(due - 1), ..forged }),
-            Forgery::Future => Ok(Command { decision: Decision(due + 1_000), ..forged }),
-            Forgery::Past => Ok(Command { digest: Digest([9; 32]), ..forged }),
-            Forgery::Leap => Ok(Command { term: Term(held.0 + 1_000), ..forged }),
-            Forgery::Stale | Forgery::Usurped if held == Term(0) => return,
-            Forgery::Stale => Ok(Command { term: Term(held.0 - 1), ..forged }),
-            Forgery::Usurped => Ok(Command { term: held, ..forged }),
-            Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
-            Forgery::Kind | Forgery::UnknownRoute | Forgery::RouteElsewhere | Forgery::BeyondBudget => {
-                match checker.scouts().and_then(|scouts| forged_route(scouts, forgery)) {
-                    Some((action, points)) => {
-                        route = points;
-                        Ok(Command { action, ..forged })
-                    }
-                    None => return,
-                }
-            }
-        };
-        world.coverage.count("forged", forgery.as_str());
-        // It beats, or nobody would obey it.
-        let beat = contract::Heartbeat {
-            role: Role::Planner,
-            incarnation: rogue,
-            pid: 1,
-            version: setup::version(),
-            planner: command.planner,
-            counter: 1,
-            run,
-            decision: Decision(due),
-            status: Status::Underway,
-        };
-        let hears = world.listening::<contract::Heartbeat>(RobotId(0));
-        if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {
-            world.send(rogue, &sim, wakes, &queue, Ok(beat));
-        }
-        let listening = world.listening::<Announcement>(robot);
-        let reader = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim);
-        if let (Some(route), Some((sim, wakes, queue))) = (route, reader) {
-            world.send(rogue, &sim, wakes, &queue, Ok(Announcement { run, robot, route }));
-        }
-        world.send(rogue, &sim, wakes, &queue, message);
     }
 
     /// The journal as it lies on the disk, and the undisturbed mission with the same planners.

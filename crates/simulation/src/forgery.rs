@@ -1,0 +1,209 @@
+//! Commands that no planner of the mission would send.
+
+use contract::{
+    Action, Announcement, Command, Decision, Digest, Heartbeat, Incarnation, Refusal, RobotId, Role, Route,
+    RouteId, RunId, Status, Term, Waypoint,
+};
+use serde::Serialize;
+
+use crate::scouts::Scouts;
+use crate::setup::{self, Missions};
+use crate::world::World;
+
+/// What is wrong with a forged command, which takes over as a rogue otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Forgery {
+    /// Another run.
+    Run,
+    /// A robot that is none of the mission's.
+    Robot,
+    /// A robot whose turn it is not.
+    NotDue,
+    /// The robot that is due, with the next term of another.
+    TermOfAnother,
+    /// A step to where the rover that is due cannot stand, best of all where another one does; a drive that may be a trap.
+    Blocked,
+    /// A decision that was executed.
+    Repeated,
+    /// A decision far ahead.
+    Future,
+    /// The digest of another past.
+    Past,
+    /// A term that leaps ahead.
+    Leap,
+    /// A term that has passed.
+    Stale,
+    /// The term in force, which is somebody else's.
+    Usurped,
+    /// No command at all.
+    Malformed,
+    /// A rover told to fly, or a helicopter to drive.
+    Kind,
+    /// A route whose points nobody has sent.
+    UnknownRoute,
+    /// A route, points and all, that begins elsewhere than its robot stands.
+    RouteElsewhere,
+    /// A flight, points and all, that is longer than the budget.
+    BeyondBudget,
+}
+
+impl Forgery {
+    /// The name under which it is counted.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Forgery::Run => "run",
+            Forgery::Robot => "robot",
+            Forgery::NotDue => "not_due",
+            Forgery::TermOfAnother => "term_of_another",
+            Forgery::Blocked => "blocked",
+            Forgery::Repeated => "repeated",
+            Forgery::Future => "future",
+            Forgery::Past => "past",
+            Forgery::Leap => "leap",
+            Forgery::Stale => "stale",
+            Forgery::Usurped => "usurped",
+            Forgery::Malformed => "malformed",
+            Forgery::Kind => "kind",
+            Forgery::UnknownRoute => "unknown_route",
+            Forgery::RouteElsewhere => "route_elsewhere",
+            Forgery::BeyondBudget => "beyond_budget",
+        }
+    }
+
+    /// Those that can be where these missions are: some need several robots, and some need routes.
+    #[must_use]
+    pub fn of(missions: Missions) -> &'static [Forgery] {
+        let count = match missions {
+            Missions::Hopper => 9,
+            Missions::Rovers => 12,
+            Missions::Scouts | Missions::Accompanied | Missions::Mixed => Self::ALL.len(),
+        };
+        &Self::ALL[..count]
+    }
+
+    /// Every one.
+    pub const ALL: [Forgery; 16] = [
+        Forgery::Run,
+        Forgery::Robot,
+        Forgery::Repeated,
+        Forgery::Future,
+        Forgery::Past,
+        Forgery::Leap,
+        Forgery::Stale,
+        Forgery::Usurped,
+        Forgery::Malformed,
+        Forgery::NotDue,
+        Forgery::TermOfAnother,
+        Forgery::Blocked,
+        Forgery::Kind,
+        Forgery::UnknownRoute,
+        Forgery::RouteElsewhere,
+        Forgery::BeyondBudget,
+    ];
+}
+
+/// Sends hopper-sim a command of a rogue that is wrong in that way, if there can be one now.
+// Long: a message for each forgery.
+pub(crate) fn forge(world: &mut World, forgery: Forgery) {
+    let Some(command) = world.commanded else { return };
+    let robot = world.checker.due();
+    let listening = world.listening::<Command>(robot);
+    let Some((sim, wakes, queue)) = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim)
+    else {
+        return;
+    };
+    let rogue = Incarnation(u64::MAX);
+    let checker = &world.checker;
+    let (run, due, held) =
+        (checker.mission().brief.run, checker.records().len() as u64, checker.leader().term);
+    let digest = checker.digest();
+    let count = checker.mission().brief.robots;
+    let other = RobotId((robot.0 + 1) % count);
+    let forged = Command {
+        run,
+        robot,
+        decision: Decision(due),
+        digest,
+        term: held.next(),
+        incarnation: rogue,
+        ..command
+    };
+    let mut route = None;
+    let message = match forgery {
+        Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
+        Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
+        Forgery::NotDue => Ok(Command { robot: other, term: checker.leader_of(other).term.next(), ..forged }),
+        Forgery::Blocked => match checker.blocked_action() {
+            Some(action) => Ok(Command { action, ..forged }),
+            None => return,
+        },
+        Forgery::TermOfAnother if checker.leader_of(other).term == held => return,
+        Forgery::TermOfAnother => Ok(Command { term: checker.leader_of(other).term.next(), ..forged }),
+        Forgery::Repeated if due == 0 => return,
+        Forgery::Repeated => Ok(Command { decision: Decision(due - 1), ..forged }),
+        Forgery::Future => Ok(Command { decision: Decision(due + 1_000), ..forged }),
+        Forgery::Past => Ok(Command { digest: Digest([9; 32]), ..forged }),
+        Forgery::Leap => Ok(Command { term: Term(held.0 + 1_000), ..forged }),
+        Forgery::Stale | Forgery::Usurped if held == Term(0) => return,
+        Forgery::Stale => Ok(Command { term: Term(held.0 - 1), ..forged }),
+        Forgery::Usurped => Ok(Command { term: held, ..forged }),
+        Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
+        Forgery::Kind | Forgery::UnknownRoute | Forgery::RouteElsewhere | Forgery::BeyondBudget => {
+            match checker.scouts().and_then(|scouts| forged_route(scouts, forgery)) {
+                Some((action, points)) => {
+                    route = points;
+                    Ok(Command { action, ..forged })
+                }
+                None => return,
+            }
+        }
+    };
+    world.coverage.count("forged", forgery.as_str());
+    // It beats, or nobody would obey it.
+    let beat = Heartbeat {
+        role: Role::Planner,
+        incarnation: rogue,
+        pid: 1,
+        version: setup::version(),
+        planner: command.planner,
+        counter: 1,
+        run,
+        decision: Decision(due),
+        status: Status::Underway,
+    };
+    let hears = world.listening::<Heartbeat>(RobotId(0));
+    if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {
+        world.send(rogue, &sim, wakes, &queue, Ok(beat));
+    }
+    let listening = world.listening::<Announcement>(robot);
+    let reader = listening.into_iter().find(|(life, ..)| life.role == Role::HopperSim);
+    if let (Some(route), Some((sim, wakes, queue))) = (route, reader) {
+        world.send(rogue, &sim, wakes, &queue, Ok(Announcement { run, robot, route }));
+    }
+    world.send(rogue, &sim, wakes, &queue, message);
+}
+
+/// An action that the robot that is due must not take, and the points of the route that it names.
+fn forged_route(scouts: &Scouts, forgery: Forgery) -> Option<(Action, Option<Route>)> {
+    let (at, left_m) = scouts.due_at();
+    let route = |points: Vec<Waypoint>| {
+        let route = Route::new(points).ok()?;
+        Some((Action::Announce(route.id()), Some(route)))
+    };
+    match forgery {
+        Forgery::Kind => Some((if left_m.is_some() { Action::Drive } else { Action::Fly }, None)),
+        Forgery::UnknownRoute => Some((Action::Announce(RouteId(9)), None)),
+        Forgery::RouteElsewhere => {
+            let x_m = if at.x_m > 2.0 { at.x_m - 1.0 } else { at.x_m + 1.0 };
+            route(vec![Waypoint { x_m, ..at }, at])
+        }
+        Forgery::BeyondBudget => {
+            let there = Waypoint { x_m: if at.x_m > 5.0 { at.x_m - 4.0 } else { at.x_m + 4.0 }, ..at };
+            let legs = (left_m? / 4.0) as usize + 1;
+            route((0..=legs).map(|leg| if leg % 2 == 0 { at } else { there }).collect())
+        }
+        _ => None,
+    }
+}
