@@ -293,6 +293,24 @@ fn what_the_queue_lost_is_taken_from_the_past() {
     assert_eq!(String::from_utf8(rows).unwrap().lines().count() as u64, 1 + count(&flown["decisions"]));
 }
 
+/// P-BAG-EMPTY: a recording without a mission in it is refused by all who read missions, with what is missing.
+#[test]
+fn a_recording_without_a_mission_is_refused() {
+    let mission = Mission::new("bag-empty");
+    let empty =
+        recording::Recorder::new(&recording::Context::new(), contract::MonotonicNs(0)).unwrap().bytes();
+    std::fs::write(mission.path("empty.mcap"), empty).unwrap();
+    for words in [&["view", "empty.mcap", "--web", "127.0.0.1:0"][..], &["bag", "replay", "empty.mcap"]] {
+        let output = mission.hopper(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        assert!(
+            stderr(&output).contains("needs a brief on hop/brief, got 0 messages"),
+            "{}",
+            stderr(&output)
+        );
+    }
+}
+
 /// P-BAG-FILE: nothing is written over, and what cannot be recorded is refused.
 #[test]
 fn a_recording_is_never_written_over() {
