@@ -3,8 +3,7 @@
 use std::process::Command;
 
 use hopper_qa::simulate::{Campaign, sweep};
-use simulation::fault::{Plan, points};
-use simulation::forgery::Forgery;
+use simulation::fault::{Forgery, Plan, points};
 use simulation::setup::Missions;
 use simulation::simulate;
 use simulation::stream::Stream;

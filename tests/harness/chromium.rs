@@ -1,5 +1,6 @@
 //! The browser that pages are tested in, and what drives it.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -27,24 +28,29 @@ const AXE: &str = "axe-core@4.14.1";
 /// The folder of playwright-core, beside which is that of axe-core; npm fetches both into the target folder the first time.
 pub fn playwright() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser");
-    let package = folder.join("node_modules/playwright-core");
-    if !package.join("package.json").exists() || !package.join("../axe-core/axe.min.js").exists() {
-        std::fs::create_dir_all(&folder).unwrap();
-        let mut npm = Command::new("npm");
-        npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
-            .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
-            .arg(&folder)
-            .args([PLAYWRIGHT, AXE]);
-        let output = npm
-            .output()
-            .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
-        let text = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.success(),
-            "the page is tested through {PLAYWRIGHT}: need it in {}, or a network once for npm to put it there; got \
-             {text}",
-            package.display()
-        );
+    std::fs::create_dir_all(&folder).unwrap();
+    // Tests run side by side, and one install at a time: npm would remove what another has half unpacked.
+    let lock = File::create(folder.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let (package, stamp) = (folder.join("node_modules/playwright-core"), folder.join("installed"));
+    let wanted = [PLAYWRIGHT, AXE].join(" ");
+    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return package;
     }
+    let mut npm = Command::new("npm");
+    npm.args(["install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefer-offline"])
+        .args(["--fetch-retries=1", "--fetch-timeout=30000", "--prefix"])
+        .arg(&folder)
+        .args([PLAYWRIGHT, AXE]);
+    let output = npm
+        .output()
+        .unwrap_or_else(|error| panic!("the page's test needs node and npm on PATH, got: {error}"));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "the page is tested through {PLAYWRIGHT}: need it in {}, or a network once for npm to put it there; got {text}",
+        package.display()
+    );
+    std::fs::write(&stamp, wanted).unwrap();
     package
 }

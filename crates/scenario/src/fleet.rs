@@ -56,8 +56,8 @@ pub struct RobotRules {
     #[serde(default = "north")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["north", "east", "south", "west"])))]
     pub heading: Direction,
-    /// Speed of a rover that covers ground, on level ground, m/s; at most a cell a second. A helicopter's speed over ground. Other
-    /// robots have none.
+    /// Speed of a rover that covers ground, on level ground, m/s; at most a cell a second. A helicopter's speed over ground. Of a
+    /// rover that is scouted for, the ground has the speed; a hopper has none.
     #[serde(default = "one_metre")]
     pub speed_mps: f64,
     /// How far a rover that covers ground sees, cells to each side: 1 for the eight cells around it. Other robots have none.
@@ -334,8 +334,7 @@ impl RobotRules {
                 refuse("robots.vehicle", "rover or helicopter", format!("hopper for robot {number}"))
             }
             VehicleKind::Rover => {
-                self.check_grounded(number)?;
-                self.check_without_speed(number)?;
+                self.check_driving(number)?;
                 let goal = Waypoint { x_m: trip.goal.at.x_m, y_m: trip.goal.at.y_m };
                 let vehicle = Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m };
                 let start = Placement { cell, heading: self.heading };
@@ -346,8 +345,7 @@ impl RobotRules {
 
     /// The hopper of these rules, on `cell`.
     fn hopping(&self, number: usize, cell: Cell) -> Result<Robot, ScenarioError> {
-        self.check_grounded(number)?;
-        self.check_without_speed(number)?;
+        self.check_hopping(number)?;
         self.check_without_start(number)?;
         let start = Placement { cell, heading: self.heading };
         Ok(Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start })
@@ -392,13 +390,32 @@ impl RobotRules {
         refuse(field, need, format!("({x}, {y}) of robot {number}"))
     }
 
-    /// Checks that no speed and no range of sight are given, which a hopper and a rover with a goal have from elsewhere.
-    pub(crate) fn check_without_speed(&self, number: usize) -> Result<(), ScenarioError> {
-        if self.speed_mps != one_metre() {
-            let need = "a helicopter or a rover that covers ground: others have no speed of their own";
-            return refuse("robots.speed_mps", need, format!("{} for robot {number}", self.speed_mps));
+    /// Checks that no speed and no range of sight are given, which a hopper has from elsewhere.
+    pub(crate) fn check_hopping(&self, number: usize) -> Result<(), ScenarioError> {
+        self.check_grounded(number)?;
+        self.check_without_range(number)?;
+        if self.speed_mps == one_metre() {
+            return Ok(());
         }
-        self.check_without_range(number)
+        refuse(
+            "robots.speed_mps",
+            "a rover or a helicopter",
+            format!("{} for robot {number}, a hopper", self.speed_mps),
+        )
+    }
+
+    /// Checks the speed of a rover with a goal, though the ground has the speed, and that no range of sight is given.
+    pub(crate) fn check_driving(&self, number: usize) -> Result<(), ScenarioError> {
+        self.check_grounded(number)?;
+        self.check_without_range(number)?;
+        if (1.0e-9..=1.0e3).contains(&self.speed_mps) {
+            return Ok(());
+        }
+        refuse(
+            "robots.speed_mps",
+            "above 0 and at most 1000 m/s",
+            format!("{} for robot {number}", self.speed_mps),
+        )
     }
 
     /// Checks that no range of sight is given in cells, which only a rover that covers ground has.

@@ -159,8 +159,7 @@ impl RobotRules {
         let start = Placement { cell, heading: self.heading };
         match (self.vehicle, self.goal) {
             (VehicleKind::Hopper, _) => {
-                self.check_grounded(number)?;
-                self.check_without_speed(number)?;
+                self.check_hopping(number)?;
                 let goal = place("robots.goal", number, self.goal, terrain)?;
                 for (field, cell) in [("robots.start", cell), ("robots.goal", goal)] {
                     if terrain.ground(cell).is_none_or(|ground| !ground.passable) {
@@ -175,8 +174,7 @@ impl RobotRules {
                 Ok(Robot { vehicle: Vehicle::HopperTo { goal }, sensor: Sensor::Disc, start })
             }
             (VehicleKind::Rover, Some(_)) => {
-                self.check_grounded(number)?;
-                self.check_without_speed(number)?;
+                self.check_driving(number)?;
                 if terrain.prior.is_empty() {
                     let need = "none on ground without speeds: add truth.mobility, or leave it out for a rover that covers ground";
                     return refuse("robots.goal", need, format!("one for rover {number}"));

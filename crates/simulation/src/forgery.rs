@@ -1,108 +1,13 @@
 //! Commands that no planner of the mission would send.
 
+use crate::fault::Forgery;
+use crate::scouts::Scouts;
+use crate::setup;
+use crate::world::World;
 use contract::{
     Action, Announcement, Command, Decision, Digest, Heartbeat, Incarnation, Refusal, RobotId, Role, Route,
     RouteId, RunId, Status, Term, Waypoint,
 };
-use serde::Serialize;
-
-use crate::scouts::Scouts;
-use crate::setup::{self, Missions};
-use crate::world::World;
-
-/// What is wrong with a forged command, which takes over as a rogue otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Forgery {
-    /// Another run.
-    Run,
-    /// A robot that is none of the mission's.
-    Robot,
-    /// A robot whose turn it is not.
-    NotDue,
-    /// The robot that is due, with the next term of another.
-    TermOfAnother,
-    /// A step to where the rover that is due cannot stand, best of all where another one does; a drive that may be a trap.
-    Blocked,
-    /// A decision that was executed.
-    Repeated,
-    /// A decision far ahead.
-    Future,
-    /// The digest of another past.
-    Past,
-    /// A term that leaps ahead.
-    Leap,
-    /// A term that has passed.
-    Stale,
-    /// The term in force, which is somebody else's.
-    Usurped,
-    /// No command at all.
-    Malformed,
-    /// A rover told to fly, or a helicopter to drive.
-    Kind,
-    /// A route whose points nobody has sent.
-    UnknownRoute,
-    /// A route, points and all, that begins elsewhere than its robot stands.
-    RouteElsewhere,
-    /// A flight, points and all, that is longer than the budget.
-    BeyondBudget,
-}
-
-impl Forgery {
-    /// The name under which it is counted.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Forgery::Run => "run",
-            Forgery::Robot => "robot",
-            Forgery::NotDue => "not_due",
-            Forgery::TermOfAnother => "term_of_another",
-            Forgery::Blocked => "blocked",
-            Forgery::Repeated => "repeated",
-            Forgery::Future => "future",
-            Forgery::Past => "past",
-            Forgery::Leap => "leap",
-            Forgery::Stale => "stale",
-            Forgery::Usurped => "usurped",
-            Forgery::Malformed => "malformed",
-            Forgery::Kind => "kind",
-            Forgery::UnknownRoute => "unknown_route",
-            Forgery::RouteElsewhere => "route_elsewhere",
-            Forgery::BeyondBudget => "beyond_budget",
-        }
-    }
-
-    /// Those that can be where these missions are: some need several robots, and some need routes.
-    #[must_use]
-    pub fn of(missions: Missions) -> &'static [Forgery] {
-        let count = match missions {
-            Missions::Hopper => 9,
-            Missions::Rovers => 12,
-            Missions::Scouts | Missions::Accompanied | Missions::Mixed => Self::ALL.len(),
-        };
-        &Self::ALL[..count]
-    }
-
-    /// Every one.
-    pub const ALL: [Forgery; 16] = [
-        Forgery::Run,
-        Forgery::Robot,
-        Forgery::Repeated,
-        Forgery::Future,
-        Forgery::Past,
-        Forgery::Leap,
-        Forgery::Stale,
-        Forgery::Usurped,
-        Forgery::Malformed,
-        Forgery::NotDue,
-        Forgery::TermOfAnother,
-        Forgery::Blocked,
-        Forgery::Kind,
-        Forgery::UnknownRoute,
-        Forgery::RouteElsewhere,
-        Forgery::BeyondBudget,
-    ];
-}
 
 /// Sends hopper-sim a command of a rogue that is wrong in that way, if there can be one now.
 // Long: a message for each forgery.

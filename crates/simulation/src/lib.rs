@@ -22,7 +22,7 @@ mod covered;
 pub mod disk;
 mod expected;
 pub mod fault;
-pub mod forgery;
+mod forgery;
 mod life;
 mod observations;
 mod observed;

@@ -4,13 +4,17 @@
 
 mod layer;
 mod map;
+mod moment;
 pub mod picture;
 pub mod shell;
 mod side;
+mod style;
+mod view_settings;
 
 pub use layer::Layer;
-pub use picture::{ViewSettings, draw};
+pub use picture::draw;
 pub use shell::Terminal;
+pub use view_settings::ViewSettings;
 
 use node::Failure;
 

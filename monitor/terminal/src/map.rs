@@ -9,9 +9,10 @@ use monitor::History;
 use monitor::history::{Hop, Seen, SeenCells};
 use report::picture::colour;
 
-use crate::Layer;
 use crate::layer::{ink, visits};
-use crate::picture::{DIM, ViewSettings, goal, hop_before, pose};
+use crate::moment::{goal, hop_before, pose};
+use crate::style::DIM;
+use crate::{Layer, ViewSettings};
 
 /// The map in characters: each character pair stands for one cell or a square of cells.
 pub(crate) struct View<'a> {

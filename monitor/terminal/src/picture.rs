@@ -1,85 +1,24 @@
 //! Lays out the history of a mission in a terminal: heading, map, side column, keys.
 
-use contract::{Brief, Cell, Decision, MonotonicNs, RobotId};
+use contract::{Decision, MonotonicNs};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout};
-use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
-use monitor::history::Hop;
 
-use crate::Layer;
 use crate::map::View;
+use crate::moment::{hop_before, is_team};
 use crate::side::side;
+use crate::style::{AMBER, BAD, BOLD, DIM, GOOD};
+use crate::{Layer, ViewSettings};
 
 /// Smallest width of the terminal, columns.
 pub const COLUMNS_MIN: u16 = 80;
 
 /// Smallest height of the terminal, rows.
 pub const ROWS_MIN: u16 = 24;
-
-pub(crate) const DIM: Style = Style::new().add_modifier(Modifier::DIM);
-pub(crate) const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
-pub(crate) const BAD: Style = Style::new().fg(Color::Red);
-pub(crate) const GOOD: Style = Style::new().fg(Color::Green);
-pub(crate) const AMBER: Color = Color::Rgb(240, 166, 58);
-
-/// What the user has chosen to see.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct ViewSettings {
-    /// Decision to look back at; `None` follows the mission.
-    pub at: Option<Decision>,
-    /// Whether to show the policy if the planner in command has one.
-    pub policy: bool,
-    /// Whether to show the map around the hopper, one cell per character pair, rather than all of it.
-    pub follow: bool,
-    /// Whether orders are allowed.
-    pub control: bool,
-    /// Whether to show what each key does.
-    pub keys: bool,
-    /// What the ground shows; `None` shows what suits the mission.
-    pub layer: Option<Layer>,
-}
-
-impl ViewSettings {
-    /// The decision that is shown if decision `due` is due.
-    #[must_use]
-    pub fn shown(&self, due: Decision) -> Decision {
-        self.at.map_or(due, |at| at.min(due))
-    }
-
-    /// Back by one: from the keys to the mission, from an earlier hop to now.
-    pub fn back(&mut self) {
-        if self.keys {
-            self.keys = false;
-        } else {
-            self.at = None;
-        }
-    }
-
-    /// The layer that is shown of the mission: if none was chosen, the expected speed where speeds are uncertain, visits where
-    /// ground is covered, else heights.
-    #[must_use]
-    pub fn layer(&self, brief: &Brief) -> Layer {
-        let suits = |layer: &Layer| Layer::of(brief).contains(layer);
-        self.layer.filter(suits).unwrap_or_else(|| Layer::first(brief))
-    }
-
-    /// Goes on to the next layer that the mission has.
-    pub fn next_layer(&mut self, brief: &Brief) {
-        let layers = Layer::of(brief);
-        let at = layers.iter().position(|layer| *layer == self.layer(brief)).unwrap_or(0);
-        self.layer = Some(layers[(at + 1) % layers.len()]);
-    }
-
-    /// Moves by `by` hops, back if negative; at the end of the history the view follows the mission again.
-    pub fn go(&mut self, by: i64, due: Decision) {
-        let to = self.shown(due).0.saturating_add_signed(by);
-        self.at = (to < due.0).then_some(Decision(to));
-    }
-}
 
 /// Draws the history at `now`.
 pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, now: MonotonicNs) {
@@ -181,27 +120,4 @@ fn keys(settings: &ViewSettings, history: &History) -> Line<'static> {
         (false, _) => "",
     };
     Line::styled(format!("{view}{control}"), DIM)
-}
-
-pub(crate) fn hop_before(history: &History, at: Decision) -> Option<&Hop> {
-    history.hops()?.get(Decision(at.0.checked_sub(1)?))
-}
-
-/// The goal of the leg being flown when a decision was due.
-pub(crate) fn goal(history: &History, brief: &Brief, at: Decision) -> Cell {
-    brief.leg(hop_before(history, at).map_or(0, |hop| hop.visits)).goal
-}
-
-pub(crate) fn pose(history: &History, at: Decision) -> Option<Cell> {
-    let start = history.brief()?.start;
-    Some(hop_before(history, at).map_or(start, |hop| hop.to))
-}
-
-/// Which of several robots something is about, as the beginning of a line.
-pub(crate) fn robot_of(history: &History, robot: RobotId) -> String {
-    if is_team(history) { format!("robot {robot}: ") } else { String::new() }
-}
-
-pub(crate) fn is_team(history: &History) -> bool {
-    history.brief().is_some_and(|brief| brief.robots > 1)
 }

@@ -10,7 +10,8 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 
 use monitor::{History, Screen, Wish};
 
-use crate::picture::{ViewSettings, draw};
+use crate::ViewSettings;
+use crate::picture::draw;
 
 /// Maps longer than this are followed from the start: whole, they would be a blot.
 const WHOLE_CELLS_MAX: u32 = 60;

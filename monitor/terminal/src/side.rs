@@ -9,8 +9,10 @@ use monitor::History;
 use monitor::history::{Hop, LeaderChange, Peer, PeerChange};
 use report::RobotKind;
 
+use crate::ViewSettings;
 use crate::map::{ROBOT_NUMBERS, WHITE, robot_paint};
-use crate::picture::{AMBER, BAD, BOLD, DIM, GOOD, ViewSettings, goal, hop_before, is_team, pose, robot_of};
+use crate::moment::{goal, hop_before, is_team, pose, robot_of};
+use crate::style::{AMBER, BAD, BOLD, DIM, GOOD};
 
 /// Colours of the stages, in the order of [`Stage::ALL`]; colour-blind readers can distinguish them.
 const STAGES: [Color; 7] = [

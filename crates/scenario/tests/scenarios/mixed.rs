@@ -144,7 +144,7 @@ fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {
         (
             "sensor = { gain = 4.0 }",
             "speed_mps = nan",
-            "robots.speed_mps: need a helicopter or a rover that covers ground: others have no speed of their own, got NaN for robot 3",
+            "robots.speed_mps: need a rover or a helicopter, got NaN for robot 3, a hopper",
         ),
         (
             "speed_mps = 5.0",

@@ -1,0 +1,29 @@
+//! The mission when a decision was due.
+
+use contract::{Brief, Cell, Decision, RobotId};
+use monitor::History;
+use monitor::history::Hop;
+
+/// The hop before that moment.
+pub(crate) fn hop_before(history: &History, at: Decision) -> Option<&Hop> {
+    history.hops()?.get(Decision(at.0.checked_sub(1)?))
+}
+
+/// The goal of the leg being flown when a decision was due.
+pub(crate) fn goal(history: &History, brief: &Brief, at: Decision) -> Cell {
+    brief.leg(hop_before(history, at).map_or(0, |hop| hop.visits)).goal
+}
+
+pub(crate) fn pose(history: &History, at: Decision) -> Option<Cell> {
+    let start = history.brief()?.start;
+    Some(hop_before(history, at).map_or(start, |hop| hop.to))
+}
+
+/// Which of several robots something is about, as the beginning of a line.
+pub(crate) fn robot_of(history: &History, robot: RobotId) -> String {
+    if is_team(history) { format!("robot {robot}: ") } else { String::new() }
+}
+
+pub(crate) fn is_team(history: &History) -> bool {
+    history.brief().is_some_and(|brief| brief.robots > 1)
+}
