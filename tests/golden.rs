@@ -1,10 +1,13 @@
-//! What every built-in scenario came to before the structure changed: scenario hash, digest, and map, bit for bit.
+//! What every built-in scenario came to before the structure changed: scenario hash, digest, map and routes, bit for bit.
 //!
 //! `cargo test --release --test tests golden:: -- --nocapture` prints the table as it is now, whatever it should be.
+//!
+//! A scenario's hash begins every digest chain, so it changes every digest when the text of a scenario does. The column
+//! `chain` begins at zero: it pins down what was executed, and nothing of how a scenario is written.
 
 use std::fmt::Write as _;
 
-use contract::{Brief, MonotonicNs, Profile, RunId};
+use contract::{Brief, Digest, MonotonicNs, Profile, Route, RunId};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 use scenario::{Overrides, Scenario};
@@ -47,38 +50,57 @@ fn built_in(name: &str, dem: &std::path::Path) -> Scenario {
     }
 }
 
+/// Planners of each scenario whose results are compared. Robots that a planner does not suit keep their own.
+fn planners(scenario: &str) -> &'static [&'static str] {
+    match scenario {
+        "hard" | "heterogeneous" | "sandy" => &["mdp", "greedy", "astar", "dstar_lite"],
+        "vast" | "patrol" => &["mdp"],
+        "coverage" | "coverage-8" => &["spiral", "boustrophedon", "cover_frontier"],
+        "rover-helicopter" => &["rrt_star_ett", "ett_exact", "scout_value"],
+        _ => &["mdp", "greedy"],
+    }
+}
+
+/// All points of all routes in the order of their fingerprints, as one number.
+fn fingerprint(mut routes: Vec<Route>) -> u64 {
+    routes.sort_by_key(|route| route.id());
+    routes.iter().fold(0, |sum: u64, route| sum.rotate_left(1) ^ route.id().0)
+}
+
+/// What one mission came to. The chain begins at zero and so depends on nothing but what was executed; the digest begins
+/// with the hash of the scenario's text.
 fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::Path) -> String {
     let overrides = Overrides { profile: Some(profile), ..Overrides::default() };
     let world = built_in(name, dem).with(&overrides).resolve().unwrap();
     let hash = hex(&world.brief.scenario_hash);
+    let given = planner.parse().unwrap();
+    let planners = planner::assigned(&world.brief, &world.vehicles(), Some(given), &world.planners).unwrap();
     // The elevation model's path is no part of the world; its run is fixed.
-    let mission =
-        Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed, fleet: None };
-    let schedule = PlannerSchedule::single(planner.parse().unwrap());
-    let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
-    let (state, map) = (flown.state, flown.map.observation());
+    let brief = Brief { run: RunId(1), ..world.brief };
+    let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
+    let schedule = PlannerSchedule::of_robots(&planners);
+    let mut chain = Digest::default();
+    let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| {
+        chain = chain.chain(record);
+    })
+    .unwrap();
+    let (state, map, routes) = (flown.state, flown.map.observation(), fingerprint(flown.routes));
     let (decisions, steps, status, digest) = (state.decision, state.steps, state.status, state.digest);
-    format!("{name},{profile},{planner},{seed},{decisions},{steps},{status},{hash},{digest},{map:016x}")
+    format!(
+        "{name},{profile},{planner},{seed},{decisions},{steps},{status},{hash},{digest},{map:016x},{chain},{routes:016x}"
+    )
 }
 
 /// P-GOLDEN: no change of structure changes a result.
 #[test]
-fn every_built_in_scenario_has_the_hash_the_digest_and_the_map_it_had() {
+fn every_built_in_scenario_has_the_digest_the_map_and_the_routes_it_had() {
     let folder = tempfile::tempdir().unwrap();
     let dem = elevation_model(folder.path());
-    let mut rows =
-        vec!["scenario,profile,planner,seed,decisions,steps,status,scenario_hash,digest,map".to_owned()];
-    let of_hoppers = scenario::BUILT_IN.into_iter().filter(|(name, _)| {
-        !name.starts_with("coverage") && !["rover-helicopter", "hopper-scout", "expedition"].contains(name)
-    });
-    for (name, _) in of_hoppers {
+    let header = "scenario,profile,planner,seed,decisions,steps,status,scenario_hash,digest,map,chain,routes";
+    let mut rows = vec![header.to_owned()];
+    for (name, _) in scenario::BUILT_IN {
         for profile in Profile::ALL {
-            let planners: &[&str] = match name {
-                "hard" | "heterogeneous" | "sandy" => &["mdp", "greedy", "astar", "dstar_lite"],
-                "vast" | "patrol" => &["mdp"],
-                _ => &["mdp", "greedy"],
-            };
-            for planner in planners {
+            for planner in planners(name) {
                 for seed in [1, 2] {
                     rows.push(row(name, profile, planner, seed, &dem));
                 }
