@@ -323,6 +323,33 @@ fn every_promise_names_its_tests_and_every_test_its_promise() {
     assert_eq!(promised, named, "promises and the ids that tests name");
 }
 
+/// P-SUPPLY-CHAIN: CI checks every dependency, and each advisory that it passes over has a reason and a date.
+#[test]
+fn ci_checks_the_dependencies_and_every_waiver_has_a_reason() {
+    assert!(
+        read(".ci/run").contains("\n.ci/deny\n") && read(".ci/deny").contains("check"),
+        "CI runs .ci/deny"
+    );
+    let config = read("deny.toml");
+    let waivers = config.split("ignore = [").nth(1).unwrap().split("\n]").next().unwrap();
+    let mut reason = String::new();
+    let mut waived = 0;
+    for line in waivers.lines().map(str::trim) {
+        if let Some(comment) = line.strip_prefix('#') {
+            // A comment after an advisory is about the next one.
+            if reason.ends_with('\n') {
+                reason.clear();
+            }
+            reason += comment;
+        } else if line.contains("RUSTSEC-") {
+            assert!(reason.contains("Waived 20") && reason.contains("look again"), "{line} {reason:?}");
+            waived += 1;
+            reason = reason.trim_end().to_owned() + "\n";
+        }
+    }
+    assert!(waived > 0, "{config}");
+}
+
 #[test]
 fn every_path_that_the_architecture_names_exists() {
     let text = read("ARCHITECTURE.md");

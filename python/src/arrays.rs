@@ -161,7 +161,8 @@ impl<T: Element> Shared<T> {
     }
 
     fn references(&self, py: Python<'_>) -> [isize; 2] {
-        [&self.view, &self.owner].map(|array| array.get_refcnt(py))
+        // SAFETY: both are alive as long as `self`, and `py` shows that this thread holds the interpreter.
+        [&self.view, &self.owner].map(|array| unsafe { pyo3::ffi::Py_REFCNT(array.bind(py).as_ptr()) })
     }
 
     fn is_kept(&self, py: Python<'_>) -> bool {
