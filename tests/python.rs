@@ -12,7 +12,8 @@ fn root() -> &'static Path {
 }
 
 /// What the tests need besides the package, and what builds it.
-const REQUIREMENTS: &str = "maturin>=1.7,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24 quantecon==0.11.4";
+const REQUIREMENTS: &str = "maturin>=1.7,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24 quantecon==0.11.4 matplotlib>=3.8 \
+                            nbclient>=0.10 ipykernel>=6";
 
 /// The interpreter of a virtual environment in the target folder, with the package as it is now.
 fn python() -> &'static Path {
@@ -75,6 +76,8 @@ fn template(mission: &Mission) -> Process {
 
 /// P-PYTHON: arrays, lockstep, errors, the solver; and a planner of 20 lines, killed and started again in a live mission, has
 /// the digest of lockstep.
+/// P-PYTHON-OWN: a scenario's own planners fly as the command does.
+/// P-OWN-UNSUITED: one that does not suit a mission is refused by name.
 #[test]
 fn a_python_planner_flies_live_as_in_lockstep() {
     let lines = std::fs::read_to_string(root().join("templates/planner_python.py")).unwrap();
@@ -82,6 +85,9 @@ fn a_python_planner_flies_live_as_in_lockstep() {
     let mission = Mission::new("python");
     let digests = told("check.py", &[&templates(), &mission.name]);
     assert_eq!(digests["mdp"], harness::lockstep(&["--seed", "3"])["digest"]);
+    for (scenario, digest) in digests["own"].as_object().unwrap() {
+        assert_eq!(*digest, harness::lockstep(&["--scenario", scenario])["digest"], "{scenario}");
+    }
 
     let slow = mission.start_slow_sim("3");
     let mut peers = ["perception", "monitor"].map(|role| mission.start(role, &[]));
@@ -97,6 +103,49 @@ fn a_python_planner_flies_live_as_in_lockstep() {
     }
     let verified = mission.verified();
     assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
+}
+
+/// P-PYTHON-HOSTILE: arguments that nothing can be are refused before anything moves, and no planner changes what a mission sees.
+#[test]
+fn hostile_arguments_are_refused_and_nothing_moves() {
+    let calls = told("check_hostile.py", &[])["calls"].as_u64().unwrap();
+    assert!(calls > 5000, "{calls} calls");
+}
+
+/// P-PYTHON-THREADS: environments, missions and the solver work in any thread, made anywhere, and in forked children.
+#[test]
+fn everything_works_in_any_thread_and_in_forked_children() {
+    told("check_threads.py", &[&templates()]);
+}
+
+/// P-PYTHON-COPIES: copies, pickles and snapshots of environments go on as the environments do.
+#[test]
+fn copies_pickles_and_snapshots_go_on_as_the_environment_does() {
+    told("check_copies.py", &[]);
+}
+
+/// P-PYTHON-NOTEBOOK: the notebook of the examples runs from top to bottom and shows its pictures.
+#[test]
+fn the_notebook_runs_from_top_to_bottom() {
+    let notebook = root().join("python/examples/first_missions.ipynb");
+    let shown = told("run_notebook.py", &[&notebook.to_string_lossy()]);
+    assert_eq!((&shown["svg"], &shown["png"]), (&1.into(), &3.into()));
+}
+
+/// P-PYTHON-FORK: a child that a planner forks within `decide` ends with an error when it comes back, and the mission goes on
+/// with the parent.
+#[test]
+fn a_child_that_comes_back_from_decide_ends_and_the_mission_goes_on() {
+    let mut mission = Mission::new("fork");
+    let planner = root().join("python/tests/fork_planner.py");
+    let command = format!("'{}' '{}' '{}'", python().display(), planner.display(), templates());
+    let output = mission.fly(&["--planner-command", &command, "--seed", "3"]);
+    let (summary, log) = (json(&output), stderr(&output));
+    assert_eq!(summary["outcome"], "goal", "{summary}");
+    for need in ["got a fork of it that came back from decide", "the child ended with 7"] {
+        assert!(log.contains(need), "no {need:?}: {log}");
+    }
+    mission.assert_nothing_left();
 }
 
 /// P-QUANTECON: the solver's values are those of quantecon's policy iteration within the bound.

@@ -1,6 +1,6 @@
 //! Why there is no planner for a mission.
 
-use contract::Name;
+use contract::{Decision, Name};
 
 use crate::names::{AHEAD_ALGORITHMS, ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS};
 
@@ -23,6 +23,14 @@ pub enum PlannerError {
         "the planner clairvoyant needs the whole ground, which only lockstep provides; got a mission over unseen ground"
     )]
     LockstepOnly,
+    /// A mission in lockstep does not go on: nobody decides what is due, or only what is refused.
+    #[error("the mission stands still at decision {decision}: {reason}")]
+    StandsStill {
+        /// The decision that is due.
+        decision: Decision,
+        /// What was needed and what was got.
+        reason: String,
+    },
     /// The planner cannot plan this mission.
     #[error("{reason}")]
     Unsuited {

@@ -120,6 +120,12 @@ impl<P: Ports> PlannerProcess<P> {
         Ok(process)
     }
 
+    /// Why the algorithm does not suit the mission that was heard of last, if it does not.
+    #[must_use]
+    pub fn unfit(&self) -> Option<&str> {
+        self.unfit.as_deref()
+    }
+
     /// The algorithm that plans for the robots.
     pub fn planner(&mut self) -> &mut dyn Planner {
         self.planner.as_mut()
@@ -331,7 +337,10 @@ impl<P: Ports> PlannerProcess<P> {
             let vehicle = Some(team.member(robot)?.robot.vehicle);
             let need = suited(brief, vehicle);
             let suits = brief.tasks_of(vehicle).into_iter().any(|task| self.planner.suits(task));
-            let is_suited = need.contains(&name.as_str()) || is_own && suits;
+            // A robot that goes from point to point moves along announced routes only.
+            let can_move =
+                self.planner.announces() || vehicle.is_none_or(|vehicle| vehicle.start().is_none());
+            let is_suited = need.contains(&name.as_str()) || is_own && suits && can_move;
             (!is_suited).then_some((robot, need))
         });
         let Some((robot, need)) = unsuited else {

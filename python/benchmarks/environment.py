@@ -1,4 +1,4 @@
-"""Environment steps a second in this process, one thread: Hopper-v0 as a vector environment, and beside it gymnasium's CartPole-v1 and, where
+"""Environment steps a second in this process, one thread: PlanetaryHopper-v1 as a vector environment, and beside it gymnasium's CartPole-v1 and, where
 it is installed (`pip install jumanji`), Jumanji's Maze-v0, an agent on a grid as well."""
 
 import os
@@ -49,8 +49,8 @@ def maze():
 
 
 for name, actions, arguments in [
-    ("Hopper-v0", 5, {"scenario": "hard", "window": 11}),
-    ("Hopper-v0", 5, {"scenario": "hard", "window": 11, "copy": False}),
+    ("PlanetaryHopper-v1", 5, {"scenario": "hard", "window": 11}),
+    ("PlanetaryHopper-v1", 5, {"scenario": "hard", "window": 11, "copy": False}),
     ("CartPole-v1", 2, {}),
 ]:
     env = gymnasium.make_vec(name, num_envs=ENVIRONMENTS, vectorization_mode="vector_entry_point", **arguments)

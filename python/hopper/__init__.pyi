@@ -15,6 +15,8 @@ from ._native import HopperError as HopperError
 from ._native import Map as Map
 from ._native import State as State
 
+__version__: str
+
 class Action(enum.IntEnum):
     HOLD = 0
     NORTH = 1
@@ -53,13 +55,15 @@ class Flight:
     map: Columns
     @property
     def digest(self) -> str: ...
+    def plot(self, ax: Any = None) -> Any: ...
 
 def run(
-    scenario: str | os.PathLike[str] = "hard",
-    planner: str | Planner = "mdp",
+    scenario: str | os.PathLike[str] | None = None,
+    planner: str | Planner | None = None,
     seed: int = 1,
     *,
     profile: str | None = None,
+    dem: str | os.PathLike[str] | None = None,
 ) -> Flight: ...
 
 def check(make: Callable[[], Planner]) -> None: ...

@@ -1,7 +1,8 @@
 //! Asks a Python planner, and makes an action of what it answers.
 
-use contract::{Action, Name};
+use contract::{Action, Name, Task};
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 use crate::arrays::{Arrays, News};
 use crate::view::{Brief, State};
@@ -17,13 +18,10 @@ pub struct Decider {
 impl Decider {
     /// The method `decide` of `planner`.
     pub fn new(planner: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let decide =
-            planner.getattr("decide").ok().filter(|decide| decide.is_callable()).ok_or_else(|| {
-                crate::error(format!(
-                    "a planner needs a method decide(brief, map, state), got {}",
-                    told(planner)
-                ))
-            })?;
+        let decide = planner.getattr("decide").ok().filter(|decide| decide.is_callable());
+        let decide = decide.ok_or_else(|| {
+            crate::error(format!("a planner needs a method decide(brief, map, state), got {}", told(planner)))
+        })?;
         Ok(Self { decide: decide.unbind(), arrays: None, warned: false })
     }
 
@@ -50,10 +48,13 @@ impl Decider {
                 "decide keeps arrays of the map: they change with the next decision; keep array.copy() instead"
             );
         }
-        let code = answer.extract::<u32>().ok().and_then(Action::from_code).filter(|action| match action {
+        // To Python True is 1 and would be a hop to the north.
+        let number = if answer.is_instance_of::<PyBool>() { None } else { answer.extract::<u32>().ok() };
+        let code = number.and_then(Action::from_code).filter(|action| match action {
             Action::Hold => true,
             Action::Hop(_) => hops,
-            _ => !hops,
+            Action::Step(_) => !hops,
+            _ => false,
         });
         let need = if hops { "HOLD or a hop" } else { "HOLD or a step" };
         code.ok_or_else(|| {
@@ -63,6 +64,11 @@ impl Decider {
             ))
         })
     }
+}
+
+/// Whether a planner written in Python can have that task: it announces no routes, so it moves no robot that goes along them.
+pub fn suits(task: Task) -> bool {
+    !matches!(task, Task::Scout(_))
 }
 
 /// The name of a planner: its attribute `name`, or its class.

@@ -3,10 +3,13 @@
 //! The arrays are made once a mission. Before each decision the cells that changed since the last one are written into them,
 //! and nothing else is: what a decision costs depends on what the landing has revealed, not on the map.
 
+use std::marker::PhantomData;
+
 use contract::{Cell, Grid, Ground, ObservedMap, RunId, Soil};
-use pyo3::buffer::{Element, PyBuffer};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyTuple;
+
+use crate::memory::{Memory, Number};
 
 /// What changed in the map since it was last looked at.
 pub struct News {
@@ -66,15 +69,15 @@ pub struct Map {
     pub fingerprint: u64,
 }
 
-/// The arrays' memory, which NumPy owns.
+/// The arrays' memory.
 pub struct Arrays {
     run: RunId,
     grid: Grid,
     height_m: Shared<f64>,
     gradient: Shared<f64>,
-    sand: Shared<u8>,
-    passable: Shared<u8>,
-    seen: Shared<u8>,
+    sand: Shared<bool>,
+    passable: Shared<bool>,
+    seen: Shared<bool>,
     visits: Shared<u16>,
 }
 
@@ -90,21 +93,21 @@ impl Arrays {
             None => arrays.insert(Self::new(py, news.run, news.grid)?),
         };
         for (index, ground, visits) in &news.cells {
-            arrays.height_m.set(py, *index, ground.height_m);
-            arrays.gradient.set(py, 2 * index, ground.gradient[0]);
-            arrays.gradient.set(py, 2 * index + 1, ground.gradient[1]);
-            arrays.sand.set(py, *index, u8::from(ground.soil == Soil::Sand));
-            arrays.passable.set(py, *index, u8::from(ground.passable));
-            arrays.seen.set(py, *index, 1);
-            arrays.visits.set(py, *index, *visits);
+            arrays.height_m.set(*index, ground.height_m);
+            arrays.gradient.set(2 * index, ground.gradient[0]);
+            arrays.gradient.set(2 * index + 1, ground.gradient[1]);
+            arrays.sand.set(*index, ground.soil == Soil::Sand);
+            arrays.passable.set(*index, ground.passable);
+            arrays.seen.set(*index, true);
+            arrays.visits.set(*index, *visits);
         }
         Ok(Map {
-            height_m: arrays.height_m.view.clone_ref(py),
-            gradient: arrays.gradient.view.clone_ref(py),
-            sand: arrays.sand.view.clone_ref(py),
-            passable: arrays.passable.view.clone_ref(py),
-            seen: arrays.seen.view.clone_ref(py),
-            visits: arrays.visits.view.clone_ref(py),
+            height_m: arrays.height_m.view(py)?,
+            gradient: arrays.gradient.view(py)?,
+            sand: arrays.sand.view(py)?,
+            passable: arrays.passable.view(py)?,
+            seen: arrays.seen.view(py)?,
+            visits: arrays.visits.view(py)?,
             treasures: news.treasures.iter().map(|cell| (cell.x, cell.y)).collect(),
             fingerprint: news.fingerprint,
         })
@@ -125,53 +128,44 @@ impl Arrays {
         Ok(Self {
             run,
             grid,
-            height_m: Shared::new(py, &shape, f64::NAN, "f8", "f8")?,
-            gradient: Shared::new(py, &[grid.height, grid.width, 2], f64::NAN, "f8", "f8")?,
-            sand: Shared::new(py, &shape, 0.0, "u1", "?")?,
-            passable: Shared::new(py, &shape, 0.0, "u1", "?")?,
-            seen: Shared::new(py, &shape, 0.0, "u1", "?")?,
-            visits: Shared::new(py, &shape, 0.0, "u2", "u2")?,
+            height_m: Shared::new(py, &shape, f64::NAN)?,
+            gradient: Shared::new(py, &[grid.height, grid.width, 2], f64::NAN)?,
+            sand: Shared::new(py, &shape, false)?,
+            passable: Shared::new(py, &shape, false)?,
+            seen: Shared::new(py, &shape, false)?,
+            visits: Shared::new(py, &shape, 0)?,
         })
     }
 }
 
-/// An array that we write, and others read.
-struct Shared<T: Element> {
-    /// Read-only, and the one that others get.
-    view: Py<PyAny>,
-    owner: Py<PyAny>,
-    memory: PyBuffer<T>,
-    /// References to view and owner that are ours.
-    own: [isize; 2],
+/// Cells that we write, and others read.
+struct Shared<T> {
+    memory: Py<Memory>,
+    shape: Vec<u32>,
+    number: PhantomData<T>,
 }
 
-impl<T: Element> Shared<T> {
-    /// An array full of `value`, of type `kind` for us and `seen_as` for others.
-    fn new(py: Python<'_>, shape: &[u32], value: f64, kind: &str, seen_as: &str) -> PyResult<Self> {
-        let shape = PyTuple::new(py, shape)?;
-        let owner = py.import("numpy")?.call_method1("full", (shape, value, kind))?;
-        let view = owner.call_method1("view", (seen_as,))?;
-        let flags = PyDict::new(py);
-        flags.set_item("write", false)?;
-        view.call_method("setflags", (), Some(&flags))?;
-        let memory = PyBuffer::get(&owner)?;
-        let mut shared = Self { view: view.unbind(), owner: owner.unbind(), memory, own: [0; 2] };
-        shared.own = shared.references(py);
-        Ok(shared)
+impl<T: Number> Shared<T> {
+    /// Cells full of `value`.
+    fn new(py: Python<'_>, shape: &[u32], value: T) -> PyResult<Self> {
+        let cells = shape.iter().map(|side| *side as usize).product();
+        let memory = Py::new(py, value.memory(cells))?;
+        Ok(Self { memory, shape: shape.to_vec(), number: PhantomData })
     }
 
-    fn references(&self, py: Python<'_>) -> [isize; 2] {
-        // SAFETY: both are alive as long as `self`, and `py` shows that this thread holds the interpreter.
-        [&self.view, &self.owner].map(|array| unsafe { pyo3::ffi::Py_REFCNT(array.bind(py).as_ptr()) })
+    /// A read-only array over the cells. Each decision gets its own, so that nobody changes the shape of another's.
+    fn view(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let flat = py.import("numpy")?.call_method1("frombuffer", (&self.memory, T::KIND))?;
+        Ok(flat.call_method1("reshape", (PyTuple::new(py, &self.shape)?,))?.unbind())
     }
 
+    /// Whether an array over the cells is left.
     fn is_kept(&self, py: Python<'_>) -> bool {
-        self.references(py).into_iter().zip(self.own).any(|(references, own)| references > own)
+        // SAFETY: the memory is alive as long as `self`, and `py` shows that this thread holds the interpreter.
+        unsafe { pyo3::ffi::Py_REFCNT(self.memory.bind(py).as_ptr()) > 1 }
     }
 
-    fn set(&self, py: Python<'_>, index: usize, value: T) {
-        if let Some(cell) = self.memory.as_mut_slice(py).and_then(|cells| cells.get(index)) {
-            cell.set(value);
-        }
+    fn set(&self, index: usize, value: T) {
+        value.write(self.memory.get(), index);
     }
 }

@@ -23,7 +23,7 @@ macro_rules! number {
         }
     )*};
 }
-number!("u1" u8, "u2" u16, "u4" u32, "u8" u64, "i4" i32, "f8" f64);
+number!("u1" u8, "u2" u16, "u4" u32, "u8" u64, "i4" i32, "f4" f32, "f8" f64);
 
 impl Number for bool {
     const KIND: &'static str = "?";

@@ -23,11 +23,18 @@ use pyo3::types::PyType;
 
 use crate::answer::{self, Decider};
 use crate::arrays::{News, Watch};
+use crate::boundary::{self, guarded};
 use crate::view::State;
 use crate::{DecideTimeout, HopperError};
 
 /// Pause between two heartbeats that may be due while Python decides.
 const BEAT: Duration = Duration::from_millis(10);
+
+/// Longest time that a user may name: some 30 years.
+const SECONDS_MAX: Duration = Duration::from_secs(1_000_000_000);
+
+/// What ends the process's thread from within a plan.
+const LEFT: &str = "the caller's thread has left";
 
 /// How often the caller's thread looks for signals.
 const TICK: Duration = Duration::from_millis(100);
@@ -61,9 +68,8 @@ impl Planner for Remote {
         self.name
     }
 
-    /// What a program of the user's can do, it knows itself.
-    fn suits(&self, _: Task) -> bool {
-        true
+    fn suits(&self, task: Task) -> bool {
+        answer::suits(task)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
@@ -112,7 +118,7 @@ impl Planner for Remote {
 
 /// Ends the process's thread from within a plan, so that nothing is commanded that the planner did not choose.
 fn leave() -> ! {
-    std::panic::resume_unwind(Box::new("the caller's thread has left"))
+    std::panic::resume_unwind(Box::new(LEFT))
 }
 
 /// Raises an exception in the caller's thread while it is in `decide`.
@@ -158,45 +164,57 @@ pub fn fly(
     lifeline: bool,
     succeeds_pid: Option<u32>,
 ) -> PyResult<u8> {
-    static LOG: Once = Once::new();
-    LOG.call_once(|| node::log_to_stderr("planner", 0));
-    let seconds = |what: &str, s: f64| {
-        Duration::try_from_secs_f64(s).map_err(|_| crate::error(format!("{what} needs seconds, got {s}")))
-    };
-    let robots = robots.into_iter().map(RobotId).fold(RobotSet(0), RobotSet::with);
-    let wait = wait_s.map(|s| seconds("wait", s)).transpose()?;
-    let peer = PeerArgs { instance, wait, stay, lifeline };
-    let claim = ClaimArgs { robot: robots, takeover, succeeds_pid };
-    let mut decider = Decider::new(planner)?;
-    let (questions, inbox) = channel();
-    let (outbox, answers) = channel();
-    let thread = py.import("threading")?.call_method0("get_ident")?.extract()?;
-    let interrupt = Interrupt { thread, at: Arc::new(AtomicU64::new(0)) };
-    let remote = Remote {
-        name: answer::name(planner)?,
-        questions,
-        answers,
-        watch: Watch::default(),
-        asked: 0,
-        timeout: seconds("timeout", timeout_s)?,
-        interrupt: interrupt.clone(),
-        shutdown: ShutdownSignal::new().map_err(crate::error)?,
-    };
-    let process = std::thread::Builder::new()
-        .name("planner".into())
-        .spawn(move || planner::shell::fly(&peer, &claim, Box::new(remote)))?;
-    let left = serve(py, &mut decider, inbox, outbox, &interrupt);
-    let has_left = !matches!(left, Ok(Left::ProcessEnded));
-    let ended = py.detach(move || join(process, has_left));
-    left?;
-    match ended {
-        Ok(exit) => Ok(exit.code()),
-        Err(failure) => {
-            let error = HopperError::new_err(failure.message);
-            error.value(py).setattr("exit_code", failure.exit.code())?;
-            Err(error)
+    guarded(|| {
+        static LOG: Once = Once::new();
+        LOG.call_once(|| node::log_to_stderr("planner", 0));
+        let seconds = |what: &str, s: f64| {
+            let duration = Duration::try_from_secs_f64(s).ok().filter(|duration| *duration <= SECONDS_MAX);
+            duration.ok_or_else(|| crate::error(format!("{what} needs seconds, 0 to 1e9, got {s}")))
+        };
+        let robots = robots.into_iter().map(RobotId).fold(RobotSet(0), RobotSet::with);
+        let wait = wait_s.map(|s| seconds("wait", s)).transpose()?;
+        let peer = PeerArgs { instance, wait, stay, lifeline };
+        let claim = ClaimArgs { robot: robots, takeover, succeeds_pid };
+        let mut decider = Decider::new(planner)?;
+        let (questions, inbox) = channel();
+        let (outbox, answers) = channel();
+        let thread = py.import("threading")?.call_method0("get_ident")?.extract()?;
+        let interrupt = Interrupt { thread, at: Arc::new(AtomicU64::new(0)) };
+        let remote = Remote {
+            name: answer::name(planner)?,
+            questions,
+            answers,
+            watch: Watch::default(),
+            asked: 0,
+            timeout: seconds("timeout", timeout_s)?,
+            interrupt: interrupt.clone(),
+            shutdown: ShutdownSignal::new().map_err(crate::error)?,
+        };
+        let process = std::thread::Builder::new()
+            .name("planner".into())
+            .spawn(move || planner::shell::fly(&peer, &claim, Box::new(remote)))?;
+        let pid = std::process::id();
+        let left = serve(py, &mut decider, inbox, outbox, &interrupt);
+        if pid != std::process::id() {
+            // The thread is the parent's, and so is the mission.
+            std::mem::forget(process);
+            left?;
+            return Err(crate::error(format!(
+                "a mission needs the process that flies it, {pid}, got a fork of it that came back from decide"
+            )));
         }
-    }
+        let has_left = !matches!(left, Ok(Left::ProcessEnded));
+        let ended = py.detach(move || join(process, has_left));
+        left?;
+        match ended {
+            Ok(exit) => Ok(exit.code()),
+            Err(failure) => {
+                let error = HopperError::new_err(failure.message);
+                error.value(py).setattr("exit_code", failure.exit.code())?;
+                Err(error)
+            }
+        }
+    })
 }
 
 /// The end of the process's thread. If the caller's has `left`, it is not waited for long: it may stand by for ever.
@@ -208,7 +226,10 @@ fn join(process: JoinHandle<Result<Exit, Failure>>, left: bool) -> Result<Exit, 
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    process.join().unwrap_or(Ok(Exit::Interrupted))
+    process.join().unwrap_or_else(|panic| match boundary::message(panic.as_ref()) {
+        LEFT => Ok(Exit::Interrupted),
+        defect => Err(Failure::new(Exit::Failed, format!("this is a defect of hopper: {defect}"))),
+    })
 }
 
 /// Why no more questions are answered.
@@ -225,6 +246,7 @@ fn serve(
     outbox: Sender<Answer>,
     interrupt: &Interrupt,
 ) -> PyResult<Left> {
+    let pid = std::process::id();
     loop {
         let received;
         (inbox, received) = py.detach(move || {
@@ -247,6 +269,11 @@ fn serve(
         interrupt.at.store(number, Ordering::Relaxed);
         let decided = decider.decide(py, &brief, &news, State { state, team });
         interrupt.at.store(0, Ordering::Relaxed);
+        if pid != std::process::id() {
+            // Nobody asks a fork of this process, and nobody reads its answers.
+            std::mem::forget((inbox, outbox));
+            return decided.map(|_| Left::ProcessEnded);
+        }
         // An interruption that came just too late is raised here.
         let _ = py.run(c"pass", None, None);
         let action = match decided {

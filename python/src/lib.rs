@@ -6,12 +6,17 @@
 mod answer;
 mod arrays;
 mod batch;
+mod boundary;
 mod columns;
+mod drawing;
 mod fly;
+mod ground;
+mod memory;
 mod mission;
 mod recorded;
 mod session;
 mod solve;
+mod trial;
 mod view;
 
 use pyo3::prelude::*;
@@ -44,6 +49,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<arrays::Map>()?;
     module.add_class::<batch::Batch>()?;
     module.add_class::<session::Session>()?;
+    module.add_class::<drawing::Drawing>()?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(fly::fly, module)?)?;
     module.add_function(wrap_pyfunction!(mission::run, module)?)?;
     module.add_function(wrap_pyfunction!(mission::check, module)?)?;

@@ -1,31 +1,106 @@
 //! Whole missions in lockstep.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::PathBuf;
 
 use contract::{Brief, MonotonicNs, Name, Profile, Record, RunId, Task};
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use report::SummaryBuilder;
-use scenario::{Overrides, ResolvedScenario};
+use scenario::{MissionKind, Overrides, ResolvedScenario, Scenario};
 
 use crate::answer::{self, Decider};
 use crate::arrays::Watch;
+use crate::boundary::{Lookout, Raised, guarded};
 use crate::columns;
+use crate::drawing::Drawing;
 use crate::view::State;
 
 /// The run of missions flown here; nothing depends on it.
 pub const RUN: RunId = RunId(1);
 
-/// The scenario of that name or file, resolved.
-pub fn world(scenario: &str, profile: Option<&str>) -> PyResult<ResolvedScenario> {
-    let profile: Option<Profile> = profile.map(str::parse).transpose().map_err(crate::error)?;
-    let scenario = scenario::load(scenario).map_err(crate::error)?;
-    let overrides = Overrides { profile, ..Overrides::default() };
-    scenario.with(&overrides).resolve().map_err(crate::error)
+/// The mission that is asked for, as `hopper run` takes it.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// A built-in name or a file; `None` for `hard`, or for one that fits the elevation model.
+    pub scenario: Option<String>,
+    pub profile: Option<String>,
+    /// Elevation model in place of the scenario's, or alone.
+    pub dem: Option<PathBuf>,
+}
+
+impl Asked {
+    /// The scenario, resolved. Its warnings are Python's.
+    pub fn world(&self, py: Python<'_>) -> PyResult<ResolvedScenario> {
+        let profile: Option<Profile> =
+            self.profile.as_deref().map(str::parse).transpose().map_err(crate::error)?;
+        let world = py.detach(|| {
+            let overrides = Overrides { profile, dem: self.dem.clone(), ..Overrides::default() };
+            let scenario = match (self.scenario.as_deref(), &self.dem) {
+                (None, Some(dem)) => {
+                    let fitted = scenario::fitted(dem).map_err(|error| error.to_string())?;
+                    fitted.scenario.with(&Overrides { dem: None, ..overrides })
+                }
+                (scenario, _) => {
+                    let scenario = scenario::load(scenario.unwrap_or("hard"));
+                    scenario.map_err(|error| error.to_string())?.with(&overrides)
+                }
+            };
+            scenario.resolve().map_err(|error| error.to_string())
+        });
+        let world = world.map_err(crate::error)?;
+        for warning in &world.warnings {
+            let text = std::ffi::CString::new(warning.to_string()).unwrap_or_default();
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)?;
+        }
+        Ok(world)
+    }
+}
+
+/// What tells missions of one scenario from those of another: name, hash and profile.
+pub fn identity(world: &ResolvedScenario) -> String {
+    let hash: String = world.hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+    format!("{} ({}, {hash})", world.brief.scenario, world.brief.profile)
+}
+
+/// What an environment is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// A hopper that is alone, with one goal.
+    Hopper,
+    /// Rovers that cover ground.
+    Rovers,
+}
+
+impl Need {
+    /// The names of the built-in scenarios that have it.
+    fn built_in(self) -> String {
+        let has = |(name, text): &(&str, &str)| {
+            let Ok(scenario) = Scenario::parse(text, name) else { return false };
+            match self {
+                Need::Hopper => scenario.mission.kind == MissionKind::Reach && scenario.robots.is_empty(),
+                Need::Rovers => scenario.mission.kind == MissionKind::Cover,
+            }
+        };
+        scenario::BUILT_IN.into_iter().filter(has).map(|(name, _)| name).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// That there is no environment of this kind for a scenario, and which environments there are.
+pub fn no_environment(scenario: Name, need: Need) -> PyErr {
+    let need = match need {
+        Need::Hopper => "a hopper alone with one goal",
+        Need::Rovers => "rovers that cover ground",
+    };
+    crate::error(format!(
+        "this environment needs a mission of {need}, got scenario {scenario}. hopper.gym has {}; hopper.pettingzoo has {}. \
+         hopper.run flies every scenario with a planner of yours or its own",
+        Need::Hopper.built_in(),
+        Need::Rovers.built_in(),
+    ))
 }
 
 /// A Python planner in the caller's thread. What it raises ends the mission.
@@ -41,8 +116,8 @@ impl Planner for Local {
         self.name
     }
 
-    fn suits(&self, _: Task) -> bool {
-        true
+    fn suits(&self, task: Task) -> bool {
+        answer::suits(task)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
@@ -51,145 +126,140 @@ impl Planner for Local {
         let state = State { state: *state, team: team.cloned() };
         match Python::attach(|py| self.decider.decide(py, brief, &news, state)) {
             Ok(action) => Plan::at_once(action, PlanStatus::Solved),
-            Err(error) => raise(&self.raised, error),
+            Err(error) => self.raised.raise(error),
         }
     }
 }
 
-/// The planner that a mission is flown with: a name, or an object with a method `decide`.
-#[derive(FromPyObject)]
-pub enum Chosen<'py> {
-    /// A built-in one.
-    Named(String),
-    /// One of the user's.
-    Own(Bound<'py, PyAny>),
-}
+/// Summary as JSON, rows and columns of the grid, columns of rows, route and map, and what draws the mission.
+pub type Answer<'py> =
+    (String, (u32, u32), Bound<'py, PyDict>, Bound<'py, PyDict>, Bound<'py, PyDict>, Drawing);
 
-/// Summary as JSON, rows and columns of the grid, and columns of rows, route and map.
-pub type Answer<'py> = (String, (u32, u32), Bound<'py, PyDict>, Bound<'py, PyDict>, Bound<'py, PyDict>);
-
-/// Flies a mission to its end; see `hopper.run`.
+/// Flies a mission to its end; see `hopper.run`. A `planner` is a built-in name, an object with a method `decide`, or None for the
+/// scenario's own.
 #[pyfunction]
 pub fn run<'py>(
     py: Python<'py>,
-    scenario: &str,
-    planner: Chosen<'py>,
+    scenario: Option<String>,
+    planner: Option<Bound<'py, PyAny>>,
     seed: u64,
-    profile: Option<&str>,
+    profile: Option<String>,
+    dem: Option<PathBuf>,
 ) -> PyResult<Answer<'py>> {
-    let world = world(scenario, profile)?;
-    let brief = Brief { run: RUN, ..world.brief };
-    let vehicles = world.vehicles();
-    let own = world.planners;
-    let usual = planner::assigned(&brief, &vehicles, None, &own)
-        .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
-    let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
-    let (flown, records) = match planner {
-        Chosen::Named(name) => {
-            let name: Name = name.parse().map_err(crate::error)?;
-            let planners = planner::assigned(&brief, &vehicles, Some(name), &own);
-            let planners = planners.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
-            py.detach(move || {
-                let mut records = Vec::new();
-                let schedule = PlannerSchedule::of_robots(&planners);
-                let flown = lockstep::fly(mission, &schedule, &mut node::Node::now, &mut |record| {
-                    records.push(*record)
-                });
-                flown.map(|flown| (flown, records)).map_err(crate::error)
-            })?
+    guarded(|| {
+        let world = Asked { scenario, profile, dem }.world(py)?;
+        let brief = Brief { run: RUN, ..world.brief };
+        let raised = Raised::default();
+        let (mut own, mut given) = (None, None);
+        match &planner {
+            Some(planner) => match planner.extract::<String>() {
+                Ok(name) => given = Some(name.parse::<Name>().map_err(crate::error)?),
+                Err(_) => {
+                    let (name, decider) = (answer::name(planner)?, Decider::new(planner)?);
+                    let raised = raised.clone();
+                    own = Some(Local { name, decider, watch: Watch::default(), raised });
+                }
+            },
+            None => {}
         }
-        Chosen::Own(_) if brief.mixed.is_some() => return Err(unfit()),
-        Chosen::Own(planner) => fly_own(&planner, mission, &usual)?,
-    };
-    told(py, &brief, seed, &flown, &records)
+        let assigned = planner::assigned(&brief, &world.vehicles(), given, &world.planners)
+            .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
+        let schedule = match &own {
+            Some(own) => schedule_of(own.name, &brief, &assigned)?,
+            None => PlannerSchedule::of_robots(&assigned),
+        };
+        let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+        let lookout = Lookout::new(raised.clone());
+        let (flown, records) = py.detach(|| {
+            let mut make = |asked: Name, mission: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
+                match own.take_if(|own| own.name == asked) {
+                    Some(own) => Ok(Box::new(own)),
+                    None => lockstep::algorithm(asked, mission),
+                }
+            };
+            let mut records = Vec::new();
+            let mut clock = || -> MonotonicNs { node::Node::now() };
+            let mut observe = |record: &Record| {
+                records.push(*record);
+                lookout.look();
+            };
+            let flown = raised
+                .catch(|| lockstep::fly_with(mission, &schedule, &mut make, &mut clock, &mut observe))?
+                .map_err(|error| refused(&brief, &error))?;
+            Ok::<_, PyErr>((flown, records))
+        })?;
+        told(py, &world, &brief, seed, flown, records)
+    })
 }
 
-/// That one planner cannot command robots with tasks of their own.
-pub fn unfit() -> PyErr {
-    crate::error(
-        "a mission whose robots have tasks of their own needs named planners; hopper.fly commands one of its robots",
-    )
+/// Why a mission was not flown.
+pub fn refused(brief: &Brief, error: &PlannerError) -> PyErr {
+    let text = error.to_string();
+    let scenario = format!("scenario {}", brief.scenario);
+    if text.contains(&scenario) { crate::error(text) } else { crate::error(format!("{scenario}: {text}")) }
 }
 
 /// What Python gets of a mission that was flown.
 pub fn told<'py>(
     py: Python<'py>,
+    world: &ResolvedScenario,
     brief: &Brief,
     seed: u64,
-    flown: &Flown,
-    records: &[Record],
+    flown: Flown,
+    records: Vec<Record>,
 ) -> PyResult<Answer<'py>> {
     let mut summary = SummaryBuilder::new(brief, seed);
     records.iter().for_each(|record| summary.record(record));
     let mut summary = summary.build(&flown.state, flown.team.as_ref(), &flown.refusals);
     summary.coverage = Some(flown.map.coverage());
     let json = serde_json::to_string(&summary).map_err(crate::error)?;
-    let (rows, route) = (columns::records(py, records)?, columns::route(py, brief, records)?);
-    Ok((json, (brief.grid.height, brief.grid.width), rows, route, columns::map(py, &flown.map)?))
+    let (rows, route) = (columns::records(py, &records)?, columns::route(py, brief, &records)?);
+    let cells = columns::map(py, &flown.map)?;
+    let shape = (brief.grid.height, brief.grid.width);
+    let drawing = Drawing::new(*brief, world.clone(), flown, records);
+    Ok((json, shape, rows, route, cells, drawing))
 }
 
 /// Holds a planner to the law; see `hopper.check`.
 #[pyfunction]
 pub fn check(make: &Bound<'_, PyAny>) -> PyResult<()> {
-    let raised = Arc::new(Mutex::new(None));
-    let local = || {
-        let made = make.call0().and_then(|planner| {
-            let (name, decider) = (answer::name(&planner)?, Decider::new(&planner)?);
-            Ok(Local { name, decider, watch: Watch::default(), raised: Arc::clone(&raised) })
-        });
-        made.unwrap_or_else(|error| raise(&raised, error))
-    };
-    match catch_unwind(AssertUnwindSafe(|| planner::conformance::check(local))) {
-        Ok(checked) => checked.map_err(crate::error),
-        Err(panic) => Err(taken(&raised).unwrap_or_else(|| resume_unwind(panic))),
-    }
-}
-
-/// What Python has raised, handed through code that knows nothing of it.
-type Raised = Arc<Mutex<Option<PyErr>>>;
-
-fn raise(raised: &Raised, error: PyErr) -> ! {
-    *raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-    resume_unwind(Box::new("Python has raised an exception"))
-}
-
-fn taken(raised: &Raised) -> Option<PyErr> {
-    raised.lock().unwrap_or_else(PoisonError::into_inner).take()
+    guarded(|| {
+        let raised = Raised::default();
+        let local = || {
+            let made = make.call0().and_then(|planner| {
+                let (name, decider) = (answer::name(&planner)?, Decider::new(&planner)?);
+                Ok(Local { name, decider, watch: Watch::default(), raised: raised.clone() })
+            });
+            made.unwrap_or_else(|error| raised.raise(error))
+        };
+        raised.catch(|| planner::conformance::check(local))?.map_err(crate::error)
+    })
 }
 
 /// Who commands if the planner `own` is of the user's: all robots, but not a hopper's helicopters, which keep their `usual` ones.
-pub fn schedule_of(own: Name, task: Task, usual: &[Name]) -> PlannerSchedule {
-    if task != Task::Accompany {
-        return PlannerSchedule::single(own);
-    }
-    let names: Vec<Name> = std::iter::once(own).chain(usual.iter().skip(1).copied()).collect();
-    PlannerSchedule::of_robots(&names)
-}
-
-fn fly_own(planner: &Bound<'_, PyAny>, mission: Mission, usual: &[Name]) -> PyResult<(Flown, Vec<Record>)> {
-    let name = answer::name(planner)?;
-    let raised = Arc::new(Mutex::new(None));
-    let mut local = Some(Local {
-        name,
-        decider: Decider::new(planner)?,
-        watch: Watch::default(),
-        raised: Arc::clone(&raised),
-    });
-    let mut make = |asked: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
-        if asked != name {
-            return planner::algorithm(asked.as_str());
-        }
-        let local = local.take().ok_or(PlannerError::UnknownAlgorithm { got: name.to_string() })?;
-        Ok(Box::new(local))
+///
+/// # Errors
+/// If one planner cannot command all robots.
+pub fn schedule_of(own: Name, brief: &Brief, usual: &[Name]) -> PyResult<PlannerSchedule> {
+    let unsuited = |need: &str| {
+        let scenario = brief.scenario;
+        Err(crate::error(format!("scenario {scenario} needs {need}, got {own}, a planner of your own")))
     };
-    let mut records = Vec::new();
-    let mut clock = || -> MonotonicNs { node::Node::now() };
-    let flown = catch_unwind(AssertUnwindSafe(|| {
-        let schedule = schedule_of(name, mission.brief.task(), usual);
-        lockstep::fly_with(mission, &schedule, &mut make, &mut clock, &mut |record| records.push(*record))
-    }));
-    match flown {
-        Ok(flown) => Ok((flown.map_err(crate::error)?, records)),
-        Err(panic) => Err(taken(&raised).unwrap_or_else(|| resume_unwind(panic))),
+    match brief.task() {
+        Task::Mixed(_) => unsuited(
+            "the names of built-in planners for robots with tasks of their own; hopper.fly commands its hoppers and the rovers \
+             that cover ground, one at a time",
+        ),
+        task if !answer::suits(task) => {
+            unsuited("the names of built-in planners for robots that go along announced routes")
+        }
+        Task::Accompany if usual.iter().skip(1).any(|name| *name == own) => {
+            unsuited("planners of different names for hopper and helicopters")
+        }
+        Task::Accompany => {
+            let names: Vec<Name> = std::iter::once(own).chain(usual.iter().skip(1).copied()).collect();
+            Ok(PlannerSchedule::of_robots(&names))
+        }
+        _ => Ok(PlannerSchedule::single(own)),
     }
 }

@@ -2,17 +2,21 @@
 //!
 //! The mission flies in a thread of its own, whose planner sends each question to the caller and waits for the answer.
 
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::JoinHandle;
 
 use contract::{Action, Brief, Name, Record, Task, Team};
 use hopper_sim::Mission;
-use lockstep::Flown;
+use lockstep::{Flown, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
 use pyo3::prelude::*;
+use scenario::ResolvedScenario;
 
 use crate::arrays::{Arrays, Map, News, Watch};
-use crate::mission::{Answer, RUN, schedule_of, told, world};
+use crate::boundary::guarded;
+use crate::mission::{Answer, Asked, Need, RUN, identity, no_environment, refused, told};
 use crate::view;
 
 /// A decision that is due.
@@ -36,8 +40,8 @@ impl Planner for Asker {
         self.name
     }
 
-    fn suits(&self, _: Task) -> bool {
-        true
+    fn suits(&self, task: Task) -> bool {
+        matches!(task, Task::Cover(_))
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
@@ -53,12 +57,20 @@ impl Planner for Asker {
 
 type Ended = Result<(Flown, Vec<Record>), PlannerError>;
 
-/// A mission that waits for its actions.
-#[pyclass(unsendable, module = "hopper")]
+/// A mission of rovers that waits for their actions.
+#[pyclass(frozen, module = "hopper._native")]
 pub struct Session {
+    world: ResolvedScenario,
     brief: Brief,
     seed: u64,
-    /// `None` once the mission is over or dropped.
+    /// The process that the mission's thread is in.
+    pid: u32,
+    turn: Mutex<Turn>,
+}
+
+/// Whose turn it is: the mission's, or the caller's.
+struct Turn {
+    /// `None` once the mission is over.
     ports: Option<(Receiver<Question>, Sender<Action>)>,
     flight: Option<JoinHandle<Ended>>,
     arrays: Option<Arrays>,
@@ -69,83 +81,124 @@ pub struct Session {
 impl Session {
     /// Begins a mission.
     #[new]
-    fn new(scenario: &str, profile: Option<&str>, seed: u64) -> PyResult<Self> {
-        let world = world(scenario, profile)?;
-        let brief = Brief { run: RUN, ..world.brief };
-        if brief.mixed.is_some() {
-            return Err(crate::mission::unfit());
-        }
-        let usual = planner::assigned(&brief, &world.vehicles(), None, &world.planners);
-        let usual = usual.map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
-        let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
-        let (questions, inbox) = channel();
-        let (outbox, answers) = channel();
-        let name: Name = "session".parse().map_err(crate::error)?;
-        let asker = Asker { name, questions, answers, watch: Watch::default() };
-        let flight =
-            std::thread::Builder::new().name("mission".into()).spawn(move || fly(mission, asker, &usual))?;
-        Ok(Self {
-            brief,
-            seed,
-            ports: Some((inbox, outbox)),
-            flight: Some(flight),
-            arrays: None,
-            awaits: false,
+    fn new(
+        py: Python<'_>,
+        scenario: Option<String>,
+        profile: Option<String>,
+        dem: Option<PathBuf>,
+        seed: u64,
+    ) -> PyResult<Self> {
+        guarded(|| {
+            let world = Asked { scenario, profile, dem }.world(py)?;
+            let brief = Brief { run: RUN, ..world.brief };
+            if brief.cover.is_none() || brief.mixed.is_some() {
+                return Err(no_environment(brief.scenario, Need::Rovers));
+            }
+            let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+            let (questions, inbox) = channel();
+            let (outbox, answers) = channel();
+            let name: Name = "session".parse().map_err(crate::error)?;
+            let asker = Asker { name, questions, answers, watch: Watch::default() };
+            let flight =
+                std::thread::Builder::new().name("mission".into()).spawn(move || fly(mission, asker))?;
+            let turn =
+                Turn { ports: Some((inbox, outbox)), flight: Some(flight), arrays: None, awaits: false };
+            Ok(Self { world, brief, seed, pid: std::process::id(), turn: Mutex::new(turn) })
         })
     }
 
+    /// What tells missions of this scenario from those of another.
+    #[getter]
+    fn identity(&self) -> String {
+        identity(&self.world)
+    }
+
     /// The decision that is due; None once the mission is over.
-    fn next(&mut self, py: Python<'_>) -> PyResult<Option<(view::Brief, Map, view::State)>> {
-        let Some((inbox, outbox)) = self.ports.take() else { return Ok(None) };
-        let (inbox, question) = py.detach(move || {
-            let question = inbox.recv();
-            (inbox, question)
-        });
-        let Ok(Question { brief, news, state, team }) = question else { return Ok(None) };
-        self.ports = Some((inbox, outbox));
-        self.awaits = true;
-        let map = Arrays::update(&mut self.arrays, py, &news)?;
-        Ok(Some((view::Brief(brief), map, view::State { state, team })))
+    fn next(&self, py: Python<'_>) -> PyResult<Option<(view::Brief, Map, view::State)>> {
+        guarded(|| {
+            let mut turn = self.turn()?;
+            if turn.awaits {
+                return Err(crate::error("a mission needs the action that is due first: call act()"));
+            }
+            let Some((inbox, outbox)) = turn.ports.take() else { return Ok(None) };
+            let (inbox, question) = py.detach(move || {
+                let question = inbox.recv();
+                (inbox, question)
+            });
+            let Ok(Question { brief, news, state, team }) = question else { return Ok(None) };
+            turn.ports = Some((inbox, outbox));
+            turn.awaits = true;
+            let map = Arrays::update(&mut turn.arrays, py, &news)?;
+            Ok(Some((view::Brief(brief), map, view::State { state, team })))
+        })
     }
 
     /// Takes the action for the decision that is due.
-    fn act(&mut self, action: u32) -> PyResult<()> {
-        let is_hopper = self.brief.is_of_hopper();
-        let action = Action::from_code(action).filter(|action| match action {
-            Action::Hold => true,
-            Action::Hop(_) => is_hopper,
-            _ => !is_hopper,
-        });
-        let Some(action) = action else {
-            return Err(crate::error("an action needs to be one of this mission's robots"));
-        };
-        match self.ports.as_ref().filter(|_| self.awaits) {
-            Some((_, outbox)) => outbox.send(action).map_err(crate::error)?,
-            None => return Err(crate::error("a mission needs to await an action: call next() first")),
-        }
-        self.awaits = false;
-        Ok(())
+    fn act(&self, action: u32) -> PyResult<()> {
+        guarded(|| {
+            let mut turn = self.turn()?;
+            let Some(action @ (Action::Hold | Action::Step(_))) = Action::from_code(action) else {
+                return Err(crate::error(format!("an action needs to be a hold or a step, got {action}")));
+            };
+            if !turn.awaits {
+                return Err(crate::error("a mission needs to await an action: call next() first"));
+            }
+            if let Some((_, outbox)) = &turn.ports {
+                outbox.send(action).map_err(crate::error)?;
+            }
+            turn.awaits = false;
+            Ok(())
+        })
     }
 
     /// What `hopper.run` returns, once the mission is over.
-    fn ended<'py>(&mut self, py: Python<'py>) -> PyResult<Answer<'py>> {
-        let flight = self.flight.take().filter(|_| self.ports.is_none());
-        let flight = flight.ok_or_else(|| crate::error("a mission needs to be over, and ends once"))?;
-        let ended = py.detach(move || flight.join());
-        let ended = ended.map_err(|_| crate::error("the mission was dropped"))?;
-        let (flown, records) = ended.map_err(crate::error)?;
-        told(py, &self.brief, self.seed, &flown, &records)
+    fn ended<'py>(&self, py: Python<'py>) -> PyResult<Answer<'py>> {
+        guarded(|| {
+            let mut turn = self.turn()?;
+            if turn.ports.is_some() {
+                return Err(crate::error("a mission needs to be over"));
+            }
+            let flight = turn.flight.take().ok_or_else(|| crate::error("a mission ends once"))?;
+            let ended = py.detach(move || flight.join());
+            let ended = ended.map_err(|_| crate::error("the mission was dropped"))?;
+            let (flown, records) = ended.map_err(|error| refused(&self.brief, &error))?;
+            told(py, &self.world, &self.brief, self.seed, flown, records)
+        })
     }
 }
 
-fn fly(mission: Mission, asker: Asker, usual: &[Name]) -> Ended {
-    let own = asker.name;
-    let schedule = schedule_of(own, mission.brief.task(), usual);
+impl Session {
+    fn turn(&self) -> PyResult<MutexGuard<'_, Turn>> {
+        if self.pid != std::process::id() {
+            let pid = self.pid;
+            return Err(crate::error(format!(
+                "a mission needs the process that began it, {pid}, got a fork of it, which has no threads: call reset() first"
+            )));
+        }
+        match self.turn.try_lock() {
+            Ok(turn) => Ok(turn),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(PoisonError::into_inner(poisoned)),
+            Err(TryLockError::WouldBlock) => {
+                Err(crate::error("a mission needs one thread at a time, got another while it is in use"))
+            }
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if self.pid != std::process::id() {
+            // The thread is the parent's.
+            let turn = self.turn.get_mut().unwrap_or_else(PoisonError::into_inner);
+            std::mem::forget((turn.ports.take(), turn.flight.take()));
+        }
+    }
+}
+
+fn fly(mission: Mission, asker: Asker) -> Ended {
+    let schedule = PlannerSchedule::single(asker.name);
     let mut asker = Some(asker);
     let mut make = |name: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
-        if name != own {
-            return planner::algorithm(name.as_str());
-        }
         let asker = asker.take().ok_or(PlannerError::UnknownAlgorithm { got: name.to_string() })?;
         Ok(Box::new(asker))
     };

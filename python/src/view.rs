@@ -3,6 +3,9 @@
 use contract::{Action, Cell, Task, Team};
 use pyo3::prelude::*;
 
+/// Farther from the first cell than a hop from outside of the largest grid can begin.
+const BEYOND: i32 = 1 << 20;
+
 /// What was known before the mission.
 #[pyclass(frozen, module = "hopper")]
 pub struct Brief(pub contract::Brief);
@@ -84,7 +87,9 @@ impl Brief {
 
     /// The cell (x, y) that an action aims at from `cell`; None outside the grid.
     fn target(&self, cell: (i32, i32), action: u32) -> PyResult<Option<(i32, i32)>> {
-        let from = Cell::new(cell.0, cell.1);
+        // Beyond every grid all is alike, and nothing overflows.
+        let [x, y] = [cell.0, cell.1].map(|side| side.clamp(-BEYOND, BEYOND));
+        let from = Cell::new(x, y);
         let to = match Action::from_code(action) {
             Some(Action::Hold) => from,
             Some(Action::Hop(direction)) => self.0.grid.hop(from, direction),

@@ -1,7 +1,10 @@
 """What the package promises without a running mission; prints digests as JSON. Run by tests/python.rs."""
 
+import dataclasses
 import inspect
 import json
+import pydoc
+import re
 import sys
 
 import numpy as np
@@ -186,11 +189,53 @@ def solver():
     raises(hopper.HopperError, "goal needs shape (13, 17)", hopper.solve, hopper.World(payoff, goal[1:], lost))
     raises(hopper.HopperError, "leaving", hopper.solve, hopper.World(payoff, goal, lost, leaving="flies"))
     raises(hopper.HopperError, "finite payoff", hopper.solve, hopper.World(payoff * np.nan, goal, lost))
+    assert not hopper.solve(world, error_max=1e-300).is_solved
 
 
 def documented():
     for name in hopper.__all__:
-        assert inspect.getdoc(getattr(hopper, name)) or name in ("HOPS", "STEPS"), f"{name} has no docstring"
+        assert inspect.getdoc(getattr(hopper, name)) or name in ("HOPS", "STEPS", "__version__"), f"{name} has no docstring"
+    assert set(dir(hopper)) == set(hopper.__all__) and re.fullmatch(r"\d+\.\d+\.\d+", hopper.__version__)
+    for kind in (hopper.World, hopper.Solution, hopper.Flight, hopper.Journal, hopper.Recording):
+        text = pydoc.render_doc(kind, renderer=pydoc.plaintext)
+        assert f"class {kind.__name__} in module hopper" in text, text[:200]
+        for field in dataclasses.fields(kind):
+            assert field.name.startswith("_") or f"    {field.name}: " in inspect.getdoc(kind), f"{kind.__name__}.{field.name}"
+    for kind in (hopper.Brief, hopper.State, hopper.Map):
+        for name, member in vars(kind).items():
+            assert name.startswith("_") or inspect.getdoc(member), f"{kind.__name__}.{name} has no docstring"
+
+
+def own_planners():
+    """A planner of one's own flies what it suits, and is refused by name elsewhere; without one the scenario's own fly."""
+    assert hopper.run("hopper-scout", MyPlanner()).summary["decisions"] > 10
+    for planner in (MyPlanner(), Sweeping(), Raising(lambda: hopper.Action.HOLD)):
+        name = type(planner).__name__
+        for scenario in ("rover-helicopter", "expedition"):
+            raises(hopper.HopperError, f"got {name}, a planner of your own", hopper.run, scenario, planner)
+            raises(hopper.HopperError, f"scenario {scenario} needs", hopper.run, scenario, planner)
+
+    class Same(MyPlanner):
+        name = "scout_ahead"
+
+    raises(hopper.HopperError, "different names", hopper.run, "hopper-scout", Same())
+    return {scenario: hopper.run(scenario).digest for scenario in ("hopper-scout", "rover-helicopter", "coverage", "expedition")}
+
+
+def pictures():
+    flight = hopper.run("treasures", "mdp", 1)
+    picture = flight._repr_svg_()
+    assert picture.startswith("<svg") and picture.rstrip().endswith("</svg>") and len(picture) > 10_000
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    axes = flight.plot()
+    assert axes.get_xlabel() == "x, cells" and len(axes.lines) >= 2
+    _, other = plt.subplots()
+    assert hopper.run("coverage", seed=1).plot(other) is other and len(other.get_legend().texts) == 4
+    plt.close("all")
 
 
 digest = lockstep()
@@ -199,4 +244,5 @@ errors()
 law()
 solver()
 documented()
-print(json.dumps({"mdp": hopper.run("hard", "mdp", seed=3).digest, "template": digest}))
+pictures()
+print(json.dumps({"mdp": hopper.run("hard", seed=3).digest, "template": digest, "own": own_planners()}))

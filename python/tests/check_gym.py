@@ -1,7 +1,8 @@
 """The environments: gymnasium's checks, and digests of live missions. Prints what tests/python.rs compares."""
 
 import json
-import sys
+import pathlib
+import tempfile
 import warnings
 
 import gymnasium
@@ -11,13 +12,13 @@ from gymnasium.utils.env_checker import check_env
 import hopper
 import hopper.gym
 
+# Nothing that a user does by the book warns: MuJoCo's robot is called Hopper, too.
 warnings.simplefilter("error")
-warnings.filterwarnings("ignore", ".*out of date.*")
 
 
-def rolled(scenario, profile, seed, window):
+def rolled(scenario, profile, seed, window, **named):
     """A mission flown by a fixed rule, and the actions taken."""
-    env = gymnasium.make("Hopper-v0", scenario=scenario, profile=profile, window=window)
+    env = gymnasium.make("PlanetaryHopper-v1", scenario=scenario, profile=profile, window=window, **named)
     observation, info = env.reset(seed=seed)
     assert info["seed"] == seed
     actions, total = [], 0.0
@@ -62,7 +63,7 @@ def same_digests():
 
 def same_maps():
     """The planes of the whole map are those of the observed map."""
-    env = gymnasium.make("Hopper-v0", scenario="heterogeneous", window=0)
+    env = gymnasium.make("PlanetaryHopper-v1", scenario="heterogeneous", window=0)
     seen = []
 
     class Watching(Replay):
@@ -85,8 +86,8 @@ def same_maps():
 
 
 def vector():
-    single = [gymnasium.make("Hopper-v0", scenario="sandy") for _ in range(5)]
-    many = gymnasium.make_vec("Hopper-v0", num_envs=5, scenario="sandy")
+    single = [gymnasium.make("PlanetaryHopper-v1", scenario="sandy") for _ in range(5)]
+    many = gymnasium.make_vec("PlanetaryHopper-v1", num_envs=5, scenario="sandy")
     assert isinstance(many, hopper.gym.HopperVectorEnv)
     observations, _ = many.reset(seed=30)
     assert many.observation_space.contains(observations)
@@ -114,21 +115,82 @@ def vector():
 
 def checked():
     for window in (11, 0):
-        env = gymnasium.make("Hopper-v0", window=window)
+        env = gymnasium.make("PlanetaryHopper-v1", window=window)
         check_env(env.unwrapped, skip_render_check=True)
+    # Its check of rendering warns that a window may need a screen.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        check_env(gymnasium.make("PlanetaryHopper-v1", render_mode="rgb_array").unwrapped)
+    exist = "hopper.gym has hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars; hopper.pettingzoo has coverage, coverage-8"
     for arguments, text in [
-        ({"window": 4}, "odd window"), ({"scenario": "patrol"}, "one goal"), ({"scenario": "coverage"}, "one goal"),
-        ({"scenario": "nowhere"}, "nowhere"),
+        ({"window": 4}, "odd window"), ({"scenario": "nowhere"}, "nowhere"), ({"render_mode": "ansi"}, "render_mode"),
+        *[({"scenario": name}, exist) for name in ["patrol", "coverage", "hopper-scout", "rover-helicopter", "expedition"]],
     ]:
         try:
-            gymnasium.make("Hopper-v0", **arguments)
+            gymnasium.make("PlanetaryHopper-v1", **arguments)
         except hopper.HopperError as error:
             assert text in str(error), error
         else:
             raise AssertionError(f"{arguments} needs to be refused")
 
 
+def named():
+    """No environment has a name of gymnasium's own."""
+    ours = {name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("hopper")}
+    assert ours == {"PlanetaryHopper-v1"}, ours
+    make_vec = gymnasium.make_vec
+    for env in [
+        gymnasium.make("hopper.gym:PlanetaryHopper-v1"), gymnasium.make("PlanetaryHopper-v1"), gymnasium.make("PlanetaryHopper"),
+        make_vec("hopper.gym:PlanetaryHopper-v1", num_envs=2), make_vec("PlanetaryHopper-v1", num_envs=2, vectorization_mode="sync"),
+    ]:
+        env.reset(seed=1)
+        env.step(env.action_space.sample())
+        env.close()
+
+
+def rendered():
+    env = gymnasium.make("PlanetaryHopper-v1", scenario="treasures", render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.dtype == np.uint8 and first.ndim == 3 and first.shape[2] == 3 and first.std() > 10
+    env.step(2)
+    assert env.render().shape == first.shape and (env.render() != first).any()
+    assert gymnasium.make("PlanetaryHopper-v1").unwrapped.render() is None
+    many = gymnasium.make_vec("PlanetaryHopper-v1", num_envs=3, render_mode="rgb_array")
+    many.reset(seed=1)
+    assert len(many.render()) == 3 and (many.render()[0] == many.render()[0]).all()
+    single = gymnasium.make("PlanetaryHopper-v1", render_mode="rgb_array")
+    single.reset(seed=2)
+    assert (single.render() == many.render()[1]).all()
+    import matplotlib
+
+    matplotlib.use("Agg")
+    for shown in (gymnasium.make("PlanetaryHopper-v1", render_mode="human"),
+                  gymnasium.make_vec("PlanetaryHopper-v1", num_envs=3, render_mode="human")):
+        shown.reset(seed=1)
+        shown.step(2 if shown.action_space.shape == () else np.array([1, 2, 3]))
+        assert shown.render() is None
+        shown.close()
+
+
+def elsewhere():
+    """A scenario file and an elevation model of one's own."""
+    with tempfile.TemporaryDirectory() as folder:
+        dem = pathlib.Path(folder, "dem.asc")
+        x, y = np.meshgrid(np.arange(30), np.arange(20))
+        rows = 2 + 0.5 * np.sin(x / 3.0) + 0.4 * np.cos(y / 2.0)
+        header = "ncols 30\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
+        dem.write_text(header + "\n".join(" ".join(f"{height:.4f}" for height in row) for row in rows))
+        actions, digest, info, _ = rolled(None, None, 1, 0, dem=dem)
+        flight = hopper.run(dem=dem, planner=Replay(actions), seed=1)
+        assert flight.digest == digest and flight.map["height_m"].shape == (20, 30), info
+        assert hopper.run(dem=str(dem), planner="greedy").summary["scenario"] == flight.summary["scenario"]
+
+
 checked()
+named()
+rendered()
+elsewhere()
 same_digests()
 same_maps()
 vector()

@@ -169,6 +169,24 @@ impl<'c> Flight<'c> {
         self.successors.push_front(Successor { from, robots: RobotSet::ALL, planner });
     }
 
+    /// Why nothing is decided, for whoever waits in vain: the planners that do not suit the mission, or else what was refused.
+    pub fn why_it_stands_still(&mut self) -> String {
+        let due = self.sim.arbiter().team().map_or(RobotId(0), |team| team.due);
+        let Some(hosted) = self.planners.iter_mut().rfind(|hosted| hosted.robots.has(due)) else {
+            return format!("robot {due} needs a planner, got none");
+        };
+        if let Some(unfit) = hosted.process.unfit() {
+            return unfit.to_owned();
+        }
+        let refusals = &self.sim.arbiter().refusals().0;
+        let reasons: Vec<&str> = refusals.keys().map(String::as_str).collect();
+        format!(
+            "planner {} needs to choose what robot {due} may do, got commands refused as {}",
+            hosted.process.planner().name(),
+            if reasons.is_empty() { "nothing: it commanded none".into() } else { reasons.join(", ") }
+        )
+    }
+
     /// Lets every process take its turn; whether the mission is over. After that there is none.
     ///
     /// # Errors

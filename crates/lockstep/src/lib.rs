@@ -39,7 +39,7 @@ pub use flight::{Flight, Hooks, Tempo};
 pub use ports::{Clock, DirectPorts};
 
 /// Rounds without a decision after which lockstep has stalled; the pages of the largest map take a few hundred.
-const ROUNDS_MAX: u64 = 10_000;
+const ROUNDS_MAX: u64 = 3_000;
 
 /// Which algorithm commands from which decision on, and what the fallback did between them.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -149,10 +149,11 @@ pub struct Flown {
 /// `clock` is read for the timing of decisions only; no result depends on it.
 ///
 /// # Errors
-/// If the schedule names an unknown algorithm.
+/// If the schedule names an unknown algorithm, or the mission stands still: a planner does not suit it, or insists on what is
+/// refused.
 ///
 /// # Panics
-/// If the processes stall, which would be a defect of the protocol.
+/// If a process fails, which would be a defect of the protocol.
 pub fn fly(
     mission: Mission,
     schedule: &PlannerSchedule,
@@ -168,7 +169,7 @@ pub type Make<'m> = &'m mut dyn FnMut(Name, &Mission) -> Result<Box<dyn Planner>
 /// As [`fly`], with the planners that `make` returns in place of those that come with Hopper.
 ///
 /// # Errors
-/// The first error of `make`.
+/// The first error of `make`, or if the mission stands still.
 ///
 /// # Panics
 /// As [`fly`].
@@ -200,7 +201,9 @@ fn fly_silently(
         if reached > decision {
             (rounds, decision) = (0, reached);
         }
-        assert!(rounds < ROUNDS_MAX, "lockstep stalls at decision {decision}");
+        if rounds == ROUNDS_MAX {
+            return Err(PlannerError::StandsStill { decision, reason: flight.why_it_stands_still() });
+        }
     }
     let refusals = flight.arbiter().refusals().clone();
     let expected: u64 =

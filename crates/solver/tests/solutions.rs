@@ -29,7 +29,8 @@ fn values_lie_within_their_bound_of_the_linear_solve_on_hundreds_of_worlds() {
         for world in [random(seed), hills(seed)] {
             let solution = solver.solve(&world, &Effort::default());
             let bound = solution.certificate.error_bound;
-            assert_eq!(solution.status, SolveStatus::Solved, "seed {seed}");
+            assert!(solution.status.is_converged(), "seed {seed}");
+            assert_eq!(solution.status == SolveStatus::Solved, bound <= 1e-6, "seed {seed}");
             // Where values are large, floating point is the limit.
             let limit =
                 4.0 * certificate::rounding(2.0 * world.afterstate_max()) / (1.0 - world.rules().discount);
@@ -152,9 +153,48 @@ fn payoffs_beyond_single_precision_are_solved_to_the_limit_of_double_precision()
     world.set(5, Site { kind: Kind::Goal, payoff: 1e38, slope_east: 0.0, slope_north: 0.0, soil: 0 });
     let mut solver = Solver::new();
     let solution = solver.solve(&world, &Effort::default());
-    assert_eq!(solution.status, SolveStatus::Solved);
+    assert_eq!(solution.status, SolveStatus::AtLimit);
     let exact = exact(&world);
     assert!(error(solver.values(), &exact) <= 1e-9 * largest(&exact));
+}
+
+/// P-SOLVED-HONEST.
+#[test]
+fn solved_means_that_the_bound_is_within_the_error_asked_for() {
+    let world = |discount: f64, payoff: f64| {
+        let rules = Rules { discount, loss: -1.0, leaving: Leaving::Stays, soils: vec![HARD] };
+        let mut world = GridWorld::new(12, 12, rules).expect("a world in range");
+        let site = |kind, payoff| Site { kind, payoff, slope_east: 0.0, slope_north: 0.0, soil: 0 };
+        world.set(143, site(Kind::Goal, 100.0));
+        world.set(65, site(Kind::Free, payoff));
+        world
+    };
+    let almost_one = 1.0 - 1e-15;
+    // Whether an error can be certified, or is none.
+    let cases = [
+        (0.99, 0.0, 1e-6, SolveStatus::Solved),
+        (0.99, 0.0, f64::INFINITY, SolveStatus::Solved),
+        (0.99, 0.0, 0.0, SolveStatus::AtLimit),
+        (0.99, 0.0, -1.0, SolveStatus::AtLimit),
+        (0.99, 0.0, f64::NEG_INFINITY, SolveStatus::AtLimit),
+        (0.99, 0.0, f64::NAN, SolveStatus::AtLimit),
+        (0.99, 1e20, 1e-6, SolveStatus::AtLimit),
+        (0.99, 1e300, 1e-6, SolveStatus::AtLimit),
+        (0.99, 1e308, 1e-6, SolveStatus::AtLimit),
+        (0.99, -1e308, 1e-6, SolveStatus::AtLimit),
+        (0.99, 1e308, f64::INFINITY, SolveStatus::AtLimit),
+        (almost_one, 0.0, 1e-6, SolveStatus::AtLimit),
+        (almost_one, -1.0, 1e-6, SolveStatus::AtLimit),
+    ];
+    for (discount, payoff, error_max, need) in cases {
+        let world = world(discount, payoff);
+        let mut solver = Solver::new();
+        let solution = solver.solve(&world, &Effort { error_max, ..Effort::default() });
+        let bound = solution.certificate.error_bound;
+        assert_eq!(solution.status, need, "{discount} {payoff} {error_max}: {bound}");
+        assert_eq!(need == SolveStatus::Solved, bound.is_finite() && bound <= error_max, "{bound}");
+        assert!(!bound.is_nan() && certify(&world, solver.values()).error_bound == bound);
+    }
 }
 
 #[test]

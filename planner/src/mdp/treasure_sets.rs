@@ -10,7 +10,7 @@
 
 use contract::{Action, Cell};
 use solver::online::choice::CANONICAL_ERROR;
-use solver::{Effort, GridWorld, Kind, Site, SolveStatus, Solver};
+use solver::{Effort, GridWorld, Kind, Site, Solver};
 
 use super::model::Model;
 use super::policy;
@@ -84,7 +84,7 @@ impl TreasureSets {
             let passed_on = smaller.map(|number| bounds[set & !(1 << number)]).fold(0.0, f64::max);
             total.error_bound = solution.certificate.error_bound + passed_on;
             bounds.push(total.error_bound);
-            total.converged &= solution.status == SolveStatus::Solved;
+            total.converged &= solution.status.is_converged();
             let values = solver.values();
             self.after.push(self.nodes.iter().map(|&node| values[node]).collect());
             for (number, &node) in self.nodes.iter().enumerate() {

@@ -31,7 +31,8 @@ use crate::{Certificate, GridWorld, Hop, Kind, Leaving, Scatter, pages};
 /// The error to reach and the work it may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Bound on |V − V*| to reach, in units of payoff.
+    /// Bound on |V − V*| to reach, in units of payoff. One below 0, or that is not a number, is reached by nothing: the
+    /// solve then ends at the limit of floating point, as for 0.
     pub error_max: f64,
     /// Most sweeps over all nodes, counted as in [`Solution::sweeps`]. The last residual pass is extra.
     pub sweeps_max: u64,
@@ -47,8 +48,11 @@ impl Default for Effort {
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolveStatus {
-    /// The certificate's bound is within the error asked for, or at the limit of floating point.
+    /// The certificate's bound is within the error asked for.
     Solved,
+    /// The error asked for is below what floating point can certify on this world. Values and certificate are valid, the
+    /// bound is larger, and infinite where the values are beyond the largest number.
+    AtLimit,
     /// The budget ended first; values and certificate are valid, the bound is larger.
     Cut,
 }
@@ -134,6 +138,7 @@ struct Task<'a> {
     world: &'a GridWorld,
     pulse: &'a dyn Fn(),
     nodes: u64,
+    /// Bound at which the solve ends: the error asked for, or the limit of floating point if that is larger.
     error_max: f64,
     /// Residual that certifies the error asked for.
     residual_max: f64,
@@ -229,6 +234,14 @@ impl Rounds {
     }
 }
 
+impl SolveStatus {
+    /// Whether more sweeps would not give a better bound: the budget did not end first.
+    #[must_use]
+    pub fn is_converged(self) -> bool {
+        matches!(self, SolveStatus::Solved | SolveStatus::AtLimit)
+    }
+}
+
 impl Solver {
     /// A solver without buffers yet, for the widest vectors this processor has.
     #[must_use]
@@ -283,9 +296,16 @@ impl Solver {
             }
             if rounds.in_double || rounds.expects_done || is_last || residual <= task.residual_max {
                 let certificate = self.certify(&task, &mut rounds);
-                let solved = certificate.error_bound <= task.error_max;
-                if solved || is_last {
-                    let status = if solved { SolveStatus::Solved } else { SolveStatus::Cut };
+                let bound = certificate.error_bound;
+                let is_converged = bound <= task.error_max;
+                if is_converged || is_last {
+                    let status = if bound.is_finite() && bound <= effort.error_max {
+                        SolveStatus::Solved
+                    } else if is_converged {
+                        SolveStatus::AtLimit
+                    } else {
+                        SolveStatus::Cut
+                    };
                     let sweeps = rounds.updates.div_ceil(task.nodes);
                     let residual_passes = rounds.residual_passes;
                     return Solution { certificate, status, sweeps, residual_passes };

@@ -12,7 +12,7 @@ use super::unseen;
 use crate::certificate::rounding;
 use crate::simd::DOUBLE_LANES as LANES;
 use crate::{
-    Certificate, Effort, Error, GridWorld, Kind, Leaving, Site, SolveStatus, Solver, action_values, policy,
+    Certificate, Effort, Error, GridWorld, Kind, Leaving, Site, Solver, action_values, policy,
 };
 
 /// Least clear levels beyond the hopper; with fewer, the frozen levels retreat.
@@ -456,7 +456,7 @@ impl OnlineSolver {
         let bound = solution.certificate.error_bound;
         let bounds = Bounds { lower: values.map(|q| q - bound), upper: values.map(|q| q + bound) };
         let status =
-            if solution.status == SolveStatus::Solved { DecisionStatus::Solved } else { DecisionStatus::Cut };
+            if solution.status.is_converged() { DecisionStatus::Solved } else { DecisionStatus::Cut };
         assert!(
             status == DecisionStatus::Cut || bound <= CANONICAL_ERROR || !self.is_provable(),
             "the canonical procedure needs an error of at most {CANONICAL_ERROR:e}, got {bound:e}"

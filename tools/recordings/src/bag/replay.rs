@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::BufRead as _;
 use std::time::{Duration, Instant};
 
-use contract::{Action, Cell, Decision, MonotonicNs, Name, Vetoed};
+use contract::{Action, Brief, Cell, Decision, MonotonicNs, Name, Vetoed};
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use planner::{Budget, Situation, algorithm};
@@ -98,16 +98,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
     let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
-    if flown.brief.robots > 1 {
+    if flown.brief.has_team() {
         return Err(Failure::usage(format!(
-            "{}: to decide anew needs the mission of a hopper alone, got one of {} robots; hopper journal verify flies all of its \
-             decisions anew",
+            "{}: to decide anew needs the mission of a hopper alone, got scenario {} with {} {}; hopper journal verify flies \
+             all of its decisions anew",
             path.display(),
-            flown.brief.robots
+            flown.brief.scenario,
+            flown.brief.robots,
+            if flown.brief.robots == 1 { "robot that is no hopper" } else { "robots" }
         )));
     }
     let first = flown.records.values().next().map(|record| record.leader.planner.to_string());
     let name = args.planner.clone().or(first).unwrap_or_else(|| "mdp".into());
+    check(&name, args.planner.is_some(), &flown.brief)
+        .map_err(|failure| Failure::new(failure.exit, format!("{}: {}", path.display(), failure.message)))?;
     let replay = replay(&recording, &flown, &name, args)
         .map_err(|failure| Failure::new(failure.exit, format!("{}: {}", path.display(), failure.message)))?;
     match args.format {
@@ -115,6 +119,23 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Format::Json => print(&format!("{}\n", serde_json::to_string(&replay).map_err(Failure::run)?))?,
     }
     Ok(Exit::Done)
+}
+
+/// Refuses a planner that cannot decide for a hopper that is alone, and one that this program does not have.
+fn check(name: &str, is_given: bool, brief: &Brief) -> Result<(), Failure> {
+    match algorithm(name) {
+        Err(_) if !is_given => Err(Failure::usage(format!(
+            "its decisions are those of {name}, a planner of one's own: name one of {} with --planner",
+            planner::suited(brief, None).join(", ")
+        ))),
+        Err(error) => Err(Failure::usage(error)),
+        Ok(planner) if !planner.suits(brief.task()) => Err(Failure::usage(format!(
+            "scenario {} needs one of the planners {}, got {name}",
+            brief.scenario,
+            planner::suited(brief, None).join(", ")
+        ))),
+        Ok(_) => Ok(()),
+    }
 }
 
 fn replay(
@@ -276,6 +297,40 @@ impl Replay {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// P-OWN-UNSUITED: what cannot decide for the recorded mission is refused by name, a planner of one's own that flew it too.
+    #[test]
+    fn a_planner_that_does_not_suit_the_recording_is_refused_by_name() {
+        let bytes = include_bytes!("../../../../tests/golden/hard.mcap");
+        let recording = Recording::read(bytes).expect("a recording of the release before");
+        let brief = last_run(&recording).expect("it has a mission").brief;
+        for suited in planner::suited(&brief, None) {
+            assert!(check(suited, true, &brief).is_ok(), "{suited}");
+        }
+        let unsuited =
+            [planner::COVER_ALGORITHMS, planner::DRIVE_ALGORITHMS, planner::FLY_ALGORITHMS].concat();
+        for name in unsuited.into_iter().chain(planner::AHEAD_ALGORITHMS.iter().copied()) {
+            let failure = check(name, true, &brief).expect_err(name);
+            let need = format!(
+                "scenario hard needs one of the planners mdp, greedy, astar, dstar_lite, hold, got {name}"
+            );
+            assert_eq!((failure.exit, failure.message), (Exit::Usage, need));
+        }
+        for (name, is_given, need) in [
+            (
+                "my_planner",
+                false,
+                "its decisions are those of my_planner, a planner of one's own: name one of mdp",
+            ),
+            ("my_planner", true, "got \"my_planner\""),
+            ("MDP", true, "got \"MDP\""),
+            ("", true, "got \"\""),
+            ("clairvoyant", true, "needs the whole ground"),
+        ] {
+            let failure = check(name, is_given, &brief).expect_err(name);
+            assert!(failure.exit == Exit::Usage && failure.message.contains(need), "{}", failure.message);
+        }
+    }
 
     #[test]
     fn no_rate_and_no_span_make_a_duration_that_is_none() {

@@ -1,0 +1,121 @@
+//! One mission of a batch.
+
+use contract::{Action, Brief, Cell, Collected, Decision, RobotId, Status};
+use motion::{Domain, Draw, landing, steps};
+
+use crate::ground::Ground;
+
+/// A mission at its own decision.
+#[derive(Clone)]
+pub struct Trial {
+    pub seed: u64,
+    /// Whether it was ever begun.
+    pub begun: bool,
+    pub cell: Cell,
+    pub steps: u64,
+    pub collected: Collected,
+    pub status: Status,
+    /// 1 where seen, else 0.
+    pub seen: Vec<f32>,
+    /// What was done so far; what the guard vetoed is a hold.
+    pub actions: Vec<Action>,
+    /// The cells it has been on, the start included.
+    pub route: Vec<Cell>,
+}
+
+impl Trial {
+    /// A mission that has not begun.
+    pub fn new(ground: &Ground) -> Self {
+        Self {
+            seed: 0,
+            begun: false,
+            cell: ground.brief().start,
+            steps: 0,
+            collected: Collected::default(),
+            status: Status::Underway,
+            seen: vec![0.0; ground.cells()],
+            actions: Vec::new(),
+            route: Vec::new(),
+        }
+    }
+
+    /// Begins the mission of `seed`.
+    pub fn begin(&mut self, ground: &Ground, seed: u64) {
+        (self.seed, self.begun) = (seed, true);
+        (self.cell, self.steps, self.collected) = (ground.brief().start, 0, Collected::default());
+        self.status = hopper_sim::mission::opening_status(ground.brief());
+        self.seen.fill(0.0);
+        self.actions.clear();
+        self.route.clear();
+        self.look(ground);
+    }
+
+    /// Begins the mission after this one.
+    pub fn begin_next(&mut self, ground: &Ground) {
+        self.begin(ground, next_seed(self.seed));
+    }
+
+    /// Sees what can be seen from the hopper's cell.
+    fn look(&mut self, ground: &Ground) {
+        self.route.push(self.cell);
+        if let Some(index) = ground.brief().grid.index(self.cell) {
+            ground.seen_from(index).iter().for_each(|&index| self.seen[index as usize] = 1.0);
+        }
+    }
+
+    /// Carries `action` out, or holds where the guard vetoes it; the reward.
+    pub fn act(&mut self, ground: &Ground, action: Action) -> f64 {
+        let Some(index) = ground.brief().grid.index(self.cell) else { return 0.0 };
+        let action = if ground.vetoed[index].has(action) { Action::Hold } else { action };
+        let decision = Decision(self.actions.len() as u64);
+        let brief = ground.brief();
+        let (branch, cell) = match action {
+            Action::Hop(direction) => {
+                let uniform = Draw::new(self.seed, Domain::Motion, RobotId(0), decision).uniform();
+                let branch = ground.scatter[index][direction as usize].branch(uniform);
+                (branch, landing(&brief.grid, self.cell, direction, branch))
+            }
+            _ => (contract::Branch::Held, self.cell),
+        };
+        let terrain = &ground.mission.terrain;
+        let cost = steps(terrain.cells[index].soil, action, branch);
+        let collected = self.collected.landing(&terrain.treasures, cell);
+        let treasures = f64::from(collected.count() - self.collected.count());
+        self.steps += cost;
+        (self.cell, self.collected) = (cell, collected);
+        self.actions.push(action);
+        self.status = match terrain.ground(cell) {
+            _ if cell == brief.goal && self.steps <= brief.limits.steps_max => Status::Goal,
+            None => Status::LeftMap,
+            Some(there) if !there.passable => Status::Lost,
+            Some(_) if self.steps >= brief.limits.steps_max => Status::Deadlock,
+            Some(_) => Status::Underway,
+        };
+        let end = match self.status {
+            Status::Goal => brief.payoff.goal,
+            Status::LeftMap | Status::Lost => -brief.payoff.goal,
+            _ => 0.0,
+        };
+        let reward = end + treasures * brief.payoff.treasure - cost as f64;
+        self.look(ground);
+        reward
+    }
+
+    /// x and y of the hopper, cells to the goal along x and y, share of the steps left.
+    pub fn numbers(&self, brief: &Brief) -> [f32; 5] {
+        let Brief { goal, limits, .. } = brief;
+        let left = limits.steps_max.saturating_sub(self.steps) as f32 / limits.steps_max.max(1) as f32;
+        let [x, y, to_x, to_y] =
+            [self.cell.x, self.cell.y, goal.x - self.cell.x, goal.y - self.cell.y].map(|value| value as f32);
+        [x, y, to_x, to_y, left]
+    }
+}
+
+/// The seed of the mission after that of `seed` (the output function of SplitMix64).
+fn next_seed(seed: u64) -> u64 {
+    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    // Random seeds are numbers of 63 bits.
+    (z ^ (z >> 31)) >> 1
+}
