@@ -299,7 +299,9 @@ def _actions(actions, count):
         values = np.asarray(actions)
     except Exception as error:
         raise HopperError(f"actions need to be whole numbers from 0 to {_ACTIONS - 1}: {error}") from None
-    if np.ma.is_masked(actions) or values.dtype.kind not in "iu":
+    # In a list NumPy makes numbers of bools.
+    mixed = isinstance(actions, (list, tuple)) and any(isinstance(one, (bool, np.bool_)) for one in actions)
+    if mixed or np.ma.is_masked(actions) or values.dtype.kind not in "iu":
         raise HopperError(f"actions need to be whole numbers from 0 to {_ACTIONS - 1}, got {_arguments.told(actions)}")
     if values.shape != (count,):
         raise HopperError(f"{count} missions need an action each, got an array of shape {values.shape}")

@@ -22,13 +22,13 @@ mod view;
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
-    _native,
+    hopper,
     HopperError,
     pyo3::exceptions::PyException,
     "Hopper cannot do what was asked for."
 );
 pyo3::create_exception!(
-    _native,
+    hopper,
     DecideTimeout,
     pyo3::exceptions::PyBaseException,
     "Raised inside decide() when its time is up; the robot holds."

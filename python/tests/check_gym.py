@@ -123,7 +123,7 @@ def checked():
         check_env(gymnasium.make("PlanetaryHopper-v1", render_mode="rgb_array").unwrapped)
     exist = "hopper.gym has hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars; hopper.pettingzoo has coverage, coverage-8"
     for arguments, text in [
-        ({"window": 4}, "odd window"), ({"scenario": "nowhere"}, "nowhere"), ({"render_mode": "ansi"}, "render_mode"),
+        ({"window": 4}, "odd window"), ({"scenario": "nowhere"}, "nowhere"),
         *[({"scenario": name}, exist) for name in ["patrol", "coverage", "hopper-scout", "rover-helicopter", "expedition"]],
     ]:
         try:
@@ -140,7 +140,7 @@ def named():
     assert ours == {"PlanetaryHopper-v1"}, ours
     make_vec = gymnasium.make_vec
     for env in [
-        gymnasium.make("hopper.gym:PlanetaryHopper-v1"), gymnasium.make("PlanetaryHopper-v1"), gymnasium.make("PlanetaryHopper"),
+        gymnasium.make("hopper.gym:PlanetaryHopper-v1"), gymnasium.make("PlanetaryHopper-v1"),
         make_vec("hopper.gym:PlanetaryHopper-v1", num_envs=2), make_vec("PlanetaryHopper-v1", num_envs=2, vectorization_mode="sync"),
     ]:
         env.reset(seed=1)

@@ -56,7 +56,7 @@ with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
 try:
     hopper.pettingzoo.env(scenario="hard")
 except hopper.HopperError as error:
-    assert "covers ground" in str(error), error
+    assert "rovers that cover ground, got scenario hard" in str(error), error
 else:
     raise AssertionError("a hopper's mission needs to be refused")
 print(json.dumps([same_digest(seed) for seed in (1, 2)]))

@@ -11,9 +11,7 @@ use super::tolerance::{STAGES, VALUE_ERROR};
 use super::unseen;
 use crate::certificate::rounding;
 use crate::simd::DOUBLE_LANES as LANES;
-use crate::{
-    Certificate, Effort, Error, GridWorld, Kind, Leaving, Site, Solver, action_values, policy,
-};
+use crate::{Certificate, Effort, Error, GridWorld, Kind, Leaving, Site, Solver, action_values, policy};
 
 /// Least clear levels beyond the hopper; with fewer, the frozen levels retreat.
 const DEPTH: usize = 4;
