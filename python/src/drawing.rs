@@ -8,6 +8,9 @@ use scenario::ResolvedScenario;
 
 use crate::boundary::guarded;
 
+/// Decisions of a picture, the last ones of the mission, as in `mission.svg`.
+const ROUTE_SHOWN: usize = 2_000;
+
 /// What a picture is drawn from.
 #[pyclass(frozen, module = "hopper._native")]
 pub struct Drawing {
@@ -19,7 +22,9 @@ pub struct Drawing {
 
 impl Drawing {
     /// The picture of `flown` over the ground of `world`.
-    pub fn new(brief: Brief, world: ResolvedScenario, flown: Flown, records: Vec<Record>) -> Self {
+    pub fn new(brief: Brief, world: ResolvedScenario, flown: Flown, mut records: Vec<Record>) -> Self {
+        // A patrol may be longer than fits into a picture.
+        records.drain(..records.len().saturating_sub(ROUTE_SHOWN));
         Self { brief, world, flown, records }
     }
 }
