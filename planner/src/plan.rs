@@ -133,7 +133,7 @@ pub trait Planner: Send {
         matches!(task, Task::Reach | Task::Patrol | Task::Accompany)
     }
 
-    /// Whether its plans may announce routes.
+    /// Whether its plans may announce routes. A robot that goes from point to point is commanded by no other planner.
     fn announces(&self) -> bool {
         false
     }
