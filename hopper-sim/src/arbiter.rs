@@ -278,9 +278,19 @@ impl Arbiter {
             _ => Vec::new(),
         };
         match event {
-            Event::Command(Ok(ref command)) => match self.answer(command, now) {
-                Ok(record) => effects.push(self.commit(record)),
-                Err(refusal) => self.refuse(refusal, now, &mut effects),
+            Event::Command(Ok(ref command)) => match self.admit(command, now) {
+                Ok(leader) => {
+                    // A planner may answer what an earlier life published.
+                    if self.sent.is_none() {
+                        effects.push(self.take_up(now));
+                    }
+                    let record = self.execute(command, leader, now);
+                    effects.push(self.commit(record));
+                }
+                Err(refusal) => {
+                    self.keep_bid(self.bid_of(command, &refusal, now), now);
+                    self.refuse(refusal, now, &mut effects);
+                }
             },
             Event::Command(Err(refusal)) => self.refuse(refusal, now, &mut effects),
             Event::Announcement(announcement) => {
@@ -328,12 +338,10 @@ impl Arbiter {
                     effects.push(self.commit(record));
                 }
                 self.land(now, &mut effects);
-                if self.sent.is_none() {
-                    // The mission begins, or is taken up again.
-                    self.state.landed = now;
-                }
-                if self.sent.is_none_or(|sent| now.since_ns(sent) >= REPUBLISH_NS) {
-                    effects.push(self.publish(now));
+                match self.sent {
+                    None => effects.push(self.take_up(now)),
+                    Some(sent) if now.since_ns(sent) >= REPUBLISH_NS => effects.push(self.publish(now)),
+                    Some(_) => {}
                 }
                 if self.deadline().is_some_and(|deadline| now >= deadline) {
                     let fallback = self.fallback();
@@ -357,8 +365,10 @@ impl Arbiter {
         let late = matches!(refusal, Refusal::RepeatedDecision { .. } | Refusal::OtherPast { .. });
         let missed = vetoed.is_some() || late;
         effects.push(Effect::Refused(refusal));
-        // Its sender may have missed the state that answers it.
-        effects.extend(missed.then(|| self.publish(now)));
+        // Its sender may have missed the state that answers it. Before the mission is taken up the first tick tells all.
+        if missed && self.sent.is_some() {
+            effects.push(self.publish(now));
+        }
     }
 
     /// The next moment at which a tick has something to do: a landing, a republication, the deadline of a
@@ -439,17 +449,6 @@ impl Arbiter {
         match &mut self.robots {
             Some(robots) => robots.offer(announcement),
             None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
-        }
-    }
-
-    /// The record that a command leads to, or why it leads nowhere; the bid that it then amounts to is kept.
-    fn answer(&mut self, command: &Command, now: MonotonicNs) -> Result<Record, Refusal> {
-        match self.admit(command, now) {
-            Ok(leader) => Ok(self.execute(command, leader, now)),
-            Err(refusal) => {
-                self.keep_bid(self.bid_of(command, &refusal, now), now);
-                Err(refusal)
-            }
         }
     }
 
@@ -773,6 +772,12 @@ impl Arbiter {
             self.phase = Phase::Flying(next);
         }
         Ok(())
+    }
+
+    /// The mission begins, or is taken up again where an earlier life ended: its landing is now.
+    fn take_up(&mut self, now: MonotonicNs) -> Effect {
+        self.state.landed = now;
+        self.publish(now)
     }
 
     /// Publishes the current state: stamped the first time, unchanged ever after.

@@ -215,9 +215,12 @@ impl Cartographer {
         } else {
             vec![reminder]
         };
-        let published = clock();
-        observation.map_mut().published = published;
-        patches.iter_mut().for_each(|patch| patch.published = published);
+        if news {
+            // A reminder keeps the moments of its landing: who waits for a planner does not wait for the map.
+            let published = clock();
+            observation.map_mut().published = published;
+            patches.iter_mut().for_each(|patch| patch.published = published);
+        }
         patches
     }
 

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use contract::limits::{ASK_AGAIN_NS, MAP_PAGE_SPAN};
+use contract::wire::{MapPageV2, MapPatchV2, map_page_from_wire, patch_from_wire};
 use contract::{
     Action, Branch, Brief, Cell, Decision, Digest, Direction, Flight, Grid, Ground, Leader, MapRequest,
     MonotonicNs, ObservedMap, Outcome, PastPage, PastRequest, Pose, Record, RobotId, RunId, State, Status,
@@ -456,4 +457,34 @@ fn a_late_page_of_a_past_that_is_gone_is_not_kept() {
     assert_eq!(cartographer.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)]);
     catch_up(&mut cartographer, &elsewhere, state);
     assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(9).cells());
+}
+
+/// P-STAMPS-WIRE: patch, reminder and page have the moments of the landing, each in a field of its own on the wire.
+#[test]
+fn patches_reminders_and_pages_keep_the_moments_of_the_landing() {
+    let world = World::new(contract::Profile::Hopper);
+    let mut cartographer = world.ready();
+    cartographer.on(Event::State(world.state(0)), NOW);
+    let mut clock_ns = 500;
+    let mut clock = || {
+        clock_ns += 1;
+        MonotonicNs(clock_ns)
+    };
+    let fresh = cartographer.patches(MonotonicNs(40), &mut clock);
+    let again = cartographer.patches(MonotonicNs(90), &mut clock);
+    assert!(again[0].cells.is_empty());
+    for patch in fresh.iter().chain(&again) {
+        assert_eq!((patch.sensed, patch.published), (MonotonicNs(40), MonotonicNs(501)));
+        let wire = MapPatchV2::from(patch);
+        assert_eq!((wire.sensed_ns, wire.published_ns), (40, 501));
+        let read = patch_from_wire(&MapPatchV2 { ..wire }, &[]).unwrap();
+        assert_eq!((read.sensed, read.published), (MonotonicNs(40), MonotonicNs(501)));
+    }
+    let request = MapRequest { run: RUN, robot: RobotId(0), from: 0, observation: 0 };
+    let page = cartographer.page(&request).unwrap();
+    assert_eq!((page.sensed, page.published), (MonotonicNs(40), MonotonicNs(501)));
+    let wire = MapPageV2::from(&page);
+    assert_eq!((wire.sensed_ns, wire.published_ns), (40, 501));
+    let read = map_page_from_wire(&wire, &[]).unwrap();
+    assert_eq!((read.sensed, read.published), (MonotonicNs(40), MonotonicNs(501)));
 }

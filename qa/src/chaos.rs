@@ -8,21 +8,21 @@
 pub mod mission;
 pub mod plan;
 pub mod tally;
+pub mod world;
 
 use std::fmt::Write as _;
 
 use contract::Role;
 use hopper::stdout::print;
 use hopper::tool;
-use hopper_sim::Mission;
-use lockstep::PlannerSchedule;
 use node::{Exit, Failure, Node, ShutdownSignal};
 use report::{Format, table};
 use serde::Serialize;
 
-use mission::{Broken, Undisturbed, fly};
-use plan::Plan;
+use mission::{Broken, fly};
+use plan::{ON_HARD_GROUND, Plan};
 use tally::Tally;
+pub use world::World;
 
 /// Failed missions after which the command stops.
 const FAILURES_MAX: usize = 5;
@@ -39,6 +39,12 @@ pub struct Args {
     /// Seed of the first mission; the following count up from it.
     #[arg(long, default_value_t = 1, value_name = "SEED")]
     seed: u64,
+    /// Scenario of the missions, with the planners that its robots name: built in or a TOML file [default: hard].
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
+    /// Inject no fault before so many decisions were executed; then none comes at start-up or at a crash point.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    after: u64,
     /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
@@ -66,6 +72,9 @@ struct Answer {
     wall_s: f64,
     commit: &'static str,
     processor: String,
+    /// Flags with which a mission is repeated, each with a space before it.
+    #[serde(skip)]
+    flags: String,
 }
 
 /// Runs the command: done if every promise held, failed otherwise.
@@ -75,7 +84,7 @@ struct Answer {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let hopper = tool::sibling("hopper")?;
     let shutdown = ShutdownSignal::new()?;
-    let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).map_err(Failure::run)?;
+    let world = World::named(args.scenario.as_deref().unwrap_or("hard"))?;
     let victims = args.role.map_or_else(|| Role::ALL.to_vec(), |role| vec![role]);
     let bar = indicatif::ProgressBar::new(args.faults * victims.len() as u64);
     let started = Node::now();
@@ -87,6 +96,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         wall_s: 0.0,
         commit: hopper::COMMIT,
         processor: node::host::processor(),
+        flags: args.again(),
     };
     for seed in args.seed.. {
         if answer.failures.len() >= FAILURES_MAX
@@ -94,15 +104,21 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         {
             break;
         }
-        let mission =
-            Mission { brief: world.brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
-        let schedule = PlannerSchedule::single("mdp".parse().expect("a name"));
-        let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| {}).map_err(Failure::run)?;
-        let undisturbed = Undisturbed { digest: flown.state.digest, outcome: flown.state.status };
+        let undisturbed = world.fly(seed)?;
+        let decisions = match &args.scenario {
+            None if args.after == 1 => ON_HARD_GROUND,
+            _ => (args.after, undisturbed.decisions.saturating_sub(1)),
+        };
+        if decisions.0 > decisions.1 {
+            return Err(Failure::usage(format!(
+                "--after needs to be less than the decisions of the mission of seed {seed}, which are {}; got {}",
+                undisturbed.decisions, args.after
+            )));
+        }
         for tally in answer.roles.iter_mut().filter(|tally| tally.faults < args.faults) {
-            let plan = Plan::of(seed, tally.role);
+            let plan = Plan::of(seed, tally.role, world.seats().len(), decisions);
             let folder = tempfile::Builder::new().prefix("hopper-chaos-").tempdir().map_err(Failure::run)?;
-            let flown = fly(&hopper, &plan, folder.path(), undisturbed, &shutdown)?;
+            let flown = fly(&hopper, &plan, &world, folder.path(), undisturbed, &shutdown)?;
             tally.add(&flown);
             answer.missions += 1;
             answer.decisions += flown.decisions;
@@ -120,6 +136,20 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Format::Text => answer.text(),
     })?;
     Ok(if answer.failures.is_empty() { Exit::Done } else { Exit::Failed })
+}
+
+impl Args {
+    /// The flags that say which missions these are.
+    fn again(&self) -> String {
+        let mut flags = String::new();
+        if let Some(scenario) = &self.scenario {
+            let _ = write!(flags, " --scenario {scenario}");
+        }
+        if self.after > 1 {
+            let _ = write!(flags, " --after {}", self.after);
+        }
+        flags
+    }
 }
 
 impl Answer {
@@ -143,7 +173,8 @@ impl Answer {
             let Plan { seed, victim, faults, .. } = plan;
             let _ = writeln!(text, "seed {seed} breaks: {}\n  {}", broken.promise, broken.detail);
             let _ = writeln!(text, "  planned for {victim}: {faults:?}");
-            let _ = writeln!(text, "  again: hopper chaos --seed {seed} --role {victim} --faults 1");
+            let more = &self.flags;
+            let _ = writeln!(text, "  again: hopper chaos --seed {seed} --role {victim} --faults 1{more}");
             let _ = writeln!(text, "  journal and logs: {}", folder.display());
         }
         text

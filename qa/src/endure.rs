@@ -1,26 +1,29 @@
-//! `hopper endure`: a long patrol through four processes, one of which is killed again and again.
+//! `hopper endure`: a long mission, of a patrol or of several robots, whose processes are killed again and again.
 //!
 //! It checks that nothing grows: the memory of each process, the nodes and files of the middleware, the time a
-//! decision takes. Samples are taken at equal numbers of hops; the first tenth of them is compared with the rest, and
-//! the slope of the latency is given with its 95 % interval.
+//! decision takes. Samples are taken at equal numbers of decisions; the first tenth of them is compared with the rest, and
+//! the slope of the latency is given with its 95 % interval. A mission of several robots ends as it does in lockstep.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use contract::{Decision, RobotId, Role, State, Status};
+use contract::{Decision, Name, RobotId, Role, State, Status};
 use hopper::mission::OutputDir;
 use hopper::mission::child::Supervised;
 use hopper::stdout::print;
 use hopper::tool;
 use hopper_sim::Pace;
 use hopper_sim::shell::MissionArgs;
+use node::host::Memory;
 use node::inspect::{NodeHealth, nodes};
 use node::{Exit, Failure, Instance, Node, Reader};
 use process::{Ports, Reader as _};
 use report::{Latency, Summary, table};
 use scenario::MissionKind;
 use serde::Serialize;
+
+use crate::chaos::World;
 
 /// Longest pause between two checks.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -37,23 +40,24 @@ const GROWTH_MAX_BYTES: u64 = 2 << 20;
 
 /// Arguments of `hopper endure`.
 #[derive(clap::Args, Clone, Debug)]
-#[command(mut_arg("scenario", |arg| arg.help("Scenario, a patrol: built in or a TOML file [default: patrol]")))]
+#[command(mut_arg("scenario", |arg| arg.help("Scenario, a patrol or one of several robots: built in or a TOML file [default: patrol]")))]
 pub struct Args {
     #[command(flatten)]
     mission: MissionArgs,
-    /// Hops to fly [default: the scenario's].
+    /// Hops of a patrol to fly [default: the scenario's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     hops: Option<u64>,
-    /// Hops between two kills, of each role in turn; 0 for none.
+    /// Decisions between two kills, of each process in turn; 0 for none.
     #[arg(long, default_value_t = 10_000, value_name = "N")]
     kill_every: u64,
     /// Samples to take.
     #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u64).range(10..))]
     samples: u64,
-    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!(
-        "Algorithm of the planner: {}", planner::ALGORITHMS.join(", ")
+    #[arg(long, value_name = "NAME", help = format!(
+        "Algorithm of a patrol's planner: {} [default: mdp]; several robots name theirs in the scenario",
+        planner::ALGORITHMS.join(", ")
     ))]
-    planner: String,
+    planner: Option<Name>,
     /// Name of the instance.
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "endure", value_name = "NAME")]
     instance: String,
@@ -70,9 +74,9 @@ pub struct Args {
 pub struct Sample {
     /// The decision that was due when it was taken.
     pub decision: Decision,
-    /// Memory of each process that it shares with no other, bytes; `None` while it is being started.
+    /// Memory of the processes of each role that they share with no other, bytes; `None` while one is being started.
     pub own_bytes: [Option<u64>; 4],
-    /// Resident memory of each process, shared memory included, bytes.
+    /// Resident memory of the processes of each role, shared memory included, bytes.
     pub resident_bytes: [Option<u64>; 4],
     /// Nodes of the middleware whose process is alive.
     pub nodes_alive: usize,
@@ -139,6 +143,9 @@ pub struct Answer {
     pub p99: Option<Slope>,
     /// Digest of the last decision.
     pub digest: String,
+    /// Whether outcome and digest are those of lockstep; `None` of a patrol, which is too long to be flown twice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub as_lockstep: Option<bool>,
     /// All samples in order.
     pub samples: Vec<Sample>,
 }
@@ -148,35 +155,44 @@ struct Processes {
     node: Node,
     instance: Instance,
     states: Reader<State>,
-    /// hopper-sim, perception, planner, monitor.
+    /// hopper-sim, perception, the planners, monitor.
     children: Vec<Supervised>,
     kills: u64,
 }
 
-/// Runs the command: done if the patrol was flown, nothing leaked and memory is constant; exit code 3 if only memory
-/// grew.
+/// Runs the command: done if the patrol was flown, or the mission of several robots ended as in lockstep, nothing leaked and
+/// memory is constant; exit code 3 if only memory grew.
 ///
 /// # Errors
-/// If the scenario is no patrol, the output folder holds a mission, or the processes cannot run.
+/// If the scenario is neither a patrol nor one of several robots, the output folder holds a mission, or the processes cannot run.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut mission = args.mission.clone();
     mission.scenario.get_or_insert_with(|| "patrol".into());
     let mut scenario = mission.scenario()?;
-    if scenario.mission.kind != MissionKind::Patrol {
-        return Err(Failure::new(Exit::Usage, "a long run needs a patrol: mission.kind = \"patrol\""));
+    let is_patrol = scenario.mission.kind == MissionKind::Patrol;
+    if !is_patrol && scenario.robots.is_empty() {
+        let need = "a long run needs a patrol, mission.kind = \"patrol\", or several robots, [[robots]]";
+        return Err(Failure::new(Exit::Usage, need));
     }
     if let Some(hops) = args.hops {
+        if !is_patrol {
+            return Err(Failure::new(Exit::Usage, "--hops needs a patrol: mission.kind = \"patrol\""));
+        }
         scenario.mission.hops_max = Some(hops);
     }
     let world = scenario.resolve().map_err(Failure::usage)?;
-    let Some(patrol) = world.brief.patrol else { unreachable!("the scenario is a patrol") };
-    planner::algorithm(&args.planner).map_err(Failure::usage)?;
+    let flown = World::of(world.clone(), args.planner)?;
+    let lockstep = if is_patrol { None } else { Some(flown.fly(mission.seed())?) };
+    let decisions = match (world.brief.patrol, lockstep) {
+        (Some(patrol), _) => patrol.hops_max,
+        (None, lockstep) => lockstep.map_or(0, |undisturbed| undisturbed.decisions),
+    };
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, mission.seed())?;
     output_dir.describe(&world, mission.seed())?;
     drop(journal);
     let started = Node::now();
-    let mut processes = Processes::start(args, mission.seed(), mission.pace, &output_dir)?;
-    let samples = processes.watch(args, patrol.hops_max)?;
+    let mut processes = Processes::start(args, &flown, mission.seed(), mission.pace, &output_dir)?;
+    let samples = processes.watch(args, decisions)?;
     let summary = processes.end()?;
     let (instance, kills) = (processes.instance.clone(), processes.kills);
     drop(processes);
@@ -197,6 +213,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         p50: slope(samples.iter().map(|one| (one.decision.0 as f64, one.p50_us))),
         p99: slope(samples.iter().map(|one| (one.decision.0 as f64, one.p99_us))),
         digest: summary.digest.to_string(),
+        as_lockstep: lockstep.map(|need| {
+            (summary.digest, summary.outcome) == (need.digest, report::Ending::Mission(need.outcome))
+        }),
         samples,
     };
     print(&match args.format {
@@ -207,7 +226,13 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 impl Processes {
-    fn start(args: &Args, seed: u64, pace: Pace, output_dir: &OutputDir) -> Result<Self, Failure> {
+    fn start(
+        args: &Args,
+        world: &World,
+        seed: u64,
+        pace: Pace,
+        output_dir: &OutputDir,
+    ) -> Result<Self, Failure> {
         let instance = Instance::new(&args.instance)?;
         let _ = instance.clean()?;
         let mut node = Node::visit(&instance)?;
@@ -220,24 +245,28 @@ impl Processes {
         sim.extend(["--seed".into(), seed.to_string(), "--pace".into(), pace.to_string()]);
         sim.extend(["--scenario".into(), scenario.to_string_lossy().into_owned()]);
         sim.extend(["--journal".into(), journal.to_string_lossy().into_owned()]);
-        let planner = words(&["planner", "--algorithm", &args.planner]);
         let hopper = tool::sibling("hopper")?;
-        let children = vec![
+        let mut children = vec![
             Supervised::start(&hopper, Role::HopperSim, sim)?,
             Supervised::start(&hopper, Role::Perception, words(&["perception"]))?,
-            Supervised::start(&hopper, Role::Planner, planner)?,
-            Supervised::start(&hopper, Role::Monitor, words(&["monitor"]))?,
         ];
+        for seat in world.seats() {
+            let robots: Vec<String> = seat.robots.iter().map(|robot| robot.to_string()).collect();
+            let planner =
+                words(&["planner", "--algorithm", seat.planner.as_str(), "--robot", &robots.join(",")]);
+            children.push(Supervised::start(&hopper, Role::Planner, planner)?);
+        }
+        children.push(Supervised::start(&hopper, Role::Monitor, words(&["monitor"]))?);
         Ok(Self { node, instance, states, children, kills: 0 })
     }
 
     /// Kills and samples until the mission ends.
-    fn watch(&mut self, args: &Args, hops: u64) -> Result<Vec<Sample>, Failure> {
-        let every = (hops / args.samples).max(1);
+    fn watch(&mut self, args: &Args, decisions: u64) -> Result<Vec<Sample>, Failure> {
+        let every = (decisions / args.samples).max(1);
         let (mut due, mut moved) = (Decision(0), Node::now());
         let mut latency = Latency::new(u64::MAX);
         let mut samples = Vec::new();
-        let mut victims = Role::ALL.iter().enumerate().cycle();
+        let mut victims = (0..self.children.len()).cycle();
         loop {
             self.node.sleep(PERIOD);
             if self.node.stop_requested() {
@@ -266,8 +295,8 @@ impl Processes {
                 latency = Latency::new(u64::MAX);
             }
             if args.kill_every > 0 && due.0 >= args.kill_every * (self.kills + 1) {
-                let (victim, role) = victims.next().expect("a cycle has no end");
-                tracing::info!("decision {due}: killing {role}");
+                let victim = victims.next().expect("a cycle has no end");
+                tracing::info!("decision {due}: killing {}", self.children[victim].role);
                 self.kill(victim)?;
             }
             if Node::now().since_ns(moved) > STALL_NS {
@@ -289,12 +318,15 @@ impl Processes {
     fn sample(&self, decision: Decision, latency: &Latency) -> Result<Sample, Failure> {
         let nodes = nodes(&self.instance)?;
         let alive = nodes.iter().filter(|node| node.health == NodeHealth::Alive).count();
-        let memory = |index: usize| node::host::memory(self.children[index].pid());
+        let memory = |role: Role, of: &dyn Fn(Memory) -> u64| {
+            let of_role = self.children.iter().filter(|child| child.role == role);
+            of_role.map(|child| node::host::memory(child.pid()).map(of)).sum()
+        };
         let total = latency.total();
         Ok(Sample {
             decision,
-            own_bytes: std::array::from_fn(|index| memory(index).map(|memory| memory.own_bytes)),
-            resident_bytes: std::array::from_fn(|index| memory(index).map(|memory| memory.resident_bytes)),
+            own_bytes: Role::ALL.map(|role| memory(role, &|memory| memory.own_bytes)),
+            resident_bytes: Role::ALL.map(|role| memory(role, &|memory| memory.resident_bytes)),
             nodes_alive: alive,
             nodes_dead: nodes.len() - alive,
             files: self.instance.files().len(),
@@ -356,7 +388,8 @@ fn slope(points: impl Iterator<Item = (f64, f64)>) -> Option<Slope> {
 impl Answer {
     fn exit(&self) -> Exit {
         let lean = self.memory.iter().all(|growth| growth.constant);
-        if self.outcome != Status::Goal || self.leaked_nodes > 0 || self.leaked_files > 0 {
+        let is_flown = self.as_lockstep.unwrap_or(self.outcome == Status::Goal);
+        if !is_flown || self.leaked_nodes > 0 || self.leaked_files > 0 {
             Exit::Failed
         } else if !lean {
             Exit::Threshold
@@ -386,9 +419,12 @@ impl Answer {
         let _ = writeln!(text);
         let _ = writeln!(
             text,
-            "{decisions} hops, {visits} visits, {kills} kills in {wall_s:.0} s: {outcome}, digest {}",
+            "{decisions} decisions, {visits} visits, {kills} kills in {wall_s:.0} s: {outcome}, digest {}",
             self.digest
         );
+        if self.as_lockstep == Some(false) {
+            let _ = writeln!(text, "lockstep ends otherwise");
+        }
         let _ = writeln!(
             text,
             "left behind: {leaked_nodes} nodes, {leaked_files} files (at most {} and {} on the way)",

@@ -63,3 +63,22 @@ fn a_broken_promise_is_told_with_its_seed() {
     assert!(kept.len() == 1 && kept[0].path().join("planner.log").exists(), "{kept:?}");
     mission.assert_nothing_left();
 }
+
+/// P-COVER-LONG: kills after decision 300 of the processes of long teams, hopper-sim among them, whose records then take several
+/// pages.
+#[test]
+fn long_teams_survive_faults_after_decision_300() {
+    for (scenario, after) in [("coverage-8", "300"), ("expedition", "300")] {
+        for role in ["hopper-sim", "perception", "planner"] {
+            let words = ["chaos", "--scenario", scenario, "--after", after, "--faults", "1", "--role", role];
+            let output = qa(&words).args(["--format", "json"]).output().unwrap();
+            let answer = harness::json(&output);
+            assert_eq!(output.status.code(), Some(0), "{answer}{}", stderr(&output));
+            assert!(answer["decisions"].as_u64() > Some(300), "{answer}");
+        }
+    }
+    let beyond =
+        qa(&["chaos", "--scenario", "coverage", "--after", "1000000", "--faults", "1"]).output().unwrap();
+    assert_eq!(beyond.status.code(), Some(2));
+    assert!(stderr(&beyond).contains("--after needs to be less than"), "{}", stderr(&beyond));
+}

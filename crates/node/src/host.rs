@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use contract::MonotonicNs;
+
 /// The processor's model name, or its architecture where the kernel does not say.
 #[must_use]
 pub fn processor() -> String {
@@ -43,6 +45,21 @@ pub fn memory(pid: u32) -> Option<Memory> {
         Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
     };
     Some(Memory { own_bytes: field("RssAnon")?, resident_bytes: field("VmRSS")? })
+}
+
+/// When a process was started, on CLOCK_MONOTONIC, to a hundredth of a second; `None` if there is no such process.
+#[must_use]
+pub fn started(pid: u32) -> Option<MonotonicNs> {
+    let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name, in parentheses, may contain anything; the start is the 20th field after it.
+    let (_, fields) = text.rsplit_once(')')?;
+    let ticks: u64 = fields.split_whitespace().nth(19)?.parse().ok()?;
+    let since_boot_ns = ticks.checked_mul(1_000_000_000 / rustix::param::clock_ticks_per_second().max(1))?;
+    // The kernel counts the time during which the machine slept, too.
+    let uptime = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
+    let uptime_ns = uptime.tv_sec as u64 * 1_000_000_000 + uptime.tv_nsec as u64;
+    let age_ns = uptime_ns.saturating_sub(since_boot_ns);
+    Some(MonotonicNs(crate::clock::now().0.saturating_sub(age_ns)))
 }
 
 /// Work of all cores since the machine started.

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use contract::{Brief, Decision, Incarnation, Record, Role, State};
+use contract::protocol::peer_table::BEAT_PERIOD_NS;
+use contract::{Brief, Decision, Incarnation, MonotonicNs, Record, Role, State};
+use report::decisions::boot_began;
 use report::{Cause, DecisionTiming, Disturbance};
 
 use crate::{MachineLoad, RecordedMessage, Recording, RecordingError, SequenceGap};
 
-/// How long a snapshot page or a new process may explain long decisions afterwards, nanoseconds: a process is
-/// noticed only by its first heartbeat.
-const EFFECT_NS: u64 = 200_000_000;
+/// How long a snapshot page may explain long decisions afterwards, nanoseconds.
+const SNAPSHOT_EFFECT_NS: u64 = 200_000_000;
 
 /// Share of busy cores from which the machine counts as loaded.
 const BUSY: f64 = 0.95;
@@ -42,6 +43,8 @@ pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError
     let mut run: Option<RecordedRun> = None;
     let mut timings: BTreeMap<Decision, DecisionTiming> = BTreeMap::new();
     let mut processes: BTreeMap<Incarnation, Role> = BTreeMap::new();
+    // The first process of each role, with when it was heard and how often it had sent a heartbeat until then.
+    let mut first_heard: Vec<(Role, MonotonicNs, u64)> = Vec::new();
     let mut messages = 0;
     for message in recording.messages() {
         let (logged, message) = message?;
@@ -63,16 +66,19 @@ pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError
                 run.records.extend(page.records.iter().map(|record| (record.decision, *record)));
             }
             (RecordedMessage::Page(_), Some(run)) => {
-                let (from, until) = (logged, logged.plus_ns(EFFECT_NS));
+                let (from, until) = (logged, logged.plus_ns(SNAPSHOT_EFFECT_NS));
                 run.disturbances.push(Disturbance { from, until, cause: Cause::Snapshot });
             }
             (RecordedMessage::Heartbeat(beat), known) => {
                 let is_first = !processes.values().any(|role| *role == beat.role);
                 let is_new = processes.insert(beat.incarnation, beat.role).is_none();
-                let planned = beat.role == Role::Planner || beat.role == Role::Monitor;
-                if let Some(run) = known.as_mut().filter(|_| is_new && !is_first && !planned) {
-                    let (from, until) = (logged, logged.plus_ns(EFFECT_NS));
-                    run.disturbances.push(Disturbance { from, until, cause: Cause::Restart(beat.role) });
+                if !is_new || beat.role == Role::Planner || beat.role == Role::Monitor {
+                    continue;
+                }
+                match known {
+                    Some(run) if !is_first => run.disturbances.push(Disturbance::restart(beat.role, logged)),
+                    // Nobody was heard of before it: perhaps another had died before the recording began.
+                    _ => first_heard.push((beat.role, logged, beat.counter)),
                 }
             }
             (RecordedMessage::Host(host), Some(run)) => {
@@ -95,6 +101,13 @@ pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError
     let end = run.state.map_or(Decision(u64::MAX), |state| state.decision);
     let executed = |step: &DecisionTiming| step.decision < end || run.records.contains_key(&step.decision);
     run.decisions = timings.into_values().filter(executed).collect();
+    if let Some(began) = boot_began(&run.decisions) {
+        // A process that was started after the first landing is not the first of its role.
+        let late = first_heard.into_iter().filter(|(_, logged, beats)| {
+            logged.0.saturating_sub(beats.saturating_mul(BEAT_PERIOD_NS)) > began.0
+        });
+        run.disturbances.extend(late.map(|(role, logged, _)| Disturbance::restart(role, logged)));
+    }
     Ok(run)
 }
 

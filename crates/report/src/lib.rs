@@ -14,6 +14,7 @@ pub mod decisions;
 pub mod ending;
 pub mod error;
 pub mod fallbacks;
+mod flown_time;
 pub mod format;
 mod histogram;
 pub mod latency;

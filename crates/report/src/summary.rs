@@ -97,7 +97,7 @@ pub struct Summary {
     pub fallbacks: Fallbacks,
     /// Number of commands refused, by reason.
     pub refusals: RefusalCounts,
-    /// Time from first landing to last commit, seconds.
+    /// Time from first landing to last commit, seconds; without what lies between two boots.
     pub duration_s: f64,
 }
 

@@ -8,6 +8,7 @@ use contract::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::flown_time::FlownTime;
 use crate::{Fallbacks, Latency};
 
 /// One executed decision: the fields that both its [`Record`] and the [`State`] after it contain.
@@ -210,9 +211,9 @@ pub struct Tally {
     pub fallbacks: Fallbacks,
     /// Latency of the decisions.
     pub latency: Latency,
-    /// Time from the landing before the first decision to the commit of the last, seconds.
+    /// Time from the landing before the first decision to the commit of the last, seconds; without what lies between two boots.
     pub duration_s: f64,
-    began: contract::MonotonicNs,
+    flown: FlownTime,
 }
 
 impl Tally {
@@ -232,7 +233,7 @@ impl Tally {
             fallbacks: Fallbacks::default(),
             latency: Latency::new(brief.limits.decision_budget_ns),
             duration_s: 0.0,
-            began: contract::MonotonicNs(0),
+            flown: FlownTime::default(),
         }
     }
 
@@ -296,14 +297,12 @@ impl Tally {
     /// If it is another decision than [`Tally::due`]: a gap would falsify all that follows.
     pub fn fold(&mut self, executed: &Executed) {
         assert_eq!(executed.decision, self.due(), "decisions are folded in order");
-        if self.last.is_none() {
-            self.began = executed.timing.landed;
-        }
         self.latency.record(&executed.timing, executed.steps.saturating_sub(self.steps()));
         if !self.is_accompanied || executed.robot == RobotId(0) {
             self.route.add(executed, &self.grid);
         }
-        self.duration_s = executed.timing.committed.since_ns(self.began) as f64 / 1e9;
+        self.flown.add(&executed.timing);
+        self.duration_s = self.flown.ns() as f64 / 1e9;
         self.vetoes += executed.vetoed.count();
         self.fallbacks.count(executed.origin);
         // A fallback does not change the leader.

@@ -199,6 +199,11 @@ impl Checker {
         &self.mission
     }
 
+    /// The run of that mission.
+    pub(crate) fn run(&self) -> RunId {
+        self.mission.brief.run
+    }
+
     /// Every record of the run so far.
     #[must_use]
     pub fn records(&self) -> &[Record] {

@@ -8,6 +8,7 @@ use contract::{
     Record, RobotId, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
+use recording::{Recording, last_run};
 
 use crate::checker::Known;
 use crate::life::Life;
@@ -24,7 +25,7 @@ mod scouts;
 
 impl World {
     /// The checker looks at what the journal has just taken.
-    pub fn check_commit(&mut self) {
+    pub fn check_commit(&mut self, life: &Life) {
         let Some(frame) = self.disk.take_write() else { return };
         let Some(record) = hopper_sim::journal::record_of(&frame) else { return };
         self.count_rovers(&record);
@@ -37,6 +38,9 @@ impl World {
             self.coverage.count("scouts", "treasure_spotted");
         }
         self.checker.journalled(&record, &frame);
+        let run = self.checker.mission().brief.run;
+        let found = self.stamps.appended(life.incarnation, run, &record);
+        self.stamped(found);
         self.decisions += 1;
         self.stirred_ns = self.stirred_ns.max(self.time_ns);
         let Record { robot, decision, action, leader, .. } = record;
@@ -80,6 +84,11 @@ impl World {
         let now = self.monotonic();
         if let Some(state) = message.downcast_ref::<State>() {
             self.checker.published(state, now);
+            let pace = (!self.setup.control).then_some(self.setup.pace);
+            let before = state.decision.0.checked_sub(1);
+            let last = before.and_then(|before| self.checker.records().get(before as usize));
+            let found = self.stamps.state(life.incarnation, state, pace, last, now);
+            self.stamped(found);
             self.count_state(state);
             self.note(|| format!("hopper-sim publishes state {} ({})", state.decision, state.status));
         } else if let Some(team) = message.downcast_ref::<Team>() {
@@ -87,6 +96,8 @@ impl World {
             self.note(|| format!("hopper-sim publishes robots {}: {} is due", team.decision, team.due));
         } else if let Some(patch) = message.downcast_ref::<MapPatch>() {
             self.checker.mapped(patch);
+            let found = self.stamps.patch(life.incarnation, patch, now);
+            self.stamped(found);
             // Landings that perception folds from the past are in no patch, and a map that is built anew may be another.
             let follows = self.patched.is_none_or(|(sequence, after)| {
                 let again = (patch.sequence, patch.after) == (sequence, after);
@@ -104,6 +115,8 @@ impl World {
             });
         } else if let Some(command) = message.downcast_ref::<Command>() {
             self.sent(life, command, now);
+            let found = self.stamps.command(life.incarnation, command);
+            self.stamped(found);
         } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
             self.checker.announced(announcement);
             self.note(|| {
@@ -132,9 +145,43 @@ impl World {
         }
         if let Some(recording) = life.recording.take() {
             let decisions = decisions_recorded(&recording.borrow(), beat.run);
+            let found = self.check_recording(&recording.borrow());
+            self.figured(found);
             self.checker.recorded(life.incarnation, &decisions, now);
             self.coverage.count("recording", "acknowledged");
         }
+    }
+
+    /// Every message of a recording has the stamps that it was published with, and the decisions that are read from it those
+    /// that they had.
+    fn check_recording(&self, bytes: &[u8]) -> Result<(), String> {
+        let recording = Recording::read(bytes).map_err(|error| error.to_string())?;
+        for entry in recording.entries() {
+            let Some(message) = entry.message().map_err(|error| error.to_string())? else { continue };
+            self.stamps.recorded(&message)?;
+            let need = message.published().unwrap_or(entry.logged);
+            if entry.published != need || entry.logged < entry.published {
+                let (published, logged) = (entry.published, entry.logged);
+                return Err(format!(
+                    "a message of {} is recorded as published at {published:?} and logged at {logged:?}, it was \
+                     published at {need:?}",
+                    entry.topic
+                ));
+            }
+        }
+        let flown = last_run(&recording).map_err(|error| error.to_string())?;
+        if flown.brief.run != self.checker.run() {
+            return Ok(());
+        }
+        for timed in &flown.decisions {
+            let at = timed.decision.0 as usize;
+            let record = self.checker.records().get(at..=at);
+            let Some(landing) = record.and_then(|record| self.stamps.landings(record)) else { continue };
+            if timed.robot != landing[0].robot || !landing[0].timings().any(|timing| timing == timed.timing) {
+                return Err(format!("the recording has {timed:?}, of {:?}", landing[0]));
+            }
+        }
+        Ok(())
     }
 
     pub fn sent(&mut self, life: &Life, command: &Command, now: MonotonicNs) {
@@ -177,6 +224,7 @@ impl World {
         {
             let (received, executed) = life.commands.get();
             life.commands.set((received + 1, executed));
+            self.stamps.heard(life.incarnation, now);
             self.count_lost_announcement(life, command);
             self.checker.judged(command, now);
         } else if let Some(policy) = message.downcast_ref::<Policy>()
@@ -358,6 +406,9 @@ impl World {
     /// Where a planner stands when it plans.
     pub fn plans(&mut self, life: &Life, situation: &Situation<'_>) {
         self.checker.plans(situation);
+        let (map, now) = (situation.map, self.monotonic());
+        let found = self.stamps.plans(life.incarnation, situation.state, [map.sensed, map.published], now);
+        self.stamped(found);
         let state = situation.state;
         life.map_whole.set(Some(state.run));
     }

@@ -8,8 +8,8 @@ use std::sync::PoisonError;
 use std::task::Poll;
 
 use contract::{
-    Incarnation, MapPage, Message, MonotonicNs, Name, PastPage, PriorPage, Refusal, Request, RobotId, Role,
-    TruthPage,
+    Decision, Incarnation, MapPage, Message, MonotonicNs, Name, PastPage, PriorPage, Refusal, Request,
+    RobotId, Role, TruthPage,
 };
 use hopper_sim::crash;
 use process::{Failure, Ports};
@@ -159,8 +159,15 @@ impl Ports for SimulatedPorts {
     async fn pass(&mut self, point: &'static str) {
         let (torn, fault) = {
             let world = &mut *self.world.borrow_mut();
-            if point == crash::APPENDED {
-                world.check_commit();
+            let (life, now) = (self.life.incarnation, world.monotonic());
+            match point {
+                crash::BEFORE_APPEND => {
+                    let due = Decision(world.checker.records().len() as u64);
+                    world.stamps.accepted(life, due);
+                }
+                crash::APPENDED => world.check_commit(&self.life),
+                "perception.sensed" => world.stamps.sensed(life, now),
+                _ => {}
             }
             let torn = world.disk.take_torn().then_some(world.torn_restart_ns);
             if point == crash::APPEND_FAILED && torn.is_none() {
@@ -190,6 +197,11 @@ impl Ports for SimulatedPorts {
             }
             None => {}
         }
+        if point == crash::APPENDED {
+            let world = &mut *self.world.borrow_mut();
+            let now = world.monotonic();
+            world.stamps.committed(self.life.incarnation, now);
+        }
     }
 
     async fn computed(&mut self) {
@@ -213,6 +225,9 @@ impl Ports for SimulatedPorts {
             world.schedule(at_ns, Event::Computed(self.life.slot, self.life.incarnation));
         }
         poll_fn(|_| if self.life.computed.take() { Poll::Ready(()) } else { Poll::Pending }).await;
+        let world = &mut *self.world.borrow_mut();
+        let now = world.monotonic();
+        world.stamps.planned(self.life.incarnation, now);
     }
 }
 
@@ -306,6 +321,10 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
             let world = &mut *self.ports.world.borrow_mut();
             shorten(&mut response, world);
             world.answered(&request, &response);
+            if let Some(page) = (&response as &dyn Any).downcast_ref::<MapPage>() {
+                let found = world.stamps.page(self.ports.life.incarnation, page);
+                world.stamped(found);
+            }
             for (client, wakes, queue) in world.listening::<Answered<Q::Response>>(self.robot) {
                 if client.incarnation == asker {
                     let server = self.ports.life.incarnation;

@@ -1,10 +1,14 @@
 //! Somebody in front of the monitor: looks at policies, and gives orders.
 
 use contract::{MonotonicNs, Order, Pace};
+use monitor::history::Cursor;
 use monitor::{History, Screen, Wish};
 use process::Failure;
+use serde_json::Value;
 
 use crate::chance::Chance;
+use crate::figures;
+use crate::world::Shared;
 
 /// Orders of one mission at most, resumptions aside.
 const ORDERS_MAX: u64 = 12;
@@ -18,11 +22,45 @@ pub(crate) struct Somebody {
     orders: u64,
     paused_since: Option<MonotonicNs>,
     looks_at_policy: bool,
+    /// What it has read of the page.
+    page: Cursor,
+    world: Shared,
 }
 
 impl Somebody {
-    pub fn new(chance: Chance) -> Self {
-        Self { chance, orders: 0, paused_since: None, looks_at_policy: false }
+    pub fn new(chance: Chance, world: Shared) -> Self {
+        let page = Cursor::default();
+        Self { chance, orders: 0, paused_since: None, looks_at_policy: false, page, world }
+    }
+
+    /// Reads the decisions that are new on the page, and compares their times with those that the world saw.
+    fn read(&mut self, history: &History, now: MonotonicNs) {
+        while let Some(frame) = history.next(&mut self.page, now) {
+            match frame.event {
+                "mission" => {}
+                "hops" => self.compare(history, &frame.data),
+                // Decisions come first: there is none left.
+                _ => return,
+            }
+        }
+    }
+
+    fn compare(&self, history: &History, data: &str) {
+        let world = &mut *self.world.borrow_mut();
+        if history.brief().is_none_or(|brief| brief.run != world.checker.run()) {
+            return;
+        }
+        let data: Value = serde_json::from_str(data).unwrap_or_default();
+        for row in data["rows"].as_array().into_iter().flatten() {
+            let decision = row[0].as_u64().unwrap_or(u64::MAX) as usize;
+            // Landing, robot and stages.
+            let times: Vec<f64> =
+                row.as_array().into_iter().flatten().skip(14).filter_map(Value::as_f64).collect();
+            let record = world.checker.records().get(decision..=decision);
+            let landing = record.and_then(|record| world.stamps.landings(record));
+            let found = landing.map_or(Ok(()), |landing| figures::check_row(&times, &landing[0]));
+            world.figured(found);
+        }
     }
 
     fn order(&mut self, history: &History) -> Option<Order> {
@@ -42,6 +80,7 @@ impl Screen for Somebody {
 
     fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
         self.looks_at_policy ^= self.chance.one_in(5);
+        self.read(history, now);
         if history.pacing().is_some_and(|pacing| pacing.paused) {
             let since = *self.paused_since.get_or_insert(now);
             if now.since_ns(since) > PAUSE_NS {

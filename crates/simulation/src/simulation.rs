@@ -8,7 +8,9 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
-use contract::{Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Role, Route, Status};
+use contract::{
+    Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Role, Route, RunId, Status,
+};
 use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
 use process::{Exit, Failure};
@@ -19,6 +21,7 @@ use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Kind, Plan, Victim};
+use crate::figures;
 use crate::forgery::forge;
 use crate::life::Life;
 use crate::ports::SimulatedPorts;
@@ -60,10 +63,38 @@ pub struct Report {
     pub trace: Vec<Line>,
 }
 
+/// A mission to be simulated instead of the one that a seed draws, with planners for all of its robots.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// The mission.
+    pub mission: Mission,
+    /// Its planner processes.
+    pub planners: Vec<Seat>,
+}
+
+impl Given {
+    /// The `number`th mission of this world: the first, or another run with other draws.
+    fn mission(&self, number: u64) -> Mission {
+        let Mission { mut brief, seed, .. } = self.mission.clone();
+        brief.run = RunId(brief.run.0.wrapping_add(u128::from(number)).max(1));
+        Mission { brief, seed: seed.wrapping_add(number), ..self.mission.clone() }
+    }
+}
+
 /// Simulates `plan` to the end of its mission, or to the first violation.
 #[must_use]
 pub fn simulate(plan: &Plan, traced: bool) -> Report {
-    let mut simulation = Simulation::new(plan, traced);
+    run(plan, None, traced)
+}
+
+/// The same with a mission of the caller's, whose vehicles are those that `plan` is made for.
+#[must_use]
+pub fn simulate_given(plan: &Plan, given: &Given, traced: bool) -> Report {
+    run(plan, Some(given), traced)
+}
+
+fn run(plan: &Plan, given: Option<&Given>, traced: bool) -> Report {
+    let mut simulation = Simulation::new(plan, given, traced);
     // What simulated processes log is not the log of whoever simulates them.
     let run = || with_default(NoSubscriber::default(), || simulation.run());
     let ended = catch_unwind(AssertUnwindSafe(run));
@@ -150,6 +181,7 @@ impl Slot {
 
 struct Simulation<'a> {
     plan: &'a Plan,
+    given: Option<&'a Given>,
     world: Shared,
     slots: Vec<Slot>,
     lives: u64,
@@ -165,8 +197,13 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    fn new(plan: &'a Plan, traced: bool) -> Self {
-        let setup = Setup::of(plan.missions, plan.seed);
+    fn new(plan: &'a Plan, given: Option<&'a Given>, traced: bool) -> Self {
+        let mut setup = Setup::of(plan.missions, plan.seed);
+        if let Some(given) = given {
+            setup.stand_by = setup.stand_by.and(given.planners.first().copied());
+            setup.mission = given.mission(0);
+            setup.planners = given.planners.clone();
+        }
         let mut slots: Vec<Slot> = [Role::HopperSim, Role::Perception].map(Slot::of).into();
         let planners: Vec<Slot> = setup.planners.iter().copied().map(Slot::of_planner).collect();
         slots.extend(planners);
@@ -179,6 +216,7 @@ impl<'a> Simulation<'a> {
         }
         Self {
             plan,
+            given,
             world: Rc::new(RefCell::new(world)),
             slots,
             lives: 0,
@@ -494,6 +532,9 @@ impl<'a> Simulation<'a> {
                 match records {
                     Ok(records) => {
                         let may_have_lost = std::mem::take(&mut self.power_lost) && !sync;
+                        if records.len() < world.checker.records().len() {
+                            world.stamps.rewound();
+                        }
                         world.checker.reopened(&records, may_have_lost);
                         world.checker.routes_read(journal.routes());
                     }
@@ -646,7 +687,10 @@ impl<'a> Simulation<'a> {
     /// hopper-sim, which does not run, is started on another mission.
     fn begin_mission(&mut self, restart_ns: u64) {
         self.missions += 1;
-        let mission = self.plan.missions.mission(self.plan.seed, self.missions);
+        let mission = match self.given {
+            Some(given) => given.mission(self.missions),
+            None => self.plan.missions.mission(self.plan.seed, self.missions),
+        };
         let world = &mut *self.world.borrow_mut();
         if world.checker.violation().is_some() {
             return;
@@ -691,6 +735,7 @@ impl<'a> Simulation<'a> {
         world.coverage.count("journal", relation);
         world.note(|| format!("the journal held {} records, and now holds {}", held.len(), kept.len()));
         world.checker.replaced(&kept);
+        world.stamps.rewound();
         self.replaced = true;
         world.stirred_ns = world.stirred_ns.max(world.time_ns + restart_ns);
     }
@@ -742,5 +787,8 @@ impl<'a> Simulation<'a> {
         }
         let status = checker.status().as_str();
         world.coverage.count("ended", status);
+        let flown: Vec<Record> = records.iter().map(|record| world.stamps.as_flown(record)).collect();
+        let found = figures::check(&world.checker.mission().brief, &flown);
+        world.figured(found);
     }
 }

@@ -18,6 +18,7 @@ use recorder::{Recorder, RecorderPorts, Sink};
 
 use crate::chance::Chance;
 use crate::disk::Disk;
+use crate::figures;
 use crate::observed::Observed;
 use crate::ports::SimulatedPorts;
 use crate::screen::Somebody;
@@ -37,8 +38,11 @@ pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>)
     };
     ports.pass(crash::JOURNAL_OPENED).await;
     let last = journal.last().copied();
-    let life = Rc::clone(&ports.life);
+    let (life, world) = (Rc::clone(&ports.life), Rc::clone(&ports.world));
     let executed = move |record: &Record| {
+        let world = &mut *world.borrow_mut();
+        let found = world.stamps.executed(life.incarnation, record);
+        world.stamped(found);
         let (received, executed) = life.commands.get();
         life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
     };
@@ -141,7 +145,8 @@ pub(crate) async fn monitor(mut ports: SimulatedPorts) -> Result<Exit, Failure> 
     };
     let view = screen.then(|| {
         let history = Arc::new(Mutex::new(History::new(RobotId(0))));
-        let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen")))];
+        let world = Rc::clone(&ports.world);
+        let screens: Vec<Box<dyn Screen>> = vec![Box::new(Somebody::new(Chance::new(seed, "screen"), world))];
         View::open(&mut ports, history, screens, true)
     });
     let observers = if records { vec![recorder(&mut ports)?] } else { Vec::new() };
@@ -193,8 +198,15 @@ struct Checked {
 
 impl Checked {
     fn check(&self, watcher: &Watcher, is_final: bool) {
-        if let Some(tally) = watcher.tally() {
-            self.ports.world.borrow_mut().checker.watched(tally, watcher.seen().0, is_final);
+        let Some(tally) = watcher.tally() else { return };
+        let world = &mut *self.ports.world.borrow_mut();
+        let run = watcher.seen().0;
+        world.checker.watched(tally, run, is_final);
+        if is_final && run == world.checker.mission().brief.run {
+            let known = world.checker.records().get(..tally.due().0 as usize);
+            let landings = known.and_then(|records| world.stamps.landings(records));
+            let found = landings.map_or(Ok(()), |landings| figures::check_tally(tally, &landings));
+            world.figured(found);
         }
     }
 }

@@ -18,6 +18,7 @@ use crate::fault::Kind;
 use crate::life::Life;
 use crate::route_memory::RouteMemory;
 use crate::setup::Setup;
+use crate::stamps::Stamps;
 use crate::stream::{Answered, Asked, Stream};
 
 /// How long a message takes, nanoseconds.
@@ -143,6 +144,7 @@ pub(crate) struct World {
     link_faults: Vec<(Kind, Stream, u64)>,
     process_faults: Vec<(&'static str, ProcessFault)>,
     pub checker: Checker,
+    pub stamps: Stamps,
     pub coverage: Coverage,
     trace: Option<Vec<Line>>,
     pub setup: Setup,
@@ -178,6 +180,7 @@ impl World {
             link_faults: Vec::new(),
             process_faults: Vec::new(),
             checker: Checker::new(&setup),
+            stamps: Stamps::default(),
             coverage: Coverage::default(),
             trace: traced.then(Vec::new),
             setup,
@@ -206,6 +209,20 @@ impl World {
     pub fn note(&mut self, text: impl FnOnce() -> String) {
         if let Some(trace) = &mut self.trace {
             trace.push(Line { ms: self.time_ns as f64 / 1e6, text: text() });
+        }
+    }
+
+    /// What was found of a stamp.
+    pub fn stamped(&mut self, found: Result<(), String>) {
+        if let Err(detail) = found {
+            self.checker.violate("every stamp is the moment that it names", || detail);
+        }
+    }
+
+    /// What was found of a figure.
+    pub fn figured(&mut self, found: Result<(), String>) {
+        if let Err(detail) = found {
+            self.checker.violate("every figure is that of its decisions", || detail);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{CommandV3, RecordV4, StateV4};
-use contract::{Command, MonotonicNs, Record, State};
+use contract::{Command, MonotonicNs, Record, State, Timing};
 use hopper_sim::{Effect, Event};
 use proptest::prelude::*;
 
@@ -112,6 +112,43 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
             assert_eq!(State::try_from(&wire).unwrap_err().reason(), "malformed");
         }
     }
+}
+
+/// P-STAMPS-WIRE: each moment has a field of its own, both ways.
+#[test]
+fn every_stamp_has_its_own_field_on_the_wire() {
+    let timing = Timing {
+        landed: MonotonicNs(101),
+        state_published: MonotonicNs(202),
+        sensed: MonotonicNs(303),
+        map_published: MonotonicNs(404),
+        planning_started: MonotonicNs(505),
+        planning_ended: MonotonicNs(606),
+        accepted: MonotonicNs(707),
+        committed: MonotonicNs(808),
+    };
+    let in_order = [101, 202, 303, 404, 505, 606, 707, 808];
+    let record = Record { timing, ..undisturbed()[1] };
+    let wire = RecordV4::from(&record);
+    assert_eq!(wire.timing_ns, in_order);
+    assert_eq!(Record::try_from(&wire).unwrap().timing, timing);
+
+    let state = record.state_after(Host::fresh().state().run, MonotonicNs(11), MonotonicNs(22));
+    assert_eq!(
+        (state.landed, state.published, state.last_timing),
+        (MonotonicNs(11), MonotonicNs(22), timing)
+    );
+    let wire = StateV4::from(&state);
+    assert_eq!((wire.landed_ns, wire.published_ns, wire.last_timing_ns), (11, 22, in_order));
+    assert_eq!(State::try_from(&wire).unwrap(), state);
+
+    let Timing { sensed, map_published, planning_started, planning_ended, .. } = timing;
+    let plain = command(&Host::fresh().state(), EAST);
+    let command = Command { sensed, map_published, planning_started, planning_ended, ..plain };
+    let wire = CommandV3::from(&command);
+    let stamps = [wire.sensed_ns, wire.map_published_ns, wire.planning_started_ns, wire.planning_ended_ns];
+    assert_eq!(stamps, [303, 404, 505, 606]);
+    assert_eq!(Command::try_from(&wire).unwrap(), command);
 }
 
 #[test]

@@ -14,14 +14,19 @@ use node::{Exit, Failure, Instance, Node, ShutdownSignal};
 use report::Summary;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
+use simulation::setup::Seat;
 
+use super::World;
 use super::plan::{Fault, FaultTime, Plan};
 
 /// Pause between two checks of the processes.
 const POLL: Duration = Duration::from_micros(300);
 
-/// A mission that takes longer than this hangs, nanoseconds.
+/// A mission without another decision for so long hangs, nanoseconds.
 const PATIENCE_NS: u64 = 60_000_000_000;
+
+/// Pause between two looks at the journal while no fault waits for a decision, nanoseconds.
+const LOOK_NS: u64 = 500_000_000;
 
 /// How long peers may take to end after the mission before their standard input is closed, nanoseconds.
 const FAREWELL_NS: u64 = 1_500_000_000;
@@ -42,6 +47,8 @@ pub struct Undisturbed {
     pub digest: Digest,
     /// Status in which it ended.
     pub outcome: Status,
+    /// Number of its decisions.
+    pub decisions: u64,
 }
 
 /// A fault that was injected.
@@ -92,13 +99,14 @@ fn broken(promise: &'static str, detail: impl Into<String>) -> Cut {
     Cut::Broken(Broken { promise, detail: detail.into() })
 }
 
-/// Flies the mission of `plan` in the empty `folder`, with processes of the program `hopper`.
+/// Flies the mission of `plan` in `world`, in the empty `folder`, with processes of the program `hopper`.
 ///
 /// # Errors
 /// If a process cannot be started, or the command is interrupted (exit code 130).
 pub fn fly(
     hopper: &Path,
     plan: &Plan,
+    world: &World,
     folder: &Path,
     undisturbed: Undisturbed,
     shutdown: &ShutdownSignal,
@@ -107,11 +115,13 @@ pub fn fly(
     let mut flight = Flight {
         hopper,
         plan,
+        world,
         shutdown,
         journal: folder.join("journal"),
         folder,
         instance: &instance,
         children: Vec::new(),
+        victim: 0,
         moments: Vec::new(),
     };
     let result = flight.fly(undisturbed);
@@ -140,11 +150,15 @@ pub fn fly(
 struct Flight<'a> {
     hopper: &'a Path,
     plan: &'a Plan,
+    world: &'a World,
     shutdown: &'a ShutdownSignal,
     folder: &'a Path,
     journal: PathBuf,
     instance: &'a Instance,
+    /// In the order in which they were started first.
     children: Vec<Supervised>,
+    /// Which of them is the victim.
+    victim: usize,
     /// Faults that were injected, with the moment at which each was over.
     moments: Vec<(Fault, MonotonicNs)>,
 }
@@ -152,17 +166,27 @@ struct Flight<'a> {
 impl Flight<'_> {
     fn fly(&mut self, undisturbed: Undisturbed) -> Result<(), Cut> {
         std::fs::create_dir(self.folder.join("tmp")).map_err(Failure::run)?;
-        let started = Node::now();
+        self.world.write(&self.scenario())?;
         let mut faults = self.plan.faults.iter().copied();
         let mut due = faults.next();
+        let seats = self.world.seats();
         for role in self.plan.order {
-            let arguments = self.arguments(role);
-            let fault = due.filter(|_| role == self.plan.victim);
-            let child = Supervised::start_with(self.hopper, role, arguments, &|command| {
-                self.configure(role, fault, command);
-            })?;
-            self.children.push(child);
+            let count = if role == Role::Planner { seats.len() } else { 1 };
+            for (number, seat) in seats.iter().take(count).enumerate() {
+                let arguments = self.arguments(role, seat);
+                let is_victim = role == self.plan.victim && number == self.plan.planner.min(count - 1);
+                if is_victim {
+                    self.victim = self.children.len();
+                }
+                let fault = if is_victim { due } else { None };
+                let child = Supervised::start_with(self.hopper, role, arguments, &|command| {
+                    self.configure(role, fault, command);
+                })?;
+                self.children.push(child);
+            }
         }
+        // How many decisions the journal held when that was last looked at, and since when.
+        let (mut held, mut since, mut looked) = (0, Node::now(), Node::now());
         // When the journal first held the decision that the next fault waits for.
         let mut reached = None;
         loop {
@@ -170,7 +194,14 @@ impl Flight<'_> {
                 return Err(Failure::new(Exit::Interrupted, "interrupted").into());
             }
             let now = Node::now();
-            if now.since_ns(started) > PATIENCE_NS {
+            if now.since_ns(looked) > LOOK_NS {
+                looked = now;
+                let length = length(&self.journal);
+                if length > held {
+                    (held, since) = (length, now);
+                }
+            }
+            if now.since_ns(since) > PATIENCE_NS {
                 return Err(broken("a disturbed mission ends", self.with_logs("it does not end")));
             }
             if self.is_over(due)? {
@@ -190,7 +221,11 @@ impl Flight<'_> {
         self.verify(undisturbed)
     }
 
-    fn arguments(&self, role: Role) -> Vec<String> {
+    fn scenario(&self) -> PathBuf {
+        self.folder.join("scenario.toml")
+    }
+
+    fn arguments(&self, role: Role, seat: &Seat) -> Vec<String> {
         let command = if role == Role::HopperSim { "sim" } else { role.as_str() };
         let mut words = vec![command.to_owned(), "--instance".to_owned(), self.instance.name().to_owned()];
         if role == Role::HopperSim {
@@ -198,6 +233,12 @@ impl Flight<'_> {
             words.push(self.journal.display().to_string());
             words.extend(["--seed".to_owned(), self.plan.seed.to_string()]);
             words.extend(["--pace".to_owned(), self.plan.pace.to_string()]);
+            words.extend(["--scenario".to_owned(), self.scenario().display().to_string()]);
+        }
+        if role == Role::Planner {
+            let robots: Vec<String> = seat.robots.iter().map(|robot| robot.to_string()).collect();
+            words.extend(["--algorithm".to_owned(), seat.planner.to_string()]);
+            words.extend(["--robot".to_owned(), robots.join(",")]);
         }
         words
     }
@@ -218,17 +259,18 @@ impl Flight<'_> {
     }
 
     fn victim(&mut self) -> &mut Supervised {
-        let victim = self.plan.victim;
-        self.children.iter_mut().find(|child| child.role == victim).expect("the victim is one of the four")
+        &mut self.children[self.victim]
+    }
+
+    fn sim(&mut self) -> &mut Supervised {
+        self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of them")
     }
 
     /// Whether hopper-sim has ended as it does with a mission. Any other process that has ended before breaks a
     /// promise, except a victim at its crash point.
     fn is_over(&mut self, due: Option<Fault>) -> Result<bool, Cut> {
         let at_a_point = matches!(due, Some(Fault::Point { .. }));
-        let sim =
-            self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the four");
-        let over = sim.ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1)));
+        let over = self.sim().ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1)));
         for index in 0..self.children.len() {
             let role = self.children[index].role;
             let Some(status) = self.children[index].ended()? else { continue };
@@ -236,7 +278,7 @@ impl Flight<'_> {
                 Some(0 | 1) if role == Role::HopperSim => {}
                 Some(0) => {}
                 Some(TOLD) if over => {}
-                None if role == self.plan.victim && at_a_point && status.signal() == Some(KILL) => {}
+                None if index == self.victim && at_a_point && status.signal() == Some(KILL) => {}
                 _ => {
                     let detail = format!("{role} ended by itself ({status})");
                     return Err(broken("no process but the victim dies", self.with_logs(&detail)));
@@ -277,7 +319,7 @@ impl Flight<'_> {
             Fault::Point { .. } => {}
             Fault::Kill(_) => {
                 victim.kill();
-                self.await_end(self.plan.victim)?;
+                self.await_end(self.victim)?;
             }
             Fault::Pause { for_ms, .. } => {
                 signal(victim, Signal::STOP);
@@ -286,18 +328,18 @@ impl Flight<'_> {
             }
             Fault::Restart(_) => {
                 signal(victim, Signal::TERM);
-                self.await_end(self.plan.victim)?;
+                self.await_end(self.victim)?;
             }
         }
         self.moments.push((fault, Node::now()));
         Ok(())
     }
 
-    fn await_end(&mut self, role: Role) -> Result<(), Cut> {
+    fn await_end(&mut self, index: usize) -> Result<(), Cut> {
         let told = Node::now();
+        let role = self.children[index].role;
         loop {
-            let child = self.children.iter_mut().find(|child| child.role == role).expect("one of the four");
-            if child.ended()?.is_some() {
+            if self.children[index].ended()?.is_some() {
                 return Ok(());
             }
             if Node::now().since_ns(told) > ENDING_NS {
@@ -312,14 +354,13 @@ impl Flight<'_> {
 
     /// Starts the victim again, unless it has ended by itself with its mission.
     fn restart(&mut self, next: Option<Fault>) -> Result<(), Cut> {
-        let victim = self.plan.victim;
         if self.victim().ended()?.is_some_and(|status| matches!(status.code(), Some(0 | 1))) {
             return Ok(());
         }
-        let index = self.children.iter().position(|child| child.role == victim).expect("one of the four");
-        let mut child = self.children.swap_remove(index);
-        let restarted = child.restart_with(&|command| self.configure(victim, next, command));
-        self.children.push(child);
+        let (index, role) = (self.victim, self.plan.victim);
+        let mut child = self.children.remove(index);
+        let restarted = child.restart_with(&|command| self.configure(role, next, command));
+        self.children.insert(index, child);
         Ok(restarted?)
     }
 
@@ -331,9 +372,9 @@ impl Flight<'_> {
             while Node::now().since_ns(over) < FAREWELL_NS && self.any_is_alive()? {
                 std::thread::sleep(POLL);
             }
-            for role in Role::ALL {
-                self.children.iter_mut().filter(|child| child.role == role).for_each(Supervised::release);
-                self.await_end(role)?;
+            for index in 0..self.children.len() {
+                self.children[index].release();
+                self.await_end(index)?;
             }
             self.is_over(due)?;
             let died = self.victim().ended()?.is_some_and(|status| status.code().is_none());
@@ -372,9 +413,7 @@ impl Flight<'_> {
         if let Some(difference) = against_lockstep(&self.journal)? {
             return Err(broken("every decision is taken on the map of lockstep", difference.to_string()));
         }
-        let sim =
-            self.children.iter_mut().find(|child| child.role == Role::HopperSim).expect("one of the four");
-        let told = sim.output();
+        let told = self.sim().output();
         let summary: Summary = serde_json::from_str(&told).map_err(|error| {
             broken("hopper-sim prints a summary", self.with_logs(&format!("{error} in {told:?}")))
         })?;

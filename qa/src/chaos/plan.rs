@@ -11,8 +11,8 @@ const FAULTS_MAX: u64 = 4;
 /// Latest start-up fault, microseconds after the start: by then a process has joined, unless the machine is busy.
 const START_UP_US: u64 = 40_000;
 
-/// Last decision after which a fault is injected; missions on hard ground take at least 35.
-const DECISIONS: u64 = 34;
+/// Decisions after which a fault is injected, the first and the last, on hard ground, where missions take at least 35.
+pub const ON_HARD_GROUND: (u64, u64) = (1, 34);
 
 /// Latest fault after its decision, microseconds.
 const FLIGHT_US: u64 = 8_000;
@@ -95,7 +95,10 @@ pub struct Plan {
     pub seed: u64,
     /// Role whose process the faults are injected into.
     pub victim: Role,
-    /// Order in which the four are started.
+    /// Which of several planners is the victim.
+    #[serde(skip_serializing_if = "is_first")]
+    pub planner: usize,
+    /// Order in which they are started, all planners one after the other.
     pub order: [Role; 4],
     /// Pace of the mission, landings a second.
     #[serde(skip)]
@@ -104,10 +107,16 @@ pub struct Plan {
     pub faults: Vec<Fault>,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde wants a reference")]
+fn is_first(planner: &usize) -> bool {
+    *planner == 0
+}
+
 impl Plan {
-    /// The plan of `seed` for `victim`.
+    /// The plan of `seed` for `victim`, one of so many planners if it is one, with faults after these decisions. Where the first
+    /// is not 1, none comes at start-up.
     #[must_use]
-    pub fn of(seed: u64, victim: Role) -> Self {
+    pub fn of(seed: u64, victim: Role, planners: usize, decisions: (u64, u64)) -> Self {
         let mut chance = Chance::new(seed, victim.as_str());
         let mut order = Role::ALL;
         for last in (1..order.len()).rev() {
@@ -119,12 +128,13 @@ impl Plan {
         let mut faults = Vec::new();
         let mut fresh = true;
         for _ in 0..chance.between(1, FAULTS_MAX) {
-            let fault = draw(&mut chance, victim, fresh);
+            let fault = draw(&mut chance, victim, fresh, decisions);
             // A crash point is set when a process is started; after a pause it is still the same process.
             fresh = !matches!(fault, Fault::Pause { .. });
             faults.push(fault);
         }
-        Self { seed, victim, order, pace, faults }
+        let planner = Chance::new(seed, "planner").below(planners.max(1) as u64) as usize;
+        Self { seed, victim, planner, order, pace, faults }
     }
 }
 
@@ -139,27 +149,28 @@ pub fn crash_points(role: Role) -> &'static [&'static str] {
     }
 }
 
-fn draw(chance: &mut Chance, victim: Role, fresh: bool) -> Fault {
+fn draw(chance: &mut Chance, victim: Role, fresh: bool, decisions: (u64, u64)) -> Fault {
     match chance.below(8) {
-        0..3 if fresh => {
+        0..3 if fresh && decisions.0 <= 1 => {
             let name = chance.pick(crash_points(victim));
             let passage = if chance.one_in(2) { 1 } else { chance.between(2, PASSAGES) };
             Fault::Point { name, passage }
         }
-        0..6 => Fault::Kill(fault_time(chance)),
+        0..6 => Fault::Kill(fault_time(chance, decisions)),
         6 => {
             let (least, most) = PAUSE_MS[usize::from(chance.one_in(8))];
-            Fault::Pause { at: fault_time(chance), for_ms: chance.between(least, most) }
+            Fault::Pause { at: fault_time(chance, decisions), for_ms: chance.between(least, most) }
         }
-        _ => Fault::Restart(fault_time(chance)),
+        _ => Fault::Restart(fault_time(chance, decisions)),
     }
 }
 
-fn fault_time(chance: &mut Chance) -> FaultTime {
-    if chance.one_in(2) {
+fn fault_time(chance: &mut Chance, (first, last): (u64, u64)) -> FaultTime {
+    if chance.one_in(2) && first <= 1 {
         FaultTime::StartUp { after_us: chance.below(START_UP_US) }
     } else {
-        FaultTime::Flight { decisions: chance.between(1, DECISIONS), after_us: chance.below(FLIGHT_US) }
+        let decisions = chance.between(first, last.max(first));
+        FaultTime::Flight { decisions, after_us: chance.below(FLIGHT_US) }
     }
 }
 
@@ -170,14 +181,28 @@ mod tests {
     #[test]
     fn two_hundred_plans_of_a_role_name_every_crash_point_and_every_kind_of_fault() {
         for victim in Role::ALL {
-            let plans: Vec<Plan> = (0..200).map(|seed| Plan::of(seed, victim)).collect();
-            assert_eq!(plans, (0..200).map(|seed| Plan::of(seed, victim)).collect::<Vec<_>>());
+            let plan = |seed| Plan::of(seed, victim, 1, ON_HARD_GROUND);
+            let plans: Vec<Plan> = (0..200).map(plan).collect();
+            assert_eq!(plans, (0..200).map(plan).collect::<Vec<_>>());
             let names: std::collections::BTreeSet<&str> =
                 plans.iter().flat_map(|plan| &plan.faults).map(Fault::name).collect();
             let kinds = ["kill in start-up", "kill in flight", "pause", "restart"];
             for name in crash_points(victim).iter().chain(&kinds) {
                 assert!(names.contains(name), "{victim}: {name}");
             }
+        }
+    }
+    #[test]
+    fn late_faults_come_after_their_first_decision_and_to_every_planner() {
+        let plans: Vec<Plan> = (0..200).map(|seed| Plan::of(seed, Role::Planner, 3, (300, 800))).collect();
+        for fault in plans.iter().flat_map(|plan| &plan.faults) {
+            match fault.at() {
+                Some(FaultTime::Flight { decisions, .. }) => assert!((300..=800).contains(&decisions)),
+                other => panic!("{other:?}"),
+            }
+        }
+        for planner in 0..3 {
+            assert!(plans.iter().any(|plan| plan.planner == planner), "{planner}");
         }
     }
 }

@@ -11,8 +11,8 @@ use hopper::stdout::print;
 use node::{Exit, Failure, Instance, Node};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
 use recording::last_run;
-use report::decisions::{compare, plot};
-use report::{Conditions, DecisionTiming, DecisionTimings, Format};
+use report::decisions::{boot_began, compare, plot};
+use report::{Conditions, DecisionTiming, DecisionTimings, Disturbance, Format};
 use serde::Serialize;
 
 use crate::bag::{at_fault, keep, load, open};
@@ -225,6 +225,7 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
         patience.check(lacks.or(silent.then_some("hopper-sim")), &mut node)?;
     };
     let (brief, steps) = flown;
+    let restarts = restarts(&steps, peer_table.live(Node::now()).map(|peer| peer.beat), node::host::started);
     let load = node::host::load();
     let conditions = Conditions {
         clock: "CLOCK_MONOTONIC of this host; a commit is the moment at which its append was asked for"
@@ -236,11 +237,27 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     };
     Ok(Some(Source {
         name: format!("instance {name}"),
-        account: DecisionTimings::new(steps, Vec::new()),
+        account: DecisionTimings::new(steps, restarts),
         brief,
         seed: None,
         conditions,
     }))
+}
+
+/// The processes that were started again since the first of `steps`: of those before them nobody is left to be heard.
+fn restarts(
+    steps: &[DecisionTiming],
+    living: impl Iterator<Item = Heartbeat>,
+    started: impl Fn(u32) -> Option<MonotonicNs>,
+) -> Vec<Disturbance> {
+    let Some(began) = boot_began(steps) else { return Vec::new() };
+    // Planners are told apart by their commands, and nothing depends on a monitor.
+    let is_named = |beat: &Heartbeat| matches!(beat.role, Role::HopperSim | Role::Perception);
+    let restart = |beat: Heartbeat| {
+        let at = started(beat.pid)?;
+        (at > began).then(|| Disturbance::restart(beat.role, at))
+    };
+    living.filter(is_named).filter_map(restart).collect()
 }
 
 /// The executed decisions of a run, asked for page by page.

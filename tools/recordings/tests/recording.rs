@@ -142,6 +142,66 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert_eq!(mission.hopper(&alone).output().unwrap().status.code(), Some(4));
 }
 
+/// P-LATENCY-DEAD: whichever process was killed is named, by a recording that began before, by one that began while it was dead, and
+/// by a report that begins when it lives again.
+#[test]
+fn whoever_was_dead_is_named_as_the_cause() {
+    let mission = Mission::new("dead");
+    let words = ["--seed", "5", "--pace", "25", "--scenario", "patrol"];
+    let mut sim = mission.start("sim", &words);
+    let mut perception = mission.start("perception", &[]);
+    let mut planner = mission.start("planner", &[]);
+    let mut early = mission.start("monitor", &["--record", "early.mcap"]);
+    let go_on = || mission.await_decisions(mission.decisions() + 8);
+    let report = |words: &[&str]| {
+        let output =
+            mission.hopper(&["latency", "report", "--budget", "1h", "--format", "json"]).args(words).output();
+        let output = output.unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        json(&output)
+    };
+    let records = |file: &str| {
+        let output = bag(&mission, &["info", "--format", "json"], file);
+        if matches!(output.status.code(), Some(0 | 1)) { count(&json(&output)["records"]) } else { 0 }
+    };
+    harness::eventually("records in the first recording", || records("early.mcap") >= 8);
+    perception.kill();
+    perception = mission.start("perception", &[]);
+    go_on();
+    planner.kill();
+    planner = mission.start("planner", &[]);
+    go_on();
+    sim.kill();
+    sim = mission.start("sim", &words);
+    go_on();
+    perception.kill();
+    let mut late = mission.start("monitor", &["--record", "late.mcap"]);
+    harness::eventually("records in the second recording", || records("late.mcap") >= 8);
+    let perception_again = mission.start("perception", &[]);
+    go_on();
+    let living = report(&["--instance", &mission.name]);
+    for monitor in [&mut early, &mut late] {
+        monitor.signal(rustix::process::Signal::TERM);
+        monitor.code();
+    }
+    drop((sim, perception, perception_again, planner));
+    let all = ["hopper-sim restart", "perception restart", "planner restart"];
+    for (report, need) in
+        [(living, &all[..]), (report(&["early.mcap"]), &all[..]), (report(&["late.mcap"]), &all[1..2])]
+    {
+        for cause in need {
+            assert!(report["causes"][*cause][0].as_u64() > Some(0), "{cause} is not in {}", report["causes"]);
+        }
+        for worst in report["worst"].as_array().unwrap() {
+            let causes = worst["causes"].to_string();
+            assert!(
+                !causes.contains("restart") || !causes.contains("host_load") && !causes.contains("snapshot"),
+                "{worst}"
+            );
+        }
+    }
+}
+
 /// P-BAG-KILL: a recording whose monitor was killed outright is read, told to be cut, and made whole; and
 /// P-BAG-PYTHON: the `mcap` package of PyPI reads a whole recording, and a cut one once it is recovered.
 #[test]

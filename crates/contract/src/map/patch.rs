@@ -46,7 +46,7 @@ pub struct MapPatch {
     pub after: u64,
     /// When the pose was folded in.
     pub sensed: MonotonicNs,
-    /// When it was published.
+    /// When it was published; of a reminder, when the last patch was.
     pub published: MonotonicNs,
     /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,

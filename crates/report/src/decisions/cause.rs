@@ -30,6 +30,19 @@ pub enum Cause {
     HostLoad,
 }
 
+impl Cause {
+    /// Whether a process was dead for a while.
+    fn is_restart(self) -> bool {
+        matches!(self, Cause::PlannerRestart | Cause::Restart(_))
+    }
+
+    /// Whether a process that starts again has this effect, which then explains nothing by itself: it asks for the map, and
+    /// loads the machine.
+    fn is_effect_of_restart(self) -> bool {
+        matches!(self, Cause::Snapshot | Cause::HostLoad)
+    }
+}
+
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -63,7 +76,16 @@ pub struct Disturbance {
     pub cause: Cause,
 }
 
+/// How long a restart may explain long decisions after the new process was first heard, nanoseconds: it has to catch up.
+const RESTART_EFFECT_NS: u64 = 200_000_000;
+
 impl Disturbance {
+    /// A process of a role was started again at `at`, when it was dead before.
+    #[must_use]
+    pub fn restart(role: Role, at: MonotonicNs) -> Self {
+        Self { from: at, until: at.plus_ns(RESTART_EFFECT_NS), cause: Cause::Restart(role) }
+    }
+
     fn touches(&self, timed: &DecisionTiming) -> bool {
         self.from <= timed.timing.committed && self.until >= timed.timing.landed
     }
@@ -117,6 +139,9 @@ pub(super) fn causes(
     causes.extend((timed.vetoes > 0).then_some(Cause::Veto));
     causes.extend(timed.origin.is_fallback().then_some(Cause::Fallback));
     causes.extend(timed.cut.then_some(Cause::Cut));
+    if causes.iter().any(|cause| cause.is_restart()) {
+        causes.retain(|cause| !cause.is_effect_of_restart());
+    }
     causes.sort_unstable();
     causes.dedup();
     causes

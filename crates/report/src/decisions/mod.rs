@@ -14,5 +14,5 @@ pub use cause::{Cause, Disturbance};
 pub use compare::{TimingComparison, compare};
 pub use plot::plot;
 pub use report::{Conditions, DecisionReport, Group, StageTimes, Worst};
-pub use timing::DecisionTiming;
+pub use timing::{DecisionTiming, boot_began};
 pub use timings::DecisionTimings;

@@ -1,6 +1,6 @@
 //! One decision as far as its timing is concerned.
 
-use contract::{Decision, Leader, Origin, Record, RobotId, State, Timing};
+use contract::{Decision, Leader, MonotonicNs, Origin, Record, RobotId, State, Timing};
 
 /// The timing of one executed decision, and what may explain it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,4 +53,12 @@ impl DecisionTiming {
             timing: state.last_timing,
         })
     }
+}
+
+/// The first landing of `decisions`, which are in order, since the machine was started last: before it the clock was another.
+#[must_use]
+pub fn boot_began(decisions: &[DecisionTiming]) -> Option<MonotonicNs> {
+    let is_of_other_boot = |pair: &[DecisionTiming]| pair[1].timing.landed < pair[0].timing.committed;
+    let other = (1..decisions.len()).rev().find(|&at| is_of_other_boot(&decisions[at - 1..=at]));
+    decisions.get(other.unwrap_or(0)).map(|first| first.timing.landed)
 }
