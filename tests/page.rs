@@ -591,7 +591,7 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
     let mut account = History::new(ROBOT);
     account.on(Input::Brief(&flown.brief), MonotonicNs(0));
     let account = Arc::new(Mutex::new(account));
-    let page = Page::open("127.0.0.1:0".parse().unwrap(), false, account).unwrap();
+    let page = Page::open("127.0.0.1:0".parse().unwrap(), &[], false, account).unwrap();
     let open = || {
         let mut stream = TcpStream::connect(page.address()).unwrap();
         write!(stream, "GET /events HTTP/1.1\r\nHost: {}\r\n\r\n", page.address()).unwrap();
@@ -629,20 +629,10 @@ fn idle_readers_leave_room_for_the_page_and_for_orders() {
     let flown = flown("hard");
     let mut account = History::new(ROBOT);
     account.on(Input::Brief(&flown.brief), MonotonicNs(0));
-    let page = Page::open("127.0.0.1:0".parse().unwrap(), true, Arc::new(Mutex::new(account))).unwrap();
+    let page = Page::open("127.0.0.1:0".parse().unwrap(), &[], true, Arc::new(Mutex::new(account))).unwrap();
     let address = page.address();
     let key = page.url().split_once("#key=").unwrap().1.to_owned();
-    // The first line of the answer to a request, with its connection.
-    let ask = |request: &str| {
-        let mut stream = TcpStream::connect(address).unwrap();
-        write!(stream, "{request}").unwrap();
-        let mut line = Vec::new();
-        let mut byte = [0];
-        while line.last() != Some(&b'\n') && stream.read(&mut byte).unwrap() == 1 {
-            line.push(byte[0]);
-        }
-        (stream, String::from_utf8(line).unwrap().trim_end().to_owned())
-    };
+    let ask = |request: &str| answer_to(address, request);
     let get = |path: &str| ask(&format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n"));
     let mut idle = Vec::new();
     for (path, most) in [("/policy", POLICIES_MAX), ("/events", HISTORIES_MAX)] {
@@ -673,4 +663,69 @@ fn idle_readers_leave_room_for_the_page_and_for_orders() {
     ));
     assert_eq!(answer, "HTTP/1.1 409 Conflict", "it is heard: no hopper-sim has told whether it obeys");
     drop(idle);
+}
+
+/// The first line of the answer to a request, with its connection.
+fn answer_to(address: std::net::SocketAddr, request: &str) -> (TcpStream, String) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "{request}").unwrap();
+    let mut line = Vec::new();
+    let mut byte = [0];
+    while line.last() != Some(&b'\n') && stream.read(&mut byte).unwrap() == 1 {
+        line.push(byte[0]);
+    }
+    (stream, String::from_utf8(line).unwrap().trim_end().to_owned())
+}
+
+/// P-WEB-SLOW-REQUESTS: of clients that send slowly, or not at all, or take no answer, there may be more than there are
+/// places: whole requests are answered, those of the operator and those of others.
+#[test]
+fn slow_clients_keep_nobody_out() {
+    let flown = flown("hard");
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
+    let page = Page::open("127.0.0.1:0".parse().unwrap(), &[], true, Arc::new(Mutex::new(account))).unwrap();
+    let address = page.address();
+    let key = page.url().split_once("#key=").unwrap().1.to_owned();
+    let order = r#"{"order":"pause"}"#;
+    let head = |key: &str| {
+        format!(
+            "POST /control HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\n\
+             Content-Type: application/json\r\nX-Hopper-Key: {key}\r\nContent-Length: {}\r\n\r\n",
+            order.len()
+        )
+    };
+    let whole = format!("GET /main.js HTTP/1.1\r\nHost: {address}\r\n\r\n");
+    let (guess, stream) = (head(&"0".repeat(key.len())), whole.replace("main.js", "events"));
+    let slow = [
+        "",
+        "G",
+        &whole[..whole.len() - 2],
+        &whole.replace("\r\n\r\n", "\r\nConnection: keep-alive\r\nX:"),
+        &whole,
+        &guess[..guess.len() - 1],
+        &stream,
+    ];
+    let mut held = Vec::new();
+    for _ in 0..40 {
+        for request in slow {
+            let mut client = TcpStream::connect(address).unwrap();
+            // Who makes room for others may find the door closed.
+            let _ = write!(client, "{request}");
+            held.push(client);
+        }
+        for path in ["/", "/main.js", "/page.css"] {
+            let answer = answer_to(address, &whole.replace("/main.js", path)).1;
+            assert_eq!(answer, "HTTP/1.1 200 OK", "{path} after {} slow clients", held.len());
+        }
+        let answer = answer_to(address, &format!("{}{order}", head(&key))).1;
+        assert_eq!(answer, "HTTP/1.1 409 Conflict", "it is heard, after {} slow clients", held.len());
+        for path in ["events", "policy"] {
+            let request = whole.replace("main.js", &format!("{path}?key={key}"));
+            // The places of streams with the key are few: each is left before the next is taken.
+            let answered = answer_to(address, &request).1;
+            assert!(["HTTP/1.1 200 OK", "HTTP/1.1 503 Service Unavailable"].contains(&answered.as_str()));
+        }
+    }
+    drop(held);
 }

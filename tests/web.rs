@@ -151,7 +151,7 @@ fn a_hostile_request_gets_nothing_and_moves_nothing() {
 
     for (what, answer) in [
         ("a name bound to this address", get(address, "/", "evil.example")),
-        ("another port", get(address, "/", "127.0.0.1:1")),
+        ("a name that only looks like this machine", get(address, "/", "127.0.0.1.evil.example")),
         ("no host", ask(address, b"GET / HTTP/1.1\r\n\r\n")),
         ("a path above", get(address, "/../Cargo.toml", address)),
         ("a path beyond", get(address, "/etc/passwd", address)),
@@ -204,6 +204,11 @@ fn a_hostile_request_gets_nothing_and_moves_nothing() {
     assert_eq!(run.code(), 0, "{}", run.log());
     drop((idle, deaf));
     assert_eq!(run.json()["digest"], lockstep(&["--seed", "6"])["digest"]);
+    // Whoever started it is told once of each kind of refusal, and what to do.
+    let log = run.log();
+    for told in ["--web-host evil.example", "orders need the key", "got one from \"http://evil.example\""] {
+        assert_eq!(log.matches(told).count(), 1, "{told}: {log}");
+    }
 }
 
 /// P-WEB-LEAVE: without --control the page refuses every order, and so does a page that may, beside a hopper-sim
@@ -399,26 +404,89 @@ fn assert_shows_discs(colours: &serde_json::Value, when: &str) {
     assert!(a < 110.0 && b < 110.0 && c > 150.0 && d > 150.0, "{when}: {colours}");
 }
 
-/// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
-/// instance to the next mission; a past mission has the same page.
-#[test]
-fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
-    let mission = Mission::new("stays");
+/// The PATH of a desktop whose browser writes the address that it is given to a file, and that file.
+fn fake_browser(mission: &Mission) -> (std::ffi::OsString, PathBuf) {
     let tools = mission.path("tools");
     std::fs::create_dir_all(&tools).unwrap();
     let opened = mission.path("opened");
-    let script = format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display());
+    let script = format!("#!/bin/sh\necho \"$1\" > '{0}.part' && mv '{0}.part' '{0}'\n", opened.display());
     for program in ["xdg-open", "open"] {
         let path = tools.join(program);
         std::fs::write(&path, &script).unwrap();
         std::fs::set_permissions(&path, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
     }
-    let path = std::env::join_paths(
-        std::iter::once(tools).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
-    );
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths(std::iter::once(tools).chain(std::env::split_paths(&others))).unwrap();
+    (path, opened)
+}
+
+/// P-WEB-OPEN: what every user of this machine can read does not have the key: arguments of processes, and files.
+/// P-VIEW-INTERRUPTED: of what was interrupted `hopper view` says so.
+#[test]
+fn the_key_is_in_no_argument_and_in_no_file_of_others() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let mission = Mission::new("open");
+    let (path, opened) = fake_browser(&mission);
+    let mut command =
+        mission.hopper(&["run", "--instance", &mission.name, "--out", "out", "--format", "json"]);
+    command.args(["--web", "127.0.0.1:0", "--open", "--control", "--seed", "8", "--pace", "0.5"]);
+    command.args(["--record", "whole.mcap"]).env("PATH", path);
+    let mut run = Process::spawn("run", command, &mission.path(""));
+    run.await_log("page at ");
+    eventually("the browser to be opened", || opened.exists());
+    let log = run.log();
+    let url = log.split("page at ").nth(1).unwrap().split_whitespace().next().unwrap();
+    let key = url.split_once("#key=").unwrap().1;
+    mission.await_decisions(1);
+
+    let given = std::fs::read_to_string(&opened).unwrap();
+    let file = Path::new(given.trim_end());
+    assert!(!given.contains(key), "{given}");
+    assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o600, "{given}");
+    assert!(std::fs::read_to_string(file).unwrap().contains(url), "it goes on to the page");
+    for process in std::fs::read_dir("/proc").unwrap() {
+        let line = std::fs::read(process.unwrap().path().join("cmdline")).unwrap_or_default();
+        assert!(!String::from_utf8_lossy(&line).contains(key), "{}", String::from_utf8_lossy(&line));
+    }
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), 130, "{}", run.log());
+    assert!(!file.exists(), "it is removed with the page");
+    let mut folders = vec![mission.path("")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            // The log is where the operator finds the address.
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_none_or(|kind| kind != "err") {
+                let bytes = std::fs::read(&path).unwrap();
+                let has_key = bytes.windows(key.len()).any(|window| window == key.as_bytes());
+                assert!(!has_key, "{}", path.display());
+            }
+        }
+    }
+    assert!(run.log().contains("other users can read this log"), "{}", run.log());
+
+    // Of what was interrupted the page says so, and it names no flag that `hopper view` lacks.
+    let (mut view, url) = past_page_of(&mission, "out");
+    let told = told(url.trim_start_matches("http://").trim_end_matches('/'));
+    assert!(told.2.last().unwrap().contains("\"interrupted\":true"), "{:?}", told.2.last());
+    view.await_log("the page stays at ");
+    let log = view.log();
+    assert!(log.contains("interrupted") && !log.contains("--web-exit"), "{log}");
+    view.signal(Signal::INT);
+    assert_eq!(view.code(), 0, "{log}");
+}
+
+/// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
+/// instance to the next mission; a past mission has the same page.
+#[test]
+fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
+    let mission = Mission::new("stays");
+    let (path, opened) = fake_browser(&mission);
     let mut command = mission.hopper(&["run", "--instance", &mission.name, "--out", ".", "--format", "json"]);
     command.args(["--web", "127.0.0.1:0", "--open", "--seed", "8", "--record", "whole.mcap"]);
-    command.env("PATH", path.unwrap());
+    command.env("PATH", path);
     let mut run = Process::spawn("run", command, &mission.path(""));
     run.await_log("the page stays at ");
     eventually("the browser to be opened", || opened.exists());

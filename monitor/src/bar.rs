@@ -10,6 +10,9 @@ use crate::Progress;
 /// Pause between two lines of the log.
 const LINE_PERIOD_NS: u64 = 1_000_000_000;
 
+/// Pause before a line is logged again that says the same, as in a mission that is paused.
+const SAME_LINE_PERIOD_NS: u64 = 60_000_000_000;
+
 /// Marks of the bar from start to goal.
 const BAR_LENGTH: u64 = 1000;
 
@@ -23,6 +26,8 @@ pub struct Bar {
     bar: Option<ProgressBar>,
     /// When the last line was logged.
     logged: Option<MonotonicNs>,
+    /// The last line.
+    line: String,
     /// The run whose end has been shown: it is shown once.
     ended: Option<RunId>,
 }
@@ -61,9 +66,17 @@ impl Bar {
             }
             bar.set_position((progress.covered() * BAR_LENGTH as f64) as u64);
             bar.set_message(progress.compact());
-        } else if over || self.logged.is_none_or(|logged| now.since_ns(logged) >= LINE_PERIOD_NS) {
+            return;
+        }
+        let past_ns = self.logged.map_or(u64::MAX, |logged| now.since_ns(logged));
+        if !over && past_ns < LINE_PERIOD_NS {
+            return;
+        }
+        let line = progress.to_string();
+        if line != self.line || past_ns >= SAME_LINE_PERIOD_NS {
             self.logged = Some(now);
-            tracing::info!("{progress}");
+            tracing::info!("{line}");
+            self.line = line;
         }
     }
 
@@ -81,19 +94,35 @@ mod tests {
 
     use crate::progress::tests::progress;
 
+    /// When each of several calls, a tenth of a second apart, has logged its last line, milliseconds.
+    fn lines(display: &mut Bar, calls: std::ops::Range<u64>, progress: impl Fn(u64) -> Progress) -> Vec<u64> {
+        calls
+            .map(|tenth| {
+                display.show(&progress(tenth), MonotonicNs(1_000_000 * (7 + 100 * tenth)));
+                display.logged.unwrap().0 / 1_000_000
+            })
+            .collect()
+    }
+
     #[test]
     fn away_from_a_terminal_there_is_a_line_a_second_and_one_at_the_end() {
         let mut display = Bar::default();
-        let mut progress = progress();
-        let last = |display: &mut Bar, progress: &Progress, ms: u64| {
-            display.show(progress, MonotonicNs(1_000_000 * ms));
-            display.logged.unwrap().0 / 1_000_000
-        };
-        let lines: Vec<u64> = (0..30).map(|tenth| last(&mut display, &progress, 7 + 100 * tenth)).collect();
-        assert_eq!((lines[0], lines[9], lines[10], lines[29]), (7, 7, 1007, 2007));
-        progress.status = contract::Status::Goal;
-        assert_eq!(last(&mut display, &progress, 2950), 2950);
-        assert_eq!(last(&mut display, &progress, 9000), 2950, "the end is told once");
+        let moving = |tenth| Progress { decision: contract::Decision(tenth), ..progress() };
+        let shown = lines(&mut display, 0..30, moving);
+        assert_eq!((shown[0], shown[9], shown[10], shown[29]), (7, 7, 1007, 2007));
+        let over = |_| Progress { status: contract::Status::Goal, ..progress() };
+        assert_eq!(lines(&mut display, 30..31, over), [3007]);
+        assert_eq!(lines(&mut display, 90..91, over), [3007], "the end is told once");
+    }
+
+    /// P-PAUSED-LOG: a mission that stands still does not fill the log with one line.
+    #[test]
+    fn a_line_that_says_the_same_is_logged_once_a_minute() {
+        let mut display = Bar::default();
+        let shown = lines(&mut display, 0..1300, |_| progress());
+        assert_eq!((shown[0], shown[599], shown[600], shown[1299]), (7, 7, 60_007, 120_007));
+        let moved = |_| Progress { decision: contract::Decision(99), ..progress() };
+        assert_eq!(lines(&mut display, 1300..1301, moved), [130_007], "what is new is logged at once");
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::bar::Bar;
 use crate::process::{Display, Monitor, Observer};
 use crate::record_args::{RecordArgs, RecordNotes};
 use crate::web::Page;
+use crate::web::hosts::host_name;
 use crate::{History, Progress, Screen, View, Watcher};
 
 /// Where the page is served unless an address is given.
@@ -36,6 +37,10 @@ pub struct ViewArgs {
     /// Open the page in the browser of this desktop.
     #[arg(long, requires = "web")]
     pub open: bool,
+    /// Serve the page, and what `--foxglove` serves, under this name too: that of a proxy, or of this machine in its network.
+    /// May be repeated; localhost and numeric addresses need not be named.
+    #[arg(long, value_name = "NAME", value_parser = host_name)]
+    pub web_host: Vec<String>,
     /// Let page or terminal pause, step, change the pace, and hand over to a stand-by planner.
     #[arg(long)]
     pub control: bool,
@@ -55,6 +60,10 @@ pub struct Args {
     /// which the log names.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = FOXGLOVE_ADDRESS, value_parser = address)]
     foxglove: Option<SocketAddr>,
+    /// Let viewers in a browser connect whose pages are of this origin, e.g. https://app.foxglove.dev; may be repeated.
+    /// Programs, which send no Origin, and pages of this machine need not be named.
+    #[arg(long, requires = "foxglove", value_name = "ORIGIN", value_parser = origin)]
+    foxglove_origin: Vec<String>,
     /// Print the last progress as one JSON object on standard output when the mission ends.
     #[arg(long, default_value = "text")]
     format: report::Format,
@@ -74,9 +83,9 @@ pub struct Extensions {
     #[allow(clippy::type_complexity, reason = "one signature, used once")]
     pub recorder:
         Option<fn(&RecordArgs, &RecordNotes, &mut Node, bool) -> Result<Box<dyn Observer<Node>>, Failure>>,
-    /// Serves viewers at an address.
+    /// Serves viewers.
     #[allow(clippy::type_complexity, reason = "one signature, used once")]
-    pub foxglove: Option<fn(SocketAddr, &mut Node) -> Result<Box<dyn Observer<Node>>, Failure>>,
+    pub foxglove: Option<fn(&FoxgloveArgs, &mut Node) -> Result<Box<dyn Observer<Node>>, Failure>>,
 }
 
 impl ViewArgs {
@@ -92,6 +101,38 @@ impl Args {
     #[must_use]
     pub fn need_extensions(&self) -> bool {
         self.tui || self.record.record.is_some() || self.foxglove.is_some()
+    }
+}
+
+/// Where viewers are served, and which.
+#[derive(Clone, Debug)]
+pub struct FoxgloveArgs {
+    /// Address of the server.
+    pub address: SocketAddr,
+    /// Names of the server besides loopback names and its addresses.
+    pub hosts: Vec<String>,
+    /// Origins of pages that may connect.
+    pub origins: Vec<String>,
+}
+
+/// An origin: what a browser sends of a page, scheme and host with the port if it is not the usual one.
+///
+/// # Errors
+/// What was needed and what was got, in a sentence.
+pub fn origin(text: &str) -> Result<String, String> {
+    let need = || {
+        format!(
+            "an origin is scheme://host, e.g. https://app.foxglove.dev, or file:// for some desktop viewers; got {text:?}"
+        )
+    };
+    let (scheme, host) = text.split_once("://").ok_or_else(need)?;
+    let is_scheme = !scheme.is_empty()
+        && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte));
+    let is_host = host.bytes().all(|byte| byte.is_ascii_graphic() && !b"/*?#@\\".contains(&byte));
+    if is_scheme && is_host && (scheme == "file" || !host.is_empty()) {
+        Ok(text.to_ascii_lowercase())
+    } else {
+        Err(need())
     }
 }
 
@@ -130,16 +171,17 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
     // Whoever looks at the page needs no port: the instance is free for the next mission.
     drop(node);
     if let Some(page) = page.filter(|_| args.view.serves_on() && !args.tui && exit != Exit::Interrupted) {
-        serve_on(&page, args.peer.lifeline)?;
+        serve_on(&page, args.peer.lifeline, "; --web-exit ends it with the mission")?;
     }
     Ok(exit)
 }
 
-/// Serves the page of a mission that is over until a signal, or until the parent that holds the lifeline lets go.
+/// Serves the page of a mission that is over until a signal, or until the parent that holds the lifeline lets go. `hint` is
+/// for the log.
 ///
 /// # Errors
 /// If signals cannot be watched, or the parent cannot be informed.
-pub fn serve_on(page: &Page, lifeline: bool) -> Result<(), Failure> {
+pub fn serve_on(page: &Page, lifeline: bool, hint: &str) -> Result<(), Failure> {
     use std::io::Write;
     let shutdown = ShutdownSignal::new()?;
     if lifeline {
@@ -148,40 +190,35 @@ pub fn serve_on(page: &Page, lifeline: bool) -> Result<(), Failure> {
         writeln!(std::io::stdout(), "serving").map_err(Failure::run)?;
         std::io::stdout().flush().map_err(Failure::run)?;
     }
-    tracing::info!("the page stays at {} until Ctrl-C; --web-exit ends it with the mission", page.url());
+    // Without the key: nobody gives orders to a mission that is over.
+    tracing::info!("the page stays at http://{}/ until Ctrl-C{hint}", page.address());
     while shutdown.stop_reason().is_none() {
         shutdown.wait(LOOK);
     }
     Ok(())
 }
 
-/// Opens `url` in the browser of this desktop; that it cannot be opened is a warning.
-pub fn open_in_browser(url: &str) {
-    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
-    let quiet = || std::process::Stdio::null();
-    let started =
-        std::process::Command::new(program).arg(url).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
-    if let Err(error) = started {
-        tracing::warn!("--open: {program} cannot be started: {error}; open {url} yourself");
-    }
-}
-
 type Opened = (Option<View<Node>>, Option<Arc<Page>>);
 
 fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Opened, Failure> {
-    let ViewArgs { web, control, open, .. } = args.view;
+    let ViewArgs { web, web_host, control, open, .. } = &args.view;
+    let (web, control, open) = (*web, *control, *open);
+    if !web_host.is_empty() && web.is_none() && args.foxglove.is_none() {
+        return Err(Failure::new(Exit::Usage, "--web-host needs --web or --foxglove: it names their server"));
+    }
     if web.is_none() && !args.tui {
         let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
         return if control { Err(alone()) } else { Ok((None, None)) };
     }
     let account = Arc::new(Mutex::new(History::new(contract::RobotId(0))));
     let mut screens: Vec<Box<dyn Screen>> = Vec::new();
-    let page =
-        web.map(|address| Page::open(address, control, Arc::clone(&account)).map(Arc::new)).transpose()?;
+    let page = web
+        .map(|address| Page::open(address, web_host, control, Arc::clone(&account)).map(Arc::new))
+        .transpose()?;
     if let Some(page) = &page {
         screens.push(Box::new(Arc::clone(page)));
         if open {
-            open_in_browser(page.url());
+            page.open_in_browser();
         }
     }
     let mut view = View::open(node, account, screens, control)?;
@@ -204,7 +241,8 @@ fn observers(
     }
     if let Some(address) = args.foxglove {
         let open = extensions.foxglove.ok_or_else(|| lacks("--foxglove"))?;
-        observers.push(open(address, node)?);
+        let hosts = args.view.web_host.clone();
+        observers.push(open(&FoxgloveArgs { address, hosts, origins: args.foxglove_origin.clone() }, node)?);
     }
     Ok(observers)
 }

@@ -253,6 +253,9 @@ fn flying_in(instance: &Instance) -> Result<Option<u32>, Failure> {
 }
 
 fn check_page(args: &Args) -> Result<(), Failure> {
+    if !args.view.web_host.is_empty() && args.view.web.is_none() {
+        return Err(Failure::new(Exit::Usage, "--web-host needs --web: it names the page's server"));
+    }
     let Some(address) = args.view.web.filter(|address| address.port() != 0) else { return Ok(()) };
     let tried = std::net::TcpListener::bind(address);
     tried.map(drop).map_err(|error| {

@@ -193,10 +193,16 @@ fn echo(args: &Echo) -> Result<(), End> {
         let Update::Message(message) = update else { return Ok(true) };
         match (args.target.format, &message) {
             (format, Ok(value)) if !args.fields.is_empty() => {
-                let picked = picked(value, &args.fields).map_err(Failure::usage)?;
+                let mut picked = picked(value, &args.fields).map_err(Failure::usage)?;
+                if let Some(mark) = value.get(REPEATED) {
+                    picked.push((REPEATED.into(), mark.clone()));
+                }
                 line(&match (format, picked.as_slice()) {
                     (Format::Json, _) => Value::Object(picked.into_iter().collect()).to_string(),
                     (Format::Text, [(_, value)]) => flat(value),
+                    (Format::Text, [(_, value), (mark, repeated)]) if mark == REPEATED => {
+                        format!("{} {mark}={repeated}", flat(value))
+                    }
                     (Format::Text, _) => flat(&Value::Object(picked.into_iter().collect())),
                 })?;
             }
@@ -217,18 +223,21 @@ struct Rate<'a> {
     topic: &'a str,
     hz: f64,
     messages: u64,
+    /// Those that are the message before them once more.
+    repeated: u64,
     gap_max_ms: f64,
 }
 
 fn hz(args: &Hz) -> Result<(), End> {
     const WINDOW_NS: u64 = 1_000_000_000;
     let topic = &args.topic.service;
-    let (mut left, mut since, mut messages) = (args.count, Node::now(), 0);
+    let (mut left, mut since, mut messages, mut repeated) = (args.count, Node::now(), 0, 0);
     let (mut last, mut gap_max_ns) = (None::<MonotonicNs>, 0);
     watch(&args.topic, &args.target, false, |update| {
         let now = Node::now();
-        if let Update::Message(_) = update {
+        if let Update::Message(message) = &update {
             messages += 1;
+            repeated += u64::from(message.as_ref().is_ok_and(|value| value.get(REPEATED).is_some()));
             gap_max_ns = gap_max_ns.max(last.map_or(0, |last| now.since_ns(last)));
             last = Some(now);
         }
@@ -237,20 +246,39 @@ fn hz(args: &Hz) -> Result<(), End> {
             return Ok(left != Some(0));
         }
         let hz = messages as f64 * 1e9 / elapsed_ns.max(1) as f64;
-        let rate = Rate { topic, hz, messages, gap_max_ms: gap_max_ns as f64 / 1e6 };
+        let rate = Rate { topic, hz, messages, repeated, gap_max_ms: gap_max_ns as f64 / 1e6 };
         match args.target.format {
             Format::Json => line(&json!(rate).to_string())?,
             Format::Text => {
                 line(&format!(
-                    "{topic} {hz:.1} Hz, {messages} messages, longest gap {:.1} ms",
+                    "{topic} {hz:.1} Hz, {messages} messages, {repeated} of them repeated, longest gap {:.1} ms",
                     rate.gap_max_ms
                 ))?;
             }
         }
-        (since, messages, gap_max_ns) = (now, 0, 0);
+        (since, messages, repeated, gap_max_ns) = (now, 0, 0, 0);
         left = left.map(|left| left.saturating_sub(1));
         Ok(left != Some(0))
     })
+}
+
+/// Field that marks a message which is the one before it, sent again for whoever missed it.
+const REPEATED: &str = "repeated";
+
+/// Marks messages that are the message before them.
+#[derive(Default)]
+struct Repeats(Option<Value>);
+
+impl Repeats {
+    /// The message, marked if it is a repetition.
+    fn mark(&mut self, mut message: Value) -> Value {
+        if self.0.as_ref() != Some(&message) {
+            self.0 = Some(message.clone());
+        } else if let Value::Object(fields) = &mut message {
+            fields.insert(REPEATED.into(), true.into());
+        }
+        message
+    }
 }
 
 /// What one look at a topic yields.
@@ -277,6 +305,7 @@ fn watch(
     let mut states = node.reader::<State>(topic.robot, false)?;
     let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
     let (mut peer_table, mut over) = (PeerTable::default(), None::<MonotonicNs>);
+    let mut repeats = Repeats::default();
     loop {
         node.sleep(Duration::from_nanos(TICK_NS));
         if node.stop_requested() {
@@ -284,6 +313,7 @@ fn watch(
         }
         let now = Node::now();
         while let Some(message) = next() {
+            let message = message.map(|message| repeats.mark(message));
             if !tell(Update::Message(message))? {
                 return Ok(());
             }
@@ -554,6 +584,17 @@ mod tests {
         for field in fields {
             assert!(shown.lines().any(|line| line == field), "{field:?} is not in {shown}");
         }
+    }
+
+    /// P-TOPIC-REPEATED: a message that is sent again is marked, one that comes back after another is not.
+    #[test]
+    fn a_message_that_is_sent_again_is_marked() {
+        let mut repeats = Repeats::default();
+        let (one, other) = (json!({"decision": 1}), json!({"decision": 2}));
+        let shown = [&one, &one, &one, &other, &one].map(|message| repeats.mark(message.clone()));
+        let marked = json!({"decision": 1, "repeated": true});
+        assert_eq!(shown, [one.clone(), marked.clone(), marked, other, one]);
+        assert_eq!(flat(&shown[1]), "decision=1 repeated=true");
     }
 
     /// P-TOPIC-FIELD: a field is picked by its name, one that is not there is a usage error that names those that are.

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex};
 
 use contract::{Brief, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team};
 use hopper_sim::{JournalReader, Mission};
-use monitor::shell::{PAGE_ADDRESS, address, open_in_browser, serve_on};
+use monitor::shell::{PAGE_ADDRESS, address, serve_on};
 use monitor::web::Page;
+use monitor::web::hosts::host_name;
 use monitor::{History, Input, Watcher};
 use node::{Exit, Failure};
 use planner::{Budget, Situation};
@@ -36,6 +37,10 @@ pub struct ServeArgs {
     /// Address or port of the page; port 0 picks a free one, which the log names.
     #[arg(long, value_name = "ADDR", default_value = PAGE_ADDRESS, value_parser = address)]
     web: SocketAddr,
+    /// Serve the page under this name too: that of a proxy, or of this machine in its network. May be repeated; localhost
+    /// and numeric addresses need not be named.
+    #[arg(long, value_name = "NAME", value_parser = host_name)]
+    web_host: Vec<String>,
     /// Open the page in the browser of this desktop.
     #[arg(long)]
     open: bool,
@@ -58,12 +63,19 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 ///
 /// # Errors
 /// If the address cannot be had, or signals cannot be watched.
-pub fn serve(history: History, args: &ServeArgs) -> Result<Exit, Failure> {
-    let page = Page::open(args.web, false, Arc::new(Mutex::new(history)))?;
-    if args.open {
-        open_in_browser(page.url());
+pub fn serve(mut history: History, args: &ServeArgs) -> Result<Exit, Failure> {
+    history.end();
+    if history.is_interrupted() {
+        let decisions = history.hops().map_or(0, |hops| hops.due().0);
+        tracing::warn!(
+            "the mission was interrupted after {decisions} decisions, or is flown by another process: it has no outcome here"
+        );
     }
-    serve_on(&page, false)?;
+    let page = Page::open(args.web, &args.web_host, false, Arc::new(Mutex::new(history)))?;
+    if args.open {
+        page.open_in_browser();
+    }
+    serve_on(&page, false, "")?;
     Ok(Exit::Done)
 }
 

@@ -157,8 +157,9 @@ impl Launch {
 
     fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
         let mut words = self.words(&["monitor"]);
-        let ViewArgs { web, web_exit, open, control } = self.view;
+        let ViewArgs { web, ref web_host, web_exit, open, control } = self.view;
         words.extend(web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
+        words.extend(web_host.iter().flat_map(|name| ["--web-host".to_owned(), name.clone()]));
         // Without a page, orders come from monitors started by hand.
         for (flag, is_set) in [("--control", control), ("--web-exit", web_exit), ("--open", open)] {
             words.extend((is_set && web.is_some()).then(|| flag.to_owned()));

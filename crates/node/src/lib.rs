@@ -51,7 +51,7 @@ mod signature;
 pub use crash::crash_point;
 pub use error::NodeError;
 pub use exit::main;
-pub use log::{hold_log_back, log_to_stderr};
+pub use log::{hold_log_back, log_is_readable_by_others, log_to_stderr};
 pub use membership::build_id::version;
 pub use membership::claim::Claim;
 pub use membership::foreign::{ForeignFile, Removal};

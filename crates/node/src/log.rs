@@ -58,6 +58,14 @@ pub fn hold_log_back(held_back: bool) {
     HELD_BACK.store(held_back && std::io::stderr().is_terminal(), Ordering::Relaxed);
 }
 
+/// Whether log lines go to a file that other users can read.
+#[must_use]
+pub fn log_is_readable_by_others() -> bool {
+    let Ok(stat) = rustix::fs::fstat(std::io::stderr()) else { return false };
+    let is_file = rustix::fs::FileType::from_raw_mode(stat.st_mode) == rustix::fs::FileType::RegularFile;
+    is_file && stat.st_mode & 0o044 != 0
+}
+
 fn writer() -> Box<dyn Write> {
     if HELD_BACK.load(Ordering::Relaxed) { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) }
 }

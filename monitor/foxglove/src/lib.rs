@@ -1,58 +1,56 @@
 //! Serves a mission live to viewers that speak Foxglove's WebSocket protocol.
 //!
 //! The channels are those of a recording ([`recording::Transcript`]). A viewer that comes late gets the newest message of
-//! each channel that it subscribes to. Messages wait in a bounded queue for each viewer, on threads of the server, so a
-//! slow viewer loses messages and delays nobody.
+//! each channel that it subscribes to. Messages wait in a bounded queue for each viewer and are sent by a thread of the server,
+//! so a slow viewer loses messages and delays nobody. Requests are read as those for the page ([`monitor::web::Reception`]).
+//!
+//! Not Foxglove's own server: it admits the pages of any origin, keeps sockets that say nothing, and does not speak the
+//! protocol under its older name, which Lichtblick uses.
 
 mod channels;
-
-use std::net::SocketAddr;
-use std::sync::Arc;
-use std::time::Duration;
+mod gate;
+mod protocol;
+mod server;
+mod viewer;
 
 use contract::{Decision, RunId};
-use foxglove::{Context, WebSocketServer, WebSocketServerHandle};
 use monitor::process::Observer;
+use monitor::shell::FoxgloveArgs;
 use node::{Exit, Failure, Node};
 use recorder::RecorderPorts;
 use recording::Transcript;
+use std::sync::Arc;
 
 use channels::Channels;
-
-/// Time for viewers to take the last messages.
-const GRACE: Duration = Duration::from_millis(300);
+use server::{Admission, ViewerServer};
+use viewer::Patience;
 
 /// Publishes the messages of the mission.
 struct FoxgloveServer {
     ports: RecorderPorts<Node>,
     transcript: Transcript,
     channels: Arc<Channels>,
-    server: Option<WebSocketServerHandle>,
+    /// `None` once the mission is over.
+    server: Option<ViewerServer>,
 }
 
-/// Opens the ports and begins to serve at `address`.
+/// Opens the ports and begins to serve.
 ///
 /// # Errors
 /// If a port or the address cannot be had.
-pub fn open(address: SocketAddr, node: &mut Node) -> Result<Box<dyn Observer<Node>>, Failure> {
+pub fn open(args: &FoxgloveArgs, node: &mut Node) -> Result<Box<dyn Observer<Node>>, Failure> {
     let ports = RecorderPorts::open(node, false)?;
-    let context = Context::new();
-    let channels = Arc::new(Channels::new(&context));
-    // The server puts host and port together as text.
-    let host = match address {
-        SocketAddr::V4(address) => address.ip().to_string(),
-        SocketAddr::V6(address) => format!("[{}]", address.ip()),
-    };
-    let server = WebSocketServer::new()
-        .name(format!("hopper {}", node.instance().name()))
-        .context(&context)
-        .listener(Arc::clone(&channels) as _)
-        .bind(host, address.port())
-        .start_blocking()
-        .map_err(|error| {
-            Failure::new(Exit::Usage, format!("--foxglove cannot listen on {address}: {error}"))
-        })?;
-    tracing::info!("viewers connect to ws://{}", SocketAddr::new(address.ip(), server.port()));
+    let (channels, woken) = Channels::new(node.instance().name()).map_err(Failure::run)?;
+    let FoxgloveArgs { address, hosts, origins } = args.clone();
+    let admission = Admission { hosts, origins };
+    let server = ViewerServer::open(address, admission, Arc::clone(&channels), woken, Patience::default());
+    let server = server.map_err(|error| {
+        Failure::new(Exit::Usage, format!("--foxglove cannot listen on {address}: {error}"))
+    })?;
+    tracing::info!("viewers connect to ws://{}", server.address);
+    if !server.address.ip().is_loopback() {
+        tracing::warn!("anyone who can reach {} can see the mission: nothing is encrypted", server.address);
+    }
     let transcript = Transcript::default();
     Ok(Box::new(FoxgloveServer { ports, transcript, channels, server: Some(server) }))
 }
@@ -87,13 +85,7 @@ impl Observer<Node> for FoxgloveServer {
         let turned = self.turn(node);
         self.transcript.finish(Node::now());
         self.publish();
-        if let Some(server) = self.server.take() {
-            // Its threads send meanwhile; a viewer that does not read is not waited for.
-            if server.client_count() > 0 {
-                std::thread::sleep(GRACE);
-            }
-            drop(server.stop());
-        }
+        self.server = None;
         turned
     }
 }

@@ -145,6 +145,7 @@ impl History {
         );
         let status = json!({
             "progress": progress,
+            "interrupted": self.is_interrupted(),
             "peers": peers.collect::<Vec<_>>(),
             "tempo": pacing,
             "treasures": treasures.iter().map(|cell| [cell.x, cell.y]).collect::<Vec<_>>(),

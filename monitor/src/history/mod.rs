@@ -83,6 +83,8 @@ pub struct History {
     pacing: Option<Pacing>,
     /// Newest progress report, with its number.
     progress: (u64, Option<Progress>),
+    /// Whether the mission is read from a file, and no process adds to it.
+    past: bool,
 }
 
 /// The history of one run.
@@ -109,7 +111,15 @@ impl History {
     /// Knows nothing but whom to follow.
     #[must_use]
     pub fn new(robot: RobotId) -> Self {
-        Self { robot, epoch: 0, run: None, peers: PeerHistory::default(), pacing: None, progress: (0, None) }
+        Self {
+            robot,
+            epoch: 0,
+            run: None,
+            peers: PeerHistory::default(),
+            pacing: None,
+            progress: (0, None),
+            past: false,
+        }
     }
 
     /// Adds `input`, received at `now`. Returns the request to send to perception, if one is due.
@@ -172,6 +182,18 @@ impl History {
     /// Replaces the progress report.
     pub fn set_progress(&mut self, progress: Progress) {
         self.progress = (self.progress.0 + 1, Some(progress));
+    }
+
+    /// Nothing more will come: a mission without an outcome was interrupted.
+    pub fn end(&mut self) {
+        self.past = true;
+    }
+
+    /// Whether nothing more will come although the mission has no outcome.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        let over = self.progress().is_some_and(|progress| progress.status.is_over());
+        self.past && !over
     }
 
     /// Brief of the current run; `None` before the first.

@@ -1,22 +1,16 @@
 //! Decides which requests are served and which are refused.
 //!
 //! Every page in the user's browser can reach a server on loopback, so requests are not trusted. The Host header must
-//! be an address of this machine (a name could be rebound by its owner), the path must be known, and an order must come
-//! from this page with the key that only the log of the monitor shows.
-
-// Addresses, but no sockets.
-use core::net::{IpAddr, SocketAddr};
+//! be a name of this server ([`Hosts`]), the path must be known, a request that another page makes must only open this one,
+//! and an order must come from this page with the key that only the log of the monitor shows.
 
 use contract::{Cell, Decision, Order};
 
 use super::asset::{Asset, asset};
+use super::head::Head;
+use super::hosts::Hosts;
 use super::order::order;
-
-/// Most bytes of request line and headers.
-pub const HEAD_BYTES_MAX: usize = 8 << 10;
-
-/// Most headers of a request.
-pub const HEADERS_MAX: usize = 64;
+use super::rejection::Rejection;
 
 /// Most bytes of an order.
 pub const BODY_BYTES_MAX: usize = 512;
@@ -36,8 +30,7 @@ pub const HEADERS: &str = "Content-Security-Policy: default-src 'none'; script-s
 /// The rules for requests to one page.
 #[derive(Clone, Debug)]
 pub struct Gate {
-    /// Address the page is served at.
-    address: SocketAddr,
+    hosts: Hosts,
     /// Key that orders must have; `None` if orders are not allowed.
     key: Option<String>,
 }
@@ -60,125 +53,11 @@ pub enum Answer {
     Order(Order),
 }
 
-/// Why a request is refused: the HTTP status code and a sentence.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rejection(pub u16, pub String);
-
-/// Request line and headers, as far as they are used.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Head {
-    method: String,
-    path: String,
-    query: String,
-    host: Option<String>,
-    origin: Option<String>,
-    site: Option<String>,
-    kind: Option<String>,
-    key: Option<String>,
-    /// Length of the body, bytes.
-    pub length: usize,
-    /// Whether the length is stated.
-    has_length: bool,
-}
-
-impl Rejection {
-    fn new(status: u16, reason: impl Into<String>) -> Self {
-        Self(status, reason.into())
-    }
-
-    /// The reason phrase of the status code.
-    #[must_use]
-    pub fn phrase(&self) -> &'static str {
-        match self.0 {
-            400 => "Bad Request",
-            403 => "Forbidden",
-            404 => "Not Found",
-            405 => "Method Not Allowed",
-            408 => "Request Timeout",
-            409 => "Conflict",
-            411 => "Length Required",
-            413 => "Content Too Large",
-            415 => "Unsupported Media Type",
-            421 => "Misdirected Request",
-            431 => "Request Header Fields Too Large",
-            503 => "Service Unavailable",
-            _ => "Error",
-        }
-    }
-}
-
-impl Head {
-    /// Parses the head at the beginning of `bytes`; returns it with its length in bytes, or `None` if it is incomplete.
-    ///
-    /// # Errors
-    /// If it is not HTTP/1.1, repeats a header, or is too long.
-    pub fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, Rejection> {
-        let too_long =
-            || Rejection::new(431, format!("a request needs at most {HEAD_BYTES_MAX} bytes of head"));
-        let mut headers = [httparse::EMPTY_HEADER; HEADERS_MAX];
-        let mut request = httparse::Request::new(&mut headers);
-        let size = match request.parse(bytes) {
-            Ok(httparse::Status::Complete(size)) if size > HEAD_BYTES_MAX => return Err(too_long()),
-            Ok(httparse::Status::Complete(size)) => size,
-            Ok(httparse::Status::Partial) if bytes.len() >= HEAD_BYTES_MAX => return Err(too_long()),
-            Ok(httparse::Status::Partial) => return Ok(None),
-            Err(httparse::Error::TooManyHeaders) => return Err(too_long()),
-            Err(error) => {
-                return Err(Rejection::new(400, format!("a request needs to be HTTP/1.1: {error}")));
-            }
-        };
-        let target = request.path.unwrap_or_default();
-        let (path, query) = target.split_once('?').unwrap_or((target, ""));
-        let mut head = Self {
-            method: request.method.unwrap_or_default().into(),
-            path: path.into(),
-            query: query.into(),
-            ..Self::default()
-        };
-        for header in request.headers.iter() {
-            head.take(header.name, header.value)?;
-        }
-        Ok(Some((head, size)))
-    }
-
-    fn take(&mut self, name: &str, value: &[u8]) -> Result<(), Rejection> {
-        let text = || {
-            let text = std::str::from_utf8(value).ok().filter(|text| text.is_ascii());
-            text.map(|text| text.trim().to_owned()).ok_or_else(|| Rejection::new(400, "a header needs ASCII"))
-        };
-        let field = match name.to_ascii_lowercase().as_str() {
-            "host" => &mut self.host,
-            "origin" => &mut self.origin,
-            "sec-fetch-site" => &mut self.site,
-            "content-type" => &mut self.kind,
-            "x-hopper-key" => &mut self.key,
-            "transfer-encoding" => return Err(Rejection::new(411, "an order needs a Content-Length")),
-            "content-length" if self.has_length => {
-                return Err(Rejection::new(400, "header Content-Length came twice"));
-            }
-            "content-length" => {
-                self.has_length = true;
-                let length = text()?;
-                let digits = length.bytes().all(|byte| byte.is_ascii_digit()) && !length.is_empty();
-                let number = length.parse().ok().filter(|_| digits && length.len() < 10);
-                self.length = number.ok_or_else(|| Rejection::new(413, "a body needs a length in digits"))?;
-                return Ok(());
-            }
-            _ => return Ok(()),
-        };
-        if field.is_some() {
-            return Err(Rejection::new(400, format!("header {name} came twice")));
-        }
-        *field = Some(text()?);
-        Ok(())
-    }
-}
-
 impl Gate {
-    /// The rules of a page at `address`; orders need `key`, and are refused without one.
+    /// The rules of a page that is known as `hosts`; orders need `key`, and are refused without one.
     #[must_use]
-    pub fn new(address: SocketAddr, key: Option<String>) -> Self {
-        Self { address, key }
+    pub fn new(hosts: Hosts, key: Option<String>) -> Self {
+        Self { hosts, key }
     }
 
     /// Checks the head of a request, before its body is read.
@@ -186,13 +65,8 @@ impl Gate {
     /// # Errors
     /// Why the request is refused.
     pub fn admit(&self, head: &Head) -> Result<(), Rejection> {
-        let host = head.host.as_deref().unwrap_or_default();
-        if !self.is_ours(host) {
-            return Err(Rejection::new(421, format!("this is {}, not {host:?}", self.address)));
-        }
-        if head.site.as_deref().is_some_and(|site| !matches!(site, "same-origin" | "none")) {
-            return Err(Rejection::new(403, "requests need to come from this page"));
-        }
+        let host = self.host(head)?;
+        self.check_page(head, host)?;
         match head.method.as_str() {
             "GET" if head.path == "/control" => Err(Rejection::new(405, "an order needs POST")),
             "GET" if head.path == WHY && head.length == 0 => reason(&head.query).map(drop),
@@ -207,17 +81,61 @@ impl Gate {
         }
     }
 
-    fn admit_order(&self, head: &Head, host: &str) -> Result<(), Rejection> {
-        let Some(key) = &self.key else {
-            return Err(Rejection::new(403, "orders need a monitor started with --control"));
+    /// Whether a request that is admitted has the key of orders.
+    #[must_use]
+    pub fn is_keyed(&self, head: &Head) -> bool {
+        let given = if STREAMS.contains(&head.path.as_str()) {
+            head.query.split('&').find_map(|part| part.strip_prefix("key="))
+        } else {
+            head.header("x-hopper-key")
         };
-        if head.origin.as_deref().is_none_or(|origin| origin.strip_prefix("http://") != Some(host)) {
-            return Err(Rejection::new(403, "orders need to come from this page"));
+        match (&self.key, given) {
+            (Some(key), Some(given)) => same(given.as_bytes(), key.as_bytes()),
+            _ => false,
         }
-        if head.key.as_deref().is_none_or(|given| !same(given.as_bytes(), key.as_bytes())) {
-            return Err(Rejection::new(403, "orders need the key of the address that the monitor printed"));
+    }
+
+    /// The Host header, if it is a name of this server.
+    fn host<'a>(&self, head: &'a Head) -> Result<&'a str, Rejection> {
+        let host = head.header("host").unwrap_or_default();
+        if self.hosts.knows(host) { Ok(host) } else { Err(unknown_host(host)) }
+    }
+
+    /// Refuses what a page of another server asks for. A link there may open this page, which has no secret in it.
+    fn check_page(&self, head: &Head, host: &str) -> Result<(), Rejection> {
+        let opens = head.method == "GET"
+            && head.path == "/"
+            && head.header("sec-fetch-mode") == Some("navigate")
+            && head.header("sec-fetch-dest") == Some("document");
+        let site = head.header("sec-fetch-site").unwrap_or("none");
+        let is_ours = matches!(site, "same-origin" | "none") || opens;
+        let origin = head.header("origin");
+        if is_ours && origin.is_none_or(|origin| self.hosts.is_own_origin(origin, host)) {
+            return Ok(());
         }
-        if head.kind.as_deref() != Some("application/json") {
+        Err(match origin {
+            Some(origin) => foreign_origin(origin),
+            None => Rejection::new(403, "requests need to come from this page"),
+        })
+    }
+
+    fn admit_order(&self, head: &Head, host: &str) -> Result<(), Rejection> {
+        if self.key.is_none() {
+            return Err(Rejection::new(403, "orders need a monitor started with --control"));
+        }
+        if head.header("origin").is_none_or(|origin| !self.hosts.is_own_origin(origin, host)) {
+            return Err(Rejection::new(
+                403,
+                "orders need to come from this page, in a browser that sends Origin",
+            ));
+        }
+        if !self.is_keyed(head) {
+            return Err(Rejection::new(
+                403,
+                "orders need the key: open the address that the monitor printed, with all that follows #",
+            ));
+        }
+        if head.header("content-type") != Some("application/json") {
             return Err(Rejection::new(415, "an order needs to be application/json"));
         }
         if head.length == 0 || head.length > BODY_BYTES_MAX {
@@ -236,37 +154,42 @@ impl Gate {
             return order(body).map(Answer::Order).map_err(|reason| Rejection::new(400, reason));
         }
         if STREAMS.contains(&head.path.as_str()) {
-            let given = head.query.split('&').find_map(|part| part.strip_prefix("key="));
-            let keyed = self
-                .key
-                .as_deref()
-                .zip(given)
-                .is_some_and(|(key, given)| same(given.as_bytes(), key.as_bytes()));
-            return Ok(Answer::Events { policy: head.path == STREAMS[1], keyed });
+            return Ok(Answer::Events { policy: head.path == STREAMS[1], keyed: self.is_keyed(head) });
         }
         if head.path == WHY {
             return reason(&head.query);
         }
         asset(&head.path).map(Answer::Asset).ok_or_else(|| Rejection::new(404, "there is no such path"))
     }
+}
 
-    /// Whether a Host header names this page: our port, with localhost or one of our addresses. Any other name may
-    /// belong to somebody else, whatever it resolves to.
-    fn is_ours(&self, host: &str) -> bool {
-        let (name, port) = match host.rsplit_once(':') {
-            Some((name, port)) if !port.ends_with(']') => (name, port),
-            _ => (host, "80"),
-        };
-        if port != self.address.port().to_string() {
-            return false;
+/// Why a request for another host is refused.
+#[must_use]
+pub fn unknown_host(host: &str) -> Rejection {
+    let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
+    let remedy = match super::hosts::host_name(name) {
+        Ok(name) => {
+            format!("this server is not known as {name:?}; start it with --web-host {name} if it is to be")
         }
-        if name.eq_ignore_ascii_case("localhost") {
-            return true;
-        }
-        let literal = name.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')).unwrap_or(name);
-        let ours = self.address.ip();
-        literal.parse::<IpAddr>().is_ok_and(|ip| ip == ours || ip.is_loopback() || ours.is_unspecified())
-    }
+        Err(_) => format!("a request needs a Host header that names this server, got {:?}", shortened(host)),
+    };
+    Rejection::new(421, remedy)
+}
+
+/// Why a request of another server's page is refused.
+fn foreign_origin(origin: &str) -> Rejection {
+    let reason = format!(
+        "requests need to come from this page, got one from {:?}; behind a proxy, start the server with --web-host and \
+         the name that the browser shows",
+        shortened(origin)
+    );
+    Rejection::new(403, reason)
+}
+
+/// The first characters of what a stranger sent.
+#[must_use]
+pub fn shortened(text: &str) -> &str {
+    &text[..text.len().min(80)]
 }
 
 /// The cell and the decision that `x=3&y=4&at=17` asks about; each once, in digits.
@@ -295,7 +218,8 @@ mod tests {
     const KEY: &str = "0123456789abcdef";
 
     fn gate(address: &str, key: Option<&str>) -> Gate {
-        Gate::new(address.parse().unwrap(), key.map(Into::into))
+        let address: core::net::SocketAddr = address.parse().unwrap();
+        Gate::new(Hosts::new(address.ip(), &[]), key.map(Into::into))
     }
 
     fn ask(gate: &Gate, head: &str, body: &str) -> Result<Answer, Rejection> {
@@ -314,16 +238,13 @@ mod tests {
     fn only_known_paths_hosts_and_methods_get_anything() {
         let gate = gate("127.0.0.1:8427", None);
         let get = |path: &str, host: &str| status(&gate, &format!("GET {path} HTTP/1.1\nHost: {host}"), "");
-        for host in ["127.0.0.1:8427", "localhost:8427", "LOCALHOST:8427", "[::1]:8427"] {
+        for host in ["127.0.0.1:8427", "localhost:9000", "LOCALHOST:8427", "[::1]:8427", "127.0.0.1"] {
             assert_eq!(get("/", host), 200, "{host}");
         }
         for host in [
             "",
             "evil.example",
             "evil.example:8427",
-            "127.0.0.1",
-            "127.0.0.1:80",
-            "127.0.0.1:84270",
             "localhost.evil.example:8427",
             "10.0.0.1:8427",
             "[::2]:8427",
@@ -360,6 +281,21 @@ mod tests {
             [site("none"), site("same-origin"), site("cross-site"), site("same-site")],
             [200, 200, 403, 403]
         );
+        let opens = |more: &str| {
+            let head = format!(
+                "{more} HTTP/1.1\nHost: localhost:8427\nSec-Fetch-Site: cross-site\nSec-Fetch-Mode: navigate"
+            );
+            status(&gate, &format!("{head}\nSec-Fetch-Dest: document"), "")
+        };
+        assert_eq!(opens("GET /"), 200, "a link of another page, or the file that --open makes");
+        assert_eq!([opens("GET /events"), opens("GET /main.js"), opens("POST /control")], [403; 3]);
+        let from = |origin: &str| {
+            status(&gate, &format!("GET /events HTTP/1.1\nHost: localhost:8427\nOrigin: {origin}"), "")
+        };
+        assert_eq!(from("http://localhost:8427"), 200);
+        for origin in ["http://evil.example", "null", "http://localhost:3000"] {
+            assert_eq!(from(origin), 403, "{origin}");
+        }
         let wide = super::tests::gate("0.0.0.0:8427", None);
         assert_eq!(status(&wide, "GET / HTTP/1.1\nHost: 192.168.7.9:8427", ""), 200, "asked for everywhere");
         assert_eq!(status(&wide, "GET / HTTP/1.1\nHost: evil.example:8427", ""), 421);
@@ -414,24 +350,5 @@ mod tests {
             assert!(!keyed(&with_key, query), "{query}");
         }
         assert!(!keyed(&gate("127.0.0.1:8427", None), &format!("?key={KEY}")));
-    }
-
-    #[test]
-    fn a_head_is_read_byte_by_byte_and_bounded() {
-        let text = "GET /events?x=1 HTTP/1.1\r\nHost: localhost:1\r\n\r\n";
-        for cut in 0..text.len() {
-            assert_eq!(Head::parse(&text.as_bytes()[..cut]), Ok(None), "{cut}");
-        }
-        let (head, size) = Head::parse(text.as_bytes()).unwrap().unwrap();
-        assert_eq!((head.query.as_str(), size), ("x=1", text.len()));
-        let long = format!("GET /{} HTTP/1.1\r\n", "x".repeat(HEAD_BYTES_MAX));
-        assert_eq!(Head::parse(long.as_bytes()).unwrap_err().0, 431);
-        let many = format!("GET / HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(HEADERS_MAX + 1));
-        assert_eq!(Head::parse(many.as_bytes()).unwrap_err().0, 431);
-        for garbage in
-            ["\u{16}\u{3}\u{1}", "GET  / HTTP/1.1\r\n\r\n", "GET / HTTP/1.1\r\nHost x\r\n\r\n", "\0\0\0\0"]
-        {
-            assert_eq!(Head::parse(garbage.as_bytes()).unwrap_err().0, 400, "{garbage:?}");
-        }
     }
 }

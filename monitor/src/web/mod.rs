@@ -1,20 +1,40 @@
 //! The monitor's web page.
 //!
 //! [`order`] reads what the page asks for, also where nothing is served (`crates/browser`).
-//! [`gate`] decides which requests are served, without sockets. [`shell`] has the sockets, a bounded number of them,
-//! each in a thread of its own that reads the [`crate::History`] at its own speed: a slow or stalled client falls
-//! behind, and nobody waits for it.
+//! [`gate`] decides which requests are served, without sockets, by the names of a server ([`hosts`]). [`reception`] reads
+//! requests in one thread, for the page and for other servers of the monitor. [`shell`] answers them: each event stream has a
+//! thread of its own that reads the [`crate::History`] at its own speed, so a slow or stalled client falls behind, and nobody
+//! waits for it.
 
 #[cfg(feature = "shell")]
 pub mod asset;
 #[cfg(feature = "shell")]
 pub mod gate;
+#[cfg(feature = "shell")]
+pub mod head;
+#[cfg(feature = "shell")]
+pub mod hosts;
 pub mod order;
+#[cfg(feature = "shell")]
+#[allow(clippy::disallowed_methods, reason = "sockets, and a thread that reads them")]
+pub mod reception;
+#[cfg(feature = "shell")]
+mod redirect_file;
+#[cfg(feature = "shell")]
+pub mod rejection;
 #[cfg(feature = "shell")]
 #[allow(clippy::disallowed_methods, reason = "sockets, and a thread for each client")]
 pub mod shell;
 
 #[cfg(feature = "shell")]
-pub use gate::{Answer, Gate, Rejection};
+pub use gate::{Answer, Gate};
+#[cfg(feature = "shell")]
+pub use head::Head;
+#[cfg(feature = "shell")]
+pub use hosts::Hosts;
+#[cfg(feature = "shell")]
+pub use reception::{Reception, Served, Service};
+#[cfg(feature = "shell")]
+pub use rejection::Rejection;
 #[cfg(feature = "shell")]
 pub use shell::{HISTORIES_MAX, POLICIES_MAX, Page};

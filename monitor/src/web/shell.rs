@@ -1,8 +1,7 @@
-//! The page's sockets: a bounded number of connections, each in a thread of its own.
+//! The page of a mission: its answers to requests, and its event streams, a bounded number of threads.
 
-use std::borrow::Cow;
 use std::collections::VecDeque;
-use std::io::{ErrorKind, Read, Write};
+use std::io::Write;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,13 +10,14 @@ use std::time::Duration;
 use contract::{MonotonicNs, Order};
 use node::{Exit, Failure, Node};
 
-use super::gate::{Answer, Gate, HEAD_BYTES_MAX, HEADERS, Head, Rejection};
+use super::gate::{Answer, Gate, HEADERS};
+use super::head::Head;
+use super::hosts::Hosts;
+use super::reception::{Reception, Served, Service};
+use super::redirect_file::RedirectFile;
+use super::rejection::Rejection;
 use crate::history::{Cursor, Frame};
 use crate::{History, Screen, Wish};
-
-/// Most requests read or answered at once; more get status 503. A stream of events is none: whatever streams are
-/// open, there is room for files and orders.
-pub const REQUESTS_MAX: usize = 32;
 
 /// Most streams of the history at once, without and with those that have the key; more get status 503. The operator's page
 /// has a place that no other reader can take.
@@ -28,16 +28,10 @@ const KEYED_HISTORIES_MAX: usize = HISTORIES_MAX + 4;
 pub const POLICIES_MAX: usize = 8;
 const KEYED_POLICIES_MAX: usize = POLICIES_MAX + 4;
 
-/// Most connections at once including those that get status 503; more are closed without an answer.
-const THREADS_MAX: usize = 2 * REQUESTS_MAX + KEYED_HISTORIES_MAX + KEYED_POLICIES_MAX;
-
 /// Most orders that wait for the next turn of the work loop.
 const ORDERS_MAX: usize = 16;
 
-/// How long a request may take to arrive, nanoseconds.
-const ARRIVAL_NS: u64 = 5_000_000_000;
-
-/// How long a client may accept no data before its connection is closed.
+/// How long the client of a stream may accept no data before its connection is closed.
 const STALL: Duration = Duration::from_secs(10);
 
 /// Interval of comments on an idle event stream, which show that it is alive.
@@ -55,63 +49,67 @@ pub struct Page {
     address: SocketAddr,
     url: String,
     shared: Arc<Shared>,
+    /// `None` once the page closes.
+    reception: Option<Reception>,
+    /// What the browser of this desktop was given instead of the address, if that has a key.
+    redirect: Mutex<Option<RedirectFile>>,
 }
 
 #[derive(Debug)]
 struct Shared {
-    gate: Gate,
     history: Arc<Mutex<History>>,
     /// Notified when the history has grown.
     changed: Condvar,
     orders: Mutex<VecDeque<Order>>,
-    connections: AtomicUsize,
-    /// Connections that are not streams.
-    requests: AtomicUsize,
     histories: AtomicUsize,
     policies: AtomicUsize,
     closing: AtomicBool,
 }
 
-/// Counts one in `self.0` until it is dropped.
-struct CountGuard<'a>(&'a AtomicUsize);
+/// A place among the streams, until it is dropped.
+struct StreamSlot {
+    shared: Arc<Shared>,
+    policy: bool,
+}
 
-impl<'a> CountGuard<'a> {
-    /// A guard, unless as many as `most` count already.
-    fn within(counter: &'a AtomicUsize, most: usize) -> Option<Self> {
-        let guard = Self(counter);
-        (counter.fetch_add(1, Ordering::SeqCst) < most).then_some(guard)
+impl StreamSlot {
+    /// A place, or why there is none.
+    fn take(shared: &Arc<Shared>, policy: bool, keyed: bool) -> Result<Self, Rejection> {
+        let most = match (policy, keyed) {
+            (false, false) => HISTORIES_MAX,
+            (false, true) => KEYED_HISTORIES_MAX,
+            (true, false) => POLICIES_MAX,
+            (true, true) => KEYED_POLICIES_MAX,
+        };
+        let slot = Self { shared: Arc::clone(shared), policy };
+        if slot.counter().fetch_add(1, Ordering::SeqCst) < most {
+            return Ok(slot);
+        }
+        Err(Rejection::new(503, format!("{most} such streams are open already")))
+    }
+
+    fn counter(&self) -> &AtomicUsize {
+        if self.policy { &self.shared.policies } else { &self.shared.histories }
     }
 }
 
-impl Drop for CountGuard<'_> {
+impl Drop for StreamSlot {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-/// Counts one connection until its thread ends.
-struct ConnectionSlot(Arc<Shared>);
-
-impl ConnectionSlot {
-    /// A slot, and the number of connections including it.
-    fn take(shared: &Arc<Shared>) -> (Self, usize) {
-        let number = shared.connections.fetch_add(1, Ordering::SeqCst) + 1;
-        (Self(Arc::clone(shared)), number)
-    }
-}
-
-impl Drop for ConnectionSlot {
-    fn drop(&mut self) {
-        self.0.connections.fetch_sub(1, Ordering::SeqCst);
+        self.counter().fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 impl Page {
-    /// Serves the history at `address`, with orders if `control`.
+    /// Serves the history at `address`, with orders if `control`, also under the names `hosts`.
     ///
     /// # Errors
     /// If the address cannot be bound.
-    pub fn open(address: SocketAddr, control: bool, history: Arc<Mutex<History>>) -> Result<Self, Failure> {
+    pub fn open(
+        address: SocketAddr,
+        hosts: &[String],
+        control: bool,
+        history: Arc<Mutex<History>>,
+    ) -> Result<Self, Failure> {
         let unavailable = |error: std::io::Error| {
             let message =
                 format!("--web {address}: {error}; use another address, or port 0 for any free one");
@@ -123,24 +121,52 @@ impl Page {
         let fragment = key.as_ref().map_or(String::new(), |key| format!("#key={key}"));
         let url = format!("http://{address}/{fragment}");
         tracing::info!("page at {url}");
+        if key.is_some() && node::log_is_readable_by_others() {
+            tracing::warn!("other users can read this log, which has the key of orders: chmod go-r it");
+        }
         if !address.ip().is_loopback() {
             tracing::warn!("anyone who can reach {address} can read the page: nothing on it is encrypted");
         }
         let shared = Arc::new(Shared {
-            gate: Gate::new(address, key),
             history,
             changed: Condvar::new(),
             orders: Mutex::default(),
-            connections: AtomicUsize::new(0),
-            requests: AtomicUsize::new(0),
             histories: AtomicUsize::new(0),
             policies: AtomicUsize::new(0),
             closing: AtomicBool::new(false),
         });
-        let served = Arc::clone(&shared);
-        let accept = move || accept(&listener, &served);
-        std::thread::Builder::new().name("page".into()).spawn(accept).map_err(unavailable)?;
-        Ok(Self { address, url, shared })
+        let gate = Gate::new(Hosts::new(address.ip(), hosts), key);
+        let service = PageService { gate, shared: Arc::clone(&shared) };
+        let reception = Some(Reception::open("page", listener, service).map_err(unavailable)?);
+        Ok(Self { address, url, shared, reception, redirect: Mutex::default() })
+    }
+
+    /// Opens the page in the browser of this desktop; that it cannot be opened is a warning. An address with a key is
+    /// never an argument, which every user of this machine can read: the browser gets a file that only its owner can read.
+    pub fn open_in_browser(&self) {
+        let target = if self.url.contains('#') {
+            match RedirectFile::write(&self.url) {
+                Ok(file) => {
+                    let path = file.path().as_os_str().to_owned();
+                    *self.redirect.lock().unwrap_or_else(PoisonError::into_inner) = Some(file);
+                    path
+                }
+                Err(error) => {
+                    tracing::warn!(
+                        "--open: no file for the browser can be written: {error}; open the page yourself"
+                    );
+                    return;
+                }
+            }
+        } else {
+            self.url.clone().into()
+        };
+        let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+        let quiet = || std::process::Stdio::null();
+        let mut command = std::process::Command::new(program);
+        if let Err(error) = command.arg(target).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn() {
+            tracing::warn!("--open: {program} cannot be started: {error}; open the page yourself");
+        }
     }
 
     /// The page's address as the log shows it, with the key of orders if they are allowed.
@@ -195,8 +221,9 @@ impl Drop for Page {
         // A reader that saw it open still holds the lock, or already waits and is notified.
         drop(self.history());
         self.notify();
+        self.reception = None;
         let deadline = Node::now().plus_ns(CLOSE_NS);
-        while self.shared.connections.load(Ordering::SeqCst) > 0 && Node::now() < deadline {
+        while self.shared.streams() > 0 && Node::now() < deadline {
             std::thread::sleep(Duration::from_millis(2));
         }
     }
@@ -206,6 +233,10 @@ impl Shared {
     fn history(&self) -> MutexGuard<'_, History> {
         // A thread that panicked while reading did not change the history.
         self.history.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn streams(&self) -> usize {
+        self.histories.load(Ordering::SeqCst) + self.policies.load(Ordering::SeqCst)
     }
 
     fn is_closing(&self) -> bool {
@@ -237,157 +268,65 @@ impl Shared {
     }
 }
 
-fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
-    for stream in listener.incoming() {
-        if shared.is_closing() {
-            return;
-        }
-        let Ok(stream) = stream else {
-            // For example out of file descriptors: do not spin.
-            std::thread::sleep(Duration::from_millis(10));
-            continue;
-        };
-        let (slot, number) = ConnectionSlot::take(shared);
-        if number > THREADS_MAX {
-            continue;
-        }
-        let serve = move || {
-            if let Err(error) = connection(&stream, &slot.0) {
-                tracing::debug!("a client of the page disconnected: {error}");
+/// Answers the requests for the page.
+struct PageService {
+    gate: Gate,
+    shared: Arc<Shared>,
+}
+
+impl Service for PageService {
+    fn admit(&mut self, head: &Head) -> Result<(), Rejection> {
+        self.gate.admit(head)
+    }
+
+    fn is_keyed(&self, head: &Head) -> bool {
+        self.gate.is_keyed(head)
+    }
+
+    fn answer(&mut self, head: &Head, body: &[u8]) -> Result<Served, Rejection> {
+        Ok(match self.gate.answer(head, body)? {
+            Answer::Asset(asset) => Served::Text("200 OK", asset.kind, asset.text.into()),
+            Answer::Reason(cell, at) => {
+                let json = self.shared.history().reason_json(cell, at);
+                Served::Text("200 OK", "application/json", json.into())
             }
-        };
-        if let Err(error) = std::thread::Builder::new().name("client".into()).spawn(serve) {
-            tracing::warn!("a client of the page was refused: {error}");
-        }
+            Answer::Order(order) => {
+                self.shared.order(order)?;
+                Served::Text("202 Accepted", "text/plain", "accepted\n".into())
+            }
+            Answer::Events { policy, keyed } => {
+                let slot = StreamSlot::take(&self.shared, policy, keyed)?;
+                Served::Handed(Box::new(move |stream, _| serve_events(stream, slot)))
+            }
+        })
+    }
+
+    fn headers(&self) -> &'static str {
+        HEADERS
     }
 }
 
-/// What a client gets.
-enum Served<'a> {
-    /// Status, content type and text.
-    Text(&'static str, &'static str, Cow<'static, str>),
-    /// Policies or the history, and the place among the streams.
-    Stream(bool, CountGuard<'a>),
-}
-
-/// Serves a client; with status 503 if there is no room for what it asks for.
-fn connection(mut stream: &TcpStream, shared: &Shared) -> std::io::Result<()> {
-    stream.set_nodelay(true)?;
-    stream.set_write_timeout(Some(STALL))?;
-    let counted = CountGuard::within(&shared.requests, REQUESTS_MAX);
-    let answer = match &counted {
-        None => Err(Rejection(503, format!("{REQUESTS_MAX} requests are open already"))),
-        Some(_) => request(stream, &shared.gate),
+/// Serves a stream in a thread of its own.
+fn serve_events(stream: TcpStream, slot: StreamSlot) {
+    let serve = move || {
+        if let Err(error) = events(&stream, slot) {
+            tracing::debug!("a client of the page disconnected: {error}");
+        }
     };
-    let served = answer.and_then(|answer| match answer {
-        Answer::Asset(asset) => Ok(Served::Text("200 OK", asset.kind, asset.text.into())),
-        Answer::Reason(cell, at) => {
-            Ok(Served::Text("200 OK", "application/json", shared.history().reason_json(cell, at).into()))
-        }
-        Answer::Order(order) => {
-            shared.order(order).map(|()| Served::Text("202 Accepted", "text/plain", "accepted\n".into()))
-        }
-        Answer::Events { policy, keyed } => {
-            stream_slot(shared, policy, keyed).map(|slot| Served::Stream(policy, slot))
-        }
-    });
-    match served {
-        Ok(Served::Text(status, kind, text)) => respond(stream, status, kind, &text),
-        Ok(Served::Stream(policy, slot)) => {
-            drop(counted);
-            events(stream, shared, policy, slot)
-        }
-        Err(rejection) => {
-            let status = format!("{} {}", rejection.0, rejection.phrase());
-            tracing::debug!(status, "refused a request: {}", rejection.1);
-            respond(stream, &status, "text/plain; charset=utf-8", &format!("{}\n", rejection.1))?;
-            // Remaining input is read and dropped: closing with unread data could discard the answer.
-            stream.shutdown(std::net::Shutdown::Write)?;
-            stream.set_read_timeout(Some(Duration::from_millis(100)))?;
-            let mut rest = [0; 1024];
-            (0..16).try_for_each(|_| stream.read(&mut rest).map(drop)).or(Ok(()))
-        }
+    if let Err(error) = std::thread::Builder::new().name("client".into()).spawn(serve) {
+        tracing::warn!("a client of the page was refused: {error}");
     }
-}
-
-/// A place among the streams, or why there is none.
-fn stream_slot(shared: &Shared, policy: bool, keyed: bool) -> Result<CountGuard<'_>, Rejection> {
-    let (counter, most) = match (policy, keyed) {
-        (false, false) => (&shared.histories, HISTORIES_MAX),
-        (false, true) => (&shared.histories, KEYED_HISTORIES_MAX),
-        (true, false) => (&shared.policies, POLICIES_MAX),
-        (true, true) => (&shared.policies, KEYED_POLICIES_MAX),
-    };
-    CountGuard::within(counter, most)
-        .ok_or_else(|| Rejection(503, format!("{most} such streams are open already")))
-}
-
-/// Reads one request and decides how to answer it.
-fn request(stream: &TcpStream, gate: &Gate) -> Result<Answer, Rejection> {
-    let deadline = Node::now().plus_ns(ARRIVAL_NS);
-    let mut bytes = Vec::new();
-    let (head, size) = loop {
-        if let Some(whole) = Head::parse(&bytes)? {
-            break whole;
-        }
-        more(stream, &mut bytes, HEAD_BYTES_MAX, deadline)?;
-    };
-    gate.admit(&head)?;
-    while bytes.len() < size + head.length {
-        more(stream, &mut bytes, size + head.length, deadline)?;
-    }
-    gate.answer(&head, &bytes[size..size + head.length])
-}
-
-/// Reads more, up to `most` bytes in total.
-fn more(
-    mut stream: &TcpStream,
-    bytes: &mut Vec<u8>,
-    most: usize,
-    deadline: MonotonicNs,
-) -> Result<(), Rejection> {
-    let late = || Rejection(408, "the request took too long to arrive".into());
-    let left_ns = deadline.since_ns(Node::now());
-    if left_ns == 0 {
-        return Err(late());
-    }
-    let mut piece = [0; 2048];
-    let room = piece.len().min(most - bytes.len());
-    let read = stream
-        .set_read_timeout(Some(Duration::from_nanos(left_ns)))
-        .and_then(|()| stream.read(&mut piece[..room]));
-    match read {
-        Ok(0) => Err(Rejection(400, "the request was cut short".into())),
-        Ok(count) => {
-            bytes.extend_from_slice(&piece[..count]);
-            Ok(())
-        }
-        Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
-        Err(_) => Err(late()),
-    }
-}
-
-fn respond(mut stream: &TcpStream, status: &str, kind: &str, text: &str) -> std::io::Result<()> {
-    let head = format!(
-        "HTTP/1.1 {status}\r\n{HEADERS}Content-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
-        text.len()
-    );
-    stream.write_all(head.as_bytes())?;
-    stream.write_all(text.as_bytes())
 }
 
 /// Sends the history from its beginning as server-sent events, as fast as the client reads.
-fn events(
-    mut stream: &TcpStream,
-    shared: &Shared,
-    policy: bool,
-    slot: CountGuard<'_>,
-) -> std::io::Result<()> {
+fn events(mut stream: &TcpStream, slot: StreamSlot) -> std::io::Result<()> {
+    let StreamSlot { shared, policy } = &slot;
+    stream.set_write_timeout(Some(STALL))?;
     let head = format!(
         "HTTP/1.1 200 OK\r\n{HEADERS}Content-Type: text/event-stream\r\nConnection: close\r\n\r\nretry: 1000\n\n"
     );
     stream.write_all(head.as_bytes())?;
-    let mut cursor = if policy { Cursor::of_policies() } else { Cursor::default() };
+    let mut cursor = if *policy { Cursor::of_policies() } else { Cursor::default() };
     loop {
         let text = frames(shared, &mut cursor);
         stream.write_all(text.as_bytes())?;

@@ -14,6 +14,13 @@ use tungstenite::client::IntoClientRequest as _;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
+/// Where a monitor serves viewers.
+fn address_of(monitor: &Process) -> String {
+    monitor.await_log("viewers connect to ws://");
+    let log = monitor.log();
+    log.split("viewers connect to ").nth(1).unwrap().split_whitespace().next().unwrap().to_owned()
+}
+
 /// A client of Foxglove's WebSocket protocol, version 1.
 struct Viewer {
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
@@ -26,15 +33,23 @@ struct Viewer {
 
 impl Viewer {
     fn of(monitor: &Process) -> Self {
-        monitor.await_log("viewers connect to ws://");
-        let log = monitor.log();
-        let address = log.split("viewers connect to ").nth(1).unwrap().split_whitespace().next().unwrap();
+        Self::with(&address_of(monitor), &[("Sec-WebSocket-Protocol", "foxglove.sdk.v1")]).unwrap()
+    }
+
+    /// Connects with these headers; the status if it is refused.
+    fn with(address: &str, headers: &[(&'static str, &str)]) -> Result<Self, u16> {
         let mut request = address.into_client_request().unwrap();
-        request.headers_mut().insert("Sec-WebSocket-Protocol", "foxglove.sdk.v1".parse().unwrap());
-        let (socket, _) = tungstenite::connect(request).unwrap();
+        for (name, value) in headers {
+            request.headers_mut().insert(*name, value.parse().unwrap());
+        }
+        let socket = match tungstenite::connect(request) {
+            Ok((socket, _)) => socket,
+            Err(tungstenite::Error::Http(response)) => return Err(response.status().as_u16()),
+            Err(error) => panic!("{error}"),
+        };
         let MaybeTlsStream::Plain(stream) = socket.get_ref() else { panic!("not TLS") };
         stream.set_read_timeout(Some(harness::PATIENCE)).unwrap();
-        Self { socket, channels: BTreeMap::new(), name: None, messages: BTreeMap::new() }
+        Ok(Self { socket, channels: BTreeMap::new(), name: None, messages: BTreeMap::new() })
     }
 
     /// Reads until `claim` is true.
@@ -108,6 +123,40 @@ fn a_viewer_is_told_the_channels_and_gets_messages() {
     assert_eq!(sim.json()["digest"], harness::lockstep(&["--seed", "3"])["digest"]);
     drop(late);
     assert_eq!(monitor.code(), 0, "{}", monitor.log());
+}
+
+/// P-FOXGLOVE-GATE: the page of another server is no viewer unless it is named, and the log says how; many sockets that say
+/// nothing keep no viewer out.
+/// P-FOXGLOVE-LICHTBLICK: its name of the protocol is spoken.
+#[test]
+fn pages_and_silent_sockets_get_nothing_and_older_viewers_are_served() {
+    let mission = Mission::new("foxglove-gate");
+    let _slow = mission.start_slow_sim("3");
+    let words = ["--foxglove", "127.0.0.1:0", "--foxglove-origin", "https://viewer.example"];
+    let monitor = mission.start("monitor", &words);
+    let address = address_of(&monitor);
+    let older = ("Sec-WebSocket-Protocol", "foxglove.websocket.v1");
+    let socket = address.strip_prefix("ws://").unwrap().trim_end_matches('/').to_owned();
+    let silent: Vec<TcpStream> = (0..150).map(|_| TcpStream::connect(&socket).unwrap()).collect();
+    for (headers, status) in [
+        (vec![older, ("Origin", "http://evil.example")], 403),
+        (vec![older, ("Origin", "http://evil.example")], 403),
+        (vec![older, ("Origin", "null")], 403),
+        (vec![older, ("Host", "evil.example:8765")], 421),
+        (vec![("Sec-WebSocket-Protocol", "graphql-ws")], 400),
+    ] {
+        assert_eq!(Viewer::with(&address, &headers).err(), Some(status), "{headers:?}");
+    }
+    let log = monitor.log();
+    assert_eq!(log.matches("--foxglove-origin http://evil.example").count(), 1, "{log}");
+    for origin in [None, Some("https://viewer.example"), Some("http://localhost:8080")] {
+        let headers: Vec<_> = std::iter::once(older).chain(origin.map(|origin| ("Origin", origin))).collect();
+        let mut viewer = Viewer::with(&address, &headers).unwrap();
+        viewer.read_until(|viewer| viewer.name.is_some() && viewer.channels.contains_key("view/map"));
+        viewer.subscribe(1, "hop/heartbeat");
+        viewer.read_until(|viewer| viewer.has(1, 1));
+    }
+    drop(silent);
 }
 
 /// An address that is taken is a usage error before anything flies.

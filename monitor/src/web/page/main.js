@@ -305,8 +305,9 @@ function showLeaders(at) {
 function showPeers() {
   const peers = history.status?.peers ?? [];
   const status = history.status?.progress?.status;
-  const over = status && status !== "underway";
-  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over;
+  const interrupted = Boolean(history.status?.interrupted);
+  const over = interrupted || (status && status !== "underway");
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
@@ -321,7 +322,7 @@ function showPeers() {
     const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
-      make("td", { textContent: over ? "finished" : peer.alive ? part : "silent" }),
+      make("td", { textContent: interrupted ? "ended" : over ? "finished" : peer.alive ? part : "silent" }),
       make("td", { className: "n", textContent: peer.pid }),
       make("td", { className: "n", textContent: over ? "" : peer.silent_ms < 1000 ? `${peer.silent_ms} ms` : `${(peer.silent_ms / 1e3).toFixed(1)} s` }),
       last);
@@ -350,9 +351,10 @@ function showEvents(at) {
     return { decision: mark.decision, kind: mark.change === "silent" ? "bad" : mark.change === "back" ? "good" : "", text: `${who} (${mark.pid}) ${words}` };
   });
   const last = history.hopBefore(history.due);
-  const end = last && last.status !== "underway" ? [{ decision: history.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] : [];
+  const end = last && last.status !== "underway" ? [{ decision: history.due, kind: last.status === "goal" ? "good" : "bad", text: `the mission is over: ${last.status}` }] :
+    history.status?.interrupted ? [{ decision: history.due, kind: "bad", text: "the mission was interrupted" }] : [];
   const all = [...changes, ...swaps, ...guarded(at), ...end].filter((event) => event.decision <= at);
-  const text = `${all.length}:${at === history.due}`;
+  const text = `${all.length}:${at === history.due}:${end.length}`;
   if (TEXTS.get("events") === text) return;
   TEXTS.set("events", text);
   all.reverse().sort((a, b) => b.decision - a.decision);
@@ -375,10 +377,11 @@ function showHead(at) {
   const alive = (role) => (history.status?.peers ?? []).some((peer) => peer.role === role && peer.alive);
   const lacking = history.status && alive("hopper-sim") ? ["perception", "planner"].find((role) => !alive(role)) : null;
   let [text, kind] = ["waiting for a mission", "warn"];
-  if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
+  if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : history.status?.interrupted ? "interrupted" : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
   else if (view.connected !== "open") [text, kind] = [view.connected === "lost" ? "no connection" : "connecting", "bad"];
   else if (over) [text, kind] = [progress.status === "goal" ? "goal reached" : progress.status, progress.status === "goal" ? "good" : "bad"];
   else if (!isLive()) [text, kind] = ["looking back", "warn"];
+  else if (history.status?.interrupted) [text, kind] = ["interrupted", "warn"];
   else if (tempo?.paused) [text, kind] = ["paused", "warn"];
   else if (progress?.missing > 0) [text, kind] = [`catching up: ${progress.missing} hops`, "warn"];
   else if (lacking) [text, kind] = [`waiting for ${lacking === "planner" ? "a planner" : lacking}: hopper ${lacking}`, "warn"];

@@ -1,7 +1,23 @@
 // How the page reaches the monitor that serves it. The page without a server has another file in this place:
 // crates/browser/page/transport.js.
 
-const key = new URLSearchParams(location.hash.slice(1)).get("key");
+/** Where the key is kept while this tab is open. */
+const KEPT = "hopper-key";
+
+/** The key of orders. It leaves the address, and so the history of the browser; a reload still has it. */
+function takeKey() {
+  const given = new URLSearchParams(location.hash.slice(1)).get("key");
+  try {
+    if (given) sessionStorage.setItem(KEPT, given);
+    const kept = sessionStorage.getItem(KEPT);
+    if (given && kept) history.replaceState(null, "", location.pathname);
+    return kept;
+  } catch {
+    return given;
+  }
+}
+
+const key = takeKey();
 
 /** Whether this page may give orders. */
 export const mayOrder = Boolean(key);
