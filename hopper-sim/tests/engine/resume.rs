@@ -56,13 +56,31 @@ fn a_command_that_outlived_its_first_addressee_is_executed_once() {
     assert_eq!((host.refused.as_slice(), host.records.len()), (&["repeated_decision"][..], 1));
 }
 
+/// P-STAMPS-RESUMED: the mission is taken up then, not when the process began, and its state is told before it is left.
 #[test]
 fn a_command_may_come_before_the_first_tick() {
     let calm = undisturbed();
     let mut arbiter = Arbiter::new(mission(), Some(&calm[0]), Pace::Max, LINGER_NS, MonotonicNs(9));
     let order = command(arbiter.state(), EAST);
     let effects = arbiter.on(Event::Command(Ok(order)), MonotonicNs(10));
-    assert!(matches!(effects[..], [Effect::Append(record)] if record.decision == Decision(1)), "{effects:?}");
+    let [Effect::Publish(told), Effect::Append(record)] = effects[..] else { panic!("{effects:?}") };
+    assert_eq!((told.decision, record.decision), (Decision(1), Decision(1)));
+    assert_eq!((told.landed, told.published), (MonotonicNs(10), MonotonicNs(10)));
+    assert_eq!((record.timing.landed, record.timing.state_published), (told.landed, told.published));
+}
+
+/// P-STAMPS-RESUMED: who repeats what an earlier life has executed is answered by the first tick, and the wait for it is in no
+/// decision's time.
+#[test]
+fn a_repeated_command_before_the_first_tick_takes_nothing_up() {
+    let calm = undisturbed();
+    let mut arbiter = Arbiter::new(mission(), Some(&calm[0]), Pace::Max, LINGER_NS, MonotonicNs(9));
+    let repeated = Command { decision: Decision(0), ..command(arbiter.state(), EAST) };
+    let effects = arbiter.on(Event::Command(Ok(repeated)), MonotonicNs(10));
+    assert!(matches!(effects[..], [Effect::Refused(_)]), "{effects:?}");
+    let effects = arbiter.on(Event::Tick, MonotonicNs(500));
+    let [Effect::Publish(told)] = effects[..] else { panic!("{effects:?}") };
+    assert_eq!((told.landed, told.published), (MonotonicNs(500), MonotonicNs(500)));
 }
 
 #[test]
@@ -93,7 +111,7 @@ fn through_a_journal_on_disk_killed_at_every_append_the_digest_stays() {
         }
         let order = command(&state, crate::fixture::steer(&header.brief, &state));
         let effects = arbiter.on(Event::Command(Ok(order)), MonotonicNs(1));
-        let [Effect::Append(record)] = effects[..] else { panic!("{effects:?}") };
+        let [Effect::Publish(_), Effect::Append(record)] = effects[..] else { panic!("{effects:?}") };
         journal.append(&record).unwrap();
     }
 }
