@@ -184,6 +184,44 @@ fn a_decision_on_a_wrong_map_is_found_though_the_digest_is_right() {
     assert!(stderr(&output).contains("wrong map"), "{}", stderr(&output));
 }
 
+/// P-NOT-SOUND: visits are in no digest, so the chain holds.
+#[test]
+fn whoever_reads_a_journal_that_is_not_sound_says_so_first() {
+    let mission = Mission::new("unsound");
+    flown(&mission, "31");
+    let history = hopper_sim::JournalReader::open(&mission.journal()).unwrap();
+    let mut forged =
+        hopper_sim::Journal::create(&mission.path("forged"), &history.header().clone(), false).unwrap();
+    for record in history.records().map(Result::unwrap) {
+        let visits = record.visits + u64::from(record.decision.0 == 5);
+        forged.append(&contract::Record { visits, ..record }).unwrap();
+    }
+    drop(forged);
+    let told = "record 5: visits needs 0, got 1";
+    for words in
+        [&["journal", "verify", "forged"][..], &["journal", "verify", "forged", "--against-lockstep"]]
+    {
+        let output = mission.hopper(words).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
+        assert!(text.contains("NOT SOUND") && text.contains(told), "{words:?}: {text}");
+        assert!(!text.contains("the same digest"), "{words:?}: {text}");
+    }
+    for words in [
+        &["journal", "draw", "forged"][..],
+        &["view", "forged", "--web", "127.0.0.1:0"],
+        &["run", "--lockstep", "--planners-from", "forged", "--out", "again"],
+    ] {
+        let output = mission.hopper(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        let text = stderr(&output);
+        assert!(text.contains("NOT SOUND") && text.contains(told), "{words:?}: {text}");
+    }
+    let mut sim = mission.start("sim", &["--seed", "31", "--journal", "forged"]);
+    assert_eq!(sim.code(), 2, "{}", sim.log());
+    assert!(sim.log().contains("NOT SOUND") && sim.log().contains(told), "{}", sim.log());
+}
+
 /// P-JOURNAL-DRAW
 #[test]
 fn a_mission_is_drawn_again_as_it_was_and_at_any_decision() {

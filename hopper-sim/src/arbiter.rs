@@ -404,7 +404,7 @@ impl Arbiter {
     }
 
     /// The robot whose turn it is by the current state.
-    fn due(&self) -> RobotId {
+    pub(crate) fn due(&self) -> RobotId {
         self.team.as_ref().map_or(ROBOT, |team| team.due)
     }
 
@@ -493,13 +493,14 @@ impl Arbiter {
     /// Who leads once `command` is executed, if the command stands up to every check.
     fn admit(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
         let leader = self.judge(command, now)?;
-        let action = command.action;
+        self.refusal_of(command.action).map_or(Ok(leader), Err)
+    }
+
+    /// Why the robot that is due shall not execute `action`, whoever commands it, if there is a reason.
+    pub(crate) fn refusal_of(&self, action: Action) -> Option<Refusal> {
         let refusal = self.robots.as_ref().and_then(|robots| robots.refusal(&self.mission.terrain, action));
-        if let Some(refusal) = refusal {
-            return Err(refusal);
-        }
-        if self.robots_not_hopping().is_some() {
-            return Ok(leader);
+        if refusal.is_some() || self.robots_not_hopping().is_some() {
+            return refusal;
         }
         let (may_wait, need) = match self.mission.brief.mixed {
             Some(_) => (true, "a hop, wait or hold: the robot is a hopper"),
@@ -511,12 +512,27 @@ impl Arbiter {
             _ => false,
         };
         if !is_of_hopper {
-            return Err(Refusal::malformed("command.action", need, action));
+            return Some(Refusal::malformed("command.action", need, action));
         }
-        if let Some(hazard) = self.guard().veto(action) {
-            return Err(Refusal::Vetoed { action, need: self.mission.brief.guard.hazard_max, got: hazard });
+        let need = self.mission.brief.guard.hazard_max;
+        self.guard().veto(action).map(|got| Refusal::Vetoed { action, need, got })
+    }
+
+    /// Takes note of what an earlier life vetoed at the decision that is due.
+    ///
+    /// # Errors
+    /// The first action that is not vetoed.
+    pub(crate) fn recall_vetoes(&mut self, vetoed: Vetoed) -> Result<(), Action> {
+        let is_vetoed = |action: &Action| {
+            matches!(self.refusal_of(*action), Some(Refusal::Vetoed { .. } | Refusal::Occupied { .. }))
+        };
+        match Action::ALL.into_iter().filter(|action| vetoed.has(*action)).find(|action| !is_vetoed(action)) {
+            Some(action) => Err(action),
+            None => {
+                self.state.vetoed = vetoed;
+                Ok(())
+            }
         }
-        Ok(leader)
     }
 
     /// The record that an admitted command leads to, outcome drawn.
@@ -585,8 +601,13 @@ impl Arbiter {
         Guard::new(&self.mission.brief, &self.mission.terrain, self.due(), pose)
     }
 
+    /// Whether the fallback may follow a policy: a policy leads to one goal, and hoppers of a mixed mission have one each.
+    pub(crate) fn follows_policies(&self) -> bool {
+        self.mission.brief.mixed.is_none() && self.robots_not_hopping().is_none()
+    }
+
     /// What is done at the deadline.
-    fn fallback(&self) -> Fallback {
+    pub(crate) fn fallback(&self) -> Fallback {
         match self.robots_not_hopping() {
             Some(robots) => robots.fallback(&self.mission.terrain),
             None => {

@@ -25,6 +25,7 @@ impl JournalError {
             | JournalError::Corrupt { .. }
             | JournalError::TornTooMuch { .. }
             | JournalError::Undecodable { .. }
+            | JournalError::NotSound { .. }
             | JournalError::OutOfOrder { .. }
             | JournalError::BrokenChain { .. } => Exit::Usage,
         }

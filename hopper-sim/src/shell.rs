@@ -245,7 +245,7 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
     let journal = if Journal::exists(dir) {
-        Journal::resume(dir, &expected, sync)?
+        Journal::resume(dir, &expected, &world.terrain, sync)?
     } else {
         Journal::create(dir, &expected.with_run(node::random_run()?), sync)?
     };
@@ -259,11 +259,12 @@ pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool)
 /// If it is gone, another run's, in use, damaged, or shorter than what was published.
 fn resume_journal(args: &Args, world: &ResolvedScenario, run: RunId) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, args.mission.seed()).with_run(run);
-    let journal =
-        Journal::resume_run(&args.journal, &expected, args.sync).map_err(|error| match error.exit() {
+    let journal = Journal::resume_run(&args.journal, &expected, &world.terrain, args.sync).map_err(
+        |error| match error.exit() {
             Exit::Peer => Failure::new(Exit::Peer, error.to_string()),
             _ => Failure::run(format!("run {run} cannot be resumed, and is not begun anew: {error}")),
-        })?;
+        },
+    )?;
     let (need, got) = (args.published, journal.len());
     if got < need {
         return Err(Failure::run(format!(

@@ -9,11 +9,14 @@
 //! If hopper-sim's guard vetoes its command, the same state comes again with the veto, and the pilot plans
 //! anew. A planner that insists on what is vetoed stands still.
 
+use std::collections::BTreeSet;
+
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Command, Decision, Digest, Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest,
     Member, MonotonicNs, Name, PeerTable, Pose, PriorGathering, PriorPage, PriorRequest, Refusal, Replica,
-    RobotId, RobotSet, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline, Vetoed,
+    RobotId, RobotSet, RouteId, RoutePage, RouteRequest, Routes, RunId, State, Status, Team, Term, Timeline,
+    Vetoed,
 };
 
 use crate::closed::ClosedMap;
@@ -133,6 +136,18 @@ struct OwnWay {
     state: State,
 }
 
+/// What planners are given of state and robots: what follows from the past that the digest names.
+#[derive(Clone, Debug, Default)]
+struct Given {
+    state: Option<State>,
+    team: Option<Team>,
+    /// The routes that robots of that team follow, as far as they are known. Which others are known depends on the life of this
+    /// process.
+    routes: Routes,
+    /// Which these are.
+    followed: BTreeSet<RouteId>,
+}
+
 /// Whose turn it is, and who leads that robot.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
@@ -154,6 +169,8 @@ pub struct Pilot {
     state: Option<State>,
     /// The robots as last told of; those of the present state only if [`Team::is_of`] says so.
     team: Option<Team>,
+    /// What planners are given of both: no more than a command names.
+    given: Given,
     map: Replica,
     /// What is known beforehand of uncertain ground; so are the next of routes.
     prior: PriorGathering,
@@ -190,6 +207,7 @@ impl Pilot {
             closed: None,
             state: None,
             team: None,
+            given: Given::default(),
             map: Replica::new(RobotId(0)),
             prior: PriorGathering::default(),
             routes: Routes::default(),
@@ -210,6 +228,7 @@ impl Pilot {
             Event::Patch(_) | Event::Planned(..) => Vec::with_capacity(1),
             _ => Vec::new(),
         };
+        let routes_may_change = matches!(event, Event::Brief(_) | Event::Team(_) | Event::Route(_));
         let leg_may_change = match &event {
             Event::Brief(_) => true,
             Event::State(state) => {
@@ -232,6 +251,7 @@ impl Pilot {
             // By reference, here as elsewhere: a state is large, and copied once.
             Event::State(ref state) => self.state(state, now, &mut effects),
             Event::Team(team) => {
+                self.given.team = Some(team.of_its_past());
                 self.team = Some(team);
                 self.note_leaders(now, &mut effects);
             }
@@ -260,6 +280,9 @@ impl Pilot {
             self.own = self.own_way();
             self.close();
         }
+        if routes_may_change && self.brief.as_ref().is_some_and(|brief| brief.scout.is_some()) {
+            self.give_routes();
+        }
         self.gather(now, &mut effects);
         self.plan(now, &mut effects);
         effects
@@ -268,8 +291,8 @@ impl Pilot {
     /// What the hopper that is due plans for; `None` unless it has a goal of its own, and brief, state, robots and map agree.
     fn own_way(&self) -> Option<OwnWay> {
         let brief = self.brief.as_ref().filter(|brief| brief.mixed.is_some())?;
-        let state = self.state.as_ref()?;
-        let team = self.team.as_ref().filter(|team| team.is_of(state))?;
+        let state = self.given.state.as_ref()?;
+        let team = self.given.team.as_ref().filter(|team| team.is_of(state))?;
         let member = team.member(team.due)?;
         let goal = member.robot.vehicle.hop_goal()?;
         let map = self.map.map().filter(|map| map.is_of(state))?;
@@ -319,7 +342,7 @@ impl Pilot {
     }
 
     /// A route that a robot follows and whose points are not known.
-    fn unknown_route(&self) -> Option<contract::RouteId> {
+    fn unknown_route(&self) -> Option<RouteId> {
         let route = |member: &Member| member.travel.and_then(|travel| travel.route);
         let run = self.brief.as_ref()?.run;
         // Whoever stays for another run still holds the robots of the one before.
@@ -328,27 +351,43 @@ impl Pilot {
         routes.find(|id| self.routes.get(*id).is_none())
     }
 
-    /// The prior and all announced routes; `None` while something is missing.
+    /// Gives planners the routes that robots follow, as far as they are known.
+    fn give_routes(&mut self) {
+        let members = self.given.team.iter().flat_map(|team| team.members.iter());
+        let followed = members.filter_map(|member| member.travel?.route);
+        let followed: BTreeSet<RouteId> = followed.filter(|id| self.routes.get(*id).is_some()).collect();
+        if followed == self.given.followed {
+            return;
+        }
+        let mut routes = Routes::default();
+        followed.iter().filter_map(|id| self.routes.get(*id)).for_each(|route| routes.insert(route.clone()));
+        (self.given.routes, self.given.followed) = (routes, followed);
+    }
+
+    /// The prior and the routes that robots follow; `None` while something is missing.
     fn scouting(&self) -> Option<Scouting<'_>> {
         if self.unknown_route().is_some() {
             return None;
         }
-        Some(Scouting { prior: self.prior.prior()?, routes: &self.routes })
+        Some(Scouting { prior: self.prior.prior()?, routes: &self.given.routes })
     }
 
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
     #[must_use]
     pub fn situation(&self) -> Option<Situation<'_>> {
-        match (&self.leg, &self.state, self.map.map()) {
+        match (&self.leg, &self.given.state, self.map.map()) {
             (Some(brief), Some(state), Some(map))
                 if brief.run == state.run && map.is_of(state) && !state.status.is_over() =>
             {
-                let team = self.team.as_ref().filter(|team| team.is_of(state));
+                let team = self.given.team.as_ref().filter(|team| team.is_of(state));
                 let is_mine = match team {
                     Some(team) => self.config.robots.has(team.due),
                     None => !brief.has_team(),
                 };
-                let scouting = if self.needs_scouting() { Some(self.scouting()?) } else { None };
+                let goes_to_points =
+                    |team: &Team| team.member(team.due).is_some_and(|due| due.travel.is_some());
+                let needs_scouting = self.needs_scouting() && team.is_none_or(goes_to_points);
+                let scouting = if needs_scouting { Some(self.scouting()?) } else { None };
                 let hops = |team: &Team| team.member(team.due).is_some_and(|due| due.robot.vehicle.hops());
                 let (brief, state, map) = match (&self.own, brief.mixed.is_some() && team.is_some_and(hops)) {
                     (Some(own), true) => {
@@ -514,7 +553,8 @@ impl Pilot {
         let same = known.filter(|known| (known.decision, known.digest) == (state.decision, state.digest));
         // A veto stands, though an older copy of the state or another life of hopper-sim may not tell of it.
         let vetoed = state.vetoed.union(same.map_or(Vetoed::NONE, |known| known.vetoed));
-        self.state = Some(State { vetoed, ..*state });
+        let state = State { vetoed, ..*state };
+        (self.state, self.given.state) = (Some(state), Some(state.of_its_past()));
         self.note_leaders(now, effects);
         if state.status.is_over()
             && !self.finished

@@ -14,9 +14,9 @@ pub struct Situation<'a> {
     pub map: &'a ObservedMap,
     /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]). In a hopper's mission
     /// its pose is the hopper's, whoever decides; so it is, with start and goal of the brief, for a hopper that decides in a
-    /// mixed mission.
+    /// mixed mission. What its digest does not tell is blank: [`State::of_its_past`].
     pub state: &'a State,
-    /// All robots, the one that decides being [`Team::due`]; `None` where a hopper is alone.
+    /// All robots, the one that decides being [`Team::due`]; `None` where a hopper is alone. Who commands them is blank.
     pub team: Option<&'a Team>,
     /// The prior and the announced routes, where robots go from point to point.
     pub scouting: Option<Scouting<'a>>,
@@ -27,7 +27,7 @@ pub struct Situation<'a> {
 pub struct Scouting<'a> {
     /// The speeds as everyone knows them before the mission.
     pub prior: &'a Prior,
-    /// The routes that robots have announced: those that [`contract::Travel`] names are among them.
+    /// The routes that robots follow: those that [`contract::Travel`] names.
     pub routes: &'a Routes,
 }
 

@@ -10,9 +10,12 @@ use helicopter::{Sensor, Sighting};
 use routing::stage_seed;
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
-use crate::names::AHEAD_ALGORITHMS;
 use crate::others::{self, goals, stopped, taken};
 use crate::plan::{Scouting, Situation};
+
+/// How far a helicopter may have flown beyond the legs of its route, metres: their lengths are rounded, and a route may begin
+/// next to where it is.
+const FLOWN_TOLERANCE_M: f64 = 1e-3;
 
 /// A situation of a robot that goes from point to point, taken apart.
 #[derive(Clone, Copy, Debug)]
@@ -135,15 +138,24 @@ impl<'a> Turn<'a> {
         others::others(self.team)
     }
 
-    /// Whether a helicopter is still to fly, or about to announce a flight. Those that look ahead for hoppers do not count.
+    /// Whether a helicopter flies for the first time in this stage, or is about to. One that flies again looks ahead for hoppers,
+    /// and so may one that waits. Who plans for it does not count: the digest tells nothing of that.
     pub fn is_scouted(&self) -> bool {
-        let scouts = |member: &&Member| {
-            let travel = member.travel.filter(|travel| travel.route.is_none() || travel.is_under_way());
+        self.others().any(|member| {
+            let Some(travel) = member.travel else { return false };
             let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
-            let is_for_hoppers = AHEAD_ALGORITHMS.contains(&member.leader.planner.as_str());
-            flies && member.standing == Standing::Active && travel.is_some() && !is_for_hoppers
-        };
-        self.others().any(|member| scouts(&member))
+            let is_at_work = member.standing == Standing::Active && !member.waits;
+            let is_to_fly = travel.route.is_none() || travel.is_under_way() && self.is_first_flight(member);
+            flies && is_at_work && is_to_fly
+        })
+    }
+
+    /// Whether a helicopter has flown no further in this stage than along its present route.
+    fn is_first_flight(&self, member: &Member) -> bool {
+        let (Some(travel), Some(route)) = (member.travel, self.route_of(member)) else { return false };
+        let along = route.waypoints().windows(2).take(travel.reached as usize);
+        let along_m: f64 = along.map(|leg| leg[0].distance_m(leg[1])).sum();
+        travel.flown_m <= along_m + FLOWN_TOLERANCE_M
     }
 }
 

@@ -647,3 +647,35 @@ fn a_plan_for_the_same_decision_of_another_past_is_not_sent() {
     });
     assert_eq!(answered, Some(Digest([9; 32])), "the command names the past it was planned on");
 }
+
+/// P-PAST-NAMED: a command names its past by the digest alone, so a planner sees the same whoever led, whoever chose the last
+/// action, and whenever it landed.
+#[test]
+fn a_planner_sees_nothing_that_the_digest_does_not_tell() {
+    let seen = |state: State| {
+        let mut pilot = pilot(false);
+        pilot.on(Event::State(state), at(1));
+        pilot.on(Event::Patch(map(3)), at(2));
+        *pilot.situation().unwrap().state
+    };
+    let plain = state(3, 0, Incarnation::default());
+    let plain = State { leader: Leader::default(), ..plain };
+    let told = State {
+        leader: state(3, 9, OTHER).leader,
+        last_origin: contract::Origin::Greedy,
+        last_vetoed: contract::Vetoed::NONE.with(Action::Hop(Direction::North)),
+        landed: at(7),
+        published: at(8),
+        last_timing: Timing { accepted: at(5), ..Timing::default() },
+        ..plain
+    };
+    assert_eq!(seen(told), seen(plain));
+    let of_the_past = [
+        State { visits: 1, ..plain },
+        State { steps: 2, ..plain },
+        State { vetoed: contract::Vetoed::NONE.with(Action::Hop(Direction::North)), ..plain },
+    ];
+    for state in of_the_past {
+        assert_ne!(seen(state), seen(plain));
+    }
+}

@@ -22,6 +22,7 @@ pub fn read_journal<'py>(
         let inner = path.join("journal");
         let folder = if !Journal::exists(&path) && Journal::exists(&inner) { inner } else { path };
         let journal = JournalReader::open(&folder).map_err(crate::error)?;
+        journal.require_sound().map_err(crate::error)?;
         let records: Vec<Record> = journal.records().collect::<Result<_, _>>().map_err(crate::error)?;
         let header = journal.header();
         let digest = records.last().map_or_else(String::new, |last| last.digest.to_string());

@@ -79,8 +79,13 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         }
         Command::Verify(VerifyArgs { args: Args { dir, format }, .. }) => {
             let verification = verify(&folder(dir)?)?;
-            let difference = against_lockstep(&folder(dir)?)?;
+            // What cannot have been flown is not flown again.
+            let difference = match verification.is_sound() {
+                true => against_lockstep(&folder(dir)?)?,
+                false => None,
+            };
             match (format, &difference) {
+                (Format::Text, None) if !verification.is_sound() => print(&verification.to_string())?,
                 (Format::Text, None) => {
                     let decisions = verification.decisions;
                     print(&format!(

@@ -292,6 +292,7 @@ fn check_recording(args: &Args) -> Result<(), Failure> {
 /// World and seed of the journal in `dir`; if the command line names them too, they must be the same.
 fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
     let history = JournalReader::open(dir).map_err(Failure::usage)?;
+    history.require_sound().map_err(Failure::usage)?;
     let (header, mission) = (history.header(), &args.mission);
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
     let world = scenario.resolve().map_err(Failure::usage)?;

@@ -83,9 +83,10 @@ pub fn serve(mut history: History, args: &ServeArgs) -> Result<Exit, Failure> {
 /// decision.
 ///
 /// # Errors
-/// If the journal cannot be read, or its scenario not be resolved.
+/// If the journal cannot be read or is not sound, or its scenario cannot be resolved.
 pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     let journal = JournalReader::open(dir)?;
+    journal.require_sound()?;
     let header = journal.header();
     let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
     let world = scenario.resolve().map_err(Failure::usage)?;

@@ -29,9 +29,10 @@ impl Flown {
     /// The mission whose journal is in `dir`.
     ///
     /// # Errors
-    /// If the journal cannot be read, its scenario not be resolved, or it is longer than a picture shows.
+    /// If the journal cannot be read or is not sound, its scenario cannot be resolved, or it is longer than a picture shows.
     pub fn read(dir: &Path) -> Result<Self, Failure> {
         let journal = JournalReader::open(dir)?;
+        journal.require_sound()?;
         let header = journal.header();
         let scenario =
             Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;

@@ -4,6 +4,7 @@
 //! itself where it can: outcomes by executing the command again, seen cells from the sensor's formula.
 
 mod commands;
+mod dependence;
 mod maps;
 mod own_way;
 mod pace;
@@ -21,6 +22,7 @@ use hopper_sim::{Arbiter, Mission};
 use report::Tally;
 use serde::Serialize;
 
+use self::dependence::Dependence;
 use crate::expected::{Expected, design, first_digest, next_digest};
 use crate::life::Life;
 use crate::reservation::Reservations;
@@ -101,6 +103,7 @@ pub struct Checker {
     /// Which life has received a heartbeat of which life of another build.
     recognised: BTreeSet<(Incarnation, Incarnation)>,
     reservations: Reservations,
+    dependence: Dependence,
     /// The last policy that hopper-sim has received.
     policy: Option<(RunId, Name, Decision)>,
     /// The present life of hopper-sim.
@@ -153,6 +156,7 @@ impl Checker {
             foreign: BTreeSet::new(),
             recognised: BTreeSet::new(),
             reservations: Reservations::default(),
+            dependence: Dependence::default(),
             policy: None,
             sim: Incarnation(0),
             pacing,
@@ -179,6 +183,7 @@ impl Checker {
         self.foreign = old.foreign;
         self.recognised = old.recognised;
         self.reservations = old.reservations;
+        self.dependence = old.dependence;
         self.sim = old.sim;
         self.violation = old.violation;
         let scouts = self.robots.as_mut().and_then(Robots::scouts_mut);

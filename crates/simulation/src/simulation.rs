@@ -501,7 +501,7 @@ impl<'a> Simulation<'a> {
     /// Opens the journal, or begins one; what cannot be opened for want of room is tried again.
     fn open_journal(&mut self) -> Option<Journal<Disk>> {
         let world = &mut *self.world.borrow_mut();
-        let Mission { brief, seed, fleet, .. } = world.checker.mission();
+        let Mission { brief, terrain, seed, fleet } = world.checker.mission();
         let header =
             JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
         let (disk, sync) = (world.disk.clone(), world.setup.sync);
@@ -510,7 +510,7 @@ impl<'a> Simulation<'a> {
         let opened = if fresh {
             Journal::create_on(file, &header, sync)
         } else {
-            Journal::resume_on(file, &header, sync)
+            Journal::resume_on(file, &header, terrain, sync)
         };
         let torn = disk.take_torn();
         match opened {

@@ -3,9 +3,11 @@
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
+use terrain::Terrain;
 
 use super::lock::Lock;
 use super::storage::is_at;
@@ -66,29 +68,41 @@ impl Journal {
         Ok(Self::create_in(&Directory(dir), header, sync)?.holding(lock))
     }
 
-    /// Opens the journal in `dir` and cuts a torn tail; [`Journal::torn_bytes`] says how much.
+    /// Opens the journal in `dir`, whose ground is not at hand, and cuts a torn tail; [`Journal::torn_bytes`] says how much.
     ///
     /// # Errors
-    /// If there is none, it is held by another process, another user's, damaged, or not consecutive.
+    /// If there is none, it is held by another process, another user's, damaged, or its records are not sound as far as
+    /// header and records alone show.
     pub fn open(dir: &Path, sync: bool) -> Result<Self, JournalError> {
-        Self::open_if(dir, sync, |_| Ok(()))
+        Self::open_if(dir, sync, None, |_| Ok(()))
     }
 
-    /// Opens the journal of the mission that `expected` describes; its own run nonce stays in force.
+    /// Opens the journal of the mission that `expected` describes, on `terrain`; its own run nonce stays in force. Every
+    /// record is executed again, and must come out as it is written.
     ///
     /// # Errors
     /// As [`Journal::open`]; [`JournalError::Mismatch`] if the journal found is another mission's,
     /// which is then left as it is.
-    pub fn resume(dir: &Path, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
-        Self::open_if(dir, sync, |header| expected.check(header))
+    pub fn resume(
+        dir: &Path,
+        expected: &JournalHeader,
+        terrain: &Arc<Terrain>,
+        sync: bool,
+    ) -> Result<Self, JournalError> {
+        Self::open_if(dir, sync, Some(terrain), |header| expected.check(header))
     }
 
     /// As [`Journal::resume`], of the very run of `expected`.
     ///
     /// # Errors
     /// As [`Journal::resume`]; [`JournalError::Mismatch`] if the journal found is another run's.
-    pub fn resume_run(dir: &Path, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
-        Self::open_if(dir, sync, |header| {
+    pub fn resume_run(
+        dir: &Path,
+        expected: &JournalHeader,
+        terrain: &Arc<Terrain>,
+        sync: bool,
+    ) -> Result<Self, JournalError> {
+        Self::open_if(dir, sync, Some(terrain), |header| {
             expected.check(header)?;
             let (need, got) = (expected.run().to_string(), header.run().to_string());
             if need == got { Ok(()) } else { Err(JournalError::Mismatch { field: "run", need, got }) }
@@ -104,6 +118,7 @@ impl Journal {
     fn open_if(
         dir: &Path,
         sync: bool,
+        terrain: Option<&Arc<Terrain>>,
         allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
     ) -> Result<Self, JournalError> {
         let folder = Directory(dir);
@@ -115,7 +130,7 @@ impl Journal {
         // First, so that whoever is refused has changed nothing in the folder.
         let (file, lock) = folder.open(FILE_NAME, false)?;
         let folder_lock = Lock::of_folder(dir)?;
-        let mut journal = Self::read(file, path, sync, allowed)?.holding(folder_lock);
+        let mut journal = Self::read(file, path, sync, terrain, allowed)?.holding(folder_lock);
         journal.locks.extend(lock);
         Ok(journal)
     }

@@ -139,6 +139,14 @@ pub enum JournalError {
         /// What about it.
         reason: String,
     },
+    /// It can be read, but its records cannot be those of its mission.
+    #[error("{} is NOT SOUND: {}; hopper journal show prints what it holds", path.display(), faults.join("; "))]
+    NotSound {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, a sentence each.
+        faults: Vec<String>,
+    },
     /// Decisions must follow one another.
     #[error("the journal needs decision {need} next, got {got}")]
     OutOfOrder {

@@ -4,10 +4,12 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use contract::{Record, Route};
+use contract::{Action, Record, Route};
 
 use super::reader::Reader;
-use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
+use super::{
+    FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, Verification, frame,
+};
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
@@ -44,6 +46,17 @@ impl<S: Storage> JournalReader<S> {
         let file_bytes = file.bytes().map_err(super::io("read", &path))?;
         let (header, start) = JournalHeader::read(&file, &path)?;
         Ok(Self { path, file, header, start, file_bytes })
+    }
+
+    /// What shows missions is given those alone whose records can have been flown.
+    ///
+    /// # Errors
+    /// [`JournalError::NotSound`] if the records are not sound; else if they cannot be read through.
+    pub fn require_sound(&self) -> Result<(), JournalError> {
+        match Verification::of(self)?.faults() {
+            faults if faults.is_empty() => Ok(()),
+            faults => Err(JournalError::NotSound { path: self.path.clone(), faults }),
+        }
     }
 
     pub(super) fn into_file(self) -> S {
@@ -85,6 +98,14 @@ impl<S: Storage> Records<'_, S> {
     #[must_use]
     pub fn routes(&self) -> &[Route] {
         &self.routes
+    }
+
+    /// The route that `record`, which was read last, announces.
+    pub(super) fn announced_by(&self, record: &Record) -> Option<&Route> {
+        match record.action {
+            Action::Announce(_) => self.routes.last(),
+            _ => None,
+        }
     }
 
     /// As [`Records::routes`].

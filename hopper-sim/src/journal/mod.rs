@@ -16,6 +16,7 @@
 //! Before each append the file is looked for at its path: if it was deleted, replaced or cut there, nothing is appended,
 //! since what is written then would be missing after a restart, and its hop be flown twice.
 
+mod audit;
 mod codec;
 #[cfg(unix)]
 mod directory;
@@ -35,15 +36,20 @@ mod verification;
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::RecordV4;
 use contract::{Action, Decision, PastPage, Record, Route, Waypoint};
 
+use terrain::Terrain;
+
 use crate::mission::{ROBOT, genesis};
+use audit::Audit;
 use index::Index;
 use reader::Reader;
 
+pub use audit::Fault;
 pub use error::{Displacement, JournalError};
 pub use folder::Folder;
 pub use header::{FORMAT, JournalHeader};
@@ -102,8 +108,13 @@ impl<S: Storage> Journal<S> {
     ///
     /// # Errors
     /// As [`Journal::resume`].
-    pub fn resume_on(file: S, expected: &JournalHeader, sync: bool) -> Result<Self, JournalError> {
-        Self::read(file, FILE_NAME.into(), sync, |header| expected.check(header))
+    pub fn resume_on(
+        file: S,
+        expected: &JournalHeader,
+        terrain: &Arc<Terrain>,
+        sync: bool,
+    ) -> Result<Self, JournalError> {
+        Self::read(file, FILE_NAME.into(), sync, Some(terrain), |header| expected.check(header))
     }
 
     fn empty(file: S, path: PathBuf, header: &JournalHeader, header_bytes: usize, sync: bool) -> Self {
@@ -122,10 +133,12 @@ impl<S: Storage> Journal<S> {
         }
     }
 
+    /// Reads a journal through; with `terrain`, the ground of its mission, every record is executed again.
     fn read(
         file: S,
         path: PathBuf,
         sync: bool,
+        terrain: Option<&Arc<Terrain>>,
         allowed: impl Fn(&JournalHeader) -> Result<(), JournalError>,
     ) -> Result<Self, JournalError> {
         let history = JournalReader::on(file, path.clone())?;
@@ -133,11 +146,15 @@ impl<S: Storage> Journal<S> {
         allowed(history.header())?;
         let mut digest = genesis(&history.header().brief, history.header().seed);
         let (mut index, mut last) = (Index::default(), None::<Record>);
+        let mut audit = Audit::new(history.header(), terrain.cloned());
         loop {
             let offset = records.offset();
             let Some(record) = records.next().transpose()? else { break };
             let due = Decision(index.len());
             digest = continues(&record, due, digest)?;
+            audit.observe(&record, records.announced_by(&record)).map_err(|fault| {
+                JournalError::NotSound { path: path.clone(), faults: vec![fault.to_string()] }
+            })?;
             index.push(offset);
             last = Some(record);
         }

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 
 use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RobotId, RunId, Status, Term};
 use report::{Fallbacks, Leadership};
 use scenario::Scenario;
 use serde::Serialize;
+use terrain::Terrain;
 
+use super::audit::{Audit, Fault};
 use super::{JournalError, JournalHeader, JournalReader, Storage};
-use crate::RobotTeam;
 use crate::mission::{genesis, opening_status};
 
 /// What a journal proves.
@@ -42,6 +44,10 @@ pub struct Verification {
     pub after_the_end: u64,
     /// Whether terms only rise.
     pub terms_rise: bool,
+    /// The first field of a record that is not what it must be.
+    pub fault: Option<Fault>,
+    /// Why no record could be executed again, so that outcomes are not checked; `None` if all were.
+    pub unrepeated: Option<String>,
     /// Actions that the guard vetoed.
     pub vetoes: u64,
     /// What the fallback did.
@@ -84,6 +90,7 @@ impl Verification {
         if !self.terms_rise {
             faults.push("a term falls, or changes hands without rising".into());
         }
+        faults.extend(self.fault.iter().map(Fault::to_string));
         faults
     }
 
@@ -92,16 +99,21 @@ impl Verification {
     /// # Errors
     /// If it cannot be read through.
     pub fn of<S: Storage>(history: &JournalReader<S>) -> Result<Self, JournalError> {
-        let mut verification = Self::new(history);
+        let (terrain, unrepeated) = match ground(history.header()) {
+            Ok(terrain) => (Some(terrain), None),
+            Err(reason) => (None, Some(reason)),
+        };
+        let mut audit = Audit::new(history.header(), terrain);
+        let mut verification = Self { outcome: audit.status(), unrepeated, ..Self::new(history) };
         let (mut due, mut commanders) = (Decision(0), BTreeMap::new());
         let mut records = history.records();
-        for record in &mut records {
-            verification.observe(&record?, &mut due, &mut commanders);
+        while let Some(record) = records.next().transpose()? {
+            verification.observe(&record, &mut due, &mut commanders);
+            if verification.fault.is_none() {
+                verification.fault = audit.observe(&record, records.announced_by(&record)).err();
+            }
         }
         verification.torn_bytes = records.torn_bytes();
-        if verification.decisions == 0 {
-            verification.outcome = opening_status_of(history.header());
-        }
         Ok(verification)
     }
 
@@ -122,6 +134,8 @@ impl Verification {
             steps: header.brief.reading.opening_steps,
             after_the_end: 0,
             terms_rise: true,
+            fault: None,
+            unrepeated: None,
             vetoes: 0,
             fallbacks: Fallbacks::default(),
             torn_bytes: 0,
@@ -189,6 +203,9 @@ impl fmt::Display for Verification {
                 format!("{} bytes after the last whole record, to be cut on resume", self.torn_bytes),
             )?;
         }
+        if let Some(reason) = &self.unrepeated {
+            fact("outcomes", format!("not executed again, since the ground is not at hand: {reason}"))?;
+        }
         for fault in self.faults() {
             fact("FAULT", fault)?;
         }
@@ -199,15 +216,12 @@ impl fmt::Display for Verification {
     }
 }
 
-/// How the mission of `header` stands before its first command. Whether several robots have anything to do depends on the ground,
-/// which may be no longer there: then as if they had.
-fn opening_status_of(header: &JournalHeader) -> Status {
-    let team = header.fleet.as_ref().and_then(|fleet| {
-        let scenario = Scenario::parse(&header.resolved, "the journal's scenario").ok()?;
-        let world = scenario.resolve().ok().filter(|world| world.terrain.grid == header.brief.grid)?;
-        Some(RobotTeam::new(&header.brief, &world.terrain, fleet))
-    });
-    team.map_or_else(|| opening_status(&header.brief), |team| team.opening(&header.brief).0)
+/// The ground of the mission of `header`, made anew from its scenario; or why there is none.
+fn ground(header: &JournalHeader) -> Result<Arc<Terrain>, String> {
+    let scenario = Scenario::parse(&header.resolved, "the journal's scenario");
+    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
+    JournalHeader::new(&world, header.seed).check(header).map_err(|error| error.to_string())?;
+    Ok(world.terrain)
 }
 
 /// Checks the journal in `dir` without locking or changing it.

@@ -187,7 +187,8 @@ fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
         }
         drop(journal);
         file.0.borrow_mut().now.extend(torn);
-        let journal = Journal::resume_on(file.clone(), &header(&mission()), true).unwrap();
+        let journal =
+            Journal::resume_on(file.clone(), &header(&mission()), &mission().terrain, true).unwrap();
         assert_eq!((journal.len(), journal.torn_bytes()), (5, torn.len() as u64));
         let whole = file.bytes().unwrap();
         file.0.borrow_mut().lose_power();

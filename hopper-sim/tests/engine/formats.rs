@@ -3,10 +3,15 @@
 use contract::{Brief, Limits, RunId};
 use hopper_sim::journal::FILE_NAME;
 use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader};
+use scenario::ResolvedScenario;
 use tempfile::tempdir;
 
+fn world(scenario: &str) -> ResolvedScenario {
+    scenario::load(scenario).unwrap().resolve().unwrap()
+}
+
 fn header(scenario: &str) -> JournalHeader {
-    JournalHeader::new(&scenario::load(scenario).unwrap().resolve().unwrap(), 7).with_run(RunId(5))
+    JournalHeader::new(&world(scenario), 7).with_run(RunId(5))
 }
 
 /// P-JOURNAL-FORMATS.
@@ -20,7 +25,7 @@ fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
         let bytes = std::fs::read(dir.path().join(FILE_NAME)).unwrap();
         assert_eq!(bytes[8..12], format.to_le_bytes(), "{scenario}");
         assert_eq!(JournalReader::open(dir.path()).unwrap().header(), &header, "{scenario}");
-        let again = Journal::resume_run(dir.path(), &header, false).unwrap();
+        let again = Journal::resume_run(dir.path(), &header, &world(scenario).terrain, false).unwrap();
         assert_eq!((again.header(), again.is_empty(), again.len()), (&header, true, 0), "{scenario}");
     }
 }
@@ -36,7 +41,8 @@ fn a_journal_of_several_stages_has_a_format_of_its_own() {
         let dir = dir.path().join(name);
         drop(Journal::create(&dir, &header, false).unwrap());
         assert_eq!(JournalReader::open(&dir).unwrap().header(), &header, "{name}");
-        assert_eq!(Journal::resume_run(&dir, &header, false).unwrap().header(), &header, "{name}");
+        let ground = world("rover-helicopter").terrain;
+        assert_eq!(Journal::resume_run(&dir, &header, &ground, false).unwrap().header(), &header, "{name}");
         std::fs::read(dir.join(FILE_NAME)).unwrap()
     };
     let (one, three) = (written("one", 1), written("three", 3));
@@ -52,9 +58,9 @@ fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
     assert!(Journal::exists(dir.path()));
     let limits = Limits { decision_budget_ns: 1, ..written.brief.limits };
     let hurried = JournalHeader { brief: Brief { limits, ..written.brief }, ..written.clone() };
-    drop(Journal::resume_run(dir.path(), &hurried, false).unwrap());
+    drop(Journal::resume_run(dir.path(), &hurried, &world("hard").terrain, false).unwrap());
     let stranger = written.with_run(RunId(6));
-    let error = Journal::resume_run(dir.path(), &stranger, false).unwrap_err();
+    let error = Journal::resume_run(dir.path(), &stranger, &world("hard").terrain, false).unwrap_err();
     assert!(matches!(error, JournalError::Mismatch { field: "run", .. }), "{error}");
 }
 
@@ -62,8 +68,8 @@ fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
 fn whoever_holds_a_journal_is_named_and_lets_go_of_it_at_its_end() {
     let (dir, header) = (tempdir().unwrap(), header("hard"));
     let held = Journal::create(dir.path(), &header, false).unwrap();
-    let error = Journal::resume(dir.path(), &header, false).unwrap_err();
+    let error = Journal::resume(dir.path(), &header, &world("hard").terrain, false).unwrap_err();
     assert!(error.to_string().contains(&std::process::id().to_string()), "{error}");
     drop(held);
-    drop(Journal::resume(dir.path(), &header, false).unwrap());
+    drop(Journal::resume(dir.path(), &header, &world("hard").terrain, false).unwrap());
 }

@@ -245,7 +245,7 @@ fn a_second_writer_is_refused_and_told_who_holds_the_journal() {
     let this_header = header(&mission());
     for second in [
         Journal::open(written.path(), false),
-        Journal::resume(written.path(), &this_header, false),
+        Journal::resume(written.path(), &this_header, &mission().terrain, false),
         Journal::create(written.path(), &this_header, false),
     ] {
         let error = second.unwrap_err();
@@ -300,13 +300,14 @@ fn another_missions_journal_is_refused_naming_field_need_and_got() {
         ("profile", other(|header| header.brief.profile = Profile::Paper2023)),
         ("brief", other(|header| header.brief.limits.steps_max += 1)),
     ] {
-        let error = Journal::resume(written.path(), &expected, false).unwrap_err();
+        let error = Journal::resume(written.path(), &expected, &mission().terrain, false).unwrap_err();
         let JournalError::Mismatch { field: got, need, got: found } = &error else { panic!("{error}") };
         assert_eq!(*got, field);
         assert!(need != found && error.to_string().contains(need) && error.to_string().contains(found));
         assert_eq!(written.bytes(), torn, "and its torn tail is left alone");
     }
-    let journal = Journal::resume(written.path(), &base.clone().with_run(contract::RunId(1)), false).unwrap();
+    let another = base.clone().with_run(contract::RunId(1));
+    let journal = Journal::resume(written.path(), &another, &mission().terrain, false).unwrap();
     assert_eq!((journal.header().run(), journal.torn_bytes()), (base.run(), 4));
 }
 

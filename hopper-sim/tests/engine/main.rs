@@ -18,6 +18,7 @@ mod mixed;
 mod patrol;
 mod resume;
 mod scouts;
+mod tampered;
 mod truth;
 mod verification;
 mod wire;

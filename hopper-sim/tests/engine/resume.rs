@@ -101,7 +101,7 @@ fn through_a_journal_on_disk_killed_at_every_append_the_digest_stays() {
     loop {
         // Each life executes one decision and dies before it can tell anybody.
         let other_nonce: JournalHeader = header.clone().with_run(contract::RunId(99));
-        let mut journal = Journal::resume(dir.path(), &other_nonce, false).unwrap();
+        let mut journal = Journal::resume(dir.path(), &other_nonce, &mission().terrain, false).unwrap();
         assert_eq!(journal.header(), &header, "the nonce of the first life stays");
         let mut arbiter = Arbiter::new(mission(), journal.last(), Pace::Max, LINGER_NS, MonotonicNs(0));
         let state = *arbiter.state();

@@ -52,6 +52,8 @@ fn a_sound_journal_is_told_in_full() {
             steps: last.steps,
             after_the_end: 0,
             terms_rise: true,
+            fault: None,
+            unrepeated: verification.unrepeated.clone(),
             vetoes: 0,
             fallbacks: report::Fallbacks::default(),
             torn_bytes: 0,

@@ -39,8 +39,9 @@ pub fn read(bytes: &[u8]) {
             told(&error);
         }
     }
-    let expected = history.header().clone();
-    match Journal::resume_on(&disk, &expected, true) {
+    let world = fixtures::world();
+    let expected = JournalHeader::new(world, fixtures::mission().seed);
+    match Journal::resume_on(&disk, &expected, &world.terrain, true) {
         Err(error) => {
             assert_eq!(disk.into_bytes(), bytes, "what cannot be gone on with is left as it is");
             told(&error);

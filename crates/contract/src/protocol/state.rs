@@ -57,3 +57,52 @@ pub struct State {
     /// Timing of the last decision; zero at decision 0.
     pub last_timing: Timing,
 }
+
+impl State {
+    /// What of it follows from the past that its digest names, and what the guard has vetoed there; all else is blank. A
+    /// planner is given no more: a command names its past by the digest alone, so a plan that depended on anything else
+    /// could be taken for one of another past with the same digest.
+    #[must_use]
+    pub fn of_its_past(&self) -> Self {
+        let Self {
+            run,
+            robot,
+            decision,
+            steps,
+            visits,
+            status,
+            leader: _,
+            pose,
+            collected,
+            vetoed,
+            last,
+            last_origin: _,
+            last_vetoed: _,
+            previous,
+            digest,
+            landed: _,
+            published: _,
+            last_timing: _,
+        } = *self;
+        Self {
+            run,
+            robot,
+            decision,
+            steps,
+            visits,
+            status,
+            leader: Leader::default(),
+            pose,
+            collected,
+            vetoed,
+            last,
+            last_origin: Origin::Planner,
+            last_vetoed: Vetoed::NONE,
+            previous,
+            digest,
+            landed: MonotonicNs(0),
+            published: MonotonicNs(0),
+            last_timing: Timing::default(),
+        }
+    }
+}

@@ -369,6 +369,18 @@ impl Team {
         self.members.get(usize::from(robot.0))
     }
 
+    /// What of it follows from the past that its digest names: all but who commands the robots. As
+    /// [`State::of_its_past`].
+    #[must_use]
+    pub fn of_its_past(&self) -> Self {
+        let member = |member: &Member| {
+            let Member { robot, at, ready_at_ns, standing, waits, leader: _, last, travel } = *member;
+            Member { robot, at, ready_at_ns, standing, waits, leader: Leader::default(), last, travel }
+        };
+        let Self { run, decision, digest, due, actor, ref members } = *self;
+        Self { run, decision, digest, due, actor, members: members.iter().map(member).collect() }
+    }
+
     /// The robots that a life commands.
     pub fn led_by(&self, life: Incarnation) -> impl Iterator<Item = RobotId> + '_ {
         let numbered = (0..).map(RobotId).zip(self.members.iter());

@@ -71,6 +71,7 @@ impl Checker {
         let Command { run, robot, incarnation, decision, digest, term, action, .. } = *command;
         let Known { leader, since, is_gone } = known;
         self.announced_before(command);
+        self.decides(command);
         self.sent.insert((run, robot, incarnation, decision, digest, term, action.code(), action.route()));
         if leader.incarnation == incarnation && term == leader.term {
             return None;

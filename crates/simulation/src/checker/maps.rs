@@ -94,6 +94,7 @@ impl Checker {
             format!("at decision {} a cell or a treasure of the map is another", state.decision)
         });
         self.plans_with_robots(situation);
+        self.sees(situation);
     }
 
     /// Whether anything had been seen two decisions before `due`, of which a map may not tell yet.

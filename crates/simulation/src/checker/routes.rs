@@ -1,7 +1,9 @@
 //! What planners of routes announce, are served, and plan with.
 
+use std::sync::Arc;
+
 use contract::{
-    Action, Announcement, Command, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, Team,
+    Action, Announcement, Command, Leader, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, Team,
 };
 use planner::Situation;
 
@@ -107,7 +109,9 @@ impl Checker {
         // While an action is in the air the robots before it are planned with, in vain.
         let is_now = state.decision.0 == self.records.len() as u64 && state.digest == self.digest();
         if let Some(robots) = self.robots.as_ref().filter(|_| is_now) {
-            let need = robots.team(state.run, state.decision, state.digest);
+            // Who commands them is not for planners to see.
+            let mut need = robots.team(state.run, state.decision, state.digest);
+            Arc::make_mut(&mut need.members).iter_mut().for_each(|member| member.leader = Leader::default());
             let right = situation.team == Some(&need);
             self.require(right, "every plan is made with the robots as they are", || {
                 format!("at decision {} they are {:?}, need {need:?}", state.decision, situation.team)

@@ -170,7 +170,7 @@ fn replay(
         }
         let started = Instant::now();
         let plan = planner.plan(
-            &Situation { brief: &brief, map, state: &state, team: None, scouting: None },
+            &Situation { brief: &brief, map, state: &state.of_its_past(), team: None, scouting: None },
             &Budget::default(),
         );
         deciding += started.elapsed();

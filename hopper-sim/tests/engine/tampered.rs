@@ -1,0 +1,362 @@
+//! Journals whose records were changed and framed anew, with right checksums and, but for the digests themselves, a right
+//! chain: verifying and resuming refuse them alike, by record and field.
+
+use std::fs;
+use std::path::Path;
+
+use contract::{
+    Action, Announcement, Branch, Brief, Cell, Collected, Command, Digest, Direction, Incarnation, Leader,
+    MonotonicNs, Origin, Pace, Record, RobotId, Route, RunId, Status, Term, Vehicle, Vetoed, Waypoint,
+};
+use hopper_sim::journal::FILE_NAME;
+use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, verify};
+use scenario::{ResolvedScenario, Scenario};
+use tempfile::TempDir;
+
+use crate::fixture::{command, name};
+
+/// Decisions of a journal that is tampered with.
+const DECISIONS: usize = 60;
+
+const SEED: u64 = 7;
+
+/// A mission of one kind: its world, and what was flown of it.
+struct Flown {
+    what: &'static str,
+    world: ResolvedScenario,
+    records: Vec<Record>,
+    routes: Vec<Route>,
+    dir: TempDir,
+}
+
+impl Flown {
+    /// Flown without sense: what nobody refuses, in turns. Every third decision is tried with what the guard may veto first.
+    fn of(what: &'static str, world: ResolvedScenario) -> Self {
+        let brief = Brief { run: RunId(5), ..world.brief };
+        let mission =
+            Mission { brief, terrain: world.terrain.clone(), seed: SEED, fleet: world.fleet.clone() };
+        let dir = tempfile::tempdir().unwrap();
+        let mut flight = Flight {
+            arbiter: Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)),
+            records: Vec::new(),
+            routes: Vec::new(),
+        };
+        flight.on(Event::Tick, 1);
+        while flight.records.len() < DECISIONS && !flight.arbiter.state().status.is_over() {
+            flight.decide();
+        }
+        let Flight { records, routes, .. } = flight;
+        let flown = Self { what, world, records, routes, dir };
+        drop(flown.create(flown.path()));
+        flown.write(&flown.records);
+        assert!(flown.records.len() > 12, "{what}: {} decisions", flown.records.len());
+        flown
+    }
+
+    fn path(&self) -> &Path {
+        self.dir.path()
+    }
+
+    fn header(&self) -> JournalHeader {
+        JournalHeader::new(&self.world, SEED).with_run(RunId(5))
+    }
+
+    fn create(&self, dir: &Path) -> Journal {
+        Journal::create(dir, &self.header(), false).unwrap()
+    }
+
+    /// The journal with these records, framed anew.
+    fn write(&self, records: &[Record]) {
+        let path = self.path().join(FILE_NAME);
+        let mut bytes = fs::read(&path).unwrap();
+        // Magic and format stand before the header's frame.
+        let header_bytes = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        bytes.truncate(12 + 8 + header_bytes);
+        for record in records {
+            bytes.extend(self.frame(record));
+        }
+        fs::write(&path, bytes).unwrap();
+    }
+
+    fn frame(&self, record: &Record) -> Vec<u8> {
+        let config = bincode::config::standard().with_little_endian().with_fixed_int_encoding();
+        let announced = self.routes.iter().find(|route| record.action == Action::Announce(route.id()));
+        let payload = match announced {
+            Some(route) => bincode::serde::encode_to_vec((record, route.waypoints()), config),
+            None => bincode::serde::encode_to_vec(record, config),
+        };
+        let payload = payload.unwrap();
+        let length = (payload.len() as u32).to_le_bytes();
+        let checksum = crc32fast::hash(&[&length[..], &payload].concat()).to_le_bytes();
+        [&length[..], &checksum, &payload].concat()
+    }
+
+    /// Why the journal is not resumed, if it is not.
+    fn resume(&self) -> Result<(), JournalError> {
+        Journal::resume(self.path(), &self.header(), &self.world.terrain, false).map(drop)
+    }
+}
+
+struct Flight {
+    arbiter: Arbiter,
+    records: Vec<Record>,
+    routes: Vec<Route>,
+}
+
+impl Flight {
+    fn on(&mut self, event: Event, now: u64) {
+        for effect in self.arbiter.on(event, MonotonicNs(now)) {
+            if let Effect::Append(record) = effect {
+                self.records.push(record);
+                self.on(Event::Appended, now);
+            }
+        }
+    }
+
+    /// Has the robot that is due act, or lets the deadline pass.
+    fn decide(&mut self) {
+        let (number, state) = (self.records.len(), *self.arbiter.state());
+        let deadline_ns = self.arbiter.mission().brief.guard.deadline_ns;
+        if deadline_ns > 0 && number % 5 == 4 {
+            return self.on(Event::Tick, state.published.0 + deadline_ns);
+        }
+        for action in self.candidates(number) {
+            let due = self.arbiter.team().map_or(RobotId(0), |team| team.due);
+            // Now and then another planner takes over.
+            let term = 1 + number as u64 / 20;
+            let life = Incarnation(1 + u64::from(due.0) + 100 * term);
+            let leader = self.leader(due);
+            let term = if leader.incarnation == life { leader.term } else { leader.term.next() };
+            let order = Command { robot: due, incarnation: life, term, ..command(&state, action) };
+            self.on(Event::Command(Ok(order)), state.published.0 + 50);
+            if self.records.len() > number {
+                return;
+            }
+        }
+        panic!("a robot can always hold");
+    }
+
+    fn leader(&self, robot: RobotId) -> Leader {
+        match self.arbiter.team() {
+            Some(team) => team.members[usize::from(robot.0)].leader,
+            None => self.arbiter.state().leader,
+        }
+    }
+
+    fn candidates(&mut self, number: usize) -> Vec<Action> {
+        let member = self.arbiter.team().map(|team| team.members[usize::from(team.due.0)]);
+        let turned = |from: usize| (0..4).map(move |turn| Direction::ALL[(from + turn) % 4]);
+        let vehicle = member.map_or(Vehicle::Hopper, |member| member.robot.vehicle);
+        let mut actions: Vec<Action> = match vehicle {
+            Vehicle::Hopper | Vehicle::HopperTo { .. } => turned(number / 3).map(Action::Hop).collect(),
+            Vehicle::Rover { .. } => turned(number / 4).map(Action::Step).collect(),
+            Vehicle::Driver { .. } => vec![Action::Drive, self.announce(number)],
+            Vehicle::Helicopter { .. } => vec![Action::Fly, self.announce(number)],
+        };
+        actions.push(Action::Hold);
+        actions
+    }
+
+    /// The announcement of a route of three points around where the robot that is due is.
+    fn announce(&mut self, number: usize) -> Action {
+        let team = self.arbiter.team().unwrap();
+        let (robot, at) = (team.due, team.members[usize::from(team.due.0)].travel.unwrap().at);
+        let by = 0.5 + 0.1 * number as f64;
+        let points = vec![at, Waypoint { x_m: at.x_m + by, ..at }, Waypoint { y_m: at.y_m + by, ..at }];
+        let route = Route::new(points).unwrap();
+        let announcement = Announcement { run: RunId(5), robot, route: route.clone() };
+        self.on(Event::Announcement(Ok(announcement)), 1);
+        let id = route.id();
+        self.routes.push(route);
+        Action::Announce(id)
+    }
+}
+
+fn built_in(scenario: &str) -> ResolvedScenario {
+    scenario::load(scenario).unwrap().resolve().unwrap()
+}
+
+/// The built-in scenario with `more` of a section.
+fn with(scenario: &str, more: &str) -> ResolvedScenario {
+    let text = scenario::load(scenario).unwrap().resolve().unwrap().resolved;
+    Scenario::parse(&format!("{text}\n{more}"), "test").unwrap().resolve().unwrap()
+}
+
+/// A mission of each kind, from the hopper's that is alone to that of all kinds.
+fn missions() -> Vec<Flown> {
+    let mut missions: Vec<Flown> =
+        ["hard", "treasures", "patrol", "coverage", "rover-helicopter", "hopper-scout", "expedition"]
+            .map(|scenario| Flown::of(scenario, built_in(scenario)))
+            .into();
+    missions.push(Flown::of("a deadline", with("hard", "[guard]\ndeadline_ms = 1000\nhazard_max = 0.0\n")));
+    missions
+}
+
+type Twist = fn(&mut Record);
+
+/// How each field of a record is changed, and which fields a refusal may name then. A changed action comes to something else; a
+/// record that names another robot may be that robot's first.
+const TWISTS: &[(&str, Twist, &[&str])] = &[
+    ("robot", |record| record.robot = RobotId(15), &["robot"]),
+    ("robot", |record| record.robot.0 ^= 1, &["robot", "leader"]),
+    ("decision", |record| record.decision = record.decision.next(), &["decision"]),
+    ("leader.term", |record| record.leader.term = Term(record.leader.term.0 + 2), &["leader"]),
+    ("leader.term", |record| record.leader.term = Term(0), &["leader"]),
+    ("leader.incarnation", |record| record.leader.incarnation.0 += 1, &["leader"]),
+    ("leader.pid", |record| record.leader.pid += 1, &["leader"]),
+    ("leader.planner", |record| record.leader.planner = name("forged"), &["leader"]),
+    (
+        "action",
+        |record| record.action = another(record.action),
+        &["action", "origin", "outcome.branch", "outcome.to", "outcome.flight"],
+    ),
+    ("origin", |record| record.origin = another_origin(record.origin), &["origin", "action", "leader"]),
+    ("vetoed", |record| record.vetoed = record.vetoed.with(Action::Hold), &["vetoed", "action"]),
+    (
+        "outcome.branch",
+        |record| record.outcome.branch = another_branch(record.outcome.branch),
+        &["outcome.branch"],
+    ),
+    ("outcome.from", |record| record.outcome.from.x += 1, &["outcome.from"]),
+    ("outcome.to", |record| record.outcome.to.y += 1, &["outcome.to"]),
+    (
+        "outcome.flight.launch_speed_mps",
+        |record| record.outcome.flight.launch_speed_mps += 0.5,
+        &["outcome.flight"],
+    ),
+    (
+        "outcome.flight.launch_angle_rad",
+        |record| record.outcome.flight.launch_angle_rad += 0.01,
+        &["outcome.flight"],
+    ),
+    ("outcome.flight.range_m", |record| record.outcome.flight.range_m += 0.5, &["outcome.flight"]),
+    ("outcome.flight.rise_m", |record| record.outcome.flight.rise_m += 0.5, &["outcome.flight"]),
+    (
+        "outcome.flight.apex_height_m",
+        |record| record.outcome.flight.apex_height_m += 0.5,
+        &["outcome.flight"],
+    ),
+    (
+        "outcome.flight.flight_time_s",
+        |record| record.outcome.flight.flight_time_s += 0.5,
+        &["outcome.flight"],
+    ),
+    ("outcome.flight.flights", |record| record.outcome.flight.flights += 1, &["outcome.flight"]),
+    (
+        "pose.cell",
+        |record| record.pose.cell = Cell::new(record.pose.cell.x + 1, record.pose.cell.y),
+        &["pose.cell"],
+    ),
+    ("pose.height_m", |record| record.pose.height_m += 0.125, &["pose.height_m"]),
+    ("collected", |record| record.collected = Collected(record.collected.0 ^ 1), &["collected"]),
+    ("visits", |record| record.visits += 1, &["visits"]),
+    ("steps", |record| record.steps += 1, &["steps"]),
+    ("status", |record| record.status = Status::Goal, &["status"]),
+    ("previous", |record| record.previous = Digest([9; 32]), &["previous"]),
+    ("digest", |record| record.digest = Digest([9; 32]), &["digest"]),
+];
+
+/// What may be anything: no decision depends on it. The fingerprint of the map is compared where planners fly again.
+const FREE: &[(&str, Twist)] = &[
+    ("observation", |record| record.observation += 1),
+    ("work", |record| record.work += 1),
+    ("cut", |record| record.cut = !record.cut),
+    ("timing.landed", |record| record.timing.landed.0 += 1),
+    ("timing.committed", |record| record.timing.committed.0 += 1),
+];
+
+fn another(action: Action) -> Action {
+    match action {
+        Action::Hop(direction) => Action::Hop(direction.left()),
+        Action::Step(direction) => Action::Step(direction.left()),
+        Action::Hold => Action::Hop(Direction::East),
+        _ => Action::Hold,
+    }
+}
+
+fn another_origin(origin: Origin) -> Origin {
+    if origin == Origin::Hold { Origin::Planner } else { Origin::Hold }
+}
+
+fn another_branch(branch: Branch) -> Branch {
+    if branch == Branch::Left { Branch::Right } else { Branch::Left }
+}
+
+/// The records with `twist` done to the one at `index`. Unless it is a digest that is changed, the chain goes on from it.
+fn twisted(records: &[Record], index: usize, field: &str, twist: Twist) -> Vec<Record> {
+    let mut records = records.to_vec();
+    twist(&mut records[index]);
+    if !["previous", "digest"].contains(&field) {
+        for number in index..records.len() {
+            let previous =
+                if number == index { records[number].previous } else { records[number - 1].digest };
+            records[number].previous = previous;
+            records[number].digest = previous.chain(&records[number]);
+        }
+    }
+    records
+}
+
+/// P-NOT-SOUND
+/// P-RECOMPUTED: nothing that a decision depends on is taken from a record unchecked.
+#[test]
+fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads_it() {
+    for flown in missions() {
+        let what = flown.what;
+        assert_eq!(verify(flown.path()).unwrap().faults(), [""; 0], "{what}");
+        flown.resume().unwrap_or_else(|error| panic!("{what}: {error}"));
+        for index in [3, flown.records.len() / 2, flown.records.len() - 2] {
+            for (field, twist, named) in TWISTS {
+                let case = format!("{what}, {field} of record {index}");
+                flown.write(&twisted(&flown.records, index, field, *twist));
+                let before = fs::read(flown.path().join(FILE_NAME)).unwrap();
+                let error = match (verify(flown.path()), flown.resume()) {
+                    // What is no value of its field is no record.
+                    (Err(JournalError::Undecodable { .. }), Err(JournalError::Undecodable { .. })) => {
+                        continue;
+                    }
+                    (Ok(verification), Err(error)) => {
+                        let fault = verification.fault.unwrap_or_else(|| panic!("{case} is taken for sound"));
+                        assert!(named.contains(&fault.field), "{case}: {fault}");
+                        assert!(fault.record == index as u64, "{case}: {fault}");
+                        let text = error.to_string();
+                        let is_named = text.contains(&fault.to_string())
+                            || matches!(
+                                error,
+                                JournalError::OutOfOrder { .. } | JournalError::BrokenChain { .. }
+                            );
+                        assert!(is_named, "{case}: {text}");
+                        error
+                    }
+                    (verified, resumed) => panic!("{case}: {verified:?}, {resumed:?}"),
+                };
+                assert_eq!(error.exit(), process::Exit::Usage, "{case}");
+                assert!(
+                    fs::read(flown.path().join(FILE_NAME)).unwrap() == before,
+                    "{case}: the file is left alone"
+                );
+            }
+            for (field, twist) in FREE {
+                let mut records = flown.records.clone();
+                if records[index].origin.is_fallback() {
+                    continue;
+                }
+                twist(&mut records[index]);
+                flown.write(&records);
+                assert_eq!(verify(flown.path()).unwrap().faults(), [""; 0], "{what}, {field}");
+                flown.resume().unwrap_or_else(|error| panic!("{what}, {field}: {error}"));
+            }
+        }
+    }
+}
+
+/// P-NOT-SOUND: what is tampered with is what missions are made of.
+#[test]
+fn the_missions_that_are_tampered_with_have_vetoes_fallbacks_and_takeovers() {
+    let missions = missions();
+    let all = || missions.iter().flat_map(|flown| &flown.records);
+    assert!(all().any(|record| record.vetoed != Vetoed::NONE));
+    assert!(all().any(|record| record.origin.is_fallback()));
+    assert!(all().any(|record| record.leader.term > Term(1)));
+    assert!(all().any(|record| matches!(record.action, Action::Drive | Action::Fly)));
+}
