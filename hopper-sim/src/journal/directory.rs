@@ -68,11 +68,11 @@ impl Journal {
         Ok(Self::create_in(&Directory(dir), header, sync)?.holding(lock))
     }
 
-    /// Opens the journal in `dir`, whose ground is not at hand, and cuts a torn tail; [`Journal::torn_bytes`] says how much.
+    /// Opens the journal in `dir` and cuts a torn tail; [`Journal::torn_bytes`] says how much. Whoever is to fly on from it
+    /// resumes it: here no record is executed again.
     ///
     /// # Errors
-    /// If there is none, it is held by another process, another user's, damaged, or its records are not sound as far as
-    /// header and records alone show.
+    /// If there is none, it is held by another process, another user's, damaged, or not consecutive.
     pub fn open(dir: &Path, sync: bool) -> Result<Self, JournalError> {
         Self::open_if(dir, sync, None, |_| Ok(()))
     }
@@ -81,8 +81,8 @@ impl Journal {
     /// record is executed again, and must come out as it is written.
     ///
     /// # Errors
-    /// As [`Journal::open`]; [`JournalError::Mismatch`] if the journal found is another mission's,
-    /// which is then left as it is.
+    /// As [`Journal::open`]; [`JournalError::Mismatch`] if the journal found is another mission's, and
+    /// [`JournalError::NotSound`] if its records cannot have been flown. It is then left as it is.
     pub fn resume(
         dir: &Path,
         expected: &JournalHeader,

@@ -133,7 +133,8 @@ impl<S: Storage> Journal<S> {
         }
     }
 
-    /// Reads a journal through; with `terrain`, the ground of its mission, every record is executed again.
+    /// Reads a journal through. With `terrain`, the ground of its mission, every record is executed again; without, nothing may be
+    /// flown from it.
     fn read(
         file: S,
         path: PathBuf,
@@ -146,15 +147,17 @@ impl<S: Storage> Journal<S> {
         allowed(history.header())?;
         let mut digest = genesis(&history.header().brief, history.header().seed);
         let (mut index, mut last) = (Index::default(), None::<Record>);
-        let mut audit = Audit::new(history.header(), terrain.cloned());
+        let mut audit = terrain.map(|terrain| Audit::new(history.header(), Some(Arc::clone(terrain))));
         loop {
             let offset = records.offset();
             let Some(record) = records.next().transpose()? else { break };
             let due = Decision(index.len());
             digest = continues(&record, due, digest)?;
-            audit.observe(&record, records.announced_by(&record)).map_err(|fault| {
-                JournalError::NotSound { path: path.clone(), faults: vec![fault.to_string()] }
-            })?;
+            if let Some(audit) = &mut audit {
+                audit.observe(&record, records.announced_by(&record)).map_err(|fault| {
+                    JournalError::NotSound { path: path.clone(), faults: vec![fault.to_string()] }
+                })?;
+            }
             index.push(offset);
             last = Some(record);
         }
