@@ -151,16 +151,15 @@ pub fn run<'py>(
         let brief = Brief { run: RUN, ..world.brief };
         let raised = Raised::default();
         let (mut own, mut given) = (None, None);
-        match &planner {
-            Some(planner) => match planner.extract::<String>() {
+        if let Some(planner) = &planner {
+            match planner.extract::<String>() {
                 Ok(name) => given = Some(name.parse::<Name>().map_err(crate::error)?),
                 Err(_) => {
                     let (name, decider) = (answer::name(planner)?, Decider::new(planner)?);
                     let raised = raised.clone();
                     own = Some(Local { name, decider, watch: Watch::default(), raised });
                 }
-            },
-            None => {}
+            }
         }
         let assigned = planner::assigned(&brief, &world.vehicles(), given, &world.planners)
             .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;

@@ -57,8 +57,7 @@ fn fly(world: &ResolvedScenario, planner: Stubborn) -> Result<u64, PlannerError>
 /// P-OWN-UNSUITED: a planner from outside flies a mission, or the error names it and what was needed; nothing panics.
 #[test]
 fn a_planner_that_does_not_suit_a_mission_is_refused_by_name() {
-    let worlds =
-        [HARD, PATROL, COVERAGE, HOPPER_SCOUT, ROVER_HELICOPTER, EXPEDITION].map(|text| resolved(text));
+    let worlds = [HARD, PATROL, COVERAGE, HOPPER_SCOUT, ROVER_HELICOPTER, EXPEDITION].map(resolved);
     let actions = [
         Action::Hold,
         Action::Wait,

@@ -132,7 +132,7 @@ fn journalled(mission: &Mission, flown: &Flown) -> Result<(), Broken> {
         .map_err(refused)?;
     }
     drop(journal);
-    let journal = Journal::resume_on(disk, &header, false).map_err(refused)?;
+    let journal = Journal::resume_on(disk, &header, &mission.terrain, false).map_err(refused)?;
     let read: Vec<Record> = journal.records().collect::<Result<_, _>>().map_err(refused)?;
     if read != flown.records {
         return Err(broken(promise, format!("{} of {} records are read", read.len(), flown.records.len())));
