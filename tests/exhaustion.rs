@@ -141,6 +141,44 @@ fn a_full_disk_under_the_log_ends_nobody() {
     );
 }
 
+/// P-FULL-END: files that cannot be written at the end, as on a full disk, hide neither summary nor reason.
+#[test]
+fn files_that_cannot_be_written_at_the_end_hide_neither_summary_nor_reason() {
+    let mission = Mission::new("full-end");
+    let start = |pace: &str, seed: &str| {
+        let out = format!("out-{seed}");
+        let words = ["run", "--instance", &mission.name, "--seed", seed, "--out", &out, "--format", "json"];
+        let mut command = mission.hopper(&words);
+        command.args(["--pace", pace]);
+        let run = Process::spawn("run", command, &mission.path(""));
+        eventually("the mission to be under way", || {
+            let journal = format!("{out}/journal");
+            let output =
+                mission.hopper(&["journal", "verify", &journal, "--format", "json"]).output().unwrap();
+            let told: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+            told["decisions"].as_u64().is_some_and(|count| count > 1)
+        });
+        // Found at the end only; the files before it and behind it are written.
+        std::fs::create_dir(mission.path(&out).join("mission.svg")).unwrap();
+        run
+    };
+    let mut whole = start("20", "61");
+    // A folder in its place is bad input; a full disk would be a run error.
+    assert_eq!(whole.code(), 2, "{}", whole.log());
+    assert_eq!(whole.json()["digest"], lockstep(&["--seed", "61"])["digest"], "{}", whole.log());
+    assert!(whole.log().contains("mission.svg"), "{}", whole.log());
+    let kept: Value =
+        serde_json::from_slice(&std::fs::read(mission.path("out-61/summary.json")).unwrap()).unwrap();
+    assert_eq!(kept["digest"], whole.json()["digest"]);
+
+    let mut stopped = start("2", "62");
+    stopped.signal(Signal::TERM);
+    assert_eq!(stopped.code(), 130, "{}", stopped.log());
+    assert_eq!(stopped.json()["outcome"], "stopped");
+    let log = stopped.log();
+    assert!(log.contains("resumes the mission") && log.contains("mission.svg"), "{log}");
+}
+
 /// P-BAG-FULL: on a full disk a recording that cannot be recovered leaves nothing behind, and is a run error.
 #[test]
 fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {

@@ -1,6 +1,6 @@
 //! What a new user types on the first day works, or is answered with what does.
 
-use crate::harness::{self, Mission, Process, hopper, json, stderr};
+use crate::harness::{self, Mission, Process, hopper, json, lockstep, stderr};
 use rustix::process::Signal;
 
 /// Standard error of `hopper WORDS`, which must fail with `code`.
@@ -207,4 +207,30 @@ fn the_doctors_advice_names_the_instance() {
     for command in ["hopper sim", "hopper run"] {
         assert!(told.contains(&format!("`{command} --instance {name}`")), "{told}");
     }
+}
+
+/// P-REFUSED-TRACELESS: a mission that is refused leaves no folder, and paths may begin with a hyphen.
+#[test]
+fn a_refused_mission_leaves_no_folder_and_a_path_may_look_like_a_flag() {
+    let mission = Mission::new("traceless");
+    let flies = |words: &[&str]| mission.hopper(&["run", "--seed", "3"]).args(words).output().unwrap();
+    let instance = format!("--instance={}", mission.name);
+    let missing = mission.path("missing").to_string_lossy().into_owned();
+    for (words, need) in [
+        (&["--instance=-x"][..], "instance"),
+        (&["--instance=-x", "--out", "deep/er"], "instance"),
+        (&[&instance, "--planner-command", "true", "--patience", "5s"], "--planner-command"),
+        (&[&instance, "--web", "192.0.2.1:1"], "--web"),
+        (&[&instance, "--planner-command", &missing], "--planner-command"),
+    ] {
+        let output = flies(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(need), "{words:?}: {}", stderr(&output));
+        let left: Vec<_> =
+            std::fs::read_dir(mission.path("")).unwrap().flatten().map(|file| file.path()).collect();
+        assert!(left.is_empty(), "{words:?} left {left:?}");
+    }
+    let output = flies(&[&instance, "--out=-out", "--format", "json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(json(&output)["digest"], lockstep(&["--seed", "3"])["digest"]);
 }

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use crate::harness::{Mission, eventually, lockstep};
-use contract::wire::{CommandV3, HeartbeatV1};
+use contract::wire::{CommandV3, HeartbeatV2};
 use contract::{
-    Action, Command, Direction, Heartbeat, Incarnation, MonotonicNs, RobotId, Role, State, Status,
+    Action, Command, Direction, Heartbeat, Incarnation, MonotonicNs, RobotId, RobotSet, Role, State, Status,
 };
 use node::{Instance, Node};
 use process::{Ports, Reader as _};
@@ -85,8 +85,9 @@ fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
             run: state.run,
             decision: state.decision,
             status: Status::Underway,
+            robots: RobotSet::default(),
         };
-        beats.publish_wire((), &[HeartbeatV1::from(&beat)]).unwrap();
+        beats.publish_wire((), &[HeartbeatV2::from(&beat)]).unwrap();
         // It asks for the next term, is too late, and has the next decision kept for it.
         let order = Command {
             run: state.run,

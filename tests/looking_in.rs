@@ -53,7 +53,7 @@ fn every_topic_is_listed_with_its_counts() {
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
         ("hop/r0/control", "hop.Control.v1", 2),
         ("hop/r0/tempo", "hop.Tempo.v1", 1),
-        ("hop/heartbeat", "hop.Heartbeat.v1", 4),
+        ("hop/heartbeat", "hop.Heartbeat.v2", 4),
         ("hop/past", "hop.PastRequest.v1", 3),
     ] {
         let found = services.iter().find(|service| {

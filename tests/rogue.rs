@@ -5,13 +5,13 @@ use std::time::Duration;
 use crate::harness::{Mission, Process, eventually, lockstep};
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV9, CommandV3, HeartbeatV1, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    BriefV9, CommandV3, HeartbeatV2, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
     SeenCellV3, StateV4, TruthRequestV1,
 };
 use contract::{
     Action, Brief, Command, Cover, CoverMode, Decision, Digest, Direction, Ground, Heartbeat, Incarnation,
     MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId,
-    Role, SeenCell, State, Status, TruthRequest,
+    RobotSet, Role, SeenCell, State, Status, TruthRequest,
 };
 use hostile::{extremes, fixtures};
 use node::{Instance, Node, Reader, Writer};
@@ -223,7 +223,7 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     let mut rogue = Rogue::new(&mission);
     let state = rogue.landing();
     let mut beats = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
-    let valid = HeartbeatV1::from(&Heartbeat {
+    let valid = HeartbeatV2::from(&Heartbeat {
         role: Role::Monitor,
         incarnation: Incarnation(0xbad),
         pid: std::process::id(),
@@ -233,19 +233,20 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
         run: state.run,
         decision: state.decision,
         status: Status::Underway,
+        robots: RobotSet::default(),
     });
     for beat in [
-        HeartbeatV1 { incarnation: 0, ..valid },
-        HeartbeatV1 { role: 0, ..valid },
-        HeartbeatV1 { role: u32::MAX, ..valid },
-        HeartbeatV1 { status: 77, ..valid },
-        HeartbeatV1 { version: [0xff; Name::BYTES], ..valid },
-        HeartbeatV1 { planner: [0x80; Name::BYTES], ..valid },
+        HeartbeatV2 { incarnation: 0, ..valid },
+        HeartbeatV2 { role: 0, ..valid },
+        HeartbeatV2 { role: u32::MAX, ..valid },
+        HeartbeatV2 { status: 77, ..valid },
+        HeartbeatV2 { version: [0xff; Name::BYTES], ..valid },
+        HeartbeatV2 { planner: [0x80; Name::BYTES], ..valid },
         // Nothing wrong with these but what they say.
-        HeartbeatV1 { counter: u64::MAX, decision: u64::MAX, ..valid },
-        HeartbeatV1 { incarnation: 1, run: [u64::MAX; 2], status: Status::Goal.code(), pid: 0, ..valid },
-        HeartbeatV1 { incarnation: 2, role: Role::HopperSim.code(), decision: u64::MAX, ..valid },
-        HeartbeatV1 { incarnation: 3, role: Role::Planner.code(), counter: u64::MAX, ..valid },
+        HeartbeatV2 { counter: u64::MAX, decision: u64::MAX, ..valid },
+        HeartbeatV2 { incarnation: 1, run: [u64::MAX; 2], status: Status::Goal.code(), pid: 0, ..valid },
+        HeartbeatV2 { incarnation: 2, role: Role::HopperSim.code(), decision: u64::MAX, ..valid },
+        HeartbeatV2 { incarnation: 3, role: Role::Planner.code(), counter: u64::MAX, ..valid },
     ] {
         beats.publish_wire((), &[beat]).unwrap();
     }
@@ -281,7 +282,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     });
     let mut beats = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
     let beat = |counter| {
-        HeartbeatV1::from(&Heartbeat {
+        HeartbeatV2::from(&Heartbeat {
             role: Role::Planner,
             incarnation: Incarnation(0xbad),
             pid: std::process::id(),
@@ -291,6 +292,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
             run: due.run,
             decision: due.decision,
             status: Status::Underway,
+            robots: RobotSet::default(),
         })
     };
     let told = format!(
@@ -517,8 +519,9 @@ fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
         run: state.run,
         decision: state.decision,
         status: Status::Underway,
+        robots: RobotSet::default(),
     };
-    let beats = extremes::of(&HeartbeatV1::from(&honest));
+    let beats = extremes::of(&HeartbeatV2::from(&honest));
     let mut writer = rogue.node.writer::<Heartbeat>(ROBOT).unwrap();
     for some in beats.chunks(8) {
         some.iter().for_each(|beat| writer.publish_wire((), &[*beat]).unwrap());

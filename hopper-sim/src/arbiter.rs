@@ -23,7 +23,7 @@ use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Announcement, Brief, Collected, Command, Control, Decision, Digest, Heartbeat, Incarnation,
     Leader, MonotonicNs, Origin, Outcome, Pacing, PeerTable, Policy, Pose, Record, Refusal, RefusalCounts,
-    RobotId, Role, Route, RouteId, State, Status, Team, Timing, Vetoed,
+    RobotId, RobotSet, Role, Route, RouteId, State, Status, Team, Timing, Vetoed,
 };
 
 use crate::dynamics::{Execution, execute};
@@ -408,13 +408,25 @@ impl Arbiter {
         self.team.as_ref().map_or(ROBOT, |team| team.due)
     }
 
-    /// Whether the mission can go on: somebody senses who has its ground, and somebody plans. One that is over,
-    /// or under way with a fallback, needs nobody.
+    /// The robots that still act.
+    #[must_use]
+    pub fn acting(&self) -> RobotSet {
+        match &self.team {
+            _ if self.state.status.is_over() => RobotSet::NONE,
+            Some(team) => team.acting(),
+            None => RobotSet::NONE.with(ROBOT),
+        }
+    }
+
+    /// Whether the mission can go on: somebody senses who has its ground, and somebody plans for the robot that is due. One
+    /// that is over, or under way with a fallback, needs nobody.
     #[must_use]
     pub fn is_manned(&self, peer_table: &PeerTable, now: MonotonicNs) -> bool {
         let falls_back = self.mission.brief.guard.deadline_ns > 0 && self.state.decision > Decision(0);
         let senses = peer_table.has_of_run(Role::Perception, self.state.run, now);
-        self.state.status.is_over() || falls_back || senses && peer_table.has(Role::Planner, now)
+        let due = RobotSet::NONE.with(self.due());
+        let plans = peer_table.without_planner(due, now).is_empty();
+        self.state.status.is_over() || falls_back || senses && plans
     }
 
     /// What is flown, the seed included, which no other process knows.
@@ -841,10 +853,10 @@ impl Arbiter {
         let is_peer = |role: &Role| *role != Role::HopperSim;
         let here = |role: Role| self.peer_table.has(role, now);
         let served_ns = now.since_ns(self.state.published);
-        // Perception and a planner flew the mission; whoever else may come is given a moment.
-        let everyone_is_here = here(Role::Perception)
-            && here(Role::Planner)
-            && (here(Role::Monitor) || served_ns >= LATE_COMER_NS);
+        // Perception and a planner of each robot flew the mission; whoever else may come is given a moment.
+        let planned = self.peer_table.without_planner(RobotSet::first(self.robots()), now).is_empty();
+        let everyone_is_here =
+            here(Role::Perception) && planned && (here(Role::Monitor) || served_ns >= LATE_COMER_NS);
         let everyone_knows = self
             .peer_table
             .live(now)

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use contract::limits::{PRIOR_PAGE_CELLS, TRUTH_PAGE_CELLS};
 use contract::{
-    Action, Announcement, Brief, Command, Control, Decision, Heartbeat, Incarnation, MonotonicNs, Name,
-    Pacing, PastPage, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role, Route, RoutePage,
-    RouteRequest, RunId, State, Status, Team, TruthRequest,
+    Action, Announcement, Brief, Command, Control, Decision, Heartbeat, Incarnation, MissingPeer,
+    MonotonicNs, Name, Pacing, PastPage, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role,
+    Route, RoutePage, RouteRequest, RunId, State, Status, Team, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
@@ -365,7 +365,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         self.feed(Event::Refused(refusal), ports).await
     }
 
-    /// The mission begins once somebody can sense and somebody plans, so that no decision's time counts the
+    /// The mission begins once somebody can sense and somebody plans for the robot that is due, so that no decision's time counts the
     /// wait for processes to start, or for perception to gather the truth. A mission that is over is served to
     /// every peer that joins, and one that was under way with a fallback goes on at once.
     fn is_assembled(&mut self, now: MonotonicNs) -> bool {
@@ -509,17 +509,12 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         }
     }
 
-    fn waits_for(&self, now: MonotonicNs) -> Option<&'static str> {
-        let peer_table = self.membership.peer_table();
-        if self.arbiter.state().status.is_over() {
-            None
-        } else if !peer_table.has(Role::Perception, now) {
-            Some("perception")
-        } else if !peer_table.has(Role::Planner, now) {
-            Some("a planner")
-        } else {
-            None
-        }
+    /// What is missing, and the command that starts it. A planner is asked for as soon as it is missing, not only when the
+    /// turn of its robot comes.
+    fn waits_for(&self, now: MonotonicNs) -> Option<String> {
+        let alive = self.membership.peer_table().live(now).map(|peer| peer.beat);
+        let missing = MissingPeer::among(self.arbiter.acting(), alive)?;
+        Some(format!("{missing} ({})", missing.command(None)))
     }
 
     /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited awake.
@@ -564,6 +559,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         self.briefs.idle();
         self.publish_pacing(ports.now()).map_err(Into::into)?;
         let State { run, decision, status, .. } = *self.arbiter.state();
+        self.membership.tell_robots(self.arbiter.acting());
         self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
         self.check_records(ports.now())?;
         if let Some(status) = self.finished.filter(|_| self.displaced.is_none()) {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::{Brief, Profile, Record, Role, RunId};
-use node::{Exit, Failure, Instance, MemoryBudget, Node};
+use node::{Exit, Failure, Instance, Joining, MemoryBudget, Node};
 use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, ResolvedScenario, Scenario};
@@ -118,11 +118,12 @@ pub struct Args {
     /// Serve the end of the mission at most this long to peers that have not seen it.
     #[arg(long, default_value = "2s", value_parser = humantime::parse_duration, value_name = "DURATION")]
     linger: Duration,
-    /// Give up with exit code 4 when no perception or no planner beats for this time, e.g. 30s
+    /// Give up with exit code 4 when no perception, or no planner of a robot that still acts, beats for this time, e.g. 30s
     /// [default: wait forever].
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     wait: Option<Duration>,
-    /// Hold at most this long when the journal was deleted, replaced or cut, or cannot be read; then exit with code 1.
+    /// Hold at most this long when the journal was deleted, replaced or cut, or cannot be read, or when a stopped process
+    /// keeps others from joining; then exit with code 1.
     #[arg(long, default_value = "60s", value_parser = humantime::parse_duration, value_name = "DURATION")]
     patience: Duration,
     /// Resume the journal of this run, and begin none.
@@ -162,10 +163,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         summary.record(&record.map_err(Failure::run)?);
     }
     MemoryBudget::of(brief.grid.cells(), brief.robots)?.check(&instance)?;
-    let mut node = Node::join(&instance, Role::HopperSim)?;
-    if args.lifeline {
-        node.hold_lifeline();
-    }
+    let joining = Joining { lifeline: args.lifeline, ..Joining::patiently(args.patience) };
+    let mut node = Node::join_with(&instance, Role::HopperSim, joining)?;
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {
         node.pass(crash::JOURNAL_OPENED).await;

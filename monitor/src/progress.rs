@@ -3,7 +3,7 @@
 use std::fmt;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Brief, Decision, Member, Name, RefusalCounts, Role, RunId, Standing, Status};
+use contract::{Brief, Decision, Member, Name, RefusalCounts, RobotId, Role, RunId, Standing, Status};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +54,9 @@ pub struct Progress {
     pub robots: Vec<Member>,
     /// Roles in the order of their codes.
     pub health: Vec<Health>,
+    /// Of several robots those that act and for which no planner plans, though others are planned for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unplanned: Vec<RobotId>,
     /// Malformed messages refused.
     pub refusals: RefusalCounts,
 }
@@ -232,6 +235,10 @@ impl fmt::Display for Progress {
                 None => write!(f, ", no {role}")?,
             }
         }
+        if !self.unplanned.is_empty() && !self.status.is_over() {
+            let numbers: Vec<String> = self.unplanned.iter().map(RobotId::to_string).collect();
+            write!(f, ", no planner of {}", numbers.join(" "))?;
+        }
         let refused: u64 = self.refusals.0.values().sum();
         if refused > 0 {
             write!(f, ", {refused} refused")?;
@@ -314,6 +321,7 @@ pub(crate) mod tests {
             measure: None,
             robots: Vec::new(),
             health: Role::ALL.map(health).into(),
+            unplanned: Vec::new(),
             refusals: RefusalCounts::default(),
         }
     }
@@ -341,6 +349,9 @@ pub(crate) mod tests {
             "term 1, 2 vetoes, 1 fallback (1 greedy), 3 decisions to catch up, perception silent for 1.3 s, \
                      no planner"
         ));
+        progress.health[2].alive = 1;
+        progress.unplanned = vec![RobotId(1), RobotId(3)];
+        assert!(progress.to_string().ends_with("perception silent for 1.3 s, no planner of 1 3"));
     }
 
     #[test]

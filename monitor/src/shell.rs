@@ -153,10 +153,7 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
 /// need an extension that this executable was built without.
 pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
     let instance = Instance::new(&args.peer.instance)?;
-    let mut node = Node::join(&instance, Role::Monitor)?;
-    if args.peer.lifeline {
-        node.hold_lifeline();
-    }
+    let mut node = Node::join_with(&instance, Role::Monitor, args.peer.joining())?;
     let (view, page) = view(args, extensions, &mut node)?;
     let observers = observers(args, extensions, &mut node)?;
     let show = Show { bar: if args.tui { Bar::default() } else { Bar::on_stderr() }, format: args.format };
@@ -169,23 +166,22 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
         watched.and_then(|exit| recorded.map(|()| exit))
     })?;
     // Whoever looks at the page needs no port: the instance is free for the next mission.
+    let shutdown = node.shutdown();
     drop(node);
     if let Some(page) = page.filter(|_| args.view.serves_on() && !args.tui && exit != Exit::Interrupted) {
-        serve_on(&page, args.peer.lifeline, "; --web-exit ends it with the mission")?;
+        serve_on(&page, &shutdown, args.peer.lifeline, "; --web-exit ends it with the mission")?;
     }
     Ok(exit)
 }
 
-/// Serves the page of a mission that is over until a signal, or until the parent that holds the lifeline lets go. `hint` is
-/// for the log.
+/// Serves the page of a mission that is over until `shutdown`, of which the parent is told if there is one. `hint` is for the
+/// log.
 ///
 /// # Errors
-/// If signals cannot be watched, or the parent cannot be informed.
-pub fn serve_on(page: &Page, lifeline: bool, hint: &str) -> Result<(), Failure> {
+/// If the parent cannot be informed.
+pub fn serve_on(page: &Page, shutdown: &ShutdownSignal, has_parent: bool, hint: &str) -> Result<(), Failure> {
     use std::io::Write;
-    let shutdown = ShutdownSignal::new()?;
-    if lifeline {
-        shutdown.hold_lifeline();
+    if has_parent {
         // The parent takes any output for the word that everything else is done.
         writeln!(std::io::stdout(), "serving").map_err(Failure::run)?;
         std::io::stdout().flush().map_err(Failure::run)?;

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable,
-    Refusal, RefusalCounts, RobotId, Role, RunId, State, Status, Team, Timeline,
+    Refusal, RefusalCounts, RobotId, RobotSet, Role, RunId, State, Status, Team, Timeline,
 };
 use report::{Executed, LatencyReport, Tally};
 
@@ -167,6 +167,7 @@ impl Watcher {
             measure: TeamMeasure::of(brief),
             robots: mission.robots.clone(),
             health: OTHERS.map(|role| self.health(mission, role, now)).into(),
+            unplanned: self.unplanned(now).iter().collect(),
             refusals: refusals.clone(),
         })
     }
@@ -379,6 +380,19 @@ impl Watcher {
             if silent {
                 silence.longest_ns = silence.longest_ns.max(silent_ns);
             }
+        }
+    }
+
+    /// The robots that act, as the living hopper-sim tells, and for which no planner plans; none if there is no planner at all,
+    /// and while not everybody can have been heard.
+    fn unplanned(&self, now: MonotonicNs) -> RobotSet {
+        let has_listened = self.began.is_some_and(|began| now.since_ns(began) >= SILENCE_NS);
+        let sim = self.peer_table.live(now).find(|peer| peer.beat.role == Role::HopperSim);
+        match sim {
+            Some(sim) if has_listened && self.peer_table.has(Role::Planner, now) => {
+                self.peer_table.without_planner(sim.beat.robots, now)
+            }
+            _ => RobotSet::NONE,
         }
     }
 

@@ -57,6 +57,7 @@ fn beat(role: Role, incarnation: u64, counter: u64) -> Event {
         run: RunId(1),
         decision: Decision(0),
         status: Status::Underway,
+        robots: contract::RobotSet::default(),
     })
 }
 

@@ -22,10 +22,7 @@ pub struct Args {
 /// If shared memory fails, or a peer was waited for longer than `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let instance = Instance::new(&args.peer.instance)?;
-    let mut node = Node::join(&instance, Role::Perception)?;
-    if args.peer.lifeline {
-        node.hold_lifeline();
-    }
+    let mut node = Node::join_with(&instance, Role::Perception, args.peer.joining())?;
     block_on(async {
         let cartographer = Cartographer::new(RobotId(0));
         let mut perception = Perception::join(&mut node, cartographer, args.peer.terms()).await?;

@@ -50,6 +50,8 @@ impl<P: Ports> RoutePorts<P> {
 /// Commands robots, or stands by.
 pub struct PlannerProcess<P: Ports> {
     membership: Membership<P>,
+    /// Those that it may command.
+    robots: RobotSet,
     pilot: Pilot,
     planner: Box<dyn Planner>,
     briefs: P::Reader<Brief>,
@@ -68,8 +70,8 @@ pub struct PlannerProcess<P: Ports> {
     error_bound: f64,
     /// Malformed messages about the map that the log has mentioned.
     refusals_logged: u64,
-    /// Why the mission that was heard of last is none for this planner.
-    unfit: Option<String>,
+    /// The run that was heard of last, if it is none for this planner, and why.
+    unfit: Option<(RunId, String)>,
     /// The run whose robots the algorithm can plan for, once that is known: what a robot is stays the same all mission long.
     suits: Option<RunId>,
 }
@@ -90,8 +92,11 @@ impl<P: Ports> PlannerProcess<P> {
         let announces = planner.announces();
         let command = |robot| Ok((robot, ports.writer(robot)?));
         let commands = claim.robots.iter().map(command).collect::<Result<_, _>>()?;
+        let mut membership = Membership::join(ports, Role::Planner, planner.name(), terms)?;
+        membership.tell_robots(claim.robots);
         let process = Self {
-            membership: Membership::join(ports, Role::Planner, planner.name(), terms)?,
+            membership,
+            robots: claim.robots,
             pilot: Pilot::new(PilotConfig {
                 robots: claim.robots,
                 incarnation: ports.incarnation(),
@@ -305,7 +310,10 @@ impl<P: Ports> PlannerProcess<P> {
         let error = if let Some(robot) = missing {
             format!("scenario {scenario} has robots 0 to {}, got robot {robot}", brief.robots - 1)
         } else if brief.tasks().into_iter().any(|task| self.planner.suits(task)) {
-            self.unfit = None;
+            // The brief comes again when some other peer has missed it; the robots of that run are those they were.
+            if self.unfit.as_ref().is_some_and(|(run, _)| *run != brief.run) {
+                self.unfit = None;
+            }
             return true;
         } else {
             let mut need: Vec<&str> = Vec::new();
@@ -317,7 +325,7 @@ impl<P: Ports> PlannerProcess<P> {
             let (need, got) = (need.join(", "), self.planner.name());
             format!("scenario {scenario} needs one of the planners {need}, got {got}")
         };
-        self.refuse(error);
+        self.refuse(brief.run, error);
         false
     }
 
@@ -347,21 +355,21 @@ impl<P: Ports> PlannerProcess<P> {
             self.suits = Some(team.run);
             return true;
         };
-        self.refuse(format!(
-            "robot {robot} of scenario {} needs one of the planners {}, got {}",
+        let error = format!(
+            "robot {robot} of scenario {} needs one of the planners {}, got {name}",
             brief.scenario,
-            need.join(", "),
-            name
-        ));
+            need.join(", ")
+        );
+        self.refuse(team.run, error);
         false
     }
 
     /// Notes why nothing can be planned, and logs it unless that was the last reason.
-    fn refuse(&mut self, error: String) {
-        if self.unfit.as_ref() != Some(&error) {
+    fn refuse(&mut self, run: RunId, error: String) {
+        if self.unfit.as_ref().is_none_or(|(_, known)| *known != error) {
             tracing::warn!("{error}; waiting for another mission");
         }
-        self.unfit = Some(error);
+        self.unfit = Some((run, error));
     }
 
     /// What is missing, if anything.
@@ -390,6 +398,8 @@ impl<P: Ports> Process<P> for PlannerProcess<P> {
             append(&mut effects, self.carry_out(&effect, ports).await.map_err(Into::into)?);
         }
         self.log_refusals();
+        // Who cannot plan for a mission does not man it.
+        self.membership.tell_robots(if self.unfit.is_some() { RobotSet::NONE } else { self.robots });
         self.commands.iter_mut().for_each(|(_, commands)| commands.idle());
         if let Some(routes) = &mut self.routes {
             routes.announcements.iter_mut().for_each(|(_, announcements)| announcements.idle());

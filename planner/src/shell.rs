@@ -80,10 +80,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 pub fn fly(peer: &PeerArgs, claim: &ClaimArgs, planner: Box<dyn Planner>) -> Result<Exit, Failure> {
     let name = planner.name();
     let instance = Instance::new(&peer.instance)?;
-    let mut node = Node::join(&instance, Role::Planner)?;
-    if peer.lifeline {
-        node.hold_lifeline();
-    }
+    let mut node = Node::join_with(&instance, Role::Planner, peer.joining())?;
     let ClaimArgs { robot: robots, takeover, succeeds_pid } = *claim;
     block_on(async {
         let claim = Claim { robots, takeover, succeeds_pid };

@@ -128,6 +128,7 @@ fn beat(of: Incarnation, counter: u64) -> Event {
         run: RUN,
         decision: Decision(0),
         status: Status::Underway,
+        robots: contract::RobotSet::default(),
     })
 }
 

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use node::inspect::{Memory, MissionReport, NodeHealth, Report, inspect};
+use contract::{RobotId, Role};
+use node::inspect::{Memory, MissionReport, NodeHealth, ProcessReport, Report, inspect};
 use node::{Cleaned, Exit, Failure, Instance, Removal, free_bytes};
 use report::{Format, table};
 use serde::Serialize;
@@ -130,6 +131,7 @@ fn instance_text(report: &Report) -> String {
                     process.pid.to_string(),
                     process.version.to_string(),
                     format!("{}{}", process.planner, if process.leads { " (leads)" } else { "" }),
+                    robots(process),
                     process.decision.to_string(),
                     process.status.to_string(),
                     format!("{} ms", process.age_ms),
@@ -137,7 +139,7 @@ fn instance_text(report: &Report) -> String {
             })
             .collect();
         text.push_str(&indented(&table(
-            ["role", "pid", "version", "planner", "decision", "status", "last beat"],
+            ["role", "pid", "version", "planner", "robots", "decision", "status", "last beat"],
             &rows,
         )));
     }
@@ -154,6 +156,16 @@ fn instance_text(report: &Report) -> String {
         let _ = writeln!(text, "  → {advice}");
     }
     text
+}
+
+/// The robots that a planner plans for.
+fn robots(process: &ProcessReport) -> String {
+    let numbers: Vec<String> = process.robots.iter().map(RobotId::to_string).collect();
+    match process.role {
+        Role::Planner if numbers.is_empty() => "none".to_owned(),
+        Role::Planner => numbers.join(" "),
+        _ => String::new(),
+    }
 }
 
 fn mission_text(mission: &MissionReport) -> String {

@@ -16,9 +16,10 @@ use scenario::{ResolvedScenario, Scenario};
 use crate::mission::OutputDir;
 use crate::mission::child::Supervised;
 use crate::mission::comparison::against_lockstep;
+use crate::mission::launch::{Launch, Recording};
 use crate::mission::planner_command::PlannerCommand;
 use crate::mission::run::in_lockstep;
-use crate::mission::supervisor::{self, Flight, Launch, Recording};
+use crate::mission::supervisor::{self, Flight};
 use lockstep::PlannerSchedule;
 
 /// Pause between two looks whether the page is still served.
@@ -107,14 +108,19 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             Err(failure) => failure,
         });
     };
-    output_dir.illustrate(&world, &mut summary, args.picture)?;
+    // A disk that is full by now hides neither how the mission went nor why it was stopped.
+    let illustrated = output_dir.illustrate(&world, &mut summary, args.picture);
     let recorded = recordings(args, 0).filter(|file| !earlier.contains(file));
     for (number, file) in (1..).zip(recorded) {
         let name = if number == 1 { "recording".into() } else { format!("recording-{number}") };
         summary.artifacts.insert(name, file);
     }
-    output_dir.keep(&summary)?;
-    print_summary(&summary, args.format)?;
+    let kept = illustrated.and(output_dir.keep(&summary));
+    let printed = print_summary(&summary, args.format);
+    let unwritten = kept.and(printed);
+    if let Err(failure) = &unwritten {
+        tracing::error!("{failure}");
+    }
     let interrupted = flight.verdict?;
     if let (Some(page), Some(shutdown)) = (flight.page, shutdown) {
         serve_on(page, &shutdown)?;
@@ -124,6 +130,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             "interrupted: the same command with --out {} resumes the mission",
             output_dir.dir().display()
         );
+    }
+    if !interrupted {
+        unwritten?;
     }
     if let Some(path) = args.record.record.as_ref().filter(|_| !flight.watched && !interrupted) {
         let message = format!(

@@ -170,7 +170,7 @@ fn line(text: &str) -> Result<(), End> {
 }
 
 fn list(target: &Target) -> Result<(), End> {
-    let (instance, _) = appear(target)?;
+    let (instance, ..) = appear(target)?;
     let services = services(&instance)?;
     match target.format {
         Format::Json => services.iter().try_for_each(|service| line(&json!(service).to_string())),
@@ -299,8 +299,13 @@ fn watch(
 ) -> Result<(), End> {
     /// The last messages of a mission are on their way when it ends.
     const FAREWELL_NS: u64 = 200_000_000;
-    let (instance, mut patience) = appear(target)?;
+    let (instance, mut patience, shutdown) = appear(target)?;
     let mut node = Node::visit(&instance)?;
+    // The node watches from here on; what came before is not lost.
+    if matches!(shutdown.stop_reason(), Some(StopReason::Signal)) {
+        return Err(End::Stopped);
+    }
+    drop(shutdown);
     let mut next = open(&mut node, topic, full)?;
     let mut states = node.reader::<State>(topic.robot, false)?;
     let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
@@ -336,8 +341,8 @@ fn watch(
     }
 }
 
-/// Waits until a process of the instance lives.
-fn appear(target: &Target) -> Result<(Instance, Patience), End> {
+/// Waits until a process of the instance lives; with it comes what has watched signals meanwhile.
+fn appear(target: &Target) -> Result<(Instance, Patience, ShutdownSignal), End> {
     const PAUSE: Duration = Duration::from_millis(20);
     let instance = Instance::new(&target.instance)?;
     let mut patience = Patience::new(Some(target.wait));
@@ -351,7 +356,7 @@ fn appear(target: &Target) -> Result<(Instance, Patience), End> {
             return Err(End::Stopped);
         }
     }
-    Ok((instance, patience))
+    Ok((instance, patience, shutdown))
 }
 
 /// Which instances run, in words.

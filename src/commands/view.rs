@@ -10,7 +10,7 @@ use monitor::shell::{PAGE_ADDRESS, address, serve_on};
 use monitor::web::Page;
 use monitor::web::hosts::host_name;
 use monitor::{History, Input, Watcher};
-use node::{Exit, Failure};
+use node::{Exit, Failure, ShutdownSignal};
 use planner::{Budget, Situation};
 use scenario::{ResolvedScenario, Scenario};
 
@@ -64,6 +64,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// # Errors
 /// If the address cannot be had, or signals cannot be watched.
 pub fn serve(mut history: History, args: &ServeArgs) -> Result<Exit, Failure> {
+    // Before the page's address is known: from then on a signal may come.
+    let shutdown = ShutdownSignal::new()?;
     history.end();
     if history.is_interrupted() {
         let decisions = history.hops().map_or(0, |hops| hops.due().0);
@@ -75,7 +77,7 @@ pub fn serve(mut history: History, args: &ServeArgs) -> Result<Exit, Failure> {
     if args.open {
         page.open_in_browser();
     }
-    serve_on(&page, false, "")?;
+    serve_on(&page, &shutdown, false, "")?;
     Ok(Exit::Done)
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-use contract::{MonotonicNs, Role};
+use contract::{MonotonicNs, RobotSet, Role};
 use node::{Failure, Node};
 
 /// Restarts of a child within [`RESTART_WINDOW_NS`] before its supervisor gives it up.
@@ -55,6 +55,8 @@ struct OwnProgram {
 pub struct Supervised {
     /// Role it plays in the mission.
     pub role: Role,
+    /// The robots that it was started to plan for, if it is a planner.
+    pub robots: RobotSet,
     /// Times that it was started again after a crash.
     pub restarts: u64,
     /// When the current process was started.
@@ -119,6 +121,7 @@ impl Supervised {
         let (child, lifeline, output) = spawn(program, role, &arguments, own.as_ref(), configure)?;
         Ok(Self {
             role,
+            robots: RobotSet::NONE,
             own,
             restarts: 0,
             started: Node::now(),

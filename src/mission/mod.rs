@@ -3,6 +3,7 @@
 pub mod child;
 pub mod comparison;
 pub mod flown;
+pub mod launch;
 pub mod output_dir;
 pub mod planner_command;
 pub mod robots;

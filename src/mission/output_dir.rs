@@ -36,6 +36,8 @@ pub struct OutputDir {
     run: RunId,
     /// Whether this began the journal.
     began: bool,
+    /// Folders that this has made, the innermost first.
+    made: Vec<PathBuf>,
     /// The folder, locked.
     lock: File,
 }
@@ -72,10 +74,26 @@ impl OutputDir {
         world: &ResolvedScenario,
         seed: u64,
     ) -> Result<(Self, Journal), Failure> {
-        let dir = match dir {
-            Some(dir) => dir,
+        let (dir, made) = match dir {
+            Some(dir) => {
+                let made = missing_folders(&dir);
+                (dir, made)
+            }
             None => fresh_folder(world.brief.scenario.as_str(), seed)?,
         };
+        let opened = Self::open_in(dir, &made, world, seed);
+        if opened.is_err() {
+            remove_empty(&made);
+        }
+        opened
+    }
+
+    fn open_in(
+        dir: PathBuf,
+        made: &[PathBuf],
+        world: &ResolvedScenario,
+        seed: u64,
+    ) -> Result<(Self, Journal), Failure> {
         private_file::create_folder(&dir).map_err(|error| match error {
             FileError::Io { source, .. } => cannot_be_made(&dir, &source),
             other => Failure::usage(other),
@@ -88,11 +106,11 @@ impl OutputDir {
         let journal_dir = dir.join("journal");
         let began = !Journal::exists(&journal_dir);
         let journal = open_journal(&journal_dir, world, seed, false)?;
-        Ok((Self { dir, run: journal.header().run(), began, lock }, journal))
+        Ok((Self { dir, run: journal.header().run(), began, made: made.to_vec(), lock }, journal))
     }
 
-    /// Removes the journal if this began it and nothing was flown: a mission that was refused keeps the folder for no
-    /// other.
+    /// Removes the journal if this began it and nothing was flown, and the folder if this made it: a mission that was refused
+    /// keeps it for no other.
     pub fn withdraw(&self) {
         let dir = self.journal_dir();
         // Held while it is removed, and let go of if it is not what was begun here.
@@ -102,6 +120,12 @@ impl OutputDir {
                 let _ = std::fs::remove_file(dir.join(file));
             }
             let _ = std::fs::remove_dir(&dir);
+            if !self.made.is_empty() {
+                for file in FILES {
+                    let _ = std::fs::remove_file(self.dir.join(file));
+                }
+                remove_empty(&self.made);
+            }
         }
     }
 
@@ -303,11 +327,24 @@ fn cannot_be_made(dir: &Path, error: &std::io::Error) -> Failure {
     Failure::new(Exit::Usage, format!("--out {} cannot be made: {error}", dir.display()))
 }
 
-/// Makes the first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist.
-fn fresh_folder(scenario: &str, seed: u64) -> Result<PathBuf, Failure> {
+/// The folders of a path that are not there, the innermost first.
+fn missing_folders(path: &Path) -> Vec<PathBuf> {
+    let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && folder.symlink_metadata().is_err();
+    path.ancestors().take_while(is_missing).map(Path::to_path_buf).collect()
+}
+
+/// Removes folders, the innermost first, up to one that is not empty.
+fn remove_empty(folders: &[PathBuf]) {
+    // One that is not empty holds something of somebody else's.
+    let _ = folders.iter().try_for_each(std::fs::remove_dir);
+}
+
+/// Makes the first of `out/NAME-SEED`, `out/NAME-SEED-2`, … that does not exist; with the folders that were made.
+fn fresh_folder(scenario: &str, seed: u64) -> Result<(PathBuf, Vec<PathBuf>), Failure> {
     let out = Path::new("out");
-    let made = DirBuilder::new().recursive(true).mode(0o700).create(out);
-    made.map_err(|error| cannot_be_made(out, &error))?;
+    let mut made = missing_folders(out);
+    let created = DirBuilder::new().recursive(true).mode(0o700).create(out);
+    created.map_err(|error| cannot_be_made(out, &error))?;
     let mut dir = out.join(format!("{scenario}-{seed}"));
     for number in 2_u64.. {
         match DirBuilder::new().mode(0o700).create(&dir) {
@@ -318,5 +355,6 @@ fn fresh_folder(scenario: &str, seed: u64) -> Result<PathBuf, Failure> {
             Err(error) => return Err(cannot_be_made(&dir, &error)),
         }
     }
-    Ok(dir)
+    made.insert(0, dir.clone());
+    Ok((dir, made))
 }

@@ -1,23 +1,24 @@
 //! Supervises the four processes of a mission: starts them, restarts those that die or hang, ends them.
 
-use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 use std::time::Duration;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Heartbeat, MonotonicNs, Name, PeerTable, RobotId, Role, RunId};
-use hopper_sim::{Journal, Pace};
-use monitor::shell::ViewArgs;
-use node::{Exit, Failure, Instance, Node};
+use contract::{Heartbeat, MissingPeer, MonotonicNs, PeerTable, RobotId, RobotSet, Role, RunId, Team};
+use hopper_sim::Journal;
+use node::{Exit, Failure, Instance, Joining, LockHolder, Node};
 use process::{Ports as _, Reader as _};
 use report::{Process, Summary};
 
 use super::OutputDir;
 use super::child::{RESTART_WINDOW_NS, RESTARTS_MAX, Supervised};
-use super::planner_command::PlannerCommand;
+use super::launch::Launch;
 
 /// A child whose heartbeat has not advanced for this long counts as hung and is killed, nanoseconds.
 const HANG_NS: u64 = 10 * SILENCE_NS;
+
+/// How long a process holds the instance's lock at every look before it counts as in the way, nanoseconds.
+const HOLD_UP_NS: u64 = 3 * SILENCE_NS;
 
 /// How long children may take to end by themselves, nanoseconds.
 const FAREWELL_NS: u64 = 3_000_000_000;
@@ -27,37 +28,6 @@ const RECORDER_NS: u64 = 5_000_000_000;
 
 /// Pause between two checks of the children.
 const PERIOD: Duration = Duration::from_millis(20);
-
-/// What the processes are started with.
-#[derive(Clone, Debug)]
-pub struct Launch {
-    /// Instance that all four join.
-    pub instance: String,
-    /// Algorithm of each robot's planner, in the order of their numbers. Every robot has a process of its own.
-    pub planners: Vec<Name>,
-    /// The program that is each robot's planner in place of those algorithms.
-    pub planner_command: Option<PlannerCommand>,
-    /// Seed of the draws; the scenario itself is read from the output folder.
-    pub seed: u64,
-    /// Landings a second at most, simulated by hopper-sim.
-    pub pace: Pace,
-    /// The page that the monitor serves, if it does, and whether hopper-sim obeys orders and the monitor gives them.
-    pub view: ViewArgs,
-    /// What the monitor records, if it does.
-    pub recording: Option<Recording>,
-    /// How long the hopper holds when a process it needs was given up, or its journal is displaced, before the mission is
-    /// stopped.
-    pub patience: Duration,
-}
-
-/// The recording that the monitor makes.
-#[derive(Clone, Debug)]
-pub struct Recording {
-    /// File to write, which must not exist yet.
-    pub file: PathBuf,
-    /// Whether policies are recorded too.
-    pub with_policies: bool,
-}
 
 /// A mission flown by four processes.
 #[derive(Debug)]
@@ -101,7 +71,10 @@ fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Resul
     };
     let page = supervisor.page();
     drop(supervisor);
-    instance.clean()?;
+    if let Err(error) = instance.clean() {
+        // What the mission came to is known, and reported.
+        tracing::warn!("what is left of the instance could not be removed: {error}");
+    }
     let summary = match (printed, &verdict) {
         // A program of the user's was refused, and hopper-sim ended in order.
         (Some(Summary { decisions: 0, .. }), Err(failure)) if failure.exit == Exit::Usage => None,
@@ -114,74 +87,14 @@ fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Resul
     Ok(Flight { summary, verdict, watched, page })
 }
 
-impl Launch {
-    fn words(&self, words: &[&str]) -> Vec<String> {
-        words.iter().copied().chain(["--instance", &self.instance]).map(str::to_owned).collect()
-    }
-
-    fn sim(&self, output_dir: &OutputDir) -> Vec<String> {
-        let mut words = self.words(&["sim", "--format", "json"]);
-        for (flag, value) in [
-            ("--seed", self.seed.to_string()),
-            ("--pace", self.pace.to_string()),
-            ("--scenario", text(&output_dir.scenario())),
-            ("--journal", text(&output_dir.journal_dir())),
-            ("--resume-run", output_dir.run().to_string()),
-            ("--patience", format!("{}ns", self.patience.as_nanos())),
-        ] {
-            words.extend([flag.to_owned(), value]);
-        }
-        words.extend(self.view.control.then(|| "--control".to_owned()));
-        words
-    }
-
-    /// The planner of a robot.
-    fn planner(&self, program: &Path, robot: usize, algorithm: Name) -> Result<Supervised, Failure> {
-        let robot = robot.to_string();
-        match &self.planner_command {
-            Some(command) => {
-                let environment = vec![("HOPPER_INSTANCE", self.instance.clone()), ("HOPPER_ROBOT", robot)];
-                Supervised::start_own(command.program(), command.arguments().to_vec(), environment)
-            }
-            None => {
-                let words = ["planner", "--algorithm", algorithm.as_str(), "--robot", &robot];
-                Supervised::start(program, Role::Planner, self.words(&words))
-            }
-        }
-    }
-
-    /// Whether a mission that goes on takes a decision within its patience, whatever its pace.
-    fn decides_within_patience(&self) -> bool {
-        !self.view.control && self.pace == Pace::Max
-    }
-
-    fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
-        let mut words = self.words(&["monitor"]);
-        let ViewArgs { web, ref web_host, web_exit, open, control } = self.view;
-        words.extend(web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
-        words.extend(web_host.iter().flat_map(|name| ["--web-host".to_owned(), name.clone()]));
-        // Without a page, orders come from monitors started by hand.
-        for (flag, is_set) in [("--control", control), ("--web-exit", web_exit), ("--open", open)] {
-            words.extend((is_set && web.is_some()).then(|| flag.to_owned()));
-        }
-        let Some(recording) = &self.recording else { return words };
-        words.extend(["--record".into(), text(&recording.file)]);
-        words.extend(["--record-scenario".into(), text(&output_dir.scenario())]);
-        for (key, value) in [
-            ("seed", self.seed.to_string()),
-            ("pace", self.pace.to_string()),
-            ("commit", crate::COMMIT.to_owned()),
-        ] {
-            words.extend(["--record-note".into(), format!("{key}={value}")]);
-        }
-        words.extend(recording.with_policies.then(|| "--record-policies".to_owned()));
-        words
-    }
-}
-
-/// `path` as an argument.
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
+/// A process that holds the instance's lock while a child waits for it.
+#[derive(Debug)]
+struct InTheWay {
+    holder: LockHolder,
+    /// When it was first seen; it was at every look since.
+    since: MonotonicNs,
+    /// Whether the log has named it.
+    logged: bool,
 }
 
 struct Supervisor {
@@ -199,8 +112,17 @@ struct Supervisor {
     turned: MonotonicNs,
     /// When the supervisor itself was last found to have been stopped; heartbeats missed before that prove nothing.
     woke: MonotonicNs,
-    /// Since when the hopper has been holding because a process it needs was given up.
-    holding: Option<MonotonicNs>,
+    /// What has been missing that nobody will start again, and since when something has been.
+    holding: Option<(MissingPeer, MonotonicNs)>,
+    /// The robots that still act, as hopper-sim last told.
+    acting: RobotSet,
+    /// The robots as last published, read only where a program of the user's plans.
+    teams: Option<node::Reader<Team>>,
+    team: Option<Team>,
+    /// When a decision was last published.
+    advanced: MonotonicNs,
+    /// The process that keeps a child from joining.
+    in_the_way: Option<InTheWay>,
     /// Whether any monitor process exited with an error.
     monitor_failed: bool,
 }
@@ -212,8 +134,9 @@ impl Supervisor {
         output_dir: &OutputDir,
         journal: Journal,
     ) -> Result<Self, Failure> {
-        let mut node = Node::visit(instance)?;
+        let mut node = Node::visit_with(instance, Joining::patiently(launch.patience))?;
         let mut beats = node.reader(RobotId(0), false)?;
+        let teams = launch.planner_command.as_ref().map(|_| node.reader(RobotId(0), false)).transpose()?;
         let program = std::env::current_exe().map_err(Failure::run)?;
         let published = journal.len();
         let start = |role, words| Supervised::start(&program, role, words);
@@ -226,7 +149,7 @@ impl Supervisor {
         drop(journal);
         let sim = start(Role::HopperSim, launch.sim(output_dir))?;
         let mut peers = vec![start(Role::Perception, launch.words(&["perception"]))?];
-        for (robot, planner) in launch.planners.iter().enumerate() {
+        for (robot, planner) in (0..).map(RobotId).zip(&launch.planners) {
             peers.push(launch.planner(&program, robot, *planner)?);
         }
         peers.push(monitor);
@@ -242,6 +165,11 @@ impl Supervisor {
             turned: Node::now(),
             woke: Node::now(),
             holding: None,
+            acting: RobotSet::first(launch.planners.len() as u16),
+            teams,
+            team: None,
+            advanced: Node::now(),
+            in_the_way: None,
             monitor_failed: false,
         })
     }
@@ -260,6 +188,7 @@ impl Supervisor {
             self.hear();
             if let Some(status) = self.sim.ended()? {
                 match status.code() {
+                    Some(1) if self.sim.restarts > 0 && !self.has_sim_joined() => self.revive_sim(status)?,
                     Some(0 | 1) => return Ok(false),
                     Some(130) => return Ok(true),
                     Some(code) => return Err(gave_in(Role::HopperSim, code)),
@@ -267,8 +196,9 @@ impl Supervisor {
                 }
             }
             self.check_own(launch)?;
-            self.revive_peers()?;
-            self.kill_hung()?;
+            self.revive_peers(launch)?;
+            self.endure_hold_up(launch)?;
+            self.kill_hung(launch)?;
             self.hold_for_help(launch)?;
         }
     }
@@ -277,13 +207,63 @@ impl Supervisor {
     fn hear(&mut self) {
         for beat in self.beats.drain().into_iter().flatten() {
             if self.sim.is(beat.pid) && beat.run == self.run {
-                self.published = self.published.max(beat.decision.0);
+                if beat.decision.0 > self.published {
+                    (self.published, self.advanced) = (beat.decision.0, Node::now());
+                }
+                self.acting = beat.robots;
             }
             if beat.role == Role::Planner {
                 self.peers.iter_mut().for_each(|peer| peer.hear(beat.pid, Node::now()));
             }
             self.peer_table.observe(beat, Node::now());
         }
+        let team = self.teams.as_mut().and_then(|teams| teams.newest()).and_then(Result::ok);
+        self.team = team.filter(|team| team.run == self.run).or(self.team.take());
+    }
+
+    /// Whether the present hopper-sim has sent a heartbeat. One that has not and ends with an error could not join, which
+    /// another may.
+    fn has_sim_joined(&mut self) -> bool {
+        self.hear();
+        has_joined(&self.peer_table, &self.sim)
+    }
+
+    /// A process that was stopped while it joined, say, keeps others from joining. That lasts as long as patience does.
+    fn endure_hold_up(&mut self, launch: &Launch) -> Result<(), Failure> {
+        let now = Node::now();
+        let mut waiting = None;
+        for child in self.peers.iter_mut().chain([&mut self.sim]) {
+            let has_time = now.since_ns(child.started) <= SILENCE_NS;
+            if has_time || has_joined(&self.peer_table, child) || child.ended()?.is_some() {
+                continue;
+            }
+            // A mission does without its monitor.
+            let is_vital = child.role != Role::Monitor;
+            if is_vital || waiting.is_none() {
+                waiting = Some((is_vital, launch.name_of(child)));
+            }
+        }
+        let holder = waiting.as_ref().and_then(|_| self.node.instance().held_up_by());
+        let (Some((is_vital, who)), Some(holder)) = (waiting, holder) else {
+            self.in_the_way = None;
+            return Ok(());
+        };
+        let known = self.in_the_way.take().filter(|known| known.holder.pid == holder.pid);
+        let since = known.as_ref().map_or(now, |known| known.since);
+        let lasts = now.since_ns(since);
+        // Whoever makes its ports is seen at it many times, for a moment each.
+        let is_in_the_way = holder.is_stopped || lasts >= HOLD_UP_NS;
+        let was_logged = known.is_some_and(|known| known.logged);
+        let patience = launch.patience;
+        if is_vital && is_in_the_way && u128::from(lasts) >= patience.as_nanos() {
+            let message = format!("{who} could not join for {patience:?}: in its way is {holder}");
+            return Err(Failure::new(Exit::Failed, message));
+        }
+        if is_in_the_way && !was_logged {
+            tracing::error!("{who} cannot join, for at most {patience:?}: in its way is {holder}");
+        }
+        self.in_the_way = Some(InTheWay { holder, since, logged: is_in_the_way || was_logged });
+        Ok(())
     }
 
     /// What was published is never flown again: the next life gets that number.
@@ -309,18 +289,27 @@ impl Supervisor {
             // Its heartbeats may have come meanwhile.
             self.hear();
         }
-        let stands = self.published == self.published_before && launch.decides_within_patience();
+        let awaited = self.awaits_first_command().filter(|_| launch.decides_within_patience());
+        let advanced = self.advanced;
         for peer in self.peers.iter_mut().filter(|peer| peer.is_own()) {
             let ended = peer.ended()?.filter(|status| status.code().is_some());
+            let is_awaited = awaited.is_some_and(|robot| peer.robots.has(robot));
+            let robots = if launch.planners.len() == 1 {
+                String::new()
+            } else {
+                format!(" for robot {}", peer.robots)
+            };
             let got = match (peer.joined(), ended) {
                 (None, Some(status)) => {
-                    format!("ended with {status} before it joined: its output above may say why")
+                    format!("ended{robots} with {status} before it joined: its output above may say why")
                 }
-                (None, None) if is_over(peer.started) => format!("has not joined within {patience:?}"),
-                (Some(joined), None) if stands && is_over(joined) => {
+                (None, None) if is_over(peer.started) => {
+                    format!("has not joined{robots} within {patience:?}")
+                }
+                (Some(joined), None) if is_awaited && is_over(joined.max(advanced)) => {
                     format!(
-                        "joined and has not commanded within {patience:?}: its output above may say why; a planner commands \
-                         robot HOPPER_ROBOT"
+                        "joined and has not commanded{robots} within {patience:?}: its output above may say why; a planner \
+                         commands robot HOPPER_ROBOT"
                     )
                 }
                 _ => continue,
@@ -334,7 +323,17 @@ impl Supervisor {
         Ok(())
     }
 
-    fn revive_peers(&mut self) -> Result<(), Failure> {
+    /// The robot that is due, if nobody who lives has commanded it.
+    fn awaits_first_command(&self) -> Option<RobotId> {
+        let Some(team) = &self.team else {
+            return (self.published == self.published_before).then_some(RobotId(0));
+        };
+        let leader = team.member(team.due)?.leader.incarnation;
+        let is_led = self.peer_table.live(Node::now()).any(|peer| peer.beat.incarnation == leader);
+        (!is_led).then_some(team.due)
+    }
+
+    fn revive_peers(&mut self, launch: &Launch) -> Result<(), Failure> {
         for peer in &mut self.peers {
             let Some(status) = peer.ended()? else { continue };
             // A mission does not need its monitor, but one that refuses its arguments was given wrong ones.
@@ -353,43 +352,57 @@ impl Supervisor {
                 continue;
             }
             if peer.may_restart(Node::now()) {
-                tracing::warn!("{} died ({status}): restarting it", peer.role);
+                tracing::warn!("{} died ({status}): restarting it", launch.name_of(peer));
                 peer.restart()?;
             } else {
                 peer.given_up = true;
-                tracing::error!("{} {}: giving it up", peer.role, died_too_often(status));
+                tracing::error!("{} {}: giving it up", launch.name_of(peer), died_too_often(status));
             }
         }
         Ok(())
     }
 
-    /// Without perception or planner the hopper holds. Somebody may start another by hand until patience runs out.
+    /// Without perception, or a planner of a robot that still acts, the mission holds. Somebody may start another by hand
+    /// until patience runs out.
     fn hold_for_help(&mut self, launch: &Launch) -> Result<(), Failure> {
         let now = Node::now();
-        let wanted = |peer: &&Supervised| {
-            peer.given_up && peer.role != Role::Monitor && !self.peer_table.has(peer.role, now)
-        };
-        let Some(role) = self.peers.iter().find(wanted).map(|peer| peer.role) else {
+        let Some(missing) = self.missing_for_good(now) else {
             self.holding = None;
             return Ok(());
         };
-        let since = *self.holding.get_or_insert_with(|| {
+        let (who, patience) = (launch.who_holds(), launch.patience);
+        let since = self.holding.map_or(now, |(_, since)| since);
+        if self.holding.is_none_or(|(known, _)| known != missing) {
+            let commands = launch.commands_for(missing);
             tracing::error!(
-                "the hopper holds: start another {role} with `hopper {role} --instance {}` within {:?}",
-                launch.instance,
-                launch.patience
+                "{who} holds without {missing}: start another with {commands} within {patience:?}"
             );
-            now
-        });
-        if u128::from(now.since_ns(since)) < launch.patience.as_nanos() {
+        }
+        self.holding = Some((missing, since));
+        if u128::from(now.since_ns(since)) < patience.as_nanos() {
             return Ok(());
         }
-        let message =
-            format!("the hopper held for {:?} without a {role}, and nobody started one", launch.patience);
+        let message = format!("{who} held for {patience:?} without {missing}, and nobody started one");
         Err(Failure::new(Exit::Failed, message))
     }
 
-    fn kill_hung(&mut self) -> Result<(), Failure> {
+    /// What the mission lacks, if no restart will bring it: who was given up, and who lives and cannot plan for its robots.
+    fn missing_for_good(&self, now: MonotonicNs) -> Option<MissingPeer> {
+        let given_up = |role| self.peers.iter().filter(move |peer| peer.role == role && peer.given_up);
+        if given_up(Role::Perception).next().is_some() && !self.peer_table.has(Role::Perception, now) {
+            return Some(MissingPeer::Perception);
+        }
+        let cannot_plan = |peer: &&Supervised| {
+            let alive = self.peer_table.live(now).find(|known| known.beat.pid == peer.beating_pid());
+            alive.is_some_and(|known| !peer.robots.without(known.beat.robots).is_empty())
+        };
+        let helpless = given_up(Role::Planner).chain(self.peers.iter().filter(cannot_plan));
+        let robots = helpless.fold(RobotSet::NONE, |set, peer| set.union(peer.robots));
+        let unplanned = self.peer_table.without_planner(robots.intersection(self.acting), now);
+        (!unplanned.is_empty()).then_some(MissingPeer::Planner(unplanned))
+    }
+
+    fn kill_hung(&mut self, launch: &Launch) -> Result<(), Failure> {
         let now = Node::now();
         for child in self.peers.iter_mut().chain([&mut self.sim]) {
             if child.is_own() && child.joined().is_none() {
@@ -401,8 +414,13 @@ impl Supervisor {
                 .by_pid(child.beating_pid())
                 .map_or(child.started, |peer| peer.advanced)
                 .max(self.woke);
+            let is_in_the_way = self.in_the_way.as_ref().is_none_or(|known| child.is(known.holder.pid));
+            if !is_in_the_way && !has_joined(&self.peer_table, child) {
+                // It waits for the holder.
+                continue;
+            }
             if child.ended()?.is_none() && now.since_ns(heard) > HANG_NS {
-                tracing::warn!("{} hangs (no heartbeat): killing it", child.role);
+                tracing::warn!("{} hangs (no heartbeat): killing it", launch.name_of(child));
                 child.kill();
             }
         }
@@ -497,6 +515,11 @@ fn await_heartbeat(
         node.sleep(PERIOD);
     }
     Ok(())
+}
+
+/// Whether the child's present process has sent a heartbeat.
+fn has_joined(peer_table: &PeerTable, child: &Supervised) -> bool {
+    peer_table.by_pid(child.beating_pid()).is_some_and(|peer| peer.advanced >= child.started)
 }
 
 fn died_too_often(status: ExitStatus) -> String {

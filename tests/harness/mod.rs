@@ -250,18 +250,19 @@ impl Process {
         rustix::process::kill_process(pid, signal).unwrap();
     }
 
+    /// The processes that it has started and that have not been waited for.
+    pub fn children(&self) -> Vec<i32> {
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", self.pid())).into_iter().flatten();
+        tasks
+            .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
+            .flat_map(|text| text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>())
+            .collect()
+    }
+
     /// Kills the child process that was started as `hopper ROLE`; waits for it if it is still to come.
     pub fn kill_child(&self, role: &str) {
-        let parent = self.pid();
         let find = || {
-            let tasks = std::fs::read_dir(format!("/proc/{parent}/task")).ok()?;
-            let children: Vec<i32> = tasks
-                .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("children")).ok())
-                .flat_map(|text| {
-                    text.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>()
-                })
-                .collect();
-            children.into_iter().find(|pid| {
+            self.children().into_iter().find(|pid| {
                 std::fs::read(format!("/proc/{pid}/cmdline"))
                     .is_ok_and(|line| line.split(|byte| *byte == 0).nth(1) == Some(role.as_bytes()))
             })

@@ -64,6 +64,7 @@ pub use protocol::command::Command;
 pub use protocol::control::{Control, Order, Pacing};
 pub use protocol::digest::Digest;
 pub use protocol::heartbeat::Heartbeat;
+pub use protocol::missing_peer::MissingPeer;
 pub use protocol::page_cursor::PageCursor;
 pub use protocol::past::{PastPage, PastRequest};
 pub use protocol::peer_table::PeerTable;

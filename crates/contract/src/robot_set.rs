@@ -15,6 +15,9 @@ impl RobotSet {
     /// Every robot that a mission may have.
     pub const ALL: RobotSet = RobotSet(u16::MAX);
 
+    /// No robot.
+    pub const NONE: RobotSet = RobotSet(0);
+
     /// The robots 0 to `count` − 1.
     #[must_use]
     pub fn first(count: u16) -> Self {
@@ -37,6 +40,30 @@ impl RobotSet {
     #[must_use]
     pub fn with(self, robot: RobotId) -> Self {
         Self(self.0 | 1_u16.checked_shl(robot.0.into()).unwrap_or(0))
+    }
+
+    /// These and `others`.
+    #[must_use]
+    pub fn union(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// Those of these that are among `others`.
+    #[must_use]
+    pub fn intersection(self, others: Self) -> Self {
+        Self(self.0 & others.0)
+    }
+
+    /// These, but for `others`.
+    #[must_use]
+    pub fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
     }
 
     /// In the order of their numbers.

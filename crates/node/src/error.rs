@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use contract::Role;
 use process::{Exit, Failure};
 
+use crate::lock_holder::LockHolder;
 use crate::shared_memory::SHARED_MEMORY;
 
 /// Why a process could not join, open a port, or send.
 #[derive(Debug, thiserror::Error)]
 pub enum NodeError {
     /// The instance's name cannot be used.
-    #[error("an instance needs a name of 1 to {max} printable ASCII characters without spaces, got {got:?}")]
+    #[error(
+        "an instance needs a name of 1 to {max} printable ASCII characters without spaces, the first no hyphen, got {got:?}"
+    )]
     InstanceName {
         /// Most characters that a name may have.
         max: usize,
@@ -82,13 +85,21 @@ pub enum NodeError {
         own_build: String,
     },
     /// Another process makes or removes something in the instance and does not finish; it may be stopped.
-    #[error("{root} needs to be free for a moment, another process has been working in it for {waited_s} s")]
+    #[error(
+        "{path} needs to be free for a moment, and has been held for {waited_s} s by {}",
+        holder.as_ref().map_or("another process".into(), ToString::to_string)
+    )]
     Busy {
-        /// Folder of the instance.
-        root: PathBuf,
-        /// Seconds after which it gave up.
+        /// Lock file of the instance.
+        path: PathBuf,
+        /// Time that was waited for it, seconds.
         waited_s: f64,
+        /// The process that holds it, if it can be seen.
+        holder: Option<Box<LockHolder>>,
     },
+    /// This process is to stop, and was still waiting for another.
+    #[error("interrupted while waiting for another process of the instance")]
+    Interrupted,
     /// Another process has a role that only one may have.
     #[error("instance {instance:?} needs one {role}, and process {} is it", holder.map_or("unknown".into(), |pid| pid.to_string()))]
     Held {
@@ -194,6 +205,7 @@ impl NodeError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::InstanceName { .. } => Exit::Usage,
+            Self::Interrupted => Exit::Interrupted,
             Self::Held { .. }
             | Self::Full { .. }
             | Self::Mismatch { .. }

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Heartbeat, Incarnation, Leader, MonotonicNs, Name, PeerTable, Profile, RobotId, Role, RunId,
-    State, Status, Team,
+    Brief, Heartbeat, Incarnation, Leader, MissingPeer, MonotonicNs, Name, PeerTable, Profile, RobotId,
+    RobotSet, Role, RunId, State, Status, Team,
 };
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::{CallbackProgression, Node as MiddlewareNode, NodeState, Service};
@@ -62,6 +62,8 @@ pub struct ProcessReport {
     pub version: Name,
     /// Algorithm of a planner, empty of others.
     pub planner: Name,
+    /// The robots that a planner plans for; of hopper-sim those that still act.
+    pub robots: Vec<RobotId>,
     /// Whether it commands a robot.
     pub leads: bool,
     /// Heartbeats it has sent.
@@ -177,9 +179,9 @@ pub fn inspect(instance: &Instance) -> Result<Report, NodeError> {
     if alive {
         match report.listen(instance) {
             // What is known without joining is reported all the same.
-            Err(error @ (NodeError::NoRoom { .. } | NodeError::ForeignFile { .. })) => {
-                report.advice.push(format!("nobody can join: {error}"))
-            }
+            Err(
+                error @ (NodeError::NoRoom { .. } | NodeError::ForeignFile { .. } | NodeError::Busy { .. }),
+            ) => report.advice.push(format!("nobody can join: {error}")),
             listened => listened?,
         }
     } else {
@@ -300,15 +302,8 @@ impl Report {
         if let Some(status) = over {
             advice.push(format!("the mission is over ({status}); the processes end by themselves"));
         }
-        let commands = [
-            (Role::HopperSim, "hopper sim"),
-            (Role::Perception, "hopper perception"),
-            (Role::Planner, "hopper planner"),
-            (Role::Monitor, "hopper monitor"),
-        ];
-        let missing = |role| !self.processes.iter().any(|process| process.role == role);
-        for (role, command) in commands.into_iter().filter(|(role, _)| over.is_none() && missing(*role)) {
-            advice.push(format!("no {role} beats: start `{command} --instance {name}`"));
+        if over.is_none() {
+            advice.extend(self.absences());
         }
         for node in &self.nodes {
             let (who, pid) = (&node.name, node.pid.unwrap_or(0));
@@ -340,6 +335,33 @@ impl Report {
     }
 }
 
+impl Report {
+    /// Who is missing, and the command that starts it. Without a hopper-sim nobody knows which robots act.
+    fn absences(&self) -> Vec<String> {
+        let name = &self.instance;
+        let of = |role| self.processes.iter().filter(move |process| process.role == role);
+        let mut absences = Vec::new();
+        for (role, command) in [
+            (Role::HopperSim, "hopper sim"),
+            (Role::Perception, "hopper perception"),
+            (Role::Planner, "hopper planner"),
+            (Role::Monitor, "hopper monitor"),
+        ] {
+            let acting = of(Role::HopperSim).flat_map(|sim| &sim.robots);
+            let planned = |robot: &&RobotId| of(Role::Planner).any(|planner| planner.robots.contains(robot));
+            let unplanned =
+                acting.filter(|robot| !planned(robot)).fold(RobotSet::NONE, |set, robot| set.with(*robot));
+            if role == Role::Planner && !unplanned.is_empty() {
+                let missing = MissingPeer::Planner(unplanned);
+                absences.push(format!("{missing} is missing: start `{}`", missing.command(Some(name))));
+            } else if of(role).next().is_none() {
+                absences.push(format!("no {role} beats: start `{command} --instance {name}`"));
+            }
+        }
+        absences
+    }
+}
+
 fn processes(
     peer_table: &PeerTable,
     leads: impl Fn(Incarnation) -> bool,
@@ -354,6 +376,7 @@ fn processes(
                 pid: beat.pid,
                 version: beat.version,
                 planner: beat.planner,
+                robots: beat.robots.iter().collect(),
                 leads: leads(beat.incarnation),
                 counter: beat.counter,
                 run: beat.run,

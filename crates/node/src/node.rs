@@ -19,8 +19,9 @@ use crate::middleware::Ipc;
 use crate::nonce::random_incarnation;
 use crate::ports::service::{requested, responded};
 use crate::ports::{Client, Reader, Server, Writer};
-use crate::session::shutdown::{ShutdownSignal, StopReason, sleep};
 use crate::session::{PATIENCE, SHORT_PATIENCE, Session};
+use crate::shutdown::{ShutdownSignal, StopReason, sleep};
+use crate::waiting::Waiting;
 use crate::{clock, crash, host};
 
 /// What ended a [`Node::sleep`].
@@ -34,12 +35,35 @@ pub enum Wake {
     Stop,
 }
 
+/// How a process joins.
+#[derive(Clone, Copy, Debug)]
+pub struct Joining {
+    /// How long it waits for a process that is in its way, such as one that was stopped while it joined.
+    pub patience: Duration,
+    /// Whether the end of standard input is a reason to stop, from the first moment on: see [`ShutdownSignal::hold_lifeline`].
+    pub lifeline: bool,
+}
+
+impl Joining {
+    /// With that patience, and no less than the usual one: on a busy machine the others take seconds to join.
+    #[must_use]
+    pub fn patiently(patience: Duration) -> Self {
+        Self { patience: patience.max(PATIENCE), lifeline: false }
+    }
+}
+
+impl Default for Joining {
+    fn default() -> Self {
+        Self { patience: PATIENCE, lifeline: false }
+    }
+}
+
 /// One process in its instance. Its ports may outlive it.
 #[derive(Debug)]
 pub struct Node {
     _cleanup: CleanupThread,
     listeners: Vec<(String, Listener<Ipc>)>,
-    shutdown: ShutdownSignal,
+    shutdown: Rc<ShutdownSignal>,
     incarnation: Incarnation,
     /// `None` of a visitor.
     role: Option<Role>,
@@ -52,7 +76,15 @@ impl Node {
     /// # Errors
     /// If the instance belongs to another user or another build, or if the middleware fails.
     pub fn join(instance: &Instance, role: Role) -> Result<Self, NodeError> {
-        Self::enter(instance, Some(role), role.as_str())
+        Self::join_with(instance, role, Joining::default())
+    }
+
+    /// As [`Node::join`], with other patience, or a parent.
+    ///
+    /// # Errors
+    /// As [`Node::join`].
+    pub fn join_with(instance: &Instance, role: Role, joining: Joining) -> Result<Self, NodeError> {
+        Self::enter(instance, Some(role), role.as_str(), joining)
     }
 
     /// Joins the instance as an observer without a role, which may use every port.
@@ -60,12 +92,29 @@ impl Node {
     /// # Errors
     /// As [`Node::join`].
     pub fn visit(instance: &Instance) -> Result<Self, NodeError> {
-        Self::enter(instance, None, "visitor")
+        Self::visit_with(instance, Joining::default())
     }
 
-    fn enter(instance: &Instance, role: Option<Role>, name: &str) -> Result<Self, NodeError> {
-        let shutdown = ShutdownSignal::new()?;
-        let session = Rc::new(Session::join(instance, name)?);
+    /// As [`Node::visit`], with other patience, or a parent.
+    ///
+    /// # Errors
+    /// As [`Node::join`].
+    pub fn visit_with(instance: &Instance, joining: Joining) -> Result<Self, NodeError> {
+        Self::enter(instance, None, "visitor", joining)
+    }
+
+    fn enter(
+        instance: &Instance,
+        role: Option<Role>,
+        name: &str,
+        joining: Joining,
+    ) -> Result<Self, NodeError> {
+        let shutdown = Rc::new(ShutdownSignal::new()?);
+        if joining.lifeline {
+            shutdown.hold_lifeline();
+        }
+        let waiting = Waiting::new(joining.patience, Some(Rc::clone(&shutdown)));
+        let session = Rc::new(Session::join(instance, name, waiting)?);
         Ok(Self {
             _cleanup: CleanupThread::start(instance, role)?,
             listeners: Vec::new(),
@@ -74,6 +123,12 @@ impl Node {
             role,
             session,
         })
+    }
+
+    /// What tells it to stop; it goes on doing so when the node has left the instance.
+    #[must_use]
+    pub fn shutdown(&self) -> Rc<ShutdownSignal> {
+        Rc::clone(&self.shutdown)
     }
 
     /// Now on the host's monotonic clock.

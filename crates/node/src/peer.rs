@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use process::Terms;
 
+use crate::node::Joining;
+
 /// Arguments of every process that waits for hopper-sim.
 #[derive(clap::Args, Clone, Debug)]
 pub struct PeerArgs {
@@ -23,6 +25,13 @@ pub struct PeerArgs {
 }
 
 impl PeerArgs {
+    /// How to join: a process that is in the way is waited for like any other peer.
+    #[must_use]
+    pub fn joining(&self) -> Joining {
+        let patience = self.wait.unwrap_or(Duration::MAX);
+        Joining { lifeline: self.lifeline, ..Joining::patiently(patience) }
+    }
+
     /// How long to wait, and whether to stay.
     #[must_use]
     pub fn terms(&self) -> Terms {

@@ -23,6 +23,7 @@ use crate::ports::service::{
     MiddlewarePublisher, MiddlewareSubscriber, count_readers, count_writers, open_publish_subscribe,
 };
 use crate::session::{self, Session};
+use crate::waiting::Waiting;
 
 /// One of the two processes that answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +97,7 @@ impl Relay {
     /// # Errors
     /// If the other two do not start within 10 s, or a message is lost.
     pub fn source(&self, rounds: u64, period: Duration) -> Result<Vec<u64>, NodeError> {
-        let session = Session::join(&self.instance, "relay")?;
+        let session = Session::join(&self.instance, "relay", Waiting::new(session::PATIENCE, None))?;
         let listener = listener::<Command>(&session)?;
         let states = Sender::<State>::new(&session, 1)?;
         let mut commands = Receiver::<Command>::new(&session)?;
@@ -136,7 +137,7 @@ impl Relay {
     /// # Errors
     /// If the middleware fails.
     pub fn answer(&self, stage: Stage) -> Result<(), NodeError> {
-        let session = Session::join(&self.instance, "relay")?;
+        let session = Session::join(&self.instance, "relay", Waiting::new(session::PATIENCE, None))?;
         match stage {
             Stage::Map => self.answer_with_maps(&session),
             Stage::Command => answer_with_commands(&session),

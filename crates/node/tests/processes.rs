@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 use crate::samples::{Own, ROBOT, eventually, state};
 use contract::{PastRequest, Role, State, TruthRequest};
 use node::inspect::{NodeHealth, inspect};
-use node::{Cleaned, Exit, Instance, Node, NodeError, crash_point};
+use node::{Cleaned, Exit, Instance, Joining, Node, NodeError, crash_point};
 use process::{Ports, Reader as _, Writer as _};
+use rustix::fs::{FlockOperation, flock};
 use rustix::process::{Pid, Signal, kill_process};
 
 const PART: &str = "NODE_TEST_PART";
@@ -85,6 +86,20 @@ fn play(part: &str, instance: &Instance) -> Exit {
             let mut node = Node::join(instance, Role::Monitor).unwrap();
             node.reader::<State>(ROBOT, false).unwrap();
         }
+        return Exit::Done;
+    }
+    if part == "wait" {
+        // Signals are watched from here on; another process holds the lock.
+        let _shutdown = node::ShutdownSignal::new().unwrap();
+        ready();
+        let joining = Joining { patience: Duration::MAX, ..Joining::default() };
+        return Node::join_with(instance, Role::Monitor, joining).unwrap_err().exit();
+    }
+    if let Some(file) = part.strip_prefix("lock ") {
+        let lock = std::fs::File::create(instance.root().join(file)).unwrap();
+        flock(&lock, FlockOperation::LockExclusive).unwrap();
+        ready();
+        std::thread::sleep(Duration::from_secs(600));
         return Exit::Done;
     }
     let _claim = (part == "claim").then(|| instance.claim(Role::HopperSim).unwrap());
@@ -265,6 +280,59 @@ fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
             let servers = (next.server::<PastRequest>(ROBOT), next.server::<TruthRequest>(ROBOT));
             assert!(tags.len() > 4 && servers.0.is_ok() && servers.1.is_ok(), "round {round}: {servers:?}");
         }
+    }
+    own.assert_gone();
+}
+
+/// P-HOLD-UP: whoever is stopped while it joins is waited for as long as patience lasts, and named.
+#[test]
+fn who_stops_while_joining_is_waited_for_patiently_and_named() {
+    let own = Own::new();
+    {
+        let _peer = Node::join(&own.0, Role::Perception).unwrap();
+        let mut stopped = Helper::start(&own, "lock creation.lock", "");
+        stopped.signal(Signal::STOP);
+        let join = |patience| {
+            let joining = Joining { patience, ..Joining::default() };
+            Node::join_with(&own.0, Role::Planner, joining).map(drop)
+        };
+        let error = join(Duration::from_millis(20)).unwrap_err();
+        let told = error.to_string();
+        let pid = stopped.child.id();
+        assert!(matches!(error, NodeError::Busy { .. }), "{told}");
+        let named = told.contains(&format!("process {pid} (")) && told.contains("processes::helper");
+        assert!(named && told.contains("which is stopped"), "{told}");
+        assert_eq!(own.0.held_up_by().map(|holder| (holder.pid, holder.is_stopped)), Some((pid, true)));
+        let report = inspect(&own.0);
+        assert!(report.unwrap().advice.iter().any(|advice| advice.contains(&format!("process {pid} ("))));
+        std::thread::scope(|scope| {
+            let joined = scope.spawn(|| join(Duration::MAX));
+            stopped.child.kill().unwrap();
+            stopped.end();
+            joined.join().unwrap().unwrap();
+        });
+        assert_eq!(own.0.held_up_by(), None);
+    }
+    own.assert_gone();
+}
+
+/// P-HOLD-UP: a process that waits for another to join ends on a signal all the same.
+#[test]
+fn a_signal_ends_the_wait_for_who_stopped_while_joining() {
+    let own = Own::new();
+    {
+        let _peer = Node::join(&own.0, Role::Perception).unwrap();
+        let holder = Helper::start(&own, "lock creation.lock", "");
+        let mut waiting = Helper { child: Helper::spawn(&own, "wait", ""), stdin: None };
+        let mut lines = BufReader::new(waiting.child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap() == "ready"));
+        // The first may come before the wait has begun.
+        let status = eventually("the end of the wait", || {
+            waiting.signal(Signal::TERM);
+            waiting.child.try_wait().unwrap()
+        });
+        assert_eq!(status.code(), Some(130));
+        drop(holder);
     }
     own.assert_gone();
 }

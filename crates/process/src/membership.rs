@@ -1,9 +1,12 @@
 //! What every process does beside its own work: it beats, knows who lives, waits, and leaves in time.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use contract::protocol::peer_table::{BEAT_PERIOD_NS, SILENCE_NS};
-use contract::{Decision, Heartbeat, MonotonicNs, Name, PeerTable, Refusal, RobotId, Role, RunId, Status};
+use contract::{
+    Decision, Heartbeat, MonotonicNs, Name, PeerTable, Refusal, RobotId, RobotSet, Role, RunId, Status,
+};
 
 use crate::{Builds, Failure, Patience, Ports, Reader, TICK_NS, Turn, Writer};
 
@@ -27,6 +30,8 @@ pub struct Membership<P: Ports> {
     writer: P::Writer<Heartbeat>,
     reader: P::Reader<Heartbeat>,
     last: Heartbeat,
+    /// What the next heartbeat tells of robots: see [`Heartbeat::robots`].
+    robots: RobotSet,
     sent: Option<MonotonicNs>,
     peer_table: PeerTable,
     builds: Builds,
@@ -59,7 +64,9 @@ impl<P: Ports> Membership<P> {
                 run: RunId(0),
                 decision: Decision(0),
                 status: Status::Underway,
+                robots: RobotSet::NONE,
             },
+            robots: RobotSet::NONE,
             sent: None,
             peer_table: PeerTable::default(),
             builds: Builds::new(ports.version()),
@@ -119,7 +126,12 @@ impl<P: Ports> Membership<P> {
         }
     }
 
-    /// Beats if the last heartbeat is [`BEAT_PERIOD_NS`] old, or if the run or its status has changed.
+    /// From now on the heartbeats tell of these robots: see [`Heartbeat::robots`].
+    pub fn tell_robots(&mut self, robots: RobotSet) {
+        self.robots = robots;
+    }
+
+    /// Beats if the last heartbeat is [`BEAT_PERIOD_NS`] old, or if the run, its status or the robots have changed.
     ///
     /// # Errors
     /// If there is no room for the heartbeat.
@@ -129,11 +141,12 @@ impl<P: Ports> Membership<P> {
         now: MonotonicNs,
     ) -> Result<(), P::Error> {
         let due = self.sent.is_none_or(|sent| now.since_ns(sent) >= BEAT_PERIOD_NS);
-        let news = (run, status) != (self.last.run, self.last.status);
+        let robots = self.robots;
+        let news = (run, status, robots) != (self.last.run, self.last.status, self.last.robots);
         if !due && !news {
             return Ok(());
         }
-        self.last = Heartbeat { counter: self.last.counter + 1, run, decision, status, ..self.last };
+        self.last = Heartbeat { counter: self.last.counter + 1, run, decision, status, robots, ..self.last };
         self.sent = Some(now);
         self.writer.publish(self.last)
     }
@@ -142,7 +155,11 @@ impl<P: Ports> Membership<P> {
     ///
     /// # Errors
     /// See [`Patience::check`].
-    pub fn wait_for(&mut self, waits_for: Option<&'static str>, ports: &mut P) -> Result<(), Failure> {
+    pub fn wait_for(
+        &mut self,
+        waits_for: Option<impl Into<Cow<'static, str>>>,
+        ports: &mut P,
+    ) -> Result<(), Failure> {
         self.patience.check(waits_for, ports)
     }
 

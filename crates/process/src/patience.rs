@@ -1,5 +1,6 @@
 //! Waiting for a peer: which one, and for how long.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use contract::MonotonicNs;
@@ -13,23 +14,28 @@ const WORTH_A_LINE_NS: u64 = 300_000_000;
 #[derive(Clone, Debug)]
 pub struct Patience {
     limit: Option<Duration>,
-    waits: Option<(&'static str, MonotonicNs)>,
+    /// Since when something has been waited for without a break.
+    since: Option<MonotonicNs>,
     /// The peer that the log has named.
-    logged: Option<&'static str>,
+    logged: Option<Cow<'static, str>>,
 }
 
 impl Patience {
     /// Waits at most `limit` without a break; `None` waits forever.
     #[must_use]
     pub fn new(limit: Option<Duration>) -> Self {
-        Self { limit, waits: None, logged: None }
+        Self { limit, since: None, logged: None }
     }
 
     /// Notes what is waited for at present.
     ///
     /// # Errors
     /// Exit code 4 when something was waited for without a break for longer than the limit.
-    pub fn check<P: Ports>(&mut self, waits_for: Option<&'static str>, ports: &mut P) -> Result<(), Failure> {
+    pub fn check<P: Ports>(
+        &mut self,
+        waits_for: Option<impl Into<Cow<'static, str>>>,
+        ports: &mut P,
+    ) -> Result<(), Failure> {
         self.check_at(waits_for, ports.now(), || ports.absence_hint())
     }
 
@@ -39,22 +45,22 @@ impl Patience {
     /// As [`Patience::check`].
     pub fn check_at(
         &mut self,
-        waits_for: Option<&'static str>,
+        waits_for: Option<impl Into<Cow<'static, str>>>,
         now: MonotonicNs,
         hint: impl Fn() -> String,
     ) -> Result<(), Failure> {
         let Some(what) = waits_for else {
-            self.waits = None;
+            self.since = None;
             if let Some(what) = self.logged.take() {
                 tracing::info!("no longer waiting for {what}");
             }
             return Ok(());
         };
-        let since = self.waits.map_or(now, |(_, since)| since);
-        self.waits = Some((what, since));
-        if self.logged != Some(what) && now.since_ns(since) >= WORTH_A_LINE_NS {
-            self.logged = Some(what);
+        let what = what.into();
+        let since = *self.since.get_or_insert(now);
+        if self.logged.as_ref() != Some(&what) && now.since_ns(since) >= WORTH_A_LINE_NS {
             tracing::info!("waiting for {what}{}", hint());
+            self.logged = Some(what.clone());
         }
         match self.limit {
             Some(limit) if u128::from(now.since_ns(since)) >= limit.as_nanos() => Err(Failure::new(

@@ -68,7 +68,7 @@ impl Builds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use contract::{Decision, Role, RunId, Status};
+    use contract::{Decision, RobotSet, Role, RunId, Status};
 
     fn beat(life: u64, version: &str) -> Heartbeat {
         Heartbeat {
@@ -81,6 +81,7 @@ mod tests {
             run: RunId(0),
             decision: Decision(0),
             status: Status::Underway,
+            robots: RobotSet::default(),
         }
     }
 

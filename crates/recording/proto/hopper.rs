@@ -450,6 +450,8 @@ pub struct Heartbeat {
     pub version: ::prost::alloc::string::String,
     #[prost(string, tag = "9")]
     pub planner: ::prost::alloc::string::String,
+    #[prost(uint32, tag = "10")]
+    pub robots: u32,
 }
 /// One executed decision, as the journal keeps it.
 #[derive(Clone, PartialEq, ::prost::Message)]

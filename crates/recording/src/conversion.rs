@@ -5,7 +5,7 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV9, CommandV3, ControlV1, DesignV1, HeartbeatV1, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1,
+    BriefV9, CommandV3, ControlV1, DesignV1, HeartbeatV2, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1,
     PastHeaderV1, PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, SeenCellV3, SoilMotionV1, StateV4, TempoV1,
 };
 use contract::{Name, Refusal};
@@ -260,7 +260,7 @@ convert! {
     PolicyCell = PolicyCellV1 { value, action } padding 4;
     Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot } padding 4;
     Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
-    Heartbeat = HeartbeatV1 { run, incarnation, counter, decision, role, status, pid, version, planner } padding 4;
+    Heartbeat = HeartbeatV2 { run, incarnation, counter, decision, role, status, pid, robots, version, planner };
     Record = RecordV4 {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
         leader, outcome, pose, timing_ns, previous, digest, route

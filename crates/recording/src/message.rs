@@ -1,7 +1,7 @@
 //! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
-    BriefV9, CommandV3, ControlV1, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
+    BriefV9, CommandV3, ControlV1, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
     PolicyHeaderV1, RecordV4, SeenCellV3, StateV4, TempoV1, map_page_from_wire, page_from_wire,
     patch_from_wire, policy_from_wire,
 };
@@ -109,7 +109,7 @@ impl RecordedMessage {
             }
             RecordedMessage::Pacing(pacing) => proto::Tempo::from(&TempoV1::from(pacing)).encode_to_vec(),
             RecordedMessage::Heartbeat(beat) => {
-                proto::Heartbeat::from(&HeartbeatV1::from(beat)).encode_to_vec()
+                proto::Heartbeat::from(&HeartbeatV2::from(beat)).encode_to_vec()
             }
             RecordedMessage::Past(page) => {
                 let mut message_proto = proto::Past::from(&PastHeaderV1::from(page));
@@ -164,7 +164,7 @@ impl RecordedMessage {
                 RecordedMessage::Pacing((&wire).try_into()?)
             }
             Channel::Heartbeat => {
-                let wire = HeartbeatV1::try_from(&proto::Heartbeat::decode(bytes)?)?;
+                let wire = HeartbeatV2::try_from(&proto::Heartbeat::decode(bytes)?)?;
                 RecordedMessage::Heartbeat((&wire).try_into()?)
             }
             Channel::Past => {

@@ -5,8 +5,8 @@ use crate::scouts::Scouts;
 use crate::setup;
 use crate::world::World;
 use contract::{
-    Action, Announcement, Command, Decision, Digest, Heartbeat, Incarnation, Refusal, RobotId, Role, Route,
-    RouteId, RunId, Status, Term, Waypoint,
+    Action, Announcement, Command, Decision, Digest, Heartbeat, Incarnation, Refusal, RobotId, RobotSet,
+    Role, Route, RouteId, RunId, Status, Term, Waypoint,
 };
 
 /// Sends hopper-sim a command of a rogue that is wrong in that way, if there can be one now.
@@ -77,6 +77,7 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
         run,
         decision: Decision(due),
         status: Status::Underway,
+        robots: RobotSet::NONE,
     };
     let hears = world.listening::<Heartbeat>(RobotId(0));
     if let Some((sim, wakes, queue)) = hears.into_iter().find(|(life, ..)| life.role == Role::HopperSim) {

@@ -148,6 +148,7 @@ pub fn beat(role: Role, life: u64, counter: u64, status: Status) -> Heartbeat {
         run: RUN,
         decision: contract::Decision(0),
         status,
+        robots: contract::RobotSet::default(),
     }
 }
 

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Command, Direction, DriveSpeed, Incarnation, MonotonicNs,
-    Origin, Pace, Record, Refusal, RobotId, Route, RunId, Standing, State, Status, Team, Term, Waypoint,
+    Action, Announcement, Branch, Brief, Cell, Command, Direction, DriveSpeed, Heartbeat, Incarnation,
+    MonotonicNs, Origin, Pace, PeerTable, Record, Refusal, RobotId, RobotSet, Role, Route, RunId, Standing,
+    State, Status, Team, Term, Waypoint,
 };
 use hopper_sim::{Arbiter, Effect, Event, Mission};
 use scenario::{ResolvedScenario, Scenario};
 
-use crate::fixture::command;
+use crate::fixture::{beat, command};
 
 const GROUND: &str = "[truth.terrain.obstacles]\nwidth_cells = 8\nheight_cells = 6\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
     [truth.mobility]\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
@@ -122,6 +123,33 @@ fn who_aims_at_an_occupied_cell_is_refused_by_name() {
         assert_eq!(host.send(robot, Action::Hold), None);
     }
     occupied(host.send(2, Action::Drive), 1);
+}
+
+/// P-MANNED: a planner of another robot is not the one of the robot that is due, and only robots that act need one.
+#[test]
+fn a_team_is_manned_by_the_planner_of_the_robot_that_is_due() {
+    let now = MonotonicNs(2);
+    let mut host = Host::new(&world(&[HOPPER, &rover(6, 4, ""), &rover(0, 5, "")]), 1);
+    let perception = Heartbeat { run: RunId(1), ..beat(Role::Perception, 90, 1, Status::Underway) };
+    let is_manned = |host: &Host, robots: &[u16]| {
+        let robots = robots.iter().map(|robot| RobotId(*robot)).fold(RobotSet::NONE, RobotSet::with);
+        let mut peers = PeerTable::default();
+        peers.observe(perception, now);
+        peers.observe(Heartbeat { robots, ..beat(Role::Planner, 91, 1, Status::Underway) }, now);
+        host.arbiter.is_manned(&peers, now)
+    };
+    assert_eq!(host.team().due, RobotId(0));
+    assert!(is_manned(&host, &[0]) && is_manned(&host, &[0, 1, 2]));
+    assert!(!is_manned(&host, &[1, 2]) && !is_manned(&host, &[]));
+    assert_eq!(host.arbiter.acting(), RobotSet::first(3));
+    assert_eq!(host.send(0, Action::Hop(Direction::East)), None);
+    assert_eq!(host.team().due, RobotId(1));
+    assert!(!is_manned(&host, &[0, 2]) && is_manned(&host, &[1]));
+    assert_eq!(host.send(1, Action::Done), None);
+    assert_eq!(
+        host.arbiter.acting(),
+        [RobotId(0), RobotId(2)].into_iter().fold(RobotSet::NONE, RobotSet::with)
+    );
 }
 
 /// P-MIXED-GOAL: a rover that covers ground never steps onto the goal of a hopper, whoever commands it.

@@ -147,6 +147,10 @@ impl History {
             "progress": progress,
             "interrupted": self.is_interrupted(),
             "peers": peers.collect::<Vec<_>>(),
+            "missing": self.missing_peer().map(|missing| json!({
+                "peer": missing.to_string(),
+                "command": missing.command(None),
+            })),
             "tempo": pacing,
             "treasures": treasures.iter().map(|cell| [cell.x, cell.y]).collect::<Vec<_>>(),
             "state": self.state().map(|state| json!({

@@ -13,9 +13,9 @@ mod seen_cells;
 mod speeds;
 
 use contract::{
-    Brief, Cell, Collected, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs,
-    ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role, RoutePage,
-    RouteRequest, State, Team, Timeline,
+    Brief, Cell, Collected, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, MissingPeer,
+    MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role,
+    RoutePage, RouteRequest, State, Team, Timeline,
 };
 use report::Executed;
 use speed_layer::SpeedLayer;
@@ -285,14 +285,14 @@ impl History {
         &self.peers
     }
 
-    /// The role without which nothing goes on although hopper-sim lives: a perception, else a planner that was not heard
-    /// or fell silent; `None` once the mission is over.
+    /// The process without which the mission cannot go on although hopper-sim lives: a perception, else a planner of robots
+    /// that still act; `None` once the mission is over.
     #[must_use]
-    pub fn lacking(&self) -> Option<Role> {
-        let over = self.progress().is_none_or(|progress| progress.status.is_over());
-        let alive = |role| self.peers.peers().iter().any(|peer| peer.beat.role == role && !peer.silent);
-        let wanted = !over && alive(Role::HopperSim);
-        [Role::Perception, Role::Planner].into_iter().find(|&role| wanted && !alive(role))
+    pub fn missing_peer(&self) -> Option<MissingPeer> {
+        if self.progress().is_none_or(|progress| progress.status.is_over()) {
+            return None;
+        }
+        self.peers.missing()
     }
 
     /// How hopper-sim paces landings; `None` until it says so.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Decision, Heartbeat, Incarnation, MonotonicNs, Role};
+use contract::{Decision, Heartbeat, Incarnation, MissingPeer, MonotonicNs, Role};
 
 /// Number of events that are kept, the newest.
 pub const EVENTS_KEPT: usize = 1024;
@@ -115,6 +115,14 @@ impl PeerHistory {
         self.peers.get(&life).is_some_and(|peer| peer.beat.role == Role::Planner && !peer.silent)
     }
 
+    /// What the living lack to go on, as the living hopper-sim tells which robots act; `None` without one.
+    #[must_use]
+    pub fn missing(&self) -> Option<MissingPeer> {
+        let alive = || self.peers.values().filter(|peer| !peer.silent).map(|peer| peer.beat);
+        let acting = alive().find(|beat| beat.role == Role::HopperSim)?.robots;
+        MissingPeer::among(acting, alive())
+    }
+
     /// The events that are kept, in order.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &PeerEvent> {
         self.events.iter()
@@ -144,9 +152,38 @@ impl PeerHistory {
 
 #[cfg(test)]
 mod tests {
-    use contract::{Name, RunId, Status};
+    use contract::{Name, RobotSet, RunId, Status};
 
     use super::*;
+
+    /// P-MANNED on the page: silent processes do not count, and hopper-sim says which robots act.
+    #[test]
+    fn a_silent_planner_leaves_its_robots_without_one() {
+        let beat = |role, life, robots| Heartbeat {
+            role,
+            incarnation: Incarnation(life),
+            pid: 1,
+            version: Name::NONE,
+            planner: Name::NONE,
+            counter: 1,
+            run: RunId(0),
+            decision: Decision(0),
+            status: Status::Underway,
+            robots: RobotSet(robots),
+        };
+        let mut peers = PeerHistory::default();
+        assert_eq!(peers.missing(), None, "without hopper-sim nobody knows");
+        let later = MonotonicNs(SILENCE_NS + 1);
+        peers.heartbeat(&beat(Role::Planner, 3, 0b10), Decision(0), MonotonicNs(0));
+        for (role, life, robots) in
+            [(Role::HopperSim, 1, 0b111), (Role::Perception, 2, 0), (Role::Planner, 4, 0b1)]
+        {
+            peers.heartbeat(&beat(role, life, robots), Decision(0), later);
+        }
+        assert_eq!(peers.missing(), Some(MissingPeer::Planner(RobotSet(0b100))));
+        peers.mark_silent(Decision(0), false, later);
+        assert_eq!(peers.missing(), Some(MissingPeer::Planner(RobotSet(0b110))));
+    }
 
     /// P-ROGUE-BEAT on the page: a process in whose name somebody else sends heartbeats does not count as silent.
     #[test]
@@ -161,6 +198,7 @@ mod tests {
             run: RunId(0),
             decision: Decision(0),
             status: Status::Underway,
+            robots: RobotSet::default(),
         };
         let mut peers = PeerHistory::default();
         peers.heartbeat(&beat(1), Decision(0), MonotonicNs(0));

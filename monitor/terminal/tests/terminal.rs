@@ -9,7 +9,8 @@ mod mission;
 use contract::{
     Action, Branch, Cell, Decision, Direction, DriveSpeed, Heartbeat, Incarnation, Leader, MapPatch, Member,
     MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Placement, Policy, PriorCell, PriorPage, Robot,
-    RobotId, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Status, Team, Vehicle, Waypoint,
+    RobotId, RobotSet, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Status, Team, Vehicle,
+    Waypoint,
 };
 use mission::{Step, brief, ground, name, policy, records};
 use monitor::{Event, History, Input, Watcher};
@@ -59,6 +60,7 @@ fn account() -> History {
             run: brief.run,
             decision: Decision(0),
             status: Status::Underway,
+            robots: RobotSet::default(),
         };
         let heard = if role == Role::Perception { MonotonicNs(NOW.0 - 2_500_000_000) } else { NOW };
         account.on(Input::Heartbeat(&beat), heard);

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use contract::{
     Action, Brief, Cell, Command, Decision, Direction, Heartbeat, Incarnation, MonotonicNs, Name, Record,
-    Role, RunId, State, Status, Term,
+    RobotSet, Role, RunId, State, Status, Term,
 };
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
 use scenario::{ResolvedScenario, Scenario};
@@ -172,6 +172,7 @@ pub fn heartbeat() -> Heartbeat {
         run: RUN,
         decision: Decision(1),
         status: Status::Underway,
+        robots: RobotSet::default(),
     }
 }
 

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV9, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
+    BriefV9, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
     PastRequestV1, RecordV4, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
     page_from_wire, patch_from_wire, truth_page_from_wire,
 };
@@ -243,7 +243,7 @@ impl<'a> Processes<'a> {
             counter: self.now.0,
             ..fixtures::heartbeat()
         };
-        let wire = self.script.damaged(HeartbeatV1::from(&honest));
+        let wire = self.script.damaged(HeartbeatV2::from(&honest));
         if let Ok(beat) = Heartbeat::try_from(&wire) {
             self.arbiter(hopper_sim::Event::Heartbeat(beat));
             self.pilot(pilot::Event::Heartbeat(beat));

@@ -11,7 +11,7 @@ use contract::limits::{
     TRUTH_PAGE_CELLS,
 };
 use contract::wire::{
-    AnnouncementV1, BriefV9, CommandV3, ControlV1, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2,
+    AnnouncementV1, BriefV9, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
     MapRequestV1, MemberV5, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
     PriorPageV1, PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4, TeamHeaderV1,
     TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire, map_page_from_wire,
@@ -47,7 +47,7 @@ pub fn control(bytes: &[u8]) {
 
 /// Reads a message of `hop/heartbeat`.
 pub fn heartbeat(bytes: &[u8]) {
-    there_and_back::<HeartbeatV1, Heartbeat>(&header(bytes).0);
+    there_and_back::<HeartbeatV2, Heartbeat>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/state`.
@@ -212,7 +212,7 @@ pub fn commands() -> Vec<Vec<u8>> {
 /// A heartbeat in wire form.
 #[must_use]
 pub fn heartbeats() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV2>(&HeartbeatV1::from(&fixtures::heartbeat()), &[])]
+    vec![bytes_of::<_, GroundV2>(&HeartbeatV2::from(&fixtures::heartbeat()), &[])]
 }
 
 /// The opening state, one amid the mission, and the last.

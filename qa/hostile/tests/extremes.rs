@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use contract::wire::{
-    BriefV9, CommandV3, GroundV2, HeartbeatV1, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
+    BriefV9, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
     StateV4, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
@@ -179,7 +179,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             processes.tick();
         }
     }
-    for wire in extremes::of(&HeartbeatV1::from(&fixtures::heartbeat())) {
+    for wire in extremes::of(&HeartbeatV2::from(&fixtures::heartbeat())) {
         if let Ok(beat) = Heartbeat::try_from(&wire) {
             let (mut processes, mut arbiter) = (Processes::aboard(), led());
             processes.pilot.on(pilot::Event::Heartbeat(beat), NOW);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Decision, Incarnation, Name, Role, RunId, Status};
+use crate::{Decision, Incarnation, Name, RobotSet, Role, RunId, Status};
 
 /// Most beats at once: how far ahead of the last a beat may be without any time gone by.
 const LEAP_BEATS: u64 = 1_000;
@@ -31,6 +31,9 @@ pub struct Heartbeat {
     pub decision: Decision,
     /// Status it last saw.
     pub status: Status,
+    /// Of a planner the robots that it plans for, none if it cannot plan for the mission it knows; of hopper-sim the robots
+    /// that still act, so that somebody has to plan for them; none of other roles.
+    pub robots: RobotSet,
 }
 
 impl Heartbeat {

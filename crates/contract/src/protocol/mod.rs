@@ -4,6 +4,7 @@ pub mod command;
 pub mod control;
 pub mod digest;
 pub mod heartbeat;
+pub mod missing_peer;
 pub mod page_cursor;
 pub mod past;
 pub mod peer_table;

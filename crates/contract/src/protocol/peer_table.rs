@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::limits::PEERS_MAX;
-use crate::{Heartbeat, Incarnation, MonotonicNs, Role, RunId};
+use crate::{Heartbeat, Incarnation, MonotonicNs, RobotSet, Role, RunId};
 
 /// A heartbeat older than this no longer proves life: ten missed beats.
 pub const SILENCE_NS: u64 = 1_000_000_000;
@@ -61,6 +61,13 @@ impl PeerTable {
         self.live(now).any(|peer| peer.beat.role == role && peer.beat.run == run)
     }
 
+    /// Those of `robots` for which no planner plans that lives at `now`.
+    #[must_use]
+    pub fn without_planner(&self, robots: RobotSet, now: MonotonicNs) -> RobotSet {
+        let planners = self.live(now).filter(|peer| peer.beat.role == Role::Planner);
+        planners.fold(robots, |left, peer| left.without(peer.beat.robots))
+    }
+
     /// What was last heard of a process, if anything.
     #[must_use]
     pub fn by_pid(&self, pid: u32) -> Option<&Peer> {
@@ -90,6 +97,7 @@ mod tests {
             run: RunId(0),
             decision: Decision(0),
             status: Status::Underway,
+            robots: RobotSet::default(),
         }
     }
 

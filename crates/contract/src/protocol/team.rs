@@ -11,8 +11,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Brief, Cell, Decision, Digest, Direction, Incarnation, Leader, RobotId, Route, RouteId, RunId,
-    State, Task, Waypoint,
+    Action, Brief, Cell, Decision, Digest, Direction, Incarnation, Leader, RobotId, RobotSet, Route, RouteId,
+    RunId, State, Task, Waypoint,
 };
 
 /// The body of a robot, with what its actions depend on.
@@ -379,6 +379,14 @@ impl Team {
         };
         let Self { run, decision, digest, due, actor, ref members } = *self;
         Self { run, decision, digest, due, actor, members: members.iter().map(member).collect() }
+    }
+
+    /// The robots that still act.
+    #[must_use]
+    pub fn acting(&self) -> RobotSet {
+        let numbered = (0..).map(RobotId).zip(self.members.iter());
+        let acting = numbered.filter(|(_, member)| member.standing == Standing::Active);
+        acting.fold(RobotSet::NONE, |set, (robot, _)| set.with(robot))
     }
 
     /// The robots that a life commands.

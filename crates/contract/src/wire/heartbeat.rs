@@ -6,11 +6,11 @@ use crate::fixed_payload;
 
 use super::{Wire, counted, name_from_wire, run_from_wire, run_to_wire, tag};
 use crate::message::{Message, PublishSubscribe};
-use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, Role, Status};
+use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, RobotSet, Role, Status};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct HeartbeatV1 {
+pub struct HeartbeatV2 {
     /// Run last seen, high half first; zero for none.
     pub run: [u64; 2],
     /// Life of the process, not zero.
@@ -23,20 +23,21 @@ pub struct HeartbeatV1 {
     /// [`Status::code`] last seen.
     pub status: u32,
     pub pid: u32,
-    pub reserved: u32,
+    /// One bit each: bit 0 for robot 0.
+    pub robots: u32,
     /// Version of the build, zero-padded ASCII.
     pub version: [u8; Name::BYTES],
     /// Algorithm of a planner, zero-padded ASCII.
     pub planner: [u8; Name::BYTES],
 }
 
-const _: () = assert!(size_of::<HeartbeatV1>() == 120);
+const _: () = assert!(size_of::<HeartbeatV2>() == 120);
 
-impl Wire for HeartbeatV1 {
-    const NAME: &'static str = "hop.Heartbeat.v1";
+impl Wire for HeartbeatV2 {
+    const NAME: &'static str = "hop.Heartbeat.v2";
 }
 
-impl From<&Heartbeat> for HeartbeatV1 {
+impl From<&Heartbeat> for HeartbeatV2 {
     fn from(beat: &Heartbeat) -> Self {
         Self {
             run: run_to_wire(beat.run),
@@ -46,17 +47,17 @@ impl From<&Heartbeat> for HeartbeatV1 {
             role: beat.role.code(),
             status: beat.status.code(),
             pid: beat.pid,
-            reserved: 0,
+            robots: beat.robots.0.into(),
             version: beat.version.bytes(),
             planner: beat.planner.bytes(),
         }
     }
 }
 
-impl TryFrom<&HeartbeatV1> for Heartbeat {
+impl TryFrom<&HeartbeatV2> for Heartbeat {
     type Error = Refusal;
 
-    fn try_from(wire: &HeartbeatV1) -> Result<Self, Refusal> {
+    fn try_from(wire: &HeartbeatV2) -> Result<Self, Refusal> {
         if wire.incarnation == 0 {
             return Err(Refusal::malformed("heartbeat.incarnation", "not zero", 0));
         }
@@ -70,11 +71,14 @@ impl TryFrom<&HeartbeatV1> for Heartbeat {
             run: run_from_wire(wire.run),
             decision: Decision(counted("heartbeat.decision", wire.decision)?),
             status: tag("heartbeat.status", wire.status, Status::from_code)?,
+            robots: u16::try_from(wire.robots)
+                .map(RobotSet)
+                .map_err(|_| Refusal::malformed("heartbeat.robots", "at most 65535", wire.robots))?,
         })
     }
 }
 
-fixed_payload!(Heartbeat => HeartbeatV1);
+fixed_payload!(Heartbeat => HeartbeatV2);
 
 /// Written by every process; the budget allows for four and a stand-by.
 impl Message for Heartbeat {

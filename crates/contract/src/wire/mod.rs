@@ -30,7 +30,7 @@ pub use brief::{BriefV9, DesignV1, SoilMotionV1};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV2;
-pub use heartbeat::HeartbeatV1;
+pub use heartbeat::HeartbeatV2;
 pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV3, map_page_from_wire, patch_from_wire};
 pub use past::{PastHeaderV1, PastRequestV1, RecordV4, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};

@@ -5,7 +5,8 @@
 //! An unfinished one is removed when one of its ports is known to be dead: then nobody needs it.
 
 use std::fs::File;
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
+use std::time::Duration;
 
 use rustix::fs::FlockOperation;
 
@@ -14,8 +15,9 @@ use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::membership::instance::Instance;
 use crate::private_file::owner_only;
+use crate::waiting::Waiting;
 
-const FILE: &str = "creation.lock";
+pub(super) const FILE: &str = "creation.lock";
 
 /// The right of one process at a time to make things in the instance.
 #[derive(Debug)]
@@ -37,25 +39,19 @@ impl CreationLock {
         Ok(Self { file, instance: instance.clone() })
     }
 
-    /// Waits for the lock, at most as long as `patience`; making one thing takes milliseconds.
-    pub(crate) fn hold(&self, patience: Duration) -> Result<CreationGuard<'_>, NodeError> {
-        let started = Instant::now();
-        loop {
-            if let Some(guard) = self.try_hold()? {
-                return Ok(guard);
-            }
-            if started.elapsed() > patience {
-                let root = self.instance.root().into();
-                return Err(NodeError::Busy { root, waited_s: patience.as_secs_f64() });
-            }
-            std::thread::sleep(Duration::from_micros(500));
-        }
+    /// Waits for the lock; making one thing takes milliseconds.
+    pub(crate) fn hold(&self, waiting: &Waiting) -> Result<CreationGuard<'_>, NodeError> {
+        waiting.until(&self.path(), Duration::from_micros(500), || self.try_hold())
     }
 
     /// Takes the lock if nobody holds it.
     pub(crate) fn try_hold(&self) -> Result<Option<CreationGuard<'_>>, NodeError> {
         let operation = FlockOperation::NonBlockingLockExclusive;
-        Ok(try_flock(&self.file, operation, &self.instance.root().join(FILE))?.then(|| CreationGuard(self)))
+        Ok(try_flock(&self.file, operation, &self.path())?.then(|| CreationGuard(self)))
+    }
+
+    fn path(&self) -> PathBuf {
+        self.instance.root().join(FILE)
     }
 }
 

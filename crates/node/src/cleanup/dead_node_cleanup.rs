@@ -23,7 +23,7 @@ use crate::middleware::Ipc;
 use crate::private_file::owner_only;
 
 /// File whose lock is the right to clean up.
-const LOCK: &str = "cleanup.lock";
+pub(super) const LOCK: &str = "cleanup.lock";
 
 /// Folder of the recorded tags, one file a dead node.
 const RECORDS: &str = "dead";

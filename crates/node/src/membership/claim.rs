@@ -8,7 +8,7 @@ use contract::Role;
 use rustix::fs::FlockOperation;
 
 use super::instance::Instance;
-use super::lock::MembershipLock;
+use super::lock::{MembershipLock, waiting};
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::private_file::owner_only;
@@ -34,7 +34,7 @@ impl Instance {
     /// # Errors
     /// [`NodeError::Held`] names the process that holds it.
     pub fn claim(&self, role: Role) -> Result<Claim, NodeError> {
-        let membership = MembershipLock::enter(self)?;
+        let membership = MembershipLock::enter(self, &waiting())?;
         let path = self.root().join(format!("{role}.lock"));
         let open = |error| NodeError::system("open", &path, error);
         let mut lock = owner_only(0o600).create(true).truncate(false).open(&path).map_err(open)?;

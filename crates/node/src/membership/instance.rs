@@ -39,9 +39,10 @@ impl Instance {
     /// The instance `name` of this user. Nothing is created yet.
     ///
     /// # Errors
-    /// If the name is empty, longer than 64 characters, or not printable ASCII without spaces.
+    /// If the name is empty, longer than 64 characters, not printable ASCII without spaces, or like a flag.
     pub fn new(name: &str) -> Result<Self, NodeError> {
-        if name.is_empty() || name.len() > NAME_MAX || !name.bytes().all(|byte| byte.is_ascii_graphic()) {
+        let is_printable = name.bytes().all(|byte| byte.is_ascii_graphic());
+        if name.is_empty() || name.len() > NAME_MAX || !is_printable || name.starts_with('-') {
             return Err(NodeError::InstanceName { max: NAME_MAX, got: name.into() });
         }
         let user = rustix::process::getuid().as_raw();

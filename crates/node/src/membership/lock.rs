@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
 use rustix::fs::FlockOperation;
@@ -22,12 +22,13 @@ use crate::file_lock::{try_flock, unlock};
 use crate::middleware::Ipc;
 use crate::private_file::owner_only;
 use crate::shared_memory::SHARED_MEMORY;
+use crate::waiting::Waiting;
 
 /// File whose lock shows who lives. Builds of all versions lock this name, so that none takes a live instance of
 /// another for a leftover.
 const FILE: &str = "presence.lock";
 
-/// How long to wait while another process cleans up.
+/// How long to wait while another process cleans up, where nobody says how long.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How often a leaver checks whether it is the last: somebody may be looking at the same moment.
@@ -67,7 +68,7 @@ impl Instance {
             return Ok(false);
         }
         check_root(self)?;
-        match acquire(self, false) {
+        match acquire(self, false, &waiting()) {
             Ok((_lock, alone)) => Ok(!alone),
             Err(NodeError::System { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
             Err(error) => Err(error),
@@ -82,7 +83,7 @@ impl Instance {
         if !self.exists() && self.files().is_empty() {
             return Ok(Cleaned::Nothing);
         }
-        let (lock, alone) = acquire(self, true)?;
+        let (lock, alone) = acquire(self, true, &waiting())?;
         if !alone || has_live_node(self)? {
             return Ok(Cleaned::Alive);
         }
@@ -95,8 +96,8 @@ impl Instance {
 
 impl MembershipLock {
     /// Enters the instance, creating its folder if need be. The first to enter removes what the dead left behind.
-    pub(crate) fn enter(instance: &Instance) -> Result<Self, NodeError> {
-        let (file, alone) = acquire(instance, true)?;
+    pub(crate) fn enter(instance: &Instance, waiting: &Waiting) -> Result<Self, NodeError> {
+        let (file, alone) = acquire(instance, true, waiting)?;
         // Whoever fails from here on leaves like everybody else.
         let membership = Self { file, instance: instance.clone() };
         if alone {
@@ -108,7 +109,7 @@ impl MembershipLock {
         // Between releasing the exclusive lock and taking the shared one, another process may come first.
         if alone && !try_flock(&membership.file, FlockOperation::NonBlockingLockShared, &path)? {
             drop(membership);
-            return Self::enter(instance);
+            return Self::enter(instance, waiting);
         }
         check_label(instance)?;
         instance.refuse_foreign_files()?;
@@ -143,6 +144,11 @@ impl Drop for MembershipLock {
         }
         unlock(&self.file);
     }
+}
+
+/// The wait of whoever does not say how long it waits.
+pub(super) fn waiting() -> Waiting {
+    Waiting::new(PATIENCE, None)
 }
 
 /// Writes the label if it is missing, otherwise compares it with our name and our build.
@@ -185,10 +191,9 @@ fn check_elsewhere(instance: &Instance) -> Result<(), NodeError> {
 }
 
 /// The lock file of the instance, locked: exclusively and alone (`true`), or shared with others (`false`).
-fn acquire(instance: &Instance, create: bool) -> Result<(File, bool), NodeError> {
+fn acquire(instance: &Instance, create: bool, waiting: &Waiting) -> Result<(File, bool), NodeError> {
     let path = instance.root().join(FILE);
-    let started = Instant::now();
-    while started.elapsed() < PATIENCE {
+    waiting.until(&path, Duration::from_millis(1), || {
         if create {
             make_root(instance)?;
         }
@@ -196,19 +201,18 @@ fn acquire(instance: &Instance, create: bool) -> Result<(File, bool), NodeError>
         let lock = match opened {
             Ok(lock) => lock,
             // The last process has just left and removed the folder.
-            Err(error) if error.kind() == ErrorKind::NotFound && create => continue,
+            Err(error) if error.kind() == ErrorKind::NotFound && create => return Ok(None),
             Err(error) => return Err(NodeError::system("open", &path, error)),
         };
         for (operation, alone) in
             [(FlockOperation::NonBlockingLockExclusive, true), (FlockOperation::NonBlockingLockShared, false)]
         {
             if try_flock(&lock, operation, &path)? && is_current(&lock, &path) {
-                return Ok((lock, alone));
+                return Ok(Some((lock, alone)));
             }
         }
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    Err(NodeError::Busy { root: instance.root().into(), waited_s: PATIENCE.as_secs_f64() })
+        Ok(None)
+    })
 }
 
 fn make_root(instance: &Instance) -> Result<(), NodeError> {

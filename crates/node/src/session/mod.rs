@@ -1,7 +1,6 @@
 //! One process's use of the middleware in its instance: what its ports share.
 
 mod obstacle;
-pub(crate) mod shutdown;
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -22,9 +21,10 @@ use crate::membership::lock::MembershipLock;
 use crate::memory_budget;
 use crate::middleware::{Ipc, service_name};
 use crate::signature::{self, EVENT_PORTS_MAX};
+use crate::waiting::{HoldUp, Waiting, holder_of};
 use obstacle::Obstacle;
 
-/// How long to retry while other processes make or remove something.
+/// How long to retry while what is to be made cannot be: a process that makes or removes something does not hold the lock for long.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(4);
 
 /// How long to retry for a port that a process can do without: a few tries, with the dead cleaned up in between.
@@ -40,28 +40,34 @@ pub(crate) struct Session {
     node: Node<Ipc>,
     config: Config,
     creation_lock: CreationLock,
+    /// For other processes that are in the way.
+    waiting: Waiting,
     pub(crate) instance: Instance,
     _membership: MembershipLock,
 }
 
 impl Session {
     /// Joins the instance under the name of a role or a command.
-    pub(crate) fn join(instance: &Instance, name: &str) -> Result<Self, NodeError> {
+    pub(crate) fn join(instance: &Instance, name: &str, waiting: Waiting) -> Result<Self, NodeError> {
         set_log_level(LogLevel::Warn);
-        let membership = MembershipLock::enter(instance)?;
+        let membership = MembershipLock::enter(instance, &waiting)?;
         memory_budget::check_entry(name)?;
         let creation_lock = CreationLock::open(instance)?;
         let config = instance.config();
         let name = NodeName::new(name).expect("a role or a command is a short name");
         let builder =
             NodeBuilder::new().name(&name).signal_handling_mode(SignalHandlingMode::Disabled).config(&config);
-        let node = retry(PATIENCE, "node", "creating a node", &config, &creation_lock, || {
-            builder.clone().create::<Ipc>()
-        })?;
+        let place = Place { instance, config: &config, creation_lock: &creation_lock, waiting: &waiting };
+        let node = place.retry(PATIENCE, "node", "creating a node", || builder.clone().create::<Ipc>())?;
         instance.refuse_foreign_files()?;
         instance.close_to_others()?;
         clean_up_dead_nodes(&config);
-        Ok(Self { node, config, creation_lock, instance: instance.clone(), _membership: membership })
+        Ok(Self { node, config, creation_lock, waiting, instance: instance.clone(), _membership: membership })
+    }
+
+    fn place(&self) -> Place<'_> {
+        let Self { instance, config, creation_lock, waiting, .. } = self;
+        Place { instance, config, creation_lock, waiting }
     }
 
     pub(crate) fn node(&self) -> &Node<Ipc> {
@@ -80,11 +86,10 @@ impl Session {
     where
         Obstacle: for<'e> From<&'e E>,
     {
-        let opened =
-            retry(patience, service, "opening", &self.config, &self.creation_lock, || match open() {
-                Err(error) if Obstacle::from(&error) == Obstacle::Mismatch => Ok(None),
-                other => other.map(Some),
-            })?;
+        let opened = self.place().retry(patience, service, "opening", || match open() {
+            Err(error) if Obstacle::from(&error) == Obstacle::Mismatch => Ok(None),
+            other => other.map(Some),
+        })?;
         opened.ok_or_else(|| NodeError::Mismatch {
             service: service.into(),
             need: need.into(),
@@ -100,7 +105,7 @@ impl Session {
         what: &'static str,
         create: impl FnMut() -> Result<T, E>,
     ) -> Result<T, NodeError> {
-        let port = retry(patience, service, what, &self.config, &self.creation_lock, create)?;
+        let port = self.place().retry(patience, service, what, create)?;
         self.instance.refuse_foreign_files()?;
         memory_budget::reserve(&self.instance, &format!("service {service}"))?;
         Ok(port)
@@ -140,37 +145,60 @@ impl Session {
     }
 }
 
-/// Tries until it works or `patience` has run out. Each try is made under the creation lock, after what the dead left
-/// unfinished has been removed; between tries, what they left behind is freed.
-fn retry<T, E: fmt::Display>(
-    patience: Duration,
-    service: &str,
-    what: &'static str,
-    config: &Config,
-    creation_lock: &CreationLock,
-    mut attempt: impl FnMut() -> Result<T, E>,
-) -> Result<T, NodeError> {
-    let started = Instant::now();
-    let mut pause = Duration::from_millis(1);
-    loop {
-        let guard = creation_lock.hold(patience)?;
-        guard.remove_unfinished();
-        match attempt() {
-            Ok(value) => return Ok(value),
-            Err(error) if started.elapsed() > patience => {
-                let (service, cause) = (service.into(), error.to_string());
-                if cause.contains("ExceedsMaxSupported") {
-                    return Err(NodeError::Full { service, what });
+/// Where a process makes nodes, services and ports.
+struct Place<'a> {
+    instance: &'a Instance,
+    config: &'a Config,
+    creation_lock: &'a CreationLock,
+    waiting: &'a Waiting,
+}
+
+impl Place<'_> {
+    /// Tries until it works or `patience` has run out, waits for other processes not counted. Each try is made under the creation
+    /// lock, after what the dead left unfinished has been removed; between tries, what they left behind is freed.
+    fn retry<T, E: fmt::Display>(
+        &self,
+        patience: Duration,
+        service: &str,
+        what: &'static str,
+        mut attempt: impl FnMut() -> Result<T, E>,
+    ) -> Result<T, NodeError> {
+        // Who can do without does not wait for others either.
+        let waiting = if patience < PATIENCE { &self.waiting.at_most(patience) } else { self.waiting };
+        let (mut tried, mut hold_up) = (Duration::ZERO, HoldUp::begin());
+        let mut pause = Duration::from_millis(1);
+        loop {
+            let guard = self.creation_lock.hold(waiting)?;
+            let began = Instant::now();
+            guard.remove_unfinished();
+            let error = match attempt() {
+                Ok(value) => return Ok(value),
+                Err(error) => error.to_string(),
+            };
+            // The middleware names neither the file nor its owner.
+            guard.refuse_foreign_files()?;
+            drop(guard);
+            if tried > patience {
+                // The places of the dead are taken until they are freed, which one process at a time does.
+                let lock = self.instance.cleanup_lock();
+                if holder_of(&lock).is_none() {
+                    return Err(failed(service, what, patience, error));
                 }
-                return Err(NodeError::Open { service, what, waited_s: patience.as_secs_f64(), cause });
+                waiting.endure(&mut hold_up, &lock)?;
             }
-            Err(error) => tracing::debug!(service, what, "retrying: {error}"),
+            tracing::debug!(service, what, "retrying: {error}");
+            clean_up_dead_nodes(self.config);
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(PAUSE_MAX);
+            tried += began.elapsed();
         }
-        // The middleware names neither the file nor its owner.
-        guard.refuse_foreign_files()?;
-        drop(guard);
-        clean_up_dead_nodes(config);
-        std::thread::sleep(pause);
-        pause = (pause * 2).min(PAUSE_MAX);
     }
+}
+
+fn failed(service: &str, what: &'static str, patience: Duration, cause: String) -> NodeError {
+    let service = service.into();
+    if cause.contains("ExceedsMaxSupported") {
+        return NodeError::Full { service, what };
+    }
+    NodeError::Open { service, what, waited_s: patience.as_secs_f64(), cause }
 }

@@ -374,8 +374,7 @@ function showHead(at) {
   const tempo = history.status?.tempo;
   const silent = (history.status?.peers ?? []).filter((peer) => !peer.alive).length;
   const over = progress && progress.status !== "underway";
-  const alive = (role) => (history.status?.peers ?? []).some((peer) => peer.role === role && peer.alive);
-  const lacking = history.status && alive("hopper-sim") ? ["perception", "planner"].find((role) => !alive(role)) : null;
+  const missing = history.status?.missing;
   let [text, kind] = ["waiting for a mission", "warn"];
   if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : history.status?.interrupted ? "interrupted" : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
   else if (view.connected !== "open") [text, kind] = [view.connected === "lost" ? "no connection" : "connecting", "bad"];
@@ -384,7 +383,7 @@ function showHead(at) {
   else if (history.status?.interrupted) [text, kind] = ["interrupted", "warn"];
   else if (tempo?.paused) [text, kind] = ["paused", "warn"];
   else if (progress?.missing > 0) [text, kind] = [`catching up: ${progress.missing} hops`, "warn"];
-  else if (lacking) [text, kind] = [`waiting for ${lacking === "planner" ? "a planner" : lacking}: hopper ${lacking}`, "warn"];
+  else if (missing) [text, kind] = [`waiting for ${missing.peer}: ${missing.command}`, "warn"];
   else if (progress) [text, kind] = [silent ? "under way, somebody is silent" : "under way", silent ? "warn" : "good"];
   put("status", text);
   by("status").className = `chip ${kind}`;

@@ -1,0 +1,50 @@
+//! A process that is stopped while it joins is in the way of others, who wait as long as patience lasts.
+
+use std::time::Duration;
+
+use crate::harness::{Mission, Process, lockstep};
+use rustix::fs::{FlockOperation, flock};
+
+/// A slow mission of `hopper run` whose hopper-sim was killed while this very test holds the right to make things in the
+/// instance, as a process that was stopped while it joined would.
+fn held_up(mission: &Mission, patience: &str) -> (Process, std::fs::File) {
+    let name = mission.name.as_str();
+    let mut command = mission.hopper(&["run", "--instance", name, "--out", ".", "--format", "json"]);
+    command.args(["--seed", "8", "--pace", "5", "--patience", patience]);
+    let run = Process::spawn("run", command, &mission.path(""));
+    mission.await_decisions(3);
+    let lock = std::fs::File::open(mission.instance().root().join("creation.lock")).unwrap();
+    flock(&lock, FlockOperation::LockExclusive).unwrap();
+    run.kill_child("sim");
+    run.await_log("hopper-sim cannot join");
+    let log = run.log();
+    assert!(log.contains(&format!("in its way is process {} (", std::process::id())), "{log}");
+    (run, lock)
+}
+
+/// P-HOLD-UP: whoever stops while it joins costs the others time, and no mission.
+#[test]
+fn a_mission_goes_on_once_nobody_is_in_the_way() {
+    let mut mission = Mission::new("stopped");
+    let (mut run, lock) = held_up(&mission, "10m");
+    // Longer than a hopper-sim once waited.
+    std::thread::sleep(Duration::from_secs(6));
+    assert!(run.has_ended().is_none(), "{}", run.log());
+    drop(lock);
+    assert_eq!(run.code(), 0, "{}", run.log());
+    assert_eq!(run.json()["digest"], lockstep(&["--seed", "8"])["digest"]);
+    mission.assert_nothing_left();
+}
+
+/// P-HOLD-UP: patience ends the wait, and the log names who was in the way.
+#[test]
+fn patience_ends_a_mission_whose_processes_cannot_join() {
+    let mut mission = Mission::new("stopped-for-good");
+    let (mut run, lock) = held_up(&mission, "5s");
+    assert_eq!(run.code(), 1, "{}", run.log());
+    let log = run.log();
+    let told = format!("hopper-sim could not join for 5s: in its way is process {} (", std::process::id());
+    assert!(log.contains(&told), "{log}");
+    drop(lock);
+    mission.assert_nothing_left();
+}
