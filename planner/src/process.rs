@@ -128,7 +128,7 @@ impl<P: Ports> PlannerProcess<P> {
     /// Why the algorithm does not suit the mission that was heard of last, if it does not.
     #[must_use]
     pub fn unfit(&self) -> Option<&str> {
-        self.unfit.as_deref()
+        self.unfit.as_ref().map(|(_, why)| why.as_str())
     }
 
     /// The algorithm that plans for the robots.
