@@ -1,12 +1,8 @@
 //! Missions over elevation files, from the survey of the file to the digest of four processes.
 
-#[allow(dead_code, reason = "the reader's own tests use every layout")]
-#[path = "../crates/terrain/tests/raster/tiff_writer.rs"]
-mod tiff_writer;
-
 use crate::harness::{Mission, hopper, json, lockstep, stderr};
+use crate::tiff_writer::{GeoTiff, Packing, Sample};
 use serde_json::Value;
-use tiff_writer::{GeoTiff, Packing, Sample};
 
 const WIDTH: usize = 24;
 const HEIGHT: usize = 20;

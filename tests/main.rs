@@ -5,6 +5,9 @@
 #[path = "harness/chromium.rs"]
 mod chromium;
 mod harness;
+#[allow(dead_code, reason = "the reader's own tests use every layout")]
+#[path = "../crates/terrain/tests/raster/tiff_writer.rs"]
+mod tiff_writer;
 
 mod accompanied;
 mod batch;
@@ -17,6 +20,7 @@ mod elevation;
 mod exhaustion;
 mod first_day;
 mod foreign;
+mod foreign_ground;
 mod golden;
 mod guard;
 mod guides;

@@ -8,8 +8,12 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod arbiter;
+#[cfg(feature = "shell")]
+mod conversion;
 pub mod crash;
 pub mod dynamics;
+#[cfg(feature = "shell")]
+pub mod elevation_args;
 mod exit;
 pub mod file_error;
 pub mod guard;

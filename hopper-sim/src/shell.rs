@@ -11,6 +11,7 @@ use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, ResolvedScenario, Scenario};
 
+use crate::elevation_args::ElevationArgs;
 use crate::process::{HopperSim, SimTerms};
 use crate::{Journal, JournalHeader, Mission, Pace, crash};
 
@@ -33,6 +34,9 @@ pub struct MissionArgs {
     /// Elevation model: of its own accord, or instead of that of --scenario.
     #[arg(long, value_name = "FILE")]
     pub dem: Option<PathBuf>,
+    /// How the elevation model is read.
+    #[command(flatten)]
+    pub elevation: ElevationArgs,
     /// How fast landings follow each other: max, real (as the hop flies), a multiple of that (3600x), or a rate in hertz.
     #[arg(long, default_value = "max", value_name = "max|real|Nx|HZ", allow_negative_numbers = true)]
     pub pace: Pace,
@@ -48,7 +52,8 @@ impl MissionArgs {
     /// Whether anything is given that says which mission this is, the seed aside.
     #[must_use]
     pub fn is_given(&self) -> bool {
-        self.scenario.is_some() || self.profile.is_some() || self.dem.is_some()
+        let of_ground = self.dem.is_some() || self.elevation.nodata.is_some();
+        self.scenario.is_some() || self.profile.is_some() || of_ground
     }
 
     /// The world of the mission.
@@ -56,7 +61,12 @@ impl MissionArgs {
     /// # Errors
     /// Exit code 2 with what is wrong with the scenario or its terrain.
     pub fn world(&self) -> Result<ResolvedScenario, Failure> {
-        self.scenario()?.resolve().map_err(|error| Failure::usage(format!("{error}{}", self.dem_alone())))
+        let resolved = self.scenario()?.resolve();
+        let world = resolved.map_err(|error| Failure::usage(format!("{error}{}", self.dem_alone())))?;
+        for warning in world.warnings.iter().filter(|warning| warning.is_of_ground()) {
+            tracing::warn!("{warning}");
+        }
+        Ok(world)
     }
 
     /// The scenario of the mission, as the command line changes it.
@@ -64,13 +74,15 @@ impl MissionArgs {
     /// # Errors
     /// Exit code 2 if there is none, or it is not one.
     pub fn scenario(&self) -> Result<Scenario, Failure> {
+        let dem = self.dem.as_deref().map(|dem| self.elevation.model(dem)).transpose()?;
         let overrides = Overrides {
             profile: self.profile,
             decision_budget_ns: self.budget.map(nanoseconds),
-            dem: self.dem.clone(),
+            dem: dem.clone(),
+            nodata: self.elevation.nodata().map(<[f64]>::to_vec),
         };
-        if let (None, Some(dem)) = (&self.scenario, &self.dem) {
-            let fitted = scenario::fitted(dem).map_err(Failure::usage)?;
+        if let (None, Some(dem)) = (&self.scenario, &dem) {
+            let fitted = scenario::fitted_with(dem, self.elevation.nodata()).map_err(Failure::usage)?;
             tracing::info!("flying over {fitted}; --scenario FILE chooses otherwise");
             return Ok(fitted.scenario.with(&Overrides { dem: None, ..overrides }));
         }
@@ -81,7 +93,9 @@ impl MissionArgs {
     /// For a scenario that does not fit the elevation model put under it: the argument that fits one to the model.
     fn dem_alone(&self) -> String {
         match &self.dem {
-            Some(dem) if self.scenario.is_some() && scenario::fitted(dem).is_ok() => {
+            Some(dem)
+                if self.scenario.is_some() && scenario::fitted_with(dem, self.elevation.nodata()).is_ok() =>
+            {
                 format!(
                     "; to fly over this model as it is, leave --scenario out: hopper run --dem {}",
                     dem.display()

@@ -3,8 +3,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted, load};
+use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted_with, load};
 use contract::Profile;
+use hopper_sim::elevation_args::ElevationArgs;
 use node::{Exit, Failure};
 use report::{Format, table};
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub struct New {
     /// Elevation model: GeoTIFF or ESRI ASCII, as `hopper terrain check` accepts it.
     #[arg(long, value_name = "FILE")]
     dem: PathBuf,
+    #[command(flatten)]
+    elevation: ElevationArgs,
     /// File to write; one that exists is not replaced [default: standard output].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -57,6 +60,8 @@ pub struct Args {
     /// Elevation model instead of the scenario's.
     #[arg(long, value_name = "FILE")]
     dem: Option<PathBuf>,
+    #[command(flatten)]
+    elevation: ElevationArgs,
     /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
     format: Format,
@@ -75,10 +80,16 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
         Command::List(args) => list(args)?,
         Command::New(args) => new(args)?,
         Command::Check(args) => {
-            let overrides =
-                Overrides { profile: args.profile, dem: args.dem.clone(), ..Overrides::default() };
-            let scenario = match (&args.scenario, &args.dem) {
-                (None, Some(dem)) => fitted(dem).map(|fitted| fitted.scenario),
+            let dem = args.dem.as_deref().map(|dem| args.elevation.model(dem)).transpose()?;
+            let nodata = args.elevation.nodata();
+            let overrides = Overrides {
+                profile: args.profile,
+                dem: dem.clone(),
+                nodata: nodata.map(<[f64]>::to_vec),
+                ..Overrides::default()
+            };
+            let scenario = match (&args.scenario, &dem) {
+                (None, Some(dem)) => fitted_with(dem, nodata).map(|fitted| fitted.scenario),
                 (scenario, _) => load(scenario.as_deref().unwrap_or_default()),
             };
             let world =
@@ -98,9 +109,13 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 }
 
 fn new(args: &New) -> Result<(), Failure> {
-    let fitted = fitted(&args.dem).map_err(Failure::usage)?;
+    let dem = args.elevation.model(&args.dem)?;
+    let fitted = fitted_with(&dem, args.elevation.nodata()).map_err(Failure::usage)?;
     let chosen = fitted.to_string();
     let world = fitted.scenario.resolve().map_err(Failure::usage)?;
+    for warning in world.warnings.iter().filter(|warning| warning.is_of_ground()) {
+        tracing::warn!("{warning}");
+    }
     let Some(path) = &args.out else { return print(&world.resolved) };
     let written =
         std::fs::File::create_new(path).and_then(|mut file| file.write_all(world.resolved.as_bytes()));

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use ::terrain::{TerrainCheck, Window};
+use ::terrain::{RasterFile, TerrainCheck, Window};
+use hopper_sim::elevation_args::ElevationArgs;
 use node::{Exit, Failure};
 use report::Format;
 
@@ -21,6 +22,8 @@ pub struct Args {
     /// A GeoTIFF or an ESRI ASCII grid.
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    #[command(flatten)]
+    elevation: ElevationArgs,
     /// Check only this part, in cells from the south-western corner.
     #[arg(long, value_parser = window, value_name = "X,Y,WIDTH,HEIGHT")]
     crop: Option<Window>,
@@ -38,11 +41,15 @@ pub struct Args {
 /// Exit code 2 if the file is not a usable elevation model.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     let Command::Check(args) = command;
-    let survey = TerrainCheck::of_file(&args.file, args.crop, args.slope_limit).map_err(Failure::usage)?;
+    let file = args.elevation.model(&args.file)?;
+    let nodata = args.elevation.nodata().map(<[f64]>::to_vec);
+    let raster = RasterFile::open(&file).map_err(Failure::usage)?.with_nodata(nodata);
+    let survey = TerrainCheck::of(raster, &file.display().to_string(), args.crop, args.slope_limit)
+        .map_err(|error| Failure::usage(error.of(&file)))?;
     match args.format {
         Format::Text => print(&format!(
             "{survey}  first mission: `hopper run --dem {}` fits hop, crop, start and goal to it\n",
-            args.file.display()
+            file.display()
         ))?,
         Format::Json => print_json(&survey)?,
     }

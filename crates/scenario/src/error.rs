@@ -80,9 +80,12 @@ pub enum ScenarioError {
         /// Absolute path that was looked for.
         path: PathBuf,
     },
-    /// `--dem` was given for a scenario whose terrain is generated.
-    #[error("--dem needs a scenario with truth.terrain.elevation_file, got one whose terrain is generated")]
-    DemUnused,
+    /// `--dem` or `--nodata` was given for a scenario whose terrain is generated.
+    #[error("{flag} needs a scenario with truth.terrain.elevation_file, got one whose terrain is generated")]
+    DemUnused {
+        /// What was given.
+        flag: &'static str,
+    },
     /// No two cells of the middle of an elevation model are connected by hops.
     #[error(
         "{}: need ground that hops can cross, got {passable} passable cells in the middle {width} x {height}; see \

@@ -66,12 +66,20 @@ impl fmt::Display for Fitted {
 /// # Errors
 /// If the file is no usable elevation model, or holds no ground that could be crossed.
 pub fn fitted(dem: &Path) -> Result<Fitted, ScenarioError> {
+    fitted_with(dem, None)
+}
+
+/// As [`fitted`], where `nodata` settles which stored values are nodata beside the declared one.
+///
+/// # Errors
+/// As [`fitted`].
+pub fn fitted_with(dem: &Path, nodata: Option<&[f64]>) -> Result<Fitted, ScenarioError> {
     let path = dem.canonicalize().map_err(|_| ScenarioError::FileMissing {
         field: "--dem",
         path: std::path::absolute(dem).unwrap_or_else(|_| dem.into()),
     })?;
     let raster = RasterFile::open(&path)?;
-    of_raster(raster, path)
+    of_raster(raster, path, nodata)
 }
 
 /// As [`fitted`], for a file of this `name` that is at hand: `contents`, which the scenario holds.
@@ -81,12 +89,17 @@ pub fn fitted(dem: &Path) -> Result<Fitted, ScenarioError> {
 pub fn fitted_to(name: &str, contents: &Arc<[u8]>) -> Result<Fitted, ScenarioError> {
     let path = PathBuf::from(name);
     let raster = RasterFile::new(Cursor::new(Arc::clone(contents))).map_err(|error| error.of(&path))?;
-    let mut fitted = of_raster(raster, path)?;
+    let mut fitted = of_raster(raster, path, None)?;
     fitted.scenario.elevation = Some(Arc::clone(contents));
     Ok(fitted)
 }
 
-fn of_raster<R: BufRead + Seek>(raster: RasterFile<R>, path: PathBuf) -> Result<Fitted, ScenarioError> {
+fn of_raster<R: BufRead + Seek>(
+    raster: RasterFile<R>,
+    path: PathBuf,
+    nodata: Option<&[f64]>,
+) -> Result<Fitted, ScenarioError> {
+    let raster = raster.with_nodata(nodata.map(<[f64]>::to_vec));
     let source_cells = (raster.header().width, raster.header().height);
     let of_file = |error: terrain::TerrainError| error.of(&path);
     let cell_size_m = raster.georeference().map_err(of_file)?.cell_size_m;
@@ -106,7 +119,8 @@ fn of_raster<R: BufRead + Seek>(raster: RasterFile<R>, path: PathBuf) -> Result<
     };
     let hops_min = terrain.hops_between(start, goal).unwrap_or_default();
     let text = text(&path, window, (start, goal), hop_distance_m, hops_min);
-    let scenario = Scenario::parse(&text, &path.display().to_string())?;
+    let mut scenario = Scenario::parse(&text, &path.display().to_string())?;
+    scenario.nodata = nodata.map(<[f64]>::to_vec);
     Ok(Fitted { scenario, window, source_cells, hop_distance_m, start, goal, hops_min })
 }
 

@@ -38,7 +38,7 @@ mod warning;
 pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use error::ScenarioError;
-pub use fitted::{Fitted, fitted, fitted_to};
+pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
@@ -100,6 +100,9 @@ pub struct Scenario {
     /// Elevation file to take instead of the scenario's.
     #[serde(skip)]
     pub dem: Option<PathBuf>,
+    /// Values of the elevation file that are nodata, instead of those of the scenario.
+    #[serde(skip)]
+    pub nodata: Option<Vec<f64>>,
     /// Contents of the elevation file, for hosts without files.
     #[serde(skip)]
     pub elevation: Option<Arc<[u8]>>,
@@ -127,6 +130,9 @@ impl Scenario {
         }
         if let Some(dem) = &overrides.dem {
             self.dem = Some(dem.clone());
+        }
+        if let Some(nodata) = &overrides.nodata {
+            self.nodata = Some(nodata.clone());
         }
         self
     }

@@ -6,7 +6,7 @@ use contract::{Cell, DriveSpeed, SpeedPrior};
 use routing::{Goal, Stream};
 use rover::{Lattice, Point, Speed, SpeedDistribution, Surface, TerrainClass, speed, speed_distribution};
 use scout_world::Trip;
-use terrain::{Terrain, read_layer};
+use terrain::Terrain;
 
 use crate::ScenarioError;
 use crate::shape::Shaped;
@@ -55,7 +55,7 @@ impl Layer {
             Self::Everywhere(value) if is_share(*value) => Ok(vec![*value; shaped.relief.cells.len()]),
             Self::Everywhere(value) => Err(ScenarioError::Value { field, need, got: format!("{value}{of}") }),
             Self::File(file) => {
-                let (origin, values) = (format!("{}{of}", file.display()), read_layer(file, &shaped.source)?);
+                let (origin, values) = (format!("{}{of}", file.display()), shaped.layer(file)?);
                 checked(field, need, origin, values, shaped, is_share)
             }
         }
@@ -146,7 +146,7 @@ impl Mobility {
         match (&self.class_file, self.classes.is_empty(), &self.speeds) {
             (Some(file), true, None) => {
                 let is_class = |value: f64| value.fract() == 0.0 && (0.0..=10.0).contains(&value);
-                let codes = read_layer(file, &shaped.source)?;
+                let codes = shaped.layer(file)?;
                 let (field, origin) = ("truth.mobility.class_file", file.display().to_string());
                 let codes = checked(field, "classes 0 to 10", origin, codes, shaped, is_class)?;
                 let certain =
@@ -298,7 +298,7 @@ fn class_at(probabilities: &[f64; 11], uniform: f64) -> TerrainClass {
 
 fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, ScenarioError> {
     let speed = |value: f64| Speed::ALL.into_iter().find(|speed| speed.m_per_sol() == value);
-    let values = read_layer(file, &shaped.source)?;
+    let values = shaped.layer(file)?;
     let (field, need) = ("truth.mobility.true_speed_file", "0, 50, 150 or 200 m/Sol");
     let origin = file.display().to_string();
     let values = checked(field, need, origin, values, shaped, |value| speed(value).is_some())?;

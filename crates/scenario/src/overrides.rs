@@ -13,4 +13,6 @@ pub struct Overrides {
     pub decision_budget_ns: Option<u64>,
     /// Replaces the elevation file; a relative path starts from the current folder.
     pub dem: Option<PathBuf>,
+    /// Replaces `truth.terrain.elevation_file.nodata`.
+    pub nodata: Option<Vec<f64>>,
 }

@@ -73,6 +73,7 @@ impl Scenario {
             warnings: warnings(&brief, &terrain)
                 .into_iter()
                 .chain(unused.then_some(Warning::GuardUnused))
+                .chain(shaped.warnings.take())
                 .collect(),
             planners: resolved.planners()?,
             fleet,
@@ -81,9 +82,15 @@ impl Scenario {
         })
     }
 
-    /// Makes paths absolute and applies `--dem`.
+    /// Makes paths absolute and applies `--dem` and `--nodata`.
     fn resolve_paths(&mut self) -> Result<(), ScenarioError> {
         let folder = self.folder.clone();
+        if let Some(nodata) = self.nodata.take() {
+            let TerrainSource::ElevationFile(source) = &mut self.truth.terrain else {
+                return Err(ScenarioError::DemUnused { flag: "--nodata" });
+            };
+            source.nodata = Some(nodata);
+        }
         match (&mut self.truth.terrain, self.dem.take()) {
             (TerrainSource::ElevationFile(source), dem) if self.elevation.is_some() => {
                 source.file = dem.unwrap_or_else(|| source.file.clone());
@@ -92,7 +99,7 @@ impl Scenario {
             (TerrainSource::ElevationFile(source), None) => {
                 source.file = existing("truth.terrain.elevation_file.file", &folder.join(&source.file))?;
             }
-            (_, Some(_)) => return Err(ScenarioError::DemUnused),
+            (_, Some(_)) => return Err(ScenarioError::DemUnused { flag: "--dem" }),
             (_, None) => {}
         }
         if let Some(mask) = &mut self.truth.sand.mask_file {
@@ -179,7 +186,11 @@ impl Scenario {
             }
         }
         let mask = match &rules.mask_file {
-            Some(path) => Sand::read_mask(path, &shaped.source)?,
+            Some(path) => {
+                let (mask, fills) = Sand::read_mask(path, &shaped.source)?;
+                shaped.warn_of(path, &fills);
+                mask
+            }
             None => Vec::new(),
         };
         Ok(Sand {

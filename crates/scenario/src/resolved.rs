@@ -60,6 +60,8 @@ pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
     };
     if let TerrainSource::ElevationFile(file) = &mut portable.truth.terrain {
         name_only(&mut file.file);
+        // Which values are nodata shows in the cells.
+        file.nodata = None;
     }
     portable.truth.sand.mask_file.iter_mut().for_each(name_only);
 

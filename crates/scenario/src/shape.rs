@@ -1,14 +1,19 @@
 //! The relief of each source of terrain: generated, or cut out of an elevation model.
 
+use std::cell::RefCell;
 use std::io::{BufRead, Cursor, Seek};
+use std::path::Path;
 
 use contract::{Grid, Range};
 use coverage_world::World;
-use terrain::{Gaussian, RandomField, RasterFile, Relief, SourceCells, TerrainError, Window, hop_cells};
+use terrain::{
+    Fill, Gaussian, RandomField, RasterFile, Relief, SourceCells, Survey, TerrainError, Window, hop_cells,
+    read_layer,
+};
 
 use crate::bounds::{in_range, positive};
 use crate::truth::{CropCells, CropMetres};
-use crate::{ElevationFile, Gaussians, Obstacles, Passages, RandomHills, ScenarioError};
+use crate::{ElevationFile, Gaussians, Obstacles, Passages, RandomHills, ScenarioError, Warning};
 
 /// Most hills of a generated terrain.
 const HILLS_MAX: usize = 1000;
@@ -17,6 +22,8 @@ const HILLS_MAX: usize = 1000;
 pub struct Shaped {
     pub relief: Relief,
     pub source: SourceCells,
+    /// What reading the elevation model and the layers on it had to decide.
+    pub warnings: RefCell<Vec<Warning>>,
 }
 
 impl Shaped {
@@ -24,7 +31,28 @@ impl Shaped {
         let Grid { width, height, .. } = relief.grid;
         let window = Window::all(width, height);
         let source = SourceCells { shape: (width, height), window, ratio: None, georeference: None };
-        Self { relief, source }
+        Self { relief, source, warnings: RefCell::default() }
+    }
+
+    /// The values of the layer at `path`, in index order; NaN for nodata.
+    pub fn layer(&self, path: &Path) -> Result<Vec<f64>, ScenarioError> {
+        let layer = read_layer(path, &self.source)?;
+        self.warn_of(path, &layer.fills);
+        Ok(layer.values)
+    }
+
+    /// Warns of what was taken for nodata in the layer at `path`.
+    pub fn warn_of(&self, path: &Path, fills: &[Fill]) {
+        let warning = |fill: &Fill| {
+            let Fill { value, cells, .. } = *fill;
+            let text = format!(
+                "{}: {fill}; taken for nodata: declare it with gdal_translate -a_nodata {} IN OUT",
+                path.display(),
+                fill.in_words()
+            );
+            Warning::SuspectedNodata { value, cells, text }
+        };
+        self.warnings.borrow_mut().extend(fills.iter().map(warning));
     }
 }
 
@@ -130,7 +158,8 @@ impl ElevationFile {
         // A cell size that no hop can span is refused before the cells are read.
         let cell_size_m = self.cell_size_m.unwrap_or(georeference.cell_size_m);
         let hop_cells = hop_cells(hop_distance_m, cell_size_m)?;
-        let mut elevation = raster.elevation(window)?;
+        let survey = raster.with_nodata(self.nodata.clone()).survey(window)?;
+        let Survey { mut elevation, georeference, remarks } = survey;
         let mut ratio = None;
         if cell_size_m != elevation.cell_size_m {
             ratio = Some(cell_size_m / elevation.cell_size_m);
@@ -138,7 +167,8 @@ impl ElevationFile {
         }
         let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
         let source = SourceCells { shape: source_cells, window, ratio, georeference: Some(georeference) };
-        Ok(Shaped { relief, source })
+        let warnings = RefCell::new(remarks.iter().map(Warning::from).collect());
+        Ok(Shaped { relief, source, warnings })
     }
 }
 

@@ -191,7 +191,7 @@ pub enum Layer {
     File(PathBuf),
 }
 
-/// A GeoTIFF or an ESRI ASCII grid, in metres and north-up. First cropped, then resampled, then exaggerated.
+/// A GeoTIFF or an ESRI ASCII grid, north-up, in a unit of length. First cropped, then resampled, then exaggerated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -200,10 +200,14 @@ pub struct ElevationFile {
     pub file: PathBuf,
     /// Part of the file to take, in cells.
     pub crop_cells: Option<CropCells>,
-    /// Part of the file to take, in metres of its own coordinate system.
+    /// Part of the file to take, in metres of its own coordinate system, converted from its unit if it has another.
     pub crop_m: Option<CropMetres>,
     /// Edge of a cell to resample to (bilinearly), metres; the file's own by default.
     pub cell_size_m: Option<f64>,
+    /// Stored values that are nodata, beside the one that the file declares; an empty list for no others. By default values
+    /// that look like nodata are taken for it, with a warning.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodata: Option<Vec<f64>>,
     /// Factor that heights are multiplied by, 0.001 to 1000.
     #[serde(default = "one")]
     pub vertical_exaggeration: f64,

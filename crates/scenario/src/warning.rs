@@ -2,9 +2,10 @@
 
 use contract::Cell;
 use serde::Serialize;
+use terrain::Remark;
 
 /// A warning of `hopper scenario check`. In JSON its tag is `finding`, a promised name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "finding", rename_all = "snake_case")]
 pub enum Warning {
     /// No chain of hops over passable ground leads to the goal.
@@ -36,4 +37,43 @@ pub enum Warning {
         /// The cell that is both.
         start: Cell,
     },
+    /// Cells of the elevation model or of a layer hold a value that looks like nodata, and are taken for it.
+    #[error("{text}")]
+    SuspectedNodata {
+        /// The value, as the file stores it.
+        value: f64,
+        /// Cells that hold it.
+        cells: u64,
+        /// What is done, and how to settle it.
+        text: String,
+    },
+    /// The elevation model is not read quite as it stands, such as one in feet.
+    #[error("{text}")]
+    GroundConverted {
+        /// What was converted, or taken for what.
+        text: String,
+    },
+}
+
+impl Warning {
+    /// Whether it is about the files that the ground comes from.
+    #[must_use]
+    pub fn is_of_ground(&self) -> bool {
+        matches!(self, Self::SuspectedNodata { .. } | Self::GroundConverted { .. })
+    }
+}
+
+impl From<&Remark> for Warning {
+    fn from(remark: &Remark) -> Self {
+        let text = remark.to_string();
+        match remark {
+            Remark::SuspectedNodata(fill) => {
+                Self::SuspectedNodata { value: fill.value, cells: fill.cells, text }
+            }
+            Remark::CoordinatesConverted(_)
+            | Remark::HeightsConverted(_)
+            | Remark::NoUnit(_)
+            | Remark::ByteOrderMark => Self::GroundConverted { text },
+        }
+    }
 }

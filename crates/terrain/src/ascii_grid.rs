@@ -4,7 +4,7 @@
 //! that is not a number, allocates as many rows as the header claims, accepts one order of the header only,
 //! and loses the first row of a file without a NODATA_value line.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Read as _, Seek, SeekFrom};
 
 use crate::raster_header::{PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::{TerrainError, Window};
@@ -12,8 +12,13 @@ use crate::{TerrainError, Window};
 /// Longest word of a grid, bytes.
 const WORD_BYTES_MAX: usize = 64;
 
+/// Mark that some programs put in front of text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 pub(crate) struct AsciiGrid<R> {
     pub header: RasterHeader,
+    /// Whether a byte order mark stood in front.
+    pub has_mark: bool,
     cell_sizes: [f64; 2],
     /// Easting and northing of the south-western cell: its corner or its middle, as `pixel_is` says.
     origin: [f64; 2],
@@ -24,8 +29,20 @@ pub(crate) struct AsciiGrid<R> {
 }
 
 impl<R: BufRead + Seek> AsciiGrid<R> {
+    /// Whether a file that begins with `start` is an ASCII grid in UTF-16, which is not read.
+    pub fn begins_in_utf16(start: &[u8]) -> bool {
+        let text = crate::sidecar::decoded(start);
+        let plain: Vec<u8> = start.iter().copied().filter(|byte| *byte != 0).collect();
+        let has_zeros = start.iter().skip(1).step_by(2).all(|byte| *byte == 0)
+            || start.iter().step_by(2).all(|byte| *byte == 0);
+        start.len() > 3
+            && (matches!(start, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) && Self::begins(text.as_bytes())
+                || has_zeros && Self::begins(&plain))
+    }
+
     /// Whether a file that begins with `start` looks like an ASCII grid.
     pub fn begins(start: &[u8]) -> bool {
+        let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
         let word = start.trim_ascii_start().to_ascii_lowercase();
         ["ncols", "nrows", "xll", "yll", "cellsize", "dx", "dy", "nodata"]
             .iter()
@@ -34,7 +51,13 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
 
     /// Reads the header: keywords with a value each, in any order, until a number appears in place of a
     /// keyword.
-    pub fn open(reader: R) -> Result<Self, TerrainError> {
+    pub fn open(mut reader: R) -> Result<Self, TerrainError> {
+        let mut start = Vec::new();
+        (&mut reader).take(BYTE_ORDER_MARK.len() as u64).read_to_end(&mut start)?;
+        let has_mark = start == BYTE_ORDER_MARK;
+        if !has_mark {
+            reader.seek(SeekFrom::Start(0))?;
+        }
         let mut words = Words { reader };
         let (mut columns, mut rows, mut x, mut y) = (None, None, None, None);
         let (mut cell_x, mut cell_y, mut nodata, mut first) = (None, None, None, None);
@@ -43,13 +66,18 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
                 first = Some(keyword);
                 break;
             }
+            if let Some(cause) = foreign(&keyword) {
+                return Err(cause);
+            }
             let value = words
                 .next()?
                 .ok_or_else(|| TerrainError::Truncated { need: format!("a value after {keyword}") })?;
-            let number = value.parse::<f64>().map_err(|_| TerrainError::Malformed {
-                what: "header of the ASCII grid",
-                need: format!("a number after {keyword:?}"),
-                got: format!("{value:?}"),
+            let number = value.parse::<f64>().map_err(|_| {
+                foreign(&value).unwrap_or_else(|| TerrainError::Malformed {
+                    what: "header of the ASCII grid",
+                    need: format!("a number after {keyword:?}"),
+                    got: format!("{value:?}"),
+                })
             })?;
             match keyword.to_ascii_lowercase().as_str() {
                 "ncols" => columns = Some(side("ncols", &value)?),
@@ -90,6 +118,7 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
                 scale: 1.0,
                 offset: 0.0,
             },
+            has_mark,
             cell_sizes: [required("cellsize", cell_x)?, required("cellsize", cell_y)?],
             origin: [x, y],
             pixel_is: x_is,
@@ -110,10 +139,10 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
         }
     }
 
-    /// Values within `window`, southernmost row first, NaN for nodata. Reads and checks every value of the
-    /// file, so it can be called only once.
+    /// Values within `window`, southernmost row first. Reads and checks every value of the file, so it can be called only
+    /// once.
     pub fn values(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
-        let RasterHeader { width, height, nodata, .. } = self.header;
+        let RasterHeader { width, height, .. } = self.header;
         // Grows as rows arrive: a header cannot make it allocate more than the rows fill.
         let mut north_first = Vec::new();
         for row in 0..height {
@@ -126,13 +155,15 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
                         need: format!("{height} rows of {width} values, column {x} of row {row}"),
                     })?,
                 };
-                let value = word.parse::<f64>().map_err(|_| TerrainError::Malformed {
-                    what: "value of the ASCII grid",
-                    need: format!("a number in column {x} of row {row}"),
-                    got: format!("{word:?}"),
+                let value = word.parse::<f64>().map_err(|_| {
+                    foreign(&word).unwrap_or_else(|| TerrainError::Malformed {
+                        what: "value of the ASCII grid",
+                        need: format!("a number in column {x} of row {row}"),
+                        got: format!("{word:?}"),
+                    })
                 })?;
                 if inside_y && (window.x..window.x + window.width).contains(&x) {
-                    north_first.push(if Some(value) == nodata { f64::NAN } else { value });
+                    north_first.push(value);
                 }
             }
         }
@@ -147,10 +178,40 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
     }
 }
 
+/// A number of cells, which some programs write as `40.0`.
 fn side(what: &'static str, text: &str) -> Result<u32, TerrainError> {
-    text.parse().ok().filter(|side| (1..=i32::MAX as u32).contains(side)).ok_or_else(|| {
-        TerrainError::Malformed { what, need: format!("1 to {}", i32::MAX), got: format!("{text:?}") }
-    })
+    match text.parse::<f64>() {
+        Ok(side) if side.fract() == 0.0 && (1.0..=f64::from(i32::MAX)).contains(&side) => Ok(side as u32),
+        _ => Err(TerrainError::Malformed {
+            what,
+            need: format!("1 to {}", i32::MAX),
+            got: format!("{text:?}"),
+        }),
+    }
+}
+
+/// Why `word` is no number, if it is written in the way of other countries or programs.
+fn foreign(word: &str) -> Option<TerrainError> {
+    let refused = |got: &str, remedy| {
+        let got = format!("{got}: {:?}", word.chars().take(24).collect::<String>());
+        let need = "numbers with decimal points and spaces between them";
+        Some(TerrainError::Unsupported { what: "ASCII grid", need, got, remedy })
+    };
+    if word.contains(';') {
+        return refused("semicolons", "replace them by spaces: tr ';' ' ' < IN > OUT");
+    }
+    let digits = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_digit());
+    match word.split_once(',') {
+        None => None,
+        Some((whole, fraction)) if digits(whole.trim_start_matches(['-', '+'])) => {
+            let fraction = fraction.split(['e', 'E']).next().unwrap_or_default();
+            match digits(fraction) {
+                true => refused("decimal commas", "replace them by points: tr ',' '.' < IN > OUT"),
+                false => refused("commas between numbers", "replace them by spaces: tr ',' ' ' < IN > OUT"),
+            }
+        }
+        Some(_) => refused("commas between numbers", "replace them by spaces: tr ',' ' ' < IN > OUT"),
+    }
 }
 
 fn required<T>(what: &'static str, value: Option<T>) -> Result<T, TerrainError> {
@@ -186,6 +247,9 @@ impl<R: BufRead> Words<R> {
             word.extend_from_slice(&buffer[skipped..skipped + taken]);
             self.reader.consume(skipped + length);
             if word.len() > WORD_BYTES_MAX {
+                if let Some(cause) = foreign(&String::from_utf8_lossy(&word)) {
+                    return Err(cause);
+                }
                 return Err(TerrainError::Malformed {
                     what: "word of the ASCII grid",
                     need: format!("at most {WORD_BYTES_MAX} characters"),

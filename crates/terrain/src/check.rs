@@ -7,10 +7,7 @@ use contract::Range;
 use contract::limits::{GRID_CELLS_MAX, GRID_SIDE_MAX};
 use serde::Serialize;
 
-use crate::{Georeference, RasterFile, RasterHeader, Relief, TerrainError, Window};
-
-/// Values that some programs write for nodata without declaring them.
-const USUAL_NODATA: [f64; 6] = [-9999.0, -99999.0, -32768.0, -32767.0, 32767.0, 65535.0];
+use crate::{Georeference, RasterFile, RasterHeader, Relief, Remark, Survey, TerrainError, Window};
 
 /// Distribution of the slopes of the cells whose slope is known, degrees.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -85,9 +82,8 @@ impl TerrainCheck {
         slope_limit_deg: f64,
     ) -> Result<Self, TerrainError> {
         let header = raster.header().clone();
-        let georeference = raster.georeference()?;
         let window = window.unwrap_or(Window::all(header.width, header.height));
-        let elevation = raster.elevation(window)?;
+        let Survey { elevation, georeference, remarks } = raster.survey(window)?;
 
         let known: Vec<f64> = elevation.heights_m.iter().copied().filter(|height| !height.is_nan()).collect();
         let min = known.iter().copied().fold(f64::INFINITY, f64::min);
@@ -128,12 +124,12 @@ impl TerrainCheck {
             impassable_share: (too_steep + unknown) / cells,
             treatment: Vec::new(),
         };
-        check.treatment = check.plan();
+        check.treatment = check.plan(&remarks);
         Ok(check)
     }
 
     /// What Hopper does with each property, one sentence each.
-    fn plan(&self) -> Vec<String> {
+    fn plan(&self, remarks: &[Remark]) -> Vec<String> {
         let Self { header, georeference, .. } = self;
         let cell_m = significant(georeference.cell_size_m);
         let mut plan = Vec::new();
@@ -168,7 +164,7 @@ impl TerrainCheck {
         ));
         if (header.scale, header.offset) != (1.0, 0.0) {
             let (scale, offset) = (significant(header.scale), significant(header.offset));
-            plan.push(format!("stored values: times {scale} plus {offset} gives metres"));
+            plan.push(format!("stored values: times {scale} plus {offset} gives heights"));
         }
         plan.push(format!(
             "slope: by central differences; over {:.1} degrees is impassable, landing there loses the hopper",
@@ -177,19 +173,23 @@ impl TerrainCheck {
         plan.push(match (self.nodata_cells, header.nodata) {
             (0, _) => "nodata: none".into(),
             (_, Some(value)) => {
-                format!("nodata: {} and unbelievable heights are impassable", significant(value))
+                format!(
+                    "nodata: {}, masked cells and unbelievable heights are impassable",
+                    significant(value)
+                )
             }
-            (_, None) => "nodata: none declared; NaN and unbelievable heights are impassable".into(),
+            (_, None) => {
+                "nodata: none declared; NaN, masked cells and unbelievable heights are impassable".into()
+            }
         });
-        let Range { min, max } = self.elevation_m;
-        if header.nodata.is_none()
-            && let Some(value) = USUAL_NODATA.into_iter().find(|value| [min, max].contains(value))
-        {
-            plan.push(format!(
-                "warning: {value} looks like nodata that the file does not declare; \
-                 declare it with gdal_translate -a_nodata {value} IN OUT"
-            ));
-        }
+        let warnings = remarks.iter().map(|remark| match remark {
+            Remark::CoordinatesConverted(_) => format!("coordinates: {remark}"),
+            Remark::HeightsConverted(_) => format!("elevation: {remark}"),
+            Remark::SuspectedNodata(_) | Remark::NoUnit(_) | Remark::ByteOrderMark => {
+                format!("warning: {remark}")
+            }
+        });
+        plan.extend(warnings);
         plan
     }
 }
@@ -315,14 +315,14 @@ mod tests {
 
     #[test]
     fn the_printed_resolution_can_be_spanned_by_a_hop() {
-        let text = "ncols 3\nnrows 2\nxllcorner 0.1\nyllcorner -0.498\ncellsize 0.9960000000000001\n\
+        let text = "ncols 3\nnrows 2\nxllcorner 1000.1\nyllcorner 1999.502\ncellsize 0.9960000000000001\n\
                     0 0 0\n0 0.9 0\n";
         let raster = RasterFile::new(std::io::Cursor::new(text)).unwrap();
         let check = TerrainCheck::of(raster, "grid", None, 30.0).unwrap();
         let told = check.to_string();
         for line in [
             "resolution         0.996 m\n",
-            "south-west cell    (0.598, 0) m at its middle\n",
+            "south-west cell    (1000.598, 2000) m at its middle\n",
             "hop_distance_m = 0.996 (or a multiple)",
         ] {
             assert!(told.contains(line), "{line:?} is not in {told}");

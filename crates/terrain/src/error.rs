@@ -22,7 +22,8 @@ pub enum TerrainError {
     Io(#[from] std::io::Error),
     /// The file is in neither of the formats that are read.
     #[error(
-        "need a GeoTIFF or an ESRI ASCII grid, got a file that begins with {got}; convert it with gdal_translate"
+        "need a GeoTIFF or an ESRI ASCII grid, got a file that begins with {got}; convert it with \
+         gdal_translate -of GTiff IN OUT.tif, as --convert does where GDAL is installed"
     )]
     Format {
         /// Its first bytes, escaped.
@@ -65,6 +66,28 @@ pub enum TerrainError {
         radius_m: Option<f64>,
         /// Longitude and latitude of the middle of the file, degrees; `None` where they are not known.
         centre_deg: Option<[f64; 2]>,
+    },
+    /// A text that describes the coordinate system is not understood.
+    #[error(
+        "coordinate system: need {need}, got {got}; correct the text, or remove it if the cells are in metres"
+    )]
+    CoordinateSystem {
+        /// Dialects or words that are understood.
+        need: String,
+        /// What the text says.
+        got: String,
+    },
+    /// The values are distances from the centre of a body.
+    #[error(
+        "need heights above a datum, got radii: distances from the centre of the body, {min_m} to {max_m} m; subtract the \
+         radius that heights shall count from, for example: gdal_calc.py -A IN.tif --calc=A-{} --outfile OUT.tif",
+        datum_m(*min_m, *max_m)
+    )]
+    Radii {
+        /// Least distance, metres.
+        min_m: f64,
+        /// Greatest distance, metres.
+        max_m: f64,
     },
     /// The rows do not run from west to east, northernmost first.
     #[error(
@@ -199,6 +222,15 @@ fn reprojection(radius_m: Option<f64>, centre_deg: Option<[f64; 2]>) -> String {
         "reproject it to metres, for example: gdalwarp -t_srs '+proj=laea +lat_0={latitude} +lon_0={longitude} \
          {body} +units=m' -r bilinear IN.tif OUT.tif{note}"
     )
+}
+
+/// The radius of the body whose surface lies so far from its centre, metres: that of the Moon, Mars or Mercury, or about the
+/// middle of what there is.
+fn datum_m(min_m: f64, max_m: f64) -> f64 {
+    let middle_m = (min_m + max_m) / 2.0;
+    let bodies_m = [1_737_400.0, 3_396_190.0, 2_439_400.0, 6_051_800.0, 6_371_000.0];
+    let near = bodies_m.into_iter().find(|radius_m: &f64| (radius_m - middle_m).abs() < 0.01 * radius_m);
+    near.unwrap_or_else(|| (middle_m / 1000.0).round() * 1000.0)
 }
 
 /// Radii that can only be the Earth's, metres.

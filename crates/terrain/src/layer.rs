@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::elevation::{resample_ratio, resampled_side};
-use crate::{Georeference, RasterFile, TerrainError, Window};
+use crate::{Fill, Georeference, RasterFile, TerrainError, Window};
 
 /// The cells of a terrain's source, and which of them became the terrain.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,14 +18,23 @@ pub struct SourceCells {
     pub georeference: Option<Georeference>,
 }
 
-/// Reads the values of the raster at `path`, in index order. NaN stands for nodata.
+/// The values of a further raster.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// In index order; NaN for nodata.
+    pub values: Vec<f64>,
+    /// Values that were taken for nodata though the file does not declare them.
+    pub fills: Vec<Fill>,
+}
+
+/// Reads the raster at `path`.
 ///
 /// The raster needs the shape of the terrain's source and, where both say so, its position. It is cropped as the source
 /// was. If the source was resampled, each new cell takes the value of the old cell that its middle lies in.
 ///
 /// # Errors
 /// If the file cannot be read, has another shape or lies elsewhere.
-pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Vec<f64>, TerrainError> {
+pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Layer, TerrainError> {
     let &SourceCells { shape: (width, height), window, ratio, ref georeference } = source;
     let mut raster = RasterFile::open(path)?;
     let (got_width, got_height) = (raster.header().width, raster.header().height);
@@ -34,27 +43,22 @@ pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Vec<f64>, Terrain
             TerrainError::LayerShape { need_width: width, need_height: height, got_width, got_height };
         return Err(shape.of(path));
     }
-    if let (Some(need), Ok(got)) = (georeference, raster.georeference()) {
-        let far_m = 1e-3 * need.cell_size_m;
-        let differs = [
-            (need.cell_size_m - got.cell_size_m) * f64::from(width.max(height)),
-            need.west_m - got.west_m,
-            need.south_m - got.south_m,
-        ];
-        if differs.iter().any(|by_m| by_m.abs() > far_m) {
-            let at = |of: &Georeference| {
-                format!("cells of {} m from ({}, {}) m", of.cell_size_m, of.west_m, of.south_m)
-            };
-            return Err(TerrainError::LayerPosition { need: at(need), got: at(&got) }.of(path));
-        }
+    if let Some(need) = georeference
+        && let Some(got) = raster.lies_elsewhere(need).map_err(|error| error.of(path))?
+    {
+        let at = |of: &Georeference| {
+            format!("cells of {} m from ({}, {}) m", of.cell_size_m, of.west_m, of.south_m)
+        };
+        return Err(TerrainError::LayerPosition { need: at(need), got: at(&got) }.of(path));
     }
-    let values = raster.values(window).map_err(|error| error.of(path))?;
-    let Some(ratio) = ratio else { return Ok(values) };
+    let (values, fills) = raster.layer(window).map_err(|error| error.of(path))?;
+    let Some(ratio) = ratio else { return Ok(Layer { values, fills }) };
     let ratio = resample_ratio(1.0, ratio)?;
     let (columns, rows) = (resampled_side(window.width, ratio)?, resampled_side(window.height, ratio)?);
     let nearest = |cell: u32, side: u32| (((f64::from(cell) + 0.5) * ratio) as u32).min(side - 1) as usize;
     let value = |(x, y): (u32, u32)| {
         values[nearest(y, window.height) * window.width as usize + nearest(x, window.width)]
     };
-    Ok((0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))).map(value).collect())
+    let values = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))).map(value).collect();
+    Ok(Layer { values, fills })
 }

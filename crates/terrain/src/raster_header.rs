@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::TerrainError;
+
 /// Most cells that are read at once: 128 MiB of heights.
 pub const ELEVATION_CELLS_MAX: u64 = 1 << 24;
 
@@ -52,4 +54,56 @@ pub(crate) struct Placement {
     pub west: f64,
     pub north: f64,
     pub pixel_is: PixelIs,
+}
+
+/// Cells smaller than this without a stated unit are in degrees wherever a body has such longitudes and latitudes.
+const DEGREES_CELL_MAX: f64 = 0.02;
+
+/// Rotation, in cells a cell, that is taken for rounding.
+const ROTATION_MAX: f64 = 1e-9;
+
+impl Placement {
+    /// From an affine transform: easting of the corner, its change a column and a row, and the same of the northing. `middle`
+    /// is where the middle of a cell lies, in cells from the point that its coordinates refer to.
+    pub fn of_transform(transform: [f64; 6], middle: f64, pixel_is: PixelIs) -> Result<Self, TerrainError> {
+        let [d, a, b, h, e, f] = transform;
+        let is_straight = b.abs() <= ROTATION_MAX * a && e.abs() <= ROTATION_MAX * -f;
+        if !(is_straight && a > 0.0 && f < 0.0) {
+            return Err(TerrainError::NotNorthUp { got: format!("x = {a} i + {b} j, y = {e} i + {f} j") });
+        }
+        Ok(Self { x_size: a, y_size: -f, west: d + a * middle, north: h + f * middle, pixel_is })
+    }
+
+    /// Easting and northing of the middle of a raster of so many cells.
+    pub fn middle(&self, width: u32, height: u32) -> [f64; 2] {
+        let half_span = |cells: u32, size: f64| (f64::from(cells) - 1.0) * size / 2.0;
+        [self.west + half_span(width, self.x_size), self.north - half_span(height, self.y_size)]
+    }
+
+    /// Whether a raster of so many cells lies where longitudes and latitudes may: within -180 to 180 or 0 to 360, and -90 to
+    /// 90, all but a cell for those that count to middles. A raster whose corner is (0, 0) lies so too; it is local to a site,
+    /// unless its cells are very small or go around the whole body.
+    pub fn looks_like_degrees(&self, width: u32, height: u32) -> bool {
+        let Self { x_size, y_size, west, north, .. } = *self;
+        if !(x_size > 0.0 && y_size > 0.0) {
+            return false;
+        }
+        let [width, height] = [f64::from(width) * x_size, f64::from(height) * y_size];
+        let (west, north) = (west - x_size / 2.0, north + y_size / 2.0);
+        let (east, south) = (west + width, north - height);
+        let is_latitude = south >= -90.0 - y_size && north <= 90.0 + y_size;
+        let is_small = x_size < DEGREES_CELL_MAX;
+        let is_longitude = if is_small {
+            west >= -360.0 - x_size && east <= 720.0 && width <= 360.0 + x_size
+        } else {
+            let is_within = |from: f64, to: f64| west >= from - x_size && east <= to + x_size;
+            is_within(-180.0, 180.0) || is_within(0.0, 360.0)
+        };
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * x_size;
+        let at_origin = [0.0, x_size / 2.0].iter().any(|offset| {
+            near(west + offset, 0.0) && (near(south + offset, 0.0) || near(north - offset, 0.0))
+        });
+        let is_local = at_origin && !is_small && width < 360.0 - x_size;
+        is_latitude && is_longitude && !is_local
+    }
 }

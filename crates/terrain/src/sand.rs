@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contract::{Cell, Grid};
 
-use crate::{SourceCells, TerrainError, read_layer};
+use crate::{Fill, SourceCells, TerrainError, read_layer};
 
 /// A rectangle of cells, its edges included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +39,21 @@ impl Sand {
     /// Reads a mask from the raster at `path`: sand where its value is neither 0 nor nodata. See [`read_layer`].
     ///
     /// # Errors
-    /// If the file cannot be read or has another shape than `source`.
-    pub fn read_mask(path: &Path, source: &SourceCells) -> Result<Vec<bool>, TerrainError> {
-        let sand = |value: f64| !value.is_nan() && value != 0.0;
-        // A mask lies where the terrain does, whatever position its file names.
-        let source = SourceCells { georeference: None, ..source.clone() };
-        Ok(read_layer(path, &source)?.into_iter().map(sand).collect())
+    /// If the file cannot be read, has another shape than `source`, lies elsewhere, or if what is sand may as well be nodata.
+    pub fn read_mask(path: &Path, source: &SourceCells) -> Result<(Vec<bool>, Vec<Fill>), TerrainError> {
+        let layer = read_layer(path, source)?;
+        let mask: Vec<bool> = layer.values.iter().map(|value| !value.is_nan() && *value != 0.0).collect();
+        if let Some(fill) = layer.fills.iter().find(|fill| fill.value > 0.0)
+            && !mask.contains(&true)
+        {
+            let unclear = TerrainError::Unsupported {
+                what: "sand mask",
+                need: "values of sand that are no usual nodata, such as 1",
+                got: format!("nothing but {} and 0", fill.value),
+                remedy: "write 1 for sand: gdal_calc.py -A IN.tif --calc='A>0' --outfile OUT.tif",
+            };
+            return Err(unclear.of(path));
+        }
+        Ok((mask, layer.fills))
     }
 }

@@ -9,6 +9,8 @@ use crate::tiff_directory::Order;
 /// Number type of the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sample {
+    /// One bit, as masks have; rows begin at whole bytes.
+    Bit,
     U8,
     U16,
     U32,
@@ -42,6 +44,7 @@ impl Sample {
     /// The type of a SampleFormat with its BitsPerSample.
     pub fn of_codes(format: u64, bits: u64) -> Option<Self> {
         Some(match (format, bits) {
+            (1, 1) => Sample::Bit,
             (1, 8) => Sample::U8,
             (1, 16) => Sample::U16,
             (1, 32) => Sample::U32,
@@ -56,6 +59,7 @@ impl Sample {
 
     pub fn name(self) -> &'static str {
         match self {
+            Sample::Bit => "bit",
             Sample::U8 => "uint8",
             Sample::U16 => "uint16",
             Sample::U32 => "uint32",
@@ -67,24 +71,25 @@ impl Sample {
         }
     }
 
-    /// Bytes of a sample.
-    pub fn size(self) -> usize {
+    /// Bits of a sample.
+    pub fn bits(self) -> usize {
         match self {
-            Sample::U8 | Sample::I8 => 1,
-            Sample::U16 | Sample::I16 => 2,
-            Sample::U32 | Sample::I32 | Sample::F32 => 4,
-            Sample::F64 => 8,
+            Sample::Bit => 1,
+            Sample::U8 | Sample::I8 => 8,
+            Sample::U16 | Sample::I16 => 16,
+            Sample::U32 | Sample::I32 | Sample::F32 => 32,
+            Sample::F64 => 64,
         }
     }
 
-    /// `value` as this type keeps it.
-    pub fn stored(self, value: f64) -> f64 {
-        if self == Sample::F32 { f64::from(value as f32) } else { value }
+    /// Bytes of a row of so many samples.
+    pub fn row_bytes(self, columns: usize) -> usize {
+        (columns * self.bits()).div_ceil(8)
     }
 
     fn number(self, bits: u64) -> f64 {
         match self {
-            Sample::U8 | Sample::U16 | Sample::U32 => f64::from(bits as u32),
+            Sample::Bit | Sample::U8 | Sample::U16 | Sample::U32 => f64::from(bits as u32),
             Sample::I8 => f64::from(bits as i8),
             Sample::I16 => f64::from(bits as i16),
             Sample::I32 => f64::from(bits as i32),
@@ -111,15 +116,19 @@ impl Predictor {
         let packed = matches!(packing, Packing::Lzw | Packing::Deflate);
         match code {
             1 => Some(Predictor::None),
-            2 if packed => Some(Predictor::Horizontal),
+            2 if packed && sample != Sample::Bit => Some(Predictor::Horizontal),
             3 if packed && matches!(sample, Sample::F32 | Sample::F64) => Some(Predictor::FloatingPoint),
             _ => None,
         }
     }
 
-    /// Gives `take` the numbers of one `row`, from west to east.
+    /// Gives `take` the numbers of one `row`, from west to east; after single bits those that fill its last byte, too.
     pub fn undo(self, row: &mut [u8], sample: Sample, order: Order, mut take: impl FnMut(f64)) {
-        let size = sample.size();
+        if sample == Sample::Bit {
+            let bits = row.iter().flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1));
+            return bits.for_each(|bit| take(f64::from(bit)));
+        }
+        let size = sample.bits() / 8;
         match self {
             Predictor::None => {
                 row.chunks_exact(size).for_each(|bytes| take(sample.number(order.unsigned(bytes))));

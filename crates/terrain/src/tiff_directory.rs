@@ -1,4 +1,4 @@
-//! Reads the first directory of a TIFF file: tags with their values (TIFF 6.0, section 2; BigTIFF).
+//! Reads the directories of a TIFF file: tags with their values (TIFF 6.0, section 2; BigTIFF).
 //!
 //! No tag can make it allocate more memory than the file fills.
 
@@ -17,6 +17,8 @@ pub(crate) struct Directory {
     /// Byte order and width of offsets.
     pub order: Order,
     entries: BTreeMap<u16, Entry>,
+    /// Offset of the next directory in the file; 0 for none.
+    next: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +36,7 @@ struct Entry {
 }
 
 impl Directory {
+    /// Reads the first directory of the file.
     pub fn read(reader: &mut (impl Read + Seek)) -> Result<Self, TerrainError> {
         let mut start = [0; 8];
         fill(reader, &mut start, "the header of a TIFF")?;
@@ -46,6 +49,15 @@ impl Directory {
         } else {
             order.unsigned(&start[4..8])
         };
+        Self::at(reader, order, offset)
+    }
+
+    /// The directory that follows this one in the file, if there is one.
+    pub fn following(&self, reader: &mut (impl Read + Seek)) -> Result<Option<Self>, TerrainError> {
+        if self.next == 0 { Ok(None) } else { Self::at(reader, self.order, self.next).map(Some) }
+    }
+
+    fn at(reader: &mut (impl Read + Seek), order: Order, offset: u64) -> Result<Self, TerrainError> {
         reader.seek(SeekFrom::Start(offset))?;
         let mut count = [0; 8];
         let count = &mut count[..if order.big_tiff { 8 } else { 2 }];
@@ -63,7 +75,15 @@ impl Directory {
             let (tag, entry) = Entry::read(reader, order)?;
             entries.insert(tag, entry);
         }
-        Ok(Self { order, entries })
+        let mut next = [0; 8];
+        let next = &mut next[..if order.big_tiff { 8 } else { 4 }];
+        // A file may end with its last entry.
+        let next = match reader.read_exact(next) {
+            Ok(()) => order.unsigned(next),
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => 0,
+            Err(error) => return Err(error.into()),
+        };
+        Ok(Self { order, entries, next })
     }
 
     pub fn has(&self, tag: u16) -> bool {

@@ -37,7 +37,15 @@ impl World {
     /// Exit code 2 if it cannot be read or resolved.
     pub fn named(scenario: &str) -> Result<Self, Failure> {
         let (scenario, pace) = (Some(scenario.to_owned()), Pace::Max);
-        let mission = MissionArgs { scenario, seed: None, profile: None, budget: None, dem: None, pace };
+        let mission = MissionArgs {
+            scenario,
+            seed: None,
+            profile: None,
+            budget: None,
+            dem: None,
+            elevation: Default::default(),
+            pace,
+        };
         Self::of(mission.scenario()?.resolve().map_err(Failure::usage)?, None)
     }
 

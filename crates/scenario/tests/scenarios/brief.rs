@@ -120,8 +120,12 @@ fn overrides_change_profile_budget_and_elevation_file() {
     let folder = Folder::new();
     let path = folder.write("mission.toml", REAL);
     let other = folder.write("other.asc", &grid(|x, _| f64::from(x) * 0.25 - 4000.0));
-    let overrides =
-        Overrides { profile: Some(Profile::Hopper), decision_budget_ns: Some(123_456_789), dem: Some(other) };
+    let overrides = Overrides {
+        profile: Some(Profile::Hopper),
+        decision_budget_ns: Some(123_456_789),
+        dem: Some(other),
+        nodata: None,
+    };
     let world = load(path.to_str().unwrap()).unwrap().with(&overrides).resolve().unwrap();
     assert_eq!(world.brief.profile, Profile::Hopper);
     assert_eq!(world.brief.limits.decision_budget_ns, 123_456_789);

@@ -32,7 +32,7 @@ fn an_elevation_file_gives_heights_over_the_datum_gradients_and_impassable_groun
         world.terrain.grid.iter().filter(|&cell| !ground(cell.x, cell.y).passable).collect();
     let cliff = [(6, 3), (5, 4), (7, 4), (6, 5)].map(|(x, y)| Cell::new(x, y));
     assert_eq!(blocked, [&[Cell::new(0, 0)], &cliff[..]].concat(), "the slopes around the spire");
-    assert_eq!(world.brief.priors.height_m, Range { min: 0.0, max: 4040.0 });
+    assert_eq!(world.brief.priors.height_m, Range { min: 0.0, max: 20.0 });
     assert!(world.warnings.is_empty(), "a way leads around");
     let survey = Folder::new().world(&REAL.replace("-4000", "\"survey\"")).unwrap();
     let mean: f64 = survey.terrain.cells.iter().skip(1).map(|ground| ground.height_m).sum::<f64>() / 107.0;
@@ -113,6 +113,45 @@ fn sand_lies_in_rectangles_hollows_and_masks() {
         &folder.error(&format!("[truth.sand]\nmask_file = \"none.asc\"\n{REAL}")),
         &["truth.sand.mask_file", "none.asc", "found none"],
     );
+}
+
+/// P-DEM-LAYERS.
+#[test]
+fn a_sand_mask_lies_where_the_model_does_and_what_looks_like_nodata_in_it_is_warned_of() {
+    let folder = Folder::new();
+    let mask = |text: &str| format!("[truth.sand]\nmask_file = {:?}\n{REAL}", folder.write("mask.asc", text));
+    let filled = grid(|x, y| if x == 2 { 255.0 } else { f64::from(u32::from(x == 8 && y > 2)) });
+    let world = folder.world(&mask(&filled)).unwrap();
+    let sand = world.terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count();
+    assert_eq!(sand, 6, "255 is no sand");
+    let [Warning::SuspectedNodata { value, cells, text }] = &world.warnings[..] else {
+        panic!("{:?}", world.warnings)
+    };
+    assert_eq!((*value, *cells), (255.0, 9));
+    says(text, &["mask.asc", "255 looks like nodata", "gdal_translate -a_nodata 255"]);
+    let elsewhere = filled.replace("xllcorner 100", "xllcorner 102");
+    says(&folder.error(&mask(&elsewhere)), &["mask.asc", "(101, 301)", "(103, 301)", "same extent"]);
+}
+
+/// P-DEM-FILL: datum, priors and ground go without what looks like nodata, until the scenario settles it.
+#[test]
+fn what_looks_like_nodata_counts_for_nothing_until_it_is_settled() {
+    let folder = Folder::new();
+    folder.write("dem.asc", &grid(|x, y| if x == 11 { -10000.0 } else { f64::from(y) * 0.5 - 4000.0 }));
+    let survey = REAL.replace("= -4000", "= \"survey\"").replace("[10, 7]", "[8, 7]");
+    let suspected = folder.world(&survey).unwrap();
+    assert!(
+        matches!(suspected.warnings[..], [Warning::SuspectedNodata { cells: 9, .. }]),
+        "{:?}",
+        suspected.warnings
+    );
+    assert!((suspected.brief.datum_m + 3998.0).abs() < 0.1, "{}", suspected.brief.datum_m);
+    assert!(!suspected.terrain.ground(Cell::new(11, 4)).unwrap().passable);
+    let settle = |values: &str| survey.replace("dem.asc\"", &format!("dem.asc\"\nnodata = {values}"));
+    let settled = folder.world(&settle("[-10000]")).unwrap();
+    assert_eq!((&settled.warnings, settled.hash), (&vec![], suspected.hash));
+    let none = folder.world(&settle("[]")).unwrap();
+    assert!(none.warnings.is_empty() && none.brief.datum_m < -4400.0, "{}", none.brief.datum_m);
 }
 
 #[test]

@@ -24,7 +24,7 @@ impl Folder {
         let folder = Self(tempfile::tempdir().unwrap());
         folder.write(
             "dem.asc",
-            &grid(|x, y| if (x, y) == (6, 4) { 40.0 } else { f64::from(y) * 0.5 - 4000.0 }),
+            &grid(|x, y| if (x, y) == (6, 4) { -3980.0 } else { f64::from(y) * 0.5 - 4000.0 }),
         );
         folder
     }

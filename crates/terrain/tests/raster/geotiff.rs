@@ -179,6 +179,7 @@ fn degrees_are_refused_with_the_way_to_reproject() {
     says(&error(&file.bytes()), &["degrees", "reproject"]);
     // Metres without keys are taken for what they are.
     file.scale = Some(vec![1.0, 1.0, 0.0]);
+    file.tiepoint = Some(vec![0.0, 0.0, 0.0, 1137.4, -4.6, 0.0]);
     assert!(elevation(&file.bytes()).is_ok());
 }
 
@@ -189,12 +190,12 @@ fn cells_that_are_not_square_are_refused() {
 }
 
 #[test]
-fn feet_geocentric_and_missing_georeferences_are_refused() {
+fn unknown_units_geocentric_and_missing_georeferences_are_refused() {
     let mut file = GeoTiff::new(2, 2, vec![0.0; 4]);
-    file.keys = Some(vec![(1024, 1), (3072, 2229), (3076, 9003)]);
-    says(&error(&file.bytes()), &["unit of coordinates", "metres", "EPSG:9003"]);
-    file.keys = Some(vec![(1024, 1), (3072, 32633), (4099, 9002)]);
-    says(&error(&file.bytes()), &["unit of heights", "EPSG:9002"]);
+    file.keys = Some(vec![(1024, 1), (3072, 32767), (3076, 9102)]);
+    says(&error(&file.bytes()), &["unit of coordinates", "a unit of length", "EPSG:9102"]);
+    file.keys = Some(vec![(1024, 1), (3072, 32633), (4099, 9102)]);
+    says(&error(&file.bytes()), &["unit of heights", "EPSG:9102"]);
     file.keys = Some(vec![(1024, 3)]);
     says(&error(&file.bytes()), &["geocentric"]);
     file.keys = None;

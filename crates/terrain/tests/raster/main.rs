@@ -4,6 +4,7 @@
 
 mod ascii_grid;
 mod check;
+mod foreign_models;
 mod geotiff;
 mod malformed;
 mod meter;

@@ -44,6 +44,21 @@ pub struct GeoTiff {
     pub keys: Option<Vec<(u16, u16)>>,
     /// Tags that replace or join the others: (tag, values as LONG).
     pub extra: Vec<(u16, Vec<u32>)>,
+    pub mask: Option<Mask>,
+}
+
+/// The mask of a GeoTIFF to be, in a directory behind it.
+#[derive(Clone, Debug)]
+pub struct Mask {
+    /// Northernmost row first.
+    pub counts: Vec<bool>,
+    /// 1, as GDAL has it, or 8.
+    pub bits: usize,
+    pub packing: Packing,
+    /// Rows of a strip; 0 for tiles of 16 x 16.
+    pub rows: usize,
+    /// Whether an overview and the mask of that come first, as in cloud-optimised files.
+    pub after_overview: bool,
 }
 
 impl GeoTiff {
@@ -68,6 +83,19 @@ impl GeoTiff {
             transformation: None,
             keys: Some(vec![(1024, 1), (1025, 1), (3072, 32633), (3076, 9001)]),
             extra: Vec::new(),
+            mask: None,
+        }
+    }
+
+    /// A file whose cells say which cells of another count.
+    pub fn of_counts(width: usize, height: usize, counts: &[bool]) -> Self {
+        let values = counts.iter().map(|&counts| if counts { 255.0 } else { 0.0 }).collect();
+        Self {
+            sample: Sample::U8,
+            keys: None,
+            scale: None,
+            tiepoint: None,
+            ..Self::new(width, height, values)
         }
     }
 
@@ -81,11 +109,6 @@ impl GeoTiff {
             Sample::I32 => (32, 2),
             Sample::F32 => (32, 3),
             Sample::F64 => (64, 3),
-        };
-        let compression = match self.packing {
-            Packing::None => 1,
-            Packing::Lzw => 5,
-            Packing::Deflate => 8,
         };
         let mut out = Out { bytes: Vec::new(), big_endian: self.big_endian, wide: self.big_tiff };
         out.bytes.extend(if self.big_endian { b"MM" } else { b"II" });
@@ -110,7 +133,7 @@ impl GeoTiff {
         long(256, vec![self.width as u32]);
         long(257, vec![self.height as u32]);
         long(258, vec![bits]);
-        long(259, vec![compression]);
+        long(259, vec![self.packing.code()]);
         long(262, vec![1]);
         long(277, vec![1]);
         long(339, vec![format]);
@@ -145,7 +168,15 @@ impl GeoTiff {
         for (tag, values) in &self.extra {
             tags.insert(*tag, Value::Long(values.clone()));
         }
-        out.directory(directory_at, &tags);
+        let mut next_at = out.directory(directory_at, &tags);
+        if let Some(mask) = &self.mask {
+            if mask.after_overview {
+                let half = Mask { counts: vec![false; (self.width / 2) * (self.height / 2)], ..mask.clone() };
+                next_at = half.write(&mut out, next_at, (self.width / 2, self.height / 2), 1);
+                next_at = half.write(&mut out, next_at, (self.width / 2, self.height / 2), 5);
+            }
+            mask.write(&mut out, next_at, (self.width, self.height), 4);
+        }
         out.bytes
     }
 
@@ -164,17 +195,7 @@ impl GeoTiff {
                         .collect();
                     bytes.extend(self.row(&row));
                 }
-                chunks.push(match self.packing {
-                    Packing::None => bytes,
-                    Packing::Lzw => weezl::encode::Encoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8)
-                        .encode(&bytes)
-                        .unwrap(),
-                    Packing::Deflate => {
-                        let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), Default::default());
-                        encoder.write_all(&bytes).unwrap();
-                        encoder.finish().unwrap()
-                    }
-                });
+                chunks.push(self.packing.pack(bytes));
             }
         }
         chunks
@@ -217,6 +238,88 @@ impl GeoTiff {
     }
 }
 
+impl Packing {
+    fn code(self) -> u32 {
+        match self {
+            Packing::None => 1,
+            Packing::Lzw => 5,
+            Packing::Deflate => 8,
+        }
+    }
+
+    fn pack(self, bytes: Vec<u8>) -> Vec<u8> {
+        match self {
+            Packing::None => bytes,
+            Packing::Lzw => {
+                weezl::encode::Encoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8).encode(&bytes).unwrap()
+            }
+            Packing::Deflate => {
+                let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), Default::default());
+                encoder.write_all(&bytes).unwrap();
+                encoder.finish().unwrap()
+            }
+        }
+    }
+}
+
+impl Mask {
+    fn write(
+        &self,
+        out: &mut Out,
+        pointer_at: usize,
+        (width, height): (usize, usize),
+        subfile: u32,
+    ) -> usize {
+        let tiled = self.rows == 0;
+        let (columns, rows) = if tiled { (16, 16) } else { (width, self.rows) };
+        let (mut offsets, mut counts) = (Vec::new(), Vec::new());
+        for top in (0..height).step_by(rows) {
+            for left in (0..width).step_by(columns) {
+                let rows = if tiled { rows } else { rows.min(height - top) };
+                let mut bytes = Vec::new();
+                for y in top..top + rows {
+                    let counts = |x: usize| x < width && y < height && self.counts[y * width + x];
+                    let row: Vec<u8> = (left..left + columns).map(|x| u8::from(counts(x))).collect();
+                    match self.bits {
+                        1 => bytes.extend(row.chunks(8).map(|bits| {
+                            bits.iter().enumerate().map(|(index, bit)| bit << (7 - index)).sum::<u8>()
+                        })),
+                        _ => bytes.extend(row.iter().map(|bit| 255 * bit)),
+                    }
+                }
+                let packed = self.packing.pack(bytes);
+                offsets.push(out.bytes.len() as u32);
+                counts.push(packed.len() as u32);
+                out.bytes.extend(packed);
+            }
+        }
+        let mut tags: std::collections::BTreeMap<u16, Value> = std::collections::BTreeMap::new();
+        let photometric = if subfile & 4 == 0 { 1 } else { 4 };
+        for (tag, value) in [
+            (254, subfile),
+            (256, width as u32),
+            (257, height as u32),
+            (258, self.bits as u32),
+            (259, self.packing.code()),
+            (262, photometric),
+            (277, 1),
+        ] {
+            tags.insert(tag, Value::Long(vec![value]));
+        }
+        if tiled {
+            tags.insert(322, Value::Long(vec![16]));
+            tags.insert(323, Value::Long(vec![16]));
+            tags.insert(324, Value::Long(offsets));
+            tags.insert(325, Value::Long(counts));
+        } else {
+            tags.insert(273, Value::Long(offsets));
+            tags.insert(278, Value::Long(vec![rows as u32]));
+            tags.insert(279, Value::Long(counts));
+        }
+        out.directory(pointer_at, &tags)
+    }
+}
+
 enum Value {
     Short(Vec<u16>),
     Long(Vec<u32>),
@@ -241,7 +344,8 @@ impl Out {
         self.number(value, if self.wide { 8 } else { 4 });
     }
 
-    fn directory(&mut self, pointer_at: usize, tags: &std::collections::BTreeMap<u16, Value>) {
+    /// Writes a directory, and where it is at `pointer_at`. Where the place of the next one goes.
+    fn directory(&mut self, pointer_at: usize, tags: &std::collections::BTreeMap<u16, Value>) -> usize {
         // Values that do not fit into their entry come first, then the directory.
         let inline = if self.wide { 8 } else { 4 };
         let mut entries = Vec::new();
@@ -282,9 +386,11 @@ impl Out {
             self.offset(count);
             self.bytes.extend(field);
         }
+        let next_at = self.bytes.len();
         self.offset(0);
         let mut pointer = Out { bytes: Vec::new(), big_endian: self.big_endian, wide: self.wide };
         pointer.offset(at);
         self.bytes[pointer_at..pointer_at + pointer.bytes.len()].copy_from_slice(&pointer.bytes);
+        next_at
     }
 }
