@@ -14,8 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Action, Branch, Cell, Decision, Digest, Ground, Heartbeat, Incarnation, Leader, MonotonicNs, Name,
-    Origin, Pace, Pose, Record, RobotId, RunId, State, Status, Team, Term, Vetoed,
+    Action, Branch, Cell, Decision, Digest, Flight, Ground, Heartbeat, Incarnation, Leader, MonotonicNs,
+    Name, Origin, Pace, Pose, Record, RobotId, RunId, State, Status, Team, Term, Vetoed,
 };
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission};
@@ -23,11 +23,18 @@ use report::Tally;
 use serde::Serialize;
 
 use self::dependence::Dependence;
+use crate::chance::Chance;
+use crate::claims::Claims;
+use crate::coverage::Coverage;
 use crate::expected::{Expected, design, first_digest, next_digest};
 use crate::life::Life;
+use crate::offers::Offers;
+use crate::play::Play;
 use crate::reservation::Reservations;
 use crate::robots::Robots;
+use crate::scouts::Scouts;
 use crate::setup::{self, Setup};
+use crate::tempo::Tempo;
 
 /// A promise that did not hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -37,6 +44,9 @@ pub struct Violation {
     /// What was needed, and what was seen instead.
     pub detail: String,
 }
+
+/// Routes that a robot announces at most before it goes on: two planners may command it in turn.
+const ANNOUNCEMENTS_MAX: u64 = 4;
 
 /// What a command is known by.
 type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32, u64);
@@ -51,25 +61,16 @@ pub(crate) struct Known {
     pub is_gone: bool,
 }
 
-/// How landings are paced, and what was ordered.
+/// How landings are paced, and what was published.
 #[derive(Clone, Debug)]
 struct Pacing {
-    /// Whether hopper-sim obeys orders.
-    control: bool,
-    /// The pace of the start, and those ordered since.
-    paces: Vec<Pace>,
-    paused: bool,
-    /// Ordered since the last message about it.
-    resumed: bool,
-    /// Single steps ordered, and landings published, since the pause.
-    steps: u64,
-    landings: u64,
+    tempo: Tempo,
     /// The last decision whose state was published by this life of hopper-sim.
     published: Option<Decision>,
-    /// That decision with its landing.
-    landed: Option<(Decision, MonotonicNs)>,
     /// When that state was first published.
     told: MonotonicNs,
+    /// The decision that was due when this life began.
+    began: Decision,
 }
 
 /// Sees every message, every commit and every reader's map, and holds them to the promises.
@@ -104,6 +105,10 @@ pub struct Checker {
     recognised: BTreeSet<(Incarnation, Incarnation)>,
     reservations: Reservations,
     dependence: Dependence,
+    offers: Offers,
+    claims: Claims,
+    /// The robot that acted last, and the routes that it has announced since any robot did anything else.
+    announcements: (RobotId, u64),
     /// The last policy that hopper-sim has received.
     policy: Option<(RunId, Name, Decision)>,
     /// The present life of hopper-sim.
@@ -115,17 +120,7 @@ pub struct Checker {
 impl Pacing {
     /// That of a life of hopper-sim that has landed nothing yet.
     fn begin(control: bool, pace: Pace) -> Self {
-        Self {
-            control,
-            paces: vec![pace],
-            paused: false,
-            resumed: false,
-            steps: 0,
-            landings: 0,
-            published: None,
-            landed: None,
-            told: MonotonicNs(0),
-        }
+        Self { tempo: Tempo::begin(control, pace), published: None, told: MonotonicNs(0), began: Decision(0) }
     }
 }
 
@@ -157,6 +152,9 @@ impl Checker {
             recognised: BTreeSet::new(),
             reservations: Reservations::default(),
             dependence: Dependence::default(),
+            offers: Offers::default(),
+            claims: Claims::default(),
+            announcements: (RobotId(0), 0),
             policy: None,
             sim: Incarnation(0),
             pacing,
@@ -184,6 +182,7 @@ impl Checker {
         self.recognised = old.recognised;
         self.reservations = old.reservations;
         self.dependence = old.dependence;
+        self.offers = old.offers;
         self.sim = old.sim;
         self.violation = old.violation;
         let scouts = self.robots.as_mut().and_then(Robots::scouts_mut);
@@ -332,10 +331,64 @@ impl Checker {
             robots.committed(&self.mission, record);
         }
         self.see(record);
+        let all_wait = self.scouts().is_some_and(Scouts::is_all_waiting);
+        let is_last = all_wait && record.action == Action::Wait && record.outcome.branch == Branch::Held;
+        self.require(!is_last, "nobody waits for others as the last one that can act", || {
+            format!("robot {} did at decision {due}", record.robot)
+        });
+        self.goes_on(record);
+    }
+
+    /// Whoever has announced a route goes on along it: while no other robot acts, it announces no others again and again.
+    fn goes_on(&mut self, record: &Record) {
+        let Record { robot, action, decision, .. } = *record;
+        let (last, times) = self.announcements;
+        let times = match action {
+            Action::Announce(_) if last == robot => times + 1,
+            Action::Announce(_) => 1,
+            _ => 0,
+        };
+        self.announcements = (robot, times);
+        self.require(times <= ANNOUNCEMENTS_MAX, "who has announced a route goes on along it", || {
+            format!("robot {robot} announced {times} routes one after the other up to decision {decision}")
+        });
+    }
+
+    /// Plays some decisions on a copy of the arbiter, if nothing is under way.
+    pub(crate) fn play(
+        &mut self,
+        arbiter: &Arbiter,
+        chance: &mut Chance,
+        coverage: &mut Coverage,
+        now: MonotonicNs,
+    ) {
+        let state = arbiter.state();
+        let rests = state.decision.0 == self.records.len() as u64 && !self.pacing.tempo.is_flying();
+        let Some(robots) = self.robots.as_ref().filter(|_| rests && !self.pacing.tempo.paused) else {
+            return;
+        };
+        if self.reservations.unsure || state.run != self.mission.brief.run {
+            return;
+        }
+        let chance = Chance::new(chance.bits(), "play");
+        if let Some(violation) = Play::new(&self.mission, arbiter, robots, chance, now).run(coverage) {
+            self.violate(violation.rule, || violation.detail);
+        }
+    }
+
+    /// The hop of `record`, which was committed, is in the air.
+    pub(crate) fn launched(&mut self, record: &Record, now: MonotonicNs) {
+        let Flight { flight_time_s, flights, .. } = record.outcome.flight;
+        let alone_ns = || (flight_time_s * f64::from(flights) * 1e9).round() as u64;
+        let lasts_ns = self.robots.as_ref().map_or_else(alone_ns, Robots::lasts_ns);
+        self.pacing.tempo.committed(lasts_ns, now);
     }
 
     /// hopper-sim has executed a command just now.
     pub(crate) fn executed(&mut self, record: &Record) {
+        if let Action::Announce(_) = record.action {
+            self.offers.announced(record.robot);
+        }
         let leader = record.leader.incarnation;
         // The fallback leaves the command with whom it was.
         let refused = !record.origin.is_fallback() && self.foreign.contains(&leader);

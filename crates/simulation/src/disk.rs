@@ -16,8 +16,10 @@ pub struct Disk(Rc<RefCell<Platter>>);
 #[derive(Debug, Default)]
 struct Platter {
     bytes: Vec<u8>,
-    /// Bytes from the start that would outlive a loss of power.
-    durable: usize,
+    /// What the disk holds for certain, whatever was written or cut since.
+    durable: Vec<u8>,
+    /// Bytes from the start in which the two are the same.
+    same: usize,
     /// Bytes that may still be written, if the disk is full.
     room: Option<usize>,
     /// Whether a full disk cannot even be cut.
@@ -53,14 +55,16 @@ impl Disk {
     pub fn erase(&self) {
         let mut platter = self.0.borrow_mut();
         platter.bytes.clear();
-        platter.durable = 0;
+        platter.durable.clear();
+        platter.same = 0;
     }
 
     /// Holds what `other` holds, durably: a backup is restored.
     pub(crate) fn restore(&self, other: &Disk) {
         let bytes = other.0.borrow().bytes.clone();
         let mut platter = self.0.borrow_mut();
-        platter.durable = bytes.len();
+        platter.same = bytes.len();
+        platter.durable = bytes.clone();
         platter.bytes = bytes;
     }
 
@@ -106,13 +110,28 @@ impl Disk {
         std::mem::take(&mut self.0.borrow_mut().torn)
     }
 
-    /// The power goes: of what was not yet durable, `thousandths` survive.
+    /// The power goes: of what was not yet durable, `thousandths` survive. What was cut and not synced is there again, unless
+    /// the number is odd: a file system may write its tables before or after.
     pub fn lose_power(&self, thousandths: u64) {
         let mut platter = self.0.borrow_mut();
-        let loose = platter.bytes.len() - platter.durable;
-        let kept = platter.durable + loose * thousandths as usize / 1000;
+        let loose = platter.bytes.len() - platter.same;
+        let kept = platter.same + loose * thousandths as usize / 1000;
         platter.bytes.truncate(kept);
-        platter.durable = kept;
+        if thousandths.is_multiple_of(2)
+            && let Some(cut) = platter.durable.get(kept..).map(<[u8]>::to_vec)
+        {
+            platter.bytes.extend(cut);
+        }
+        platter.sync();
+    }
+}
+
+impl Platter {
+    fn sync(&mut self) {
+        let Self { bytes, durable, same, .. } = self;
+        durable.truncate(*same);
+        durable.extend_from_slice(&bytes[*same..]);
+        *same = bytes.len();
     }
 }
 
@@ -145,7 +164,7 @@ impl Storage for Disk {
             platter.bytes.resize(end, 0);
         }
         platter.bytes[offset..end].copy_from_slice(&bytes[..written]);
-        platter.durable = platter.durable.min(offset);
+        platter.same = platter.same.min(offset);
         if let Some(room) = &mut platter.room {
             *room -= written;
         }
@@ -169,7 +188,7 @@ impl Storage for Disk {
             return Err(ErrorKind::StorageFull.into());
         }
         platter.bytes.truncate(bytes as usize);
-        platter.durable = platter.durable.min(bytes as usize);
+        platter.same = platter.same.min(bytes as usize);
         Ok(())
     }
 
@@ -187,8 +206,7 @@ impl Storage for Disk {
     }
 
     fn sync(&self) -> io::Result<()> {
-        let mut platter = self.0.borrow_mut();
-        platter.durable = platter.bytes.len();
+        self.0.borrow_mut().sync();
         Ok(())
     }
 }

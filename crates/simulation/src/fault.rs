@@ -4,6 +4,7 @@ use contract::{Name, Role};
 use serde::Serialize;
 
 use crate::chance::Chance;
+use crate::setup::long::is_long;
 use crate::setup::{Missions, Seat};
 use crate::stream::Stream;
 
@@ -325,7 +326,13 @@ impl Plan {
         let mut faults: Vec<Fault> = (0..count).map(|_| fault(missions, seed, &mut chance)).collect();
         let mut follow = Chance::new(seed, "follow");
         let after: Vec<Fault> = faults.iter().filter_map(|fault| follow_up(&mut follow, fault)).collect();
+        let mut power = Chance::new(seed, "power");
+        let losses: Vec<Fault> = faults.iter().flat_map(|fault| power_losses(&mut power, fault)).collect();
         faults.extend(after);
+        faults.extend(losses);
+        if is_long(seed) {
+            stretch(&mut Chance::new(seed, "long faults"), &mut faults);
+        }
         faults.sort_by_key(|fault| fault.decision);
         Self { missions, seed, faults }
     }
@@ -347,6 +354,22 @@ fn fault(missions: Missions, seed: u64, chance: &mut Chance) -> Fault {
     Fault { decision: chance.below(DECISIONS), after_ns, kind: kind(missions, seed, chance) }
 }
 
+/// Spreads faults over a mission of many decisions, and has every process begin anew once the past needs several pages.
+fn stretch(chance: &mut Chance, faults: &mut Vec<Fault>) {
+    for fault in faults.iter_mut() {
+        fault.decision *= chance.between(20, 50);
+        if let Kind::LoseTail { records, .. } | Kind::Elsewhere { records, .. } = &mut fault.kind {
+            *records *= chance.between(1, 50);
+        }
+    }
+    for role in [Role::HopperSim, Role::Perception, Role::Planner, Role::Monitor] {
+        let (victim, restart_ns) = (Victim::Role(role), chance.duration_ns(MS, 100 * MS));
+        let decision = chance.between(260, 400);
+        let kind = Kind::Kill { victim, restart_ns, succeeds: chance.one_in(2) };
+        faults.push(Fault { decision, after_ns: 0, kind });
+    }
+}
+
 /// What follows a fault now and then: two that matter together hardly ever meet by chance.
 fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
     match fault.kind {
@@ -357,6 +380,29 @@ fn follow_up(chance: &mut Chance, fault: &Fault) -> Option<Fault> {
             kind: Kind::PowerLoss { thousandths: 0, restart_ns: chance.duration_ns(MS, 100 * MS) },
         }),
         _ => None,
+    }
+}
+
+/// Losses of power around the cut of a torn tail, now and then: one that leaves a part of the tail on the disk, and one between
+/// its cut and the next append; or one while an append that failed is still to be cut.
+fn power_losses(chance: &mut Chance, fault: &Fault) -> Vec<Fault> {
+    if !chance.one_in(3) {
+        return Vec::new();
+    }
+    let restart_ns = chance.duration_ns(MS, 20 * MS);
+    let mut loss = |after_ns: u64| Fault {
+        decision: fault.decision,
+        after_ns: fault.after_ns + after_ns,
+        kind: Kind::PowerLoss { thousandths: chance.between(0, 1000), restart_ns },
+    };
+    match fault.kind {
+        Kind::Tear { .. } => {
+            let torn_ns = 6 * MS;
+            // Whoever dies by it begins again within 30 ms of its end; the next decision takes longer.
+            vec![loss(torn_ns), loss(torn_ns + restart_ns + 32 * MS)]
+        }
+        Kind::Full { ns, .. } => vec![loss(ns / 2)],
+        _ => Vec::new(),
     }
 }
 

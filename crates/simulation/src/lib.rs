@@ -17,6 +17,7 @@
 
 pub mod chance;
 pub mod checker;
+mod claims;
 pub mod coverage;
 mod covered;
 pub mod disk;
@@ -27,6 +28,8 @@ mod forgery;
 mod life;
 mod observations;
 mod observed;
+mod offers;
+mod play;
 mod ports;
 mod recorded;
 mod reservation;
@@ -40,6 +43,7 @@ pub mod shrink;
 pub mod simulation;
 mod stamps;
 pub mod stream;
+mod tempo;
 mod work_loops;
 mod world;
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use contract::{
-    Command, Decision, Incarnation, Leader, MapPatch, Member, MonotonicNs, Name, RobotId, Role, RunId, State,
-    Team, Term,
+    Command, Decision, Incarnation, Leader, MapPatch, Member, MonotonicNs, Name, RobotId, RobotSet, Role,
+    RunId, State, Team, Term,
 };
 
 use crate::observed::Seen;
@@ -22,6 +22,9 @@ pub(crate) struct Life {
     pub version: Name,
     /// Takes every process for gone, as one in another container would.
     pub blind: bool,
+    /// Of a planner: the robots that it serves, and whether it can plan for all of them.
+    pub robots: RobotSet,
+    pub is_suited: bool,
     /// Of a planner: told to take over at once, and whose successor it is.
     pub takeover: bool,
     pub succeeds_pid: Option<u32>,
@@ -126,6 +129,13 @@ impl Life {
         let (run, decision, leaders) = seen.as_ref()?;
         let answers = (*run, *decision) == (command.run, command.decision);
         leaders.get(usize::from(command.robot.0)).copied().filter(|_| answers)
+    }
+
+    /// Whether it could plan for `decision` of the run, and sits idle instead.
+    pub fn sits_idle(&self, run: RunId, decision: Decision) -> bool {
+        let knows = self.state_seen.get().is_some_and(|(of, due, _)| (of, due) == (run, decision));
+        let has_map = self.map_whole.get() == Some(run) && !self.map_disturbed.get();
+        knows && has_map && self.sleeping.get() && self.stopped_until.get().is_none() && self.is_suited
     }
 
     /// Whether a message of `stream` is to wake this process: the pipeline from state to map to command.

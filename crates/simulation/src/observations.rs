@@ -2,6 +2,7 @@
 
 use std::any::Any;
 
+use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
     Action, Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch,
     MapRequest, Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest,
@@ -14,6 +15,7 @@ use crate::checker::Known;
 use crate::life::Life;
 use crate::life::Pass;
 use crate::recorded::decisions_recorded;
+use crate::scouts::Scouts;
 use crate::setup::Missions;
 use crate::stream::Asked;
 use crate::stream::Stream;
@@ -34,6 +36,12 @@ impl World {
         self.checker.executed(&record);
         let treasures = self.checker.treasures_known();
         self.checker.committed(&record);
+        if self.checker.scouts().is_some_and(Scouts::is_all_waiting) {
+            self.coverage.count("ended", "while_all_wait");
+        }
+        let now = self.monotonic();
+        self.checker.launched(&record, now);
+        self.checker.passed_over(&record, &self.lives);
         if record.action == Action::Fly && self.checker.treasures_known() > treasures {
             self.coverage.count("scouts", "treasure_spotted");
         }
@@ -237,6 +245,7 @@ impl World {
             life.knows_team(team, now);
         } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
             self.scouting.heard(life, announcement);
+            self.checker.offered(announcement);
         } else if message.is::<MapPatch>() && life.role == Role::Planner {
             if let Pass::Under { .. } = life.pass.get() {
                 self.coverage.count("map", "patch_between_pages");
@@ -246,7 +255,10 @@ impl World {
                 self.checker.heard(life, beat, now);
             }
         } else if let Some(control) = message.downcast_ref::<Control>() {
-            self.checker.ordered(life, control);
+            self.checker.ordered(life, control, now);
+            self.note(|| {
+                format!("{} {} receives the order {:?}", life.role, life.incarnation, control.order)
+            });
             if life.role == Role::HopperSim {
                 self.coverage.count(
                     "order",
@@ -386,6 +398,9 @@ impl World {
         let response = response as &dyn Any;
         if let Some(page) = response.downcast_ref::<PastPage>() {
             self.checker.served(page);
+            if page.from.0 >= PAST_PAGE_RECORDS as u64 && !page.records.is_empty() {
+                self.coverage.count("past", "page_beyond_the_first");
+            }
             self.coverage.count(Stream::of::<Asked<PastRequest>>().as_str(), "answered");
         } else if let Some(page) = response.downcast_ref::<MapPage>() {
             self.checker.paged(page);

@@ -222,6 +222,7 @@ impl Ports for SimulatedPorts {
                 world.chance.between(10_000, 900_000)
             };
             let at_ns = world.time_ns + ns;
+            world.explained_ns = world.explained_ns.max(at_ns);
             world.schedule(at_ns, Event::Computed(self.life.slot, self.life.incarnation));
         }
         poll_fn(|_| if self.life.computed.take() { Poll::Ready(()) } else { Poll::Pending }).await;

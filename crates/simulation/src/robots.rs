@@ -1,7 +1,8 @@
 //! The robots of a mission that is not a single hopper's, as the checker knows them.
 
 use contract::{
-    Action, Brief, Decision, Digest, Leader, Origin, Record, RobotId, RunId, State, Team, Vetoed,
+    Action, Announcement, Brief, Decision, Digest, Leader, Origin, Record, RobotId, RunId, State, Team,
+    Vetoed,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
@@ -59,6 +60,13 @@ impl Robots {
         }
     }
 
+    /// A planner publishes the points of a route.
+    pub fn announce(&mut self, announcement: &Announcement) {
+        if let Some(scouts) = self.scouts_mut() {
+            scouts.announce(announcement);
+        }
+    }
+
     /// Who acts next; once nobody does, who acted last.
     pub fn due(&self) -> RobotId {
         match self {
@@ -73,6 +81,15 @@ impl Robots {
             Self::Rovers(rovers) => rovers.leader(robot),
             Self::Scouts(scouts) => scouts.leader(robot),
             Self::Mixed(mixed) => mixed.leader(robot),
+        }
+    }
+
+    /// Simulated time from the beginning of the last action to that of the next, nanoseconds.
+    pub fn lasts_ns(&self) -> u64 {
+        match self {
+            Self::Rovers(rovers) => rovers.lasts_ns(),
+            Self::Scouts(scouts) => scouts.lasts_ns(),
+            Self::Mixed(mixed) => mixed.scouts().lasts_ns(),
         }
     }
 

@@ -31,6 +31,8 @@ pub(crate) struct Rovers {
     rovers: Vec<Rover>,
     covered: Covered,
     actor: Option<usize>,
+    /// When the last action began, nanoseconds of simulated time.
+    acted_at_ns: u64,
 }
 
 impl Rovers {
@@ -57,6 +59,7 @@ impl Rovers {
             rovers: fleet.robots.iter().enumerate().map(rover).collect(),
             covered: Covered::begin(mission, starts, Vec::new())?,
             actor: None,
+            acted_at_ns: 0,
         };
         rovers.retire(mission);
         Some(rovers)
@@ -71,6 +74,12 @@ impl Rovers {
     fn next(&self) -> Option<usize> {
         let active = |number: &usize| self.rovers[*number].standing == Standing::Active;
         (0..self.rovers.len()).filter(active).min_by_key(|&number| (self.rovers[number].clock_ns, number))
+    }
+
+    /// Simulated time from the beginning of the last action to that of the next, nanoseconds.
+    pub fn lasts_ns(&self) -> u64 {
+        let next = self.next().or(self.actor).map(|number| self.rovers[number].clock_ns);
+        next.map_or(0, |next_ns| next_ns.saturating_sub(self.acted_at_ns))
     }
 
     pub fn leader(&self, robot: RobotId) -> Leader {
@@ -125,6 +134,9 @@ impl Rovers {
         let rover = &self.rovers[due];
         let from = rover.at.cell;
         let fails = rover.fails_at == Some(rover.actions + 1);
+        if !matches!(action, Action::Hold | Action::Step(_)) {
+            return None;
+        }
         let outcome = outcome(mission, &rover.robot, from, action, fails)?;
         let mut after = self.clone();
         after.act(mission, due, action, &outcome);
@@ -151,6 +163,7 @@ impl Rovers {
 
     fn act(&mut self, mission: &Mission, number: usize, action: Action, outcome: &Outcome) {
         let rover = &mut self.rovers[number];
+        self.acted_at_ns = rover.clock_ns;
         rover.clock_ns += ((outcome.flight.flight_time_s * 1e9).round() as u64).max(SECOND_NS);
         rover.actions += 1;
         self.actor = Some(number);

@@ -202,6 +202,11 @@ impl Scouts {
         (0..self.scouts.len()).filter(can_act).min_by_key(|&number| (self.scouts[number].clock_ns, number))
     }
 
+    /// Whether nobody acts next because all that still could wait for each other.
+    pub fn is_all_waiting(&self) -> bool {
+        self.next().is_none() && self.scouts.iter().any(|scout| scout.waits)
+    }
+
     pub fn leader(&self, robot: RobotId) -> Leader {
         self.scouts.get(usize::from(robot.0)).map_or(Leader::default(), |scout| scout.leader)
     }

@@ -67,7 +67,14 @@ impl Somebody {
         match self.chance.below(6) {
             0 | 1 => Some(Order::Pause),
             2 => Some(Order::Step),
-            3 => Some(Order::Pace(Pace::Hertz(self.chance.pick(&[30.0, 80.0, 400.0])))),
+            3 => Some(Order::Pace(self.chance.pick(&[
+                Pace::Hertz(30.0),
+                Pace::Hertz(80.0),
+                Pace::Hertz(400.0),
+                // Fast enough for a drive of hours.
+                Pace::Times(1e6),
+                Pace::Max,
+            ]))),
             _ => history.stand_by().map(|peer| Order::HandOver(peer.beat.incarnation)),
         }
     }

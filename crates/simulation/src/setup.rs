@@ -15,6 +15,7 @@ use terrain::Terrain;
 use crate::chance::Chance;
 
 mod accompanied;
+pub(crate) mod long;
 mod mixed;
 mod scouts;
 
@@ -81,6 +82,8 @@ pub struct Setup {
     pub uptime_ns: u64,
     /// Cells in a patch of the map: small ones make many parts of a landing.
     pub patch_cells: usize,
+    /// Plans of each life of a planner that take long, and how long, nanoseconds.
+    pub slow: (u64, u64),
 }
 
 impl Setup {
@@ -93,7 +96,7 @@ impl Setup {
         let mut chance = Chance::new(seed, "setup");
         let mut watch = Chance::new(seed, "watch");
         let screen = watch.one_in(3);
-        Self {
+        let setup = Self {
             missions,
             mission: missions.mission(seed, 0),
             planners: missions.planners(seed, &mut chance),
@@ -112,7 +115,9 @@ impl Setup {
             stay: chance.one_in(2),
             uptime_ns: chance.between(2_000_000_000, 90_000_000_000),
             patch_cells: chance.pick(&[1, 3, 8, contract::limits::MAP_PATCH_CELLS]),
-        }
+            slow: (0, 0),
+        };
+        if long::is_long(seed) { long::setup(setup) } else { setup }
     }
 }
 
@@ -131,13 +136,18 @@ impl Missions {
     /// The `number`th mission of a seed: a run, a world and draws of its own.
     #[must_use]
     pub fn mission(self, seed: u64, number: u64) -> Mission {
-        match self {
+        let mut mission = match self {
             Missions::Hopper => hopper_mission(seed, number),
             Missions::Rovers => rover_mission(seed, number),
             Missions::Scouts => scouts::mission(seed, number),
             Missions::Accompanied => accompanied::mission(seed, number),
             Missions::Mixed => mixed::mission(seed, number),
+        };
+        // The mission that follows another one is short.
+        if long::is_long(seed) && number == 0 {
+            long::lengthen(self, seed, number, &mut mission);
         }
+        mission
     }
 
     /// An algorithm, the quick ones more often.
@@ -230,7 +240,10 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "rovers");
     let count = Missions::Rovers.robots(seed);
     let side = |chance: &mut Chance| chance.between(3, 5) as u32;
-    let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    let mut grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
+    if long::is_long(seed) && number == 0 {
+        grid = long::covered_grid();
+    }
     let (right, top) = (grid.width as i32 - 1, grid.height as i32 - 1);
     let corners = [Cell::new(0, 0), Cell::new(right, 0), Cell::new(0, top)];
     let starts = &corners[..usize::from(count)];

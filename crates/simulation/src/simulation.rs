@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 
 use contract::{
-    Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Role, Route, RunId, Status,
+    Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, RobotSet, Role, Route, RunId, Status,
 };
 use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
@@ -31,6 +31,10 @@ use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
 
 /// A mission in which nothing has been executed and no fault felt for so long has stalled, nanoseconds.
 const STALL_NS: u64 = 5_000 * MS;
+
+/// A mission has stalled earlier if nothing else explains it either: a plan that takes long, a pause, an action under way, a turn
+/// that is kept for another planner, nanoseconds.
+const CALM_NS: u64 = 3_000 * MS;
 
 /// How long peers have to leave once hopper-sim has ended, nanoseconds.
 const AFTERMATH_NS: u64 = 300 * MS;
@@ -57,6 +61,8 @@ pub struct Report {
     pub virtual_ns: u64,
     /// Longest time in which nothing was executed and no fault was felt, nanoseconds.
     pub idle_ns: u64,
+    /// Longest time of these in which no plan, pause, action or reservation explained it either, nanoseconds.
+    pub calm_ns: u64,
     /// How often each event happened that the simulation shall meet.
     pub coverage: Coverage,
     /// What happened, if it was to be traced.
@@ -194,6 +200,7 @@ struct Simulation<'a> {
     ended_ns: Option<u64>,
     events: u64,
     idle_ns: u64,
+    calm_ns: u64,
 }
 
 impl<'a> Simulation<'a> {
@@ -227,6 +234,7 @@ impl<'a> Simulation<'a> {
             ended_ns: None,
             events: 0,
             idle_ns: 0,
+            calm_ns: 0,
         }
     }
 
@@ -238,6 +246,7 @@ impl<'a> Simulation<'a> {
             decisions: world.decisions,
             virtual_ns: world.time_ns,
             idle_ns: self.idle_ns,
+            calm_ns: self.calm_ns,
             trace: world.take_trace(),
             coverage: std::mem::take(&mut world.coverage),
         }
@@ -269,6 +278,16 @@ impl<'a> Simulation<'a> {
             }
             let idle_ns = world.time_ns.saturating_sub(world.stirred_ns);
             self.idle_ns = self.idle_ns.max(idle_ns);
+            let calm_ns = world.calm_ns();
+            self.calm_ns = self.calm_ns.max(calm_ns);
+            if calm_ns > CALM_NS {
+                let (decisions, status) = (world.decisions, world.checker.status());
+                return world
+                    .checker
+                    .violate("a decision follows within bounded time while all live", || {
+                        format!("none has for {calm_ns} ns after {decisions} decisions, {status}")
+                    });
+            }
             if idle_ns > STALL_NS || self.events > EVENTS_MAX {
                 let (decisions, status) = (world.decisions, world.checker.status());
                 return world.checker.violate("the mission ends once faults stop", || {
@@ -441,6 +460,8 @@ impl<'a> Simulation<'a> {
             world.enter(Rc::clone(&life));
             if self.slots[slot].foreign {
                 world.checker.foreign_started(life.incarnation);
+            } else if life.takeover {
+                world.checker.told_to_take_over(&life);
             }
             if life.role == Role::HopperSim {
                 let pace = world.setup.pace;
@@ -458,7 +479,7 @@ impl<'a> Simulation<'a> {
     fn new_life(&mut self, slot: usize) -> Rc<Life> {
         self.lives += 1;
         let incarnation = Incarnation(self.lives);
-        let Slot { role, takeover, blind, foreign, succeeds_pid, .. } = self.slots[slot];
+        let Slot { role, seat, takeover, blind, foreign, succeeds_pid, .. } = self.slots[slot];
         Rc::new(Life {
             slot,
             role,
@@ -466,6 +487,8 @@ impl<'a> Simulation<'a> {
             pid: incarnation.0 as u32 + 1000,
             version: if foreign { setup::foreign_version() } else { setup::version() },
             blind,
+            robots: seat.map_or(RobotSet(0), |seat| seat.robots),
+            is_suited: seat.is_some_and(|seat| self.world.borrow().checker.suits(seat)),
             takeover,
             succeeds_pid,
             wakes_at: Cell::new(None),
@@ -490,7 +513,7 @@ impl<'a> Simulation<'a> {
             leaders_seen: RefCell::default(),
             listening_since: Cell::default(),
             turned_at: Cell::default(),
-            slow: Cell::new((0, 0)),
+            slow: Cell::new(self.world.borrow().setup.slow),
             runs: RefCell::default(),
             message_since: Cell::new(None),
             sleeps: Cell::new((0, 0)),
@@ -524,6 +547,9 @@ impl<'a> Simulation<'a> {
                 } else {
                     let over = world.checker.status().is_over();
                     world.coverage.count("journal", if over { "resumed_at_the_end" } else { "resumed" });
+                    if journal.len() > contract::limits::PAST_PAGE_RECORDS as u64 {
+                        world.coverage.count("journal", "resumed_beyond_a_page");
+                    }
                 }
                 if journal.torn_bytes() > 0 {
                     world.coverage.count("journal", "torn_tail_cut");

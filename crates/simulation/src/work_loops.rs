@@ -5,9 +5,9 @@ use std::io::Write;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use contract::{MonotonicNs, Record, RefusalCounts, RobotId};
-use hopper_sim::process::{HopperSim, SimTerms};
-use hopper_sim::{Journal, crash};
+use contract::{Decision, MonotonicNs, PastPage, Record, RefusalCounts, RobotId, Route, RunId};
+use hopper_sim::process::{HopperSim, RecordStore, SimTerms};
+use hopper_sim::{Journal, JournalError, crash};
 use monitor::process::{Display, Monitor};
 use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;
@@ -24,6 +24,9 @@ use crate::ports::SimulatedPorts;
 use crate::screen::Somebody;
 use crate::setup::{Seat, Setup};
 use crate::world::MS;
+
+/// At one in so many decisions of several robots some are played with commands that nobody sends.
+const PLAY_ONE_IN: u64 = 12;
 
 /// How long the end is served at most, nanoseconds.
 const LINGER_NS: u64 = 2_000 * MS;
@@ -46,9 +49,47 @@ pub(crate) async fn simulator(mut ports: SimulatedPorts, journal: Journal<Disk>)
         let (received, executed) = life.commands.get();
         life.commands.set((received, executed + u64::from(!record.origin.is_fallback())));
     };
-    let sim = HopperSim::join(&mut ports, mission, (journal, last), executed, terms).await?;
-    let mut judged = Judged { sim, refused: RefusalCounts::default(), kept: 0, slow: 0 };
+    let page_records = ports.world.borrow().setup.page_records;
+    let records = Pages { journal, page_records };
+    let sim = HopperSim::join(&mut ports, mission, (records, last), executed, terms).await?;
+    let chance = Chance::new(ports.life.incarnation.0 ^ ports.world.borrow().setup.uptime_ns, "play");
+    let mut judged = Judged { sim, refused: RefusalCounts::default(), kept: [0; 3], played: None, chance };
     process::run(&mut judged, &mut ports).await
+}
+
+/// A journal whose pages are short: a real one holds the whole past of most missions here.
+struct Pages {
+    journal: Journal<Disk>,
+    /// Most records of a page.
+    page_records: usize,
+}
+
+impl RecordStore for Pages {
+    fn run(&self) -> RunId {
+        RecordStore::run(&self.journal)
+    }
+
+    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
+        self.journal.append(record)
+    }
+
+    fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
+        self.journal.append_announced(record, route)
+    }
+
+    fn routes(&self) -> Result<Vec<Route>, JournalError> {
+        RecordStore::routes(&self.journal)
+    }
+
+    fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
+        let mut page = self.journal.page(from)?;
+        page.records.truncate(self.page_records);
+        Ok(page)
+    }
+
+    fn check(&self) -> Result<(), JournalError> {
+        self.journal.check()
+    }
 }
 
 /// Reasons for which hopper-sim refuses.
@@ -75,18 +116,21 @@ pub const REASONS: [&str; 18] = [
 
 /// Lets the checker see what hopper-sim has refused.
 struct Judged<O: FnMut(&Record)> {
-    sim: HopperSim<SimulatedPorts, Journal<Disk>, O>,
+    sim: HopperSim<SimulatedPorts, Pages, O>,
     /// Refusals up to the last turn.
     refused: RefusalCounts,
-    /// Takeovers for which a decision was kept until then, and those that had let one pass.
-    kept: u64,
-    slow: u64,
+    /// Takeovers for which a decision was kept until then, those that had let one pass, and those beside another.
+    kept: [u64; 3],
+    /// The decision of the last turn, and chance for what is played from there.
+    played: Option<Decision>,
+    chance: Chance,
 }
 
 impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
     async fn turn(&mut self, ports: &mut SimulatedPorts) -> Result<Turn, Failure> {
         let turn = self.sim.turn(ports).await?;
         let refused = self.sim.arbiter().refusals();
+        let now = ports.now();
         let world = &mut *ports.world.borrow_mut();
         for reason in REASONS {
             (self.refused.of(reason)..refused.of(reason))
@@ -95,15 +139,19 @@ impl<O: FnMut(&Record)> Process<SimulatedPorts> for Judged<O> {
         if self.refused != *refused {
             self.refused = refused.clone();
         }
-        world.checker.yielded(refused.of("yielding"));
+        let decision = self.sim.arbiter().state().decision;
+        if self.played != Some(decision) && self.chance.one_in(PLAY_ONE_IN) {
+            world.checker.play(self.sim.arbiter(), &mut self.chance, &mut world.coverage, now);
+        }
+        self.played = Some(decision);
+        let (received, executed) = ports.life.commands.get();
+        world.checker.answered(refused, executed);
         let kept = world.checker.reservations();
-        for (name, count, before) in
-            [("kept", kept.kept, &mut self.kept), ("slow_bidder", kept.slow, &mut self.slow)]
-        {
+        let counts = [("kept", kept.kept), ("slow_bidder", kept.slow), ("two_robots_kept", kept.two_kept)];
+        for ((name, count), before) in counts.into_iter().zip(&mut self.kept) {
             (*before..count).for_each(|_| world.coverage.count("reservation", name));
             *before = count;
         }
-        let (received, executed) = ports.life.commands.get();
         let judged = executed + refused.0.values().sum::<u64>();
         // One may be accepted that the journal has not taken yet.
         if received > judged + 1 {

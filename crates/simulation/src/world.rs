@@ -151,6 +151,8 @@ pub(crate) struct World {
     pub chance: Chance,
     /// When a fault was last felt, or a decision executed.
     pub stirred_ns: u64,
+    /// Until when a plan, a pause, an action or a reservation explains that nothing is executed.
+    pub explained_ns: u64,
     /// Until hopper-sim is started again after it died writing, nanoseconds.
     pub torn_restart_ns: u64,
     /// The last genuine command.
@@ -186,6 +188,7 @@ impl World {
             setup,
             chance: Chance::new(seed, "stage"),
             stirred_ns: 0,
+            explained_ns: 0,
             torn_restart_ns: 0,
             commanded: None,
             decisions: 0,
@@ -198,6 +201,14 @@ impl World {
     /// Simulated time since the machine started.
     pub fn monotonic(&self) -> MonotonicNs {
         MonotonicNs((i128::from(self.time_ns) - self.booted_ns) as u64)
+    }
+
+    /// For how long nothing has been executed though nothing explains it.
+    pub fn calm_ns(&mut self) -> u64 {
+        if self.checker.is_quiet(self.monotonic()) {
+            self.explained_ns = self.time_ns;
+        }
+        self.time_ns.saturating_sub(self.stirred_ns.max(self.explained_ns))
     }
 
     /// CLOCK_MONOTONIC begins anew, a boot's time above zero.
@@ -275,6 +286,7 @@ impl World {
         let until_ns = life.stopped_until.get().map_or(until_ns, |known| known.max(until_ns));
         life.stopped_until.set(Some(until_ns));
         life.message_since.set(None);
+        self.explained_ns = self.explained_ns.max(until_ns);
         self.schedule(until_ns, Event::Resume(life.slot, life.incarnation));
     }
 

@@ -195,3 +195,102 @@ fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
         assert_eq!((file.bytes().unwrap(), records_in(file)), (whole, 5));
     }
 }
+
+/// P-SYNC: the power may fail between the cut of a torn tail and the next append, and the tail be there again. However much of the
+/// tail had been written, and whatever is appended over it, no record is lost or another.
+#[test]
+fn a_torn_tail_that_is_there_again_after_a_loss_of_power_is_cut_again() {
+    let records = undisturbed();
+    let bytes = |count: usize| {
+        let file = LossyFile::default();
+        let mut journal = Journal::create_on(file.clone(), &header(&mission()), true).unwrap();
+        records[..count].iter().for_each(|record| journal.append(record).unwrap());
+        let kept = file.0.borrow();
+        kept.now.clone()
+    };
+    let (whole, longer) = (bytes(5), bytes(6));
+    for torn in whole.len() + 1..longer.len() {
+        for syncs in [true, false] {
+            let file = LossyFile::default();
+            file.0.borrow_mut().now = longer[..torn].to_vec();
+            file.0.borrow_mut().sync();
+            // It is cut twice: of the first cut nothing reached the disk.
+            for _ in 0..2 {
+                let journal =
+                    Journal::resume_on(file.clone(), &header(&mission()), &mission().terrain, syncs).unwrap();
+                assert_eq!((journal.len(), file.bytes().unwrap()), (5, whole.len() as u64));
+                assert_eq!(journal.torn_bytes(), (torn - whole.len()) as u64);
+                file.0.borrow_mut().now = longer[..torn].to_vec();
+            }
+            let mut journal =
+                Journal::resume_on(file.clone(), &header(&mission()), &mission().terrain, syncs).unwrap();
+            journal.append(&records[5]).unwrap();
+            drop(journal);
+            if syncs {
+                file.0.borrow_mut().lose_power();
+            }
+            assert_eq!(file.0.borrow().now, longer, "{torn} bytes");
+            assert_eq!(records_in(file), 6);
+        }
+    }
+}
+
+/// P-SYNC: what a failed append left is cut before the next, though the first attempt to cut it failed too.
+#[test]
+fn what_a_failed_append_left_is_cut_before_the_next_though_it_could_not_be_cut_at_once() {
+    /// A file of which nothing can be cut off for a while, and into which only so much can be written.
+    #[derive(Clone, Debug, Default)]
+    struct Full {
+        file: LossyFile,
+        room: Rc<RefCell<Option<usize>>>,
+    }
+
+    impl Storage for Full {
+        fn bytes(&self) -> io::Result<u64> {
+            self.file.bytes()
+        }
+
+        fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
+            self.file.read_exact_at(buffer, offset)
+        }
+
+        fn write_all_at(&self, bytes: &[u8], offset: u64) -> io::Result<()> {
+            match *self.room.borrow() {
+                Some(room) if room < bytes.len() => {
+                    self.file.write_all_at(&bytes[..room], offset)?;
+                    Err(ErrorKind::StorageFull.into())
+                }
+                _ => self.file.write_all_at(bytes, offset),
+            }
+        }
+
+        fn cut(&self, bytes: u64) -> io::Result<()> {
+            match *self.room.borrow() {
+                Some(_) => Err(ErrorKind::StorageFull.into()),
+                None => self.file.cut(bytes),
+            }
+        }
+
+        fn sync(&self) -> io::Result<()> {
+            self.file.sync()
+        }
+    }
+
+    let records = undisturbed();
+    for (room, fails) in [(0, 1), (7, 1), (60, 2), (60, 5)] {
+        let full = Full::default();
+        let mut journal = Journal::create_on(full.clone(), &header(&mission()), true).unwrap();
+        records[..3].iter().for_each(|record| journal.append(record).unwrap());
+        *full.room.borrow_mut() = Some(room);
+        for _ in 0..fails {
+            journal.append(&records[3]).unwrap_err();
+        }
+        *full.room.borrow_mut() = None;
+        journal.append(&records[3]).unwrap();
+        full.file.0.borrow_mut().lose_power();
+        assert_eq!(records_in(full.file.clone()), 4, "room for {room} bytes");
+        drop(journal);
+        let journal = Journal::resume_on(full, &header(&mission()), &mission().terrain, true).unwrap();
+        assert_eq!((journal.len(), journal.torn_bytes()), (4, 0));
+    }
+}

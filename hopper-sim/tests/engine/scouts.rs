@@ -496,6 +496,66 @@ fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
     assert_eq!((host.team().due, host.team().members[1].leader.term), (RobotId(2), Term(2)));
 }
 
+/// P-BID-EACH: two takeovers that came too late for the turns of two robots are each given that robot's next turn, in whatever
+/// order they came; who let one robot's turn pass is still waited for at another's.
+#[test]
+fn two_takeovers_of_two_robots_are_each_given_their_turn() {
+    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    for swapped in [false, true] {
+        let mut host = Host::new(&world, false);
+        let mut late = Vec::new();
+        for robot in 0..3 {
+            late.push(host.command(Action::Hold));
+            assert_eq!((host.team().due, host.send(Action::Hold)), (RobotId(robot), None));
+        }
+        let lives = if swapped { [(2, 10), (1, 9)] } else { [(1, 9), (2, 10)] };
+        let bid = |robot: usize, life| Command { incarnation: Incarnation(life), ..rival(&late[robot]) };
+        for (robot, life) in lives {
+            host.on(Event::Command(Ok(bid(robot, life))), 2);
+            assert_eq!(host.refused.pop().map(|refusal| refusal.reason()), Some("repeated_decision"));
+        }
+        assert_eq!((host.team().due, host.send(Action::Hold)), (RobotId(0), None), "nobody bid for it");
+        for (robot, life) in [(1, 9), (2, 10)] {
+            let command = host.command(Action::Hold);
+            assert_eq!(command.robot, RobotId(robot));
+            for other in [1 + u64::from(robot), if life == 9 { 10 } else { 9 }] {
+                let takes_over = other >= 9;
+                let term = Term(if takes_over { 2 } else { 1 });
+                host.on(Event::Command(Ok(Command { incarnation: Incarnation(other), term, ..command })), 2);
+                assert_eq!(host.team().due, RobotId(robot), "it is kept for life {life}, not {other}");
+            }
+            let bidder = Command { incarnation: Incarnation(life), term: Term(2), ..command };
+            host.on(Event::Command(Ok(bidder)), 2);
+            let leader = host.team().members[usize::from(robot)].leader;
+            assert_eq!((leader.incarnation, leader.term), (Incarnation(life), Term(2)));
+        }
+    }
+}
+
+/// P-OFFERS: planners that publish routes again and again drive out neither each other's routes nor those of other robots.
+#[test]
+fn a_route_is_known_though_the_planners_of_others_publish_theirs_meanwhile() {
+    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    let mut host = Host::new(&world, false);
+    let start = east(&world, 0.0);
+    let route = |by_m: f64| Route::new(vec![start, east(&world, by_m)]).unwrap();
+    // Two planners of each robot, a few times over.
+    for _ in 0..4 {
+        for robot in 0..3 {
+            for rival in 0..2 {
+                let route = route(1.0 + f64::from(robot) + 0.5 * f64::from(rival));
+                let announcement = Announcement { run: RunId(1), robot: RobotId(robot), route };
+                host.on(Event::Announcement(Ok(announcement)), 2);
+            }
+        }
+    }
+    for robot in 0..3 {
+        assert_eq!(host.team().due, RobotId(robot));
+        let id = route(1.0 + f64::from(robot)).id();
+        assert_eq!(host.send(Action::Announce(id)), None, "robot {robot}");
+    }
+}
+
 #[test]
 fn an_announcement_without_its_points_is_not_journalled() {
     let world = world("");

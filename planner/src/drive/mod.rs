@@ -7,7 +7,8 @@
 //! was announced. So a planner that was restarted, or takes over from another, goes on where the one before it was.
 //!
 //! Routes lead around robots that act no more and around the goals of hoppers, or over them where there is no other way. If the
-//! next point of the route is taken when its turn comes, the rover announces another route, or waits.
+//! next point of the route is taken when its turn comes, the rover announces another route, or waits; it gives up if a robot
+//! that has stopped for good is there and no other route leads past it.
 
 use contract::{Action, Name, Route, Standing, Task, Travel, Vehicle, Waypoint};
 use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
@@ -132,13 +133,25 @@ impl Drive {
             return plan;
         }
         let around = turn.belief_around(Around::All);
-        let around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
+        let mut around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
+        // A route along the edge of a cell may have a point that counts as one of the cell. Where a robot has stopped for good, a
+        // way around that begins with such a point would be announced again and again.
+        if !is_gone_soon && around.as_ref().is_some_and(|route| begins_where_another_is(turn, route)) {
+            around = None;
+        }
         match around.or_else(|| rest_without_taken_points(turn)) {
             Some(route) => self.announce(&route),
             None if is_gone_soon => Plan::at_once(turn.wait_or_hold(), PlanStatus::Infeasible),
             None => Plan::at_once(Action::Done, PlanStatus::Infeasible),
         }
     }
+}
+
+/// Whether another robot is where the first leg of `route` ends.
+fn begins_where_another_is(turn: &Turn<'_>, route: &routing::Route) -> bool {
+    let grid = &turn.map.grid;
+    let next = route.points.get(1).map(|at| Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid));
+    next.is_some_and(|cell| occupant(turn.team, grid, cell).is_some())
 }
 
 /// What is left of the route without the points where other robots are, if that is safe to drive.

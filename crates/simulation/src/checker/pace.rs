@@ -1,11 +1,12 @@
 //! How landings are spaced, paused and ordered.
 
-use contract::{Control, Incarnation, MonotonicNs, Order, Pace, Role, State, Vetoed};
+use contract::{Control, Decision, Incarnation, MonotonicNs, Order, Pace, RobotId, Role, State, Vetoed};
 
 use super::{Checker, Pacing};
 use crate::life::Life;
+use crate::offers::Offers;
 use crate::reservation::Reservations;
-use crate::scouts::Scouts;
+use crate::tempo::Tempo;
 
 impl Checker {
     /// hopper-sim publishes a state at `now`.
@@ -13,7 +14,6 @@ impl Checker {
         self.require(state.landed <= now, "no state is published before its landing", || {
             format!("state {} was published {} ns before", state.decision, state.landed.since_ns(now))
         });
-        self.spaced(state);
         let Some(held) = self.state_at(state.decision).filter(|held| held.run == state.run) else {
             return self.violate("nothing is published that the journal does not hold", || {
                 format!("state {} of run {}", state.decision, state.run)
@@ -39,96 +39,69 @@ impl Checker {
         self.require(timeless == held, "nothing is published that the journal does not hold", || {
             format!("state {} is {timeless:?}, the journal has {held:?}", state.decision)
         });
-        self.landed(state);
+        self.landed(state, now);
     }
 
-    /// Landings follow each other no faster than the pace, where no order changes it.
-    fn spaced(&mut self, state: &State) {
-        let Pacing { control, landed, .. } = self.pacing;
-        if self.records.len() as u64 > state.decision.0 {
-            // What is published again while the next hop is in the air has landed before.
+    /// A landing comes when pace and orders have it, and not while the mission is paused.
+    fn landed(&mut self, state: &State, now: MonotonicNs) {
+        let last = self.pacing.published.replace(state.decision);
+        if last == Some(state.decision) || self.records.len() as u64 > state.decision.0 {
+            // Published again, perhaps while the next hop is in the air.
+            self.pacing.told = state.published;
             return;
         }
-        let Some((decision, last)) = self.pacing.landed.replace((state.decision, state.landed)) else {
-            return;
-        };
-        let (false, Some(pace)) = (control, self.pacing.paces.first().copied()) else { return };
-        let period_ns = match pace {
-            Pace::Hertz(hertz) => (1e9 / hertz) as u64 - 1,
-            Pace::Times(times) => {
-                let lasts_ns = self.scouts().map_or(0, Scouts::lasts_ns);
-                ((lasts_ns as f64 / times) as u64).saturating_sub(1)
-            }
-            Pace::Max | Pace::Real => return,
-        };
-        let apart_ns = state.landed.since_ns(last);
-        self.require(state.decision == decision || apart_ns >= period_ns, "landings keep the pace", || {
-            format!("state {} landed {apart_ns} ns after {landed:?} at {pace}", state.decision)
+        let tempo = &self.pacing.tempo;
+        let (holds, due) = (last.is_some() && tempo.holds(), tempo.due(state.last_timing.committed));
+        self.require(!holds, "landings wait while the mission is paused", || {
+            format!("state {} was published at {now:?}", state.decision)
         });
-    }
-
-    /// Landings wait while hopper-sim is paused.
-    fn landed(&mut self, state: &State) {
+        self.require(due.is_none_or(|due| due == state.landed), "landings keep the pace", || {
+            format!("state {} landed at {:?}, needs {due:?}", state.decision, state.landed)
+        });
+        let robot = self.due();
         let pacing = &mut self.pacing;
-        let last = pacing.published.replace(state.decision);
+        pacing.tempo.land(state.landed);
         pacing.told = state.published;
-        if pacing.paused && !pacing.resumed && last.is_some_and(|last| state.decision > last) {
-            pacing.landings += 1;
+        if last.is_some() {
+            self.reservations.landed(state.decision, robot);
         }
-        let (landings, steps) = (pacing.landings, pacing.steps);
-        self.require(landings <= steps, "landings wait while the mission is paused", || {
-            format!("{landings} landings were published during a pause with {steps} single steps")
-        });
     }
 
     /// A life of hopper-sim begins: a pause does not outlive the one before.
     pub(crate) fn sim_started(&mut self, incarnation: Incarnation, pace: Pace) {
         self.sim = incarnation;
-        // What is kept for one robot while another is due is not computed here.
         self.reservations = Reservations::default();
-        self.reservations.unsure = self.robots.is_some();
+        self.offers = Offers::default();
         self.policy = None;
-        self.pacing = Pacing::begin(self.pacing.control, pace);
+        self.pacing = Pacing::begin(self.pacing.tempo.obeys, pace);
+        self.pacing.began = Decision(self.records.len() as u64);
     }
 
     /// hopper-sim publishes how landings are paced.
     pub(crate) fn paced(&mut self, message: &contract::Pacing) {
-        let Pacing { control, paces, .. } = &self.pacing;
-        let obeyed =
-            message.obeys == *control && (*control || !message.paused) && paces.contains(&message.pace);
-        let control = *control;
+        let Tempo { obeys, pace, paused, .. } = self.pacing.tempo;
+        let is_so = (message.obeys, message.pace, message.paused) == (obeys, pace, paused);
         self.require(
-            obeyed,
+            is_so,
             "orders are obeyed by a hopper-sim started with --control, and by no other",
-            || format!("with control {control} the pacing is {message:?}"),
+            || format!("the pacing is {message:?}, needs {pace}, paused {paused}, obeys {obeys}"),
         );
-        let pacing = &mut self.pacing;
-        // A step may have been ordered in the turn of the pause, before this message.
-        if !message.paused {
-            (pacing.steps, pacing.landings) = (0, 0);
-        }
-        (pacing.paused, pacing.resumed) = (message.paused, false);
     }
 
     /// A process receives an order.
-    pub(crate) fn ordered(&mut self, life: &Life, control: &Control) {
-        let is_sim = life.role == Role::HopperSim && control.run == self.mission.brief.run;
-        match control.order {
-            Order::Step if is_sim => self.pacing.steps += 1,
-            // Resumed and paused again in one turn, it lets one landing come, and no pacing message says so. In a turn without
-            // a pause several may come before the message.
-            Order::Resume if is_sim => {
-                (self.pacing.steps, self.pacing.resumed) = (self.pacing.steps + 1, true);
+    pub(crate) fn ordered(&mut self, life: &Life, control: &Control, now: MonotonicNs) {
+        let Control { run, robot, order } = *control;
+        if life.role == Role::HopperSim && run == self.mission.brief.run && robot == RobotId(0) {
+            self.pacing.tempo.order(order, now);
+        }
+        // A planner may still be in the run before.
+        if let Order::HandOver(incarnation) = order
+            && incarnation == life.incarnation
+        {
+            self.handed_over.insert(incarnation);
+            if life.role == Role::Planner && life.map_whole.get() == Some(run) {
+                self.told_to_take_over(life);
             }
-            Order::Pause if is_sim => self.pacing.resumed = false,
-            Order::Pace(pace) if is_sim && self.pacing.control => {
-                self.pacing.paces.push(pace);
-            }
-            // A planner may still be in the run before.
-            Order::HandOver(incarnation) if incarnation == life.incarnation => {
-                self.handed_over.insert(incarnation);
-            }
-            _ => {}
         }
     }
 }
