@@ -82,7 +82,8 @@ impl Given {
     /// The `number`th mission of this world: the first, or another run with other draws.
     fn mission(&self, number: u64) -> Mission {
         let Mission { mut brief, seed, .. } = self.mission.clone();
-        brief.run = RunId(brief.run.0.wrapping_add(u128::from(number)).max(1));
+        // A scenario has no run: each mission needs one of its own.
+        brief.run = RunId(brief.run.0.wrapping_add(u128::from(number) + 1));
         Mission { brief, seed: seed.wrapping_add(number), ..self.mission.clone() }
     }
 }
