@@ -190,8 +190,10 @@ fn repeat(arbiter: &mut Arbiter, record: &Record, route: Option<&Route>) -> Resu
         true => Event::Repeat(fallback(arbiter, record)?),
         false => Event::Command(Ok(command(arbiter, record))),
     };
+    // The first command publishes the state before it is judged.
     let effects = arbiter.on(event, MonotonicNs(0));
-    match effects.into_iter().next() {
+    let answer = |effect: &Effect| matches!(effect, Effect::Append(_) | Effect::Refused(_));
+    match effects.into_iter().find(answer) {
         Some(Effect::Append(need)) => compare(&need, record)?,
         Some(Effect::Refused(refusal)) => return Err(refused(&refusal, record)),
         _ => return Err(("status", "a mission that goes on".into(), arbiter.state().status.to_string())),
