@@ -238,29 +238,24 @@ impl State {
 impl Outbox {
     /// Adds a subscription, and what its channel had last. A channel has at most one.
     fn subscribe(&mut self, wish: &Subscription, channels: &[OpenChannel]) {
-        let place = (0..channels.len()).find(|&place| id_of(place) == wish.channel_id);
-        let refusal = match place {
-            None => Some("there is no such channel"),
+        let Subscription { id, channel_id } = *wish;
+        let refusal = match (0..channels.len()).find(|&place| id_of(place) == channel_id) {
+            None => "there is no such channel",
             Some(place) if self.subscriptions.values().any(|taken| *taken == place) => {
-                Some("it has a subscription already")
+                "it has a subscription already"
             }
-            Some(_) if self.subscriptions.contains_key(&wish.id) => {
-                Some("the subscription's number is taken")
+            Some(_) if self.subscriptions.contains_key(&id) => "the subscription's number is taken",
+            Some(place) => {
+                self.subscriptions.insert(id, place);
+                if let Some(newest) = &channels[place].newest {
+                    self.bytes += newest.data.len();
+                    self.messages.push_back((id, Arc::clone(newest)));
+                }
+                return;
             }
-            Some(_) => None,
         };
-        let Some(place) = place.filter(|_| refusal.is_none()) else {
-            let Subscription { id, channel_id } = wish;
-            let why = refusal.unwrap_or_default();
-            self.replies
-                .push_back(protocol::error(&format!("subscription {id} of channel {channel_id}: {why}")));
-            return;
-        };
-        self.subscriptions.insert(wish.id, place);
-        if let Some(newest) = &channels[place].newest {
-            self.bytes += newest.data.len();
-            self.messages.push_back((wish.id, Arc::clone(newest)));
-        }
+        let why = format!("subscription {id} of channel {channel_id}: {refusal}");
+        self.replies.push_back(protocol::error(&why));
     }
 
     /// Drops the oldest messages beyond what may wait, and gives up a viewer that does not read what it asked for.
