@@ -29,7 +29,7 @@ pub const POLICIES_MAX: usize = 8;
 const KEYED_POLICIES_MAX: usize = POLICIES_MAX + 4;
 
 /// Most orders that wait for the next turn of the work loop.
-const ORDERS_MAX: usize = 16;
+const ORDERS_MAX: usize = 64;
 
 /// How long the client of a stream may accept no data before its connection is closed.
 const STALL: Duration = Duration::from_secs(10);
