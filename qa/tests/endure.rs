@@ -75,8 +75,11 @@ fn a_mission_that_is_no_patrol_is_no_long_run() {
 fn a_long_mission_of_several_robots_under_kills_ends_as_in_lockstep() {
     let mut mission = Mission::new("endure-team");
     let words =
-        ["endure", "--scenario", "coverage-8", "--kill-every", "40", "--samples", "10", "--format", "json"];
-    let output = qa(&mission, &words).args(["--instance", &mission.name, "--out", "out"]).output().unwrap();
+        ["endure", "--scenario", "coverage-8", "--kill-every", "40", "--samples", "10", "--pace", "200"];
+    let output = qa(&mission, &words)
+        .args(["--instance", &mission.name, "--out", "out", "--format", "json"])
+        .output()
+        .unwrap();
     assert!(matches!(output.status.code(), Some(0 | 3)), "{}", stderr(&output));
     let answer = json(&output);
     assert_eq!(answer["as_lockstep"], true, "{answer}");
