@@ -174,7 +174,7 @@ mod tests {
 
     /// Ground of 2000 cells from 97 to 103 m, higher by `base_m`, and `cells` of `fill`.
     fn ground(base_m: f64, fill: f64, cells: usize) -> Vec<f64> {
-        let hills = (0..2000).map(|index| base_m + 100.0 + 3.0 * (f64::from(index) / 37.0).sin());
+        let hills = (0..2000).map(|index| base_m + 100.0 + 3.0 * libm::sin(f64::from(index) / 37.0));
         hills.chain(std::iter::repeat_n(fill, cells)).collect()
     }
 

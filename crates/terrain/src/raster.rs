@@ -45,7 +45,7 @@ pub struct RasterFile<R> {
 }
 
 enum Source<R> {
-    GeoTiff(GeoTiff<R>),
+    GeoTiff(Box<GeoTiff<R>>),
     AsciiGrid(AsciiGrid<R>),
 }
 
@@ -112,7 +112,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         reader.seek(SeekFrom::Start(0))?;
         let start = &start[..length];
         let source = if GeoTiff::<R>::begins(start) {
-            Source::GeoTiff(GeoTiff::open(reader)?)
+            Source::GeoTiff(Box::new(GeoTiff::open(reader)?))
         } else if AsciiGrid::<R>::begins(start) {
             Source::AsciiGrid(AsciiGrid::open(reader)?)
         } else if AsciiGrid::<R>::begins_in_utf16(start) {
@@ -337,7 +337,8 @@ impl<R: BufRead + Seek> RasterFile<R> {
             values.iter().map(|stored| height_m(*stored)).filter(|height| height.abs() > LENGTH_MAX_M);
         refuse_radii(beyond.filter(|height| height.abs() < RADIUS_MAX_M), &values)?;
         for value in &mut values {
-            if !(height_m(*value).abs() <= LENGTH_MAX_M) {
+            let is_height = height_m(*value).abs() <= LENGTH_MAX_M;
+            if !is_height {
                 *value = f64::NAN;
             }
         }
