@@ -129,7 +129,8 @@ fn who_aims_at_an_occupied_cell_is_refused_by_name() {
 #[test]
 fn a_team_is_manned_by_the_planner_of_the_robot_that_is_due() {
     let now = MonotonicNs(2);
-    let mut host = Host::new(&world(&[HOPPER, &rover(6, 4, ""), &rover(0, 5, "")]), 1);
+    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = false\n";
+    let mut host = Host::new(&world(&[HOPPER, driver, &rover(0, 5, "")]), 1);
     let perception = Heartbeat { run: RunId(1), ..beat(Role::Perception, 90, 1, Status::Underway) };
     let is_manned = |host: &Host, robots: &[u16]| {
         let robots = robots.iter().map(|robot| RobotId(*robot)).fold(RobotSet::NONE, RobotSet::with);
