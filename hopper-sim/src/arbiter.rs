@@ -422,7 +422,9 @@ impl Arbiter {
     /// that is over, or under way with a fallback, needs nobody.
     #[must_use]
     pub fn is_manned(&self, peer_table: &PeerTable, now: MonotonicNs) -> bool {
-        let falls_back = self.mission.brief.guard.deadline_ns > 0 && self.state.decision > Decision(0);
+        // What is repeated from its journal may begin with what the fallback did.
+        let has_begun = self.state.decision > Decision(0) || !self.deadlines;
+        let falls_back = self.mission.brief.guard.deadline_ns > 0 && has_begun;
         let senses = peer_table.has_of_run(Role::Perception, self.state.run, now);
         let due = RobotSet::NONE.with(self.due());
         let plans = peer_table.without_planner(due, now).is_empty();
