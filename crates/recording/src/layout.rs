@@ -2,7 +2,10 @@
 //!
 //! The `mcap` crate is used for writing only: its reader panics on some damaged records.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+
+use crate::compression::decompressed;
 
 /// First and last bytes of every MCAP file.
 pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
@@ -19,6 +22,8 @@ pub(crate) mod kind {
     pub const ATTACHMENT: u8 = 0x09;
     pub const METADATA: u8 = 0x0c;
     pub const DATA_END: u8 = 0x0f;
+    /// From this opcode on records are of the program that wrote the file.
+    pub const PRIVATE: u8 = 0x80;
 }
 
 /// A record with its position.
@@ -40,19 +45,24 @@ pub(crate) fn framed(bytes: &[u8], at: usize) -> Result<Framed<'_>, String> {
     Ok(Framed { kind, body, end: at + 9 + body.len() })
 }
 
-/// The records of a chunk after checking its length, compression and checksum.
-pub(crate) fn chunk(body: &[u8]) -> Result<&[u8], String> {
+/// The records of a chunk after checking its length and checksum; those of a compressed chunk take at most `budget`
+/// bytes.
+pub(crate) fn chunk(body: &[u8], budget: u64) -> Result<Cow<'_, [u8]>, String> {
     let mut cursor = Cursor(body);
     let header = cursor.take(16).and_then(|_| Some((cursor.u64()?, cursor.u32()?)));
     let (size, need) = header.ok_or("a chunk without a header")?;
     let compression = cursor.text().ok_or("a chunk without a header")?;
-    if !compression.is_empty() {
-        return Err(format!("a chunk compressed by {compression:?}, need an uncompressed one"));
-    }
     let length = cursor.u64().ok_or("a chunk without a header")?;
-    let records = usize::try_from(length).ok().and_then(|length| cursor.take(length));
-    let records = records.filter(|_| size == length).ok_or("a chunk whose length differs from its header")?;
-    let got = crc32fast::hash(records);
+    let stored = usize::try_from(length).ok().and_then(|length| cursor.take(length));
+    let stored = stored.ok_or("a chunk whose length differs from its header")?;
+    let records = match compression.as_str() {
+        "" => Cow::Borrowed(stored),
+        other => Cow::Owned(decompressed(other, stored, size, budget)?),
+    };
+    if records.len() as u64 != size {
+        return Err("a chunk whose length differs from its header".into());
+    }
+    let got = crc32fast::hash(&records);
     if need != 0 && need != got {
         return Err(format!("a chunk with checksum {got:08x}, need {need:08x}"));
     }
@@ -74,10 +84,10 @@ pub(crate) fn schema(body: &[u8]) -> Option<(u16, String, String, &[u8])> {
     Some((id, name, encoding, cursor.take(length as usize)?))
 }
 
-/// Id, schema id, topic and message encoding of a channel.
-pub(crate) fn channel(body: &[u8]) -> Option<(u16, u16, String, String)> {
+/// Id, schema id, topic, message encoding and metadata of a channel.
+pub(crate) fn channel(body: &[u8]) -> Option<(u16, u16, String, String, BTreeMap<String, String>)> {
     let mut cursor = Cursor(body);
-    Some((cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?))
+    Some((cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?, cursor.map()?))
 }
 
 /// Channel id, sequence number, log time, publish time (both nanoseconds) and data of a message.
@@ -89,14 +99,7 @@ pub(crate) fn message(body: &[u8]) -> Option<(u16, u32, u64, u64, &[u8])> {
 /// Name and entries of a metadata record.
 pub(crate) fn metadata(body: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
     let mut cursor = Cursor(body);
-    let name = cursor.text()?;
-    let length = cursor.u32()?;
-    let mut entries = Cursor(cursor.take(length as usize)?);
-    let mut map = BTreeMap::new();
-    while !entries.0.is_empty() {
-        map.insert(entries.text()?, entries.text()?);
-    }
-    Some((name, map))
+    Some((cursor.text()?, cursor.map()?))
 }
 
 /// The profile in a header record.
@@ -139,5 +142,14 @@ impl<'a> Cursor<'a> {
         let length = self.u32()?;
         let bytes = self.take(length as usize)?;
         std::str::from_utf8(bytes).ok().map(str::to_owned)
+    }
+    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+        let length = self.u32()?;
+        let mut entries = Cursor(self.take(length as usize)?);
+        let mut map = BTreeMap::new();
+        while !entries.0.is_empty() {
+            map.insert(entries.text()?, entries.text()?);
+        }
+        Some(map)
     }
 }

@@ -8,13 +8,14 @@
 //! [`Playback`] replays the observations, so that another
 //! planner can decide on them. [`last_run()`] gathers the timing of every decision.
 //!
-//! No I/O, no clock: times are arguments, bytes are results. Chunks are not compressed, so no decompressor is
-//! exposed to untrusted bytes.
+//! No I/O, no clock: times are arguments, bytes are results. Chunks are written uncompressed; those that another program
+//! has compressed are read ([`compression`]).
 
 #![warn(clippy::disallowed_methods)]
 
 mod announced_routes;
 pub mod channel;
+pub mod compression;
 pub mod conversion;
 pub mod error;
 pub mod json_message;

@@ -1,17 +1,27 @@
-//! Reads a recording up to its last valid record, even if it was cut.
+//! Reads a recording up to its last valid record, even if it was cut, and whichever program wrote it.
+//!
+//! Messages are given in the order of their log times. Hopper records them in that order; programs that rewrite a file
+//! by topic, or backwards, do not keep it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use contract::MonotonicNs;
 
+use crate::compression::DECOMPRESSED_BYTES_MAX;
 use crate::layout::{self, MAGIC, kind};
 use crate::{Channel, RecordedMessage, RecordingError};
 
-/// A recording in memory, with its metadata and the positions of its chunks.
+/// A recording in memory, with its metadata and its messages.
 #[derive(Clone, Debug)]
 pub struct Recording<'a> {
     bytes: &'a [u8],
-    chunks: Vec<&'a [u8]>,
+    /// Schemas, channels and messages: those of each chunk, and those that are in none.
+    sections: Vec<Cow<'a, [u8]>>,
+    chunks: usize,
+    attachments: usize,
+    /// Whether the messages stand in the order of their log times.
+    is_in_order: bool,
     /// Metadata records by name: `hopper`, `scenario`, `end` and, after a recovery, `recovered`.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// MCAP profile of the file: `hopper`.
@@ -68,13 +78,17 @@ impl<'a> Recording<'a> {
         }
         let mut recording = Self {
             bytes,
-            chunks: Vec::new(),
+            sections: Vec::new(),
+            chunks: 0,
+            attachments: 0,
+            is_in_order: true,
             metadata: BTreeMap::new(),
             profile: String::new(),
             valid_bytes: MAGIC.len() as u64,
             fault: None,
         };
         recording.fault = recording.scan().err();
+        recording.is_in_order = is_in_order(recording.entries_as_written());
         Ok(recording)
     }
 
@@ -93,7 +107,13 @@ impl<'a> Recording<'a> {
     /// Number of valid chunks.
     #[must_use]
     pub fn chunks(&self) -> usize {
-        self.chunks.len()
+        self.chunks
+    }
+
+    /// Number of attachments, which are files of other programs within the recording.
+    #[must_use]
+    pub fn attachments(&self) -> usize {
+        self.attachments
     }
 
     /// The value of `key` in the metadata record `name`.
@@ -102,18 +122,28 @@ impl<'a> Recording<'a> {
         self.metadata.get(name)?.get(key).map(String::as_str)
     }
 
-    /// The messages of all valid chunks, in the order they were recorded.
-    pub fn entries(&self) -> impl Iterator<Item = Entry<'a>> + '_ {
+    /// The messages of the valid part, in the order of their log times.
+    pub fn entries(&self) -> impl Iterator<Item = Entry<'_>> + '_ {
+        let (recorded, sorted) = match self.is_in_order {
+            true => (Some(self.entries_as_written()), Vec::new()),
+            false => (None, in_order(self.entries_as_written())),
+        };
+        let entries = recorded.into_iter().flatten().chain(sorted);
+        entries.zip(0..).map(|(entry, number)| Entry { number, ..entry })
+    }
+
+    /// The messages of the valid part, in the order of the file.
+    fn entries_as_written(&self) -> impl Iterator<Item = Entry<'_>> + '_ {
         let mut channels = BTreeMap::new();
         let mut schemas = BTreeMap::new();
-        let messages = self.chunks.iter().flat_map(|chunk| records(chunk)).filter_map(move |record| {
+        self.sections.iter().flat_map(|section| records(section)).filter_map(move |record| {
             match record.kind {
                 kind::SCHEMA => {
                     let (id, name, ..) = layout::schema(record.body)?;
                     schemas.insert(id, name);
                 }
                 kind::CHANNEL => {
-                    let (id, schema, topic, encoding) = layout::channel(record.body)?;
+                    let (id, schema, topic, encoding, _) = layout::channel(record.body)?;
                     let known = Channel::of(&topic).filter(|known| {
                         encoding == "protobuf"
                             && schemas.get(&schema).map(String::as_str) == Some(known.schema())
@@ -136,8 +166,7 @@ impl<'a> Recording<'a> {
                 _ => {}
             }
             None
-        });
-        messages.zip(0..).map(|(entry, number)| Entry { number, ..entry })
+        })
     }
 
     /// Hopper's own messages, each with the time the recorder received it. A message that cannot be decoded is an
@@ -150,27 +179,54 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// The records of each valid chunk.
-    pub(crate) fn chunk_records(&self) -> impl Iterator<Item = &'a [u8]> + '_ {
-        self.chunks.iter().copied()
+    /// Schemas, channels and messages of the valid part, section by section, in the order of the file.
+    pub(crate) fn sections(&self) -> impl Iterator<Item = &[u8]> + '_ {
+        self.sections.iter().map(AsRef::as_ref)
     }
 
     fn scan(&mut self) -> Result<(), String> {
         let (bytes, mut at, mut ended) = (self.bytes, MAGIC.len(), false);
+        let mut budget = DECOMPRESSED_BYTES_MAX;
+        // Where the records that are in no chunk and have not been taken yet begin.
+        let mut loose = None;
+        let mut checksum = DataChecksum::Unknown;
         loop {
             if at == bytes.len() {
+                self.take_loose(&mut loose, at);
                 return Err(format!("the recording was never ended: its end is missing from byte {at} on"));
             }
-            let record = layout::framed(bytes, at)?;
+            let record = layout::framed(bytes, at).inspect_err(|_| self.take_loose(&mut loose, at))?;
             let located = |what: &str| format!("{what} at byte {at}");
+            let is_loose = match record.kind {
+                kind::SCHEMA if !ended => layout::schema(record.body).is_some(),
+                kind::CHANNEL if !ended => layout::channel(record.body).is_some(),
+                kind::MESSAGE if !ended => layout::message(record.body).is_some(),
+                _ => false,
+            };
+            if is_loose {
+                // Beside chunks a message may be the index of a chunk with a damaged opcode.
+                if record.kind == kind::MESSAGE && self.chunks > 0 && !checksum.is_right(bytes, at) {
+                    self.take_loose(&mut loose, at);
+                    return Err(located("a message outside of chunks, and no checksum that proves it,"));
+                }
+                loose.get_or_insert(at);
+                at = record.end;
+                self.valid_bytes = at as u64;
+                continue;
+            }
+            self.take_loose(&mut loose, at);
             match record.kind {
                 kind::HEADER => {
                     self.profile = layout::profile(record.body).ok_or_else(|| located("a damaged header"))?;
                 }
                 kind::CHUNK if !ended => {
-                    let chunk = layout::chunk(record.body).map_err(|what| located(&what))?;
-                    check(chunk).map_err(|what| located(&what))?;
-                    self.chunks.push(chunk);
+                    let chunk = layout::chunk(record.body, budget).map_err(|what| located(&what))?;
+                    check(&chunk).map_err(|what| located(&what))?;
+                    if let Cow::Owned(records) = &chunk {
+                        budget -= records.len() as u64;
+                    }
+                    self.chunks += 1;
+                    self.sections.push(chunk);
                 }
                 kind::METADATA if !ended => {
                     let (name, entries) =
@@ -180,10 +236,14 @@ impl<'a> Recording<'a> {
                 kind::SCHEMA if layout::schema(record.body).is_some() => {}
                 kind::CHANNEL if layout::channel(record.body).is_some() => {}
                 kind::MESSAGE_INDEX if layout::is_message_index(record.body) => {}
-                kind::ATTACHMENT => {}
-                // Unknown records are not skipped: one may be a chunk whose opcode was damaged.
+                kind::ATTACHMENT => self.attachments += 1,
+                // An unknown record may be a chunk with a damaged opcode, unless a checksum proves that it is none.
                 other if !ended && other != kind::DATA_END => {
-                    return Err(located(&format!("a record of unexpected kind {other:#04x} in the data")));
+                    if other < kind::PRIVATE || !checksum.is_right(bytes, at) {
+                        return Err(located(&format!(
+                            "a record of unexpected kind {other:#04x} in the data"
+                        )));
+                    }
                 }
                 kind::DATA_END => {
                     let need =
@@ -207,6 +267,70 @@ impl<'a> Recording<'a> {
             self.valid_bytes = at as u64;
         }
     }
+
+    /// Takes the records from `loose` to `end`, which are in no chunk, as a section.
+    fn take_loose(&mut self, loose: &mut Option<usize>, end: usize) {
+        if let Some(from) = loose.take() {
+            self.sections.push(Cow::Borrowed(&self.bytes[from..end]));
+        }
+    }
+}
+
+/// Whether the data of a file has the checksum that the end of its data tells. Computed at most once.
+enum DataChecksum {
+    Unknown,
+    Known(bool),
+}
+
+impl DataChecksum {
+    /// Whether there is a checksum, and it is right. `at` is where a record of the data begins.
+    fn is_right(&mut self, bytes: &[u8], mut at: usize) -> bool {
+        if let Self::Known(is_right) = self {
+            return *is_right;
+        }
+        let mut is_right = false;
+        while let Ok(record) = layout::framed(bytes, at) {
+            if record.kind == kind::DATA_END {
+                let need = layout::data_end(record.body).unwrap_or(0);
+                is_right = need != 0 && need == crc32fast::hash(&bytes[..at]);
+                break;
+            }
+            at = record.end;
+        }
+        *self = Self::Known(is_right);
+        is_right
+    }
+}
+
+/// Whether messages stand in the order of their log times and, where these are equal, of their numbers on each channel.
+fn is_in_order<'a>(entries: impl Iterator<Item = Entry<'a>>) -> bool {
+    let mut logged = MonotonicNs(0);
+    // Of the messages with that log time the last number on each channel.
+    let mut sequences = BTreeMap::new();
+    for entry in entries {
+        if entry.logged < logged {
+            return false;
+        }
+        if entry.logged > logged {
+            sequences.clear();
+        }
+        logged = entry.logged;
+        if sequences.insert(entry.topic, entry.sequence).is_some_and(|last| entry.sequence < last) {
+            return false;
+        }
+    }
+    true
+}
+
+/// The messages in the order in which they were recorded, as far as it is known: by log time, then by cause.
+fn in_order<'a>(entries: impl Iterator<Item = Entry<'a>>) -> Vec<Entry<'a>> {
+    let mut entries: Vec<_> = entries.collect();
+    entries.sort_by_key(|entry| {
+        // What follows from a brief means nothing before it.
+        let is_brief = entry.known == Some(Channel::Brief);
+        (entry.logged, !is_brief, entry.published, entry.sequence)
+    });
+    entries
 }
 
 /// The records of a checked chunk.

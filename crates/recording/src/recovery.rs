@@ -1,4 +1,4 @@
-//! Completes a cut recording: everything up to the last valid chunk, with the missing index.
+//! Completes a cut recording: everything up to the last valid record, with the missing index.
 
 use std::collections::BTreeMap;
 
@@ -26,17 +26,19 @@ pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
         write_metadata(&mut writer, name, entries)?;
     }
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
-    for chunk in recording.chunk_records() {
-        for record in records(chunk) {
+    for section in recording.sections() {
+        for record in records(section) {
             match record.kind {
                 kind::SCHEMA => {
                     let Some((id, name, encoding, data)) = layout::schema(record.body) else { continue };
                     schemas.insert(id, writer.add_schema(&name, &encoding, data)?);
                 }
                 kind::CHANNEL => {
-                    let Some((id, schema, topic, encoding)) = layout::channel(record.body) else { continue };
+                    let Some((id, schema, topic, encoding, metadata)) = layout::channel(record.body) else {
+                        continue;
+                    };
                     let schema = schemas.get(&schema).copied().unwrap_or(0);
-                    channels.insert(id, writer.add_channel(schema, &topic, &encoding, &BTreeMap::new())?);
+                    channels.insert(id, writer.add_channel(schema, &topic, &encoding, &metadata)?);
                 }
                 kind::MESSAGE => {
                     let known = layout::message(record.body);
